@@ -1,0 +1,1 @@
+//! Makes recordings of imagined motors, apart from the simulator that diagnoses them.

@@ -1,0 +1,2 @@
+//! The wire between a motorlab board and its host.
+#![no_std]

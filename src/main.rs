@@ -1,0 +1,2 @@
+//! The motorlab command.
+fn main() {}
