@@ -1,1 +1,26 @@
-//! motorlab.
+//! motorlab records a DC motor over a serial line, simulates it, compares the two and says which
+//! effect explains the gap.
+//!
+//! The rooms follow the data:
+//!
+//! | room | what happens there |
+//! | --- | --- |
+//! | [`board`] | serial ports, the reader thread, the board's clock, the virtual board |
+//! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
+//! | [`motor`] | parameters, the signal chain, the simulator |
+//! | [`compare`] | recorded against simulated |
+//! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
+//! | [`report`] | plots, HTML, the terminal |
+//! | [`cli`] | one file a subcommand: arguments and printing only |
+//!
+//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `motor` and
+//! `recording`; those use `board` and the `firmware_protocol` crate. Numbers cross rooms in SI.
+
+pub mod board;
+pub mod cli;
+pub mod compare;
+pub mod diagnose;
+pub mod motor;
+pub mod recording;
+pub mod report;
+pub mod units;

@@ -1,0 +1,1 @@
+//! The board room: everything between a serial device and validated samples.

@@ -1,0 +1,1 @@
+//! Recorded against simulated: the overlay and its figures.

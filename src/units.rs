@@ -1,0 +1,36 @@
+//! Conversions between SI and the units that people read.
+//!
+//! Inside motorlab every number is SI; these are used where one is read in or shown.
+
+use std::f64::consts::TAU;
+
+/// Revolutions per minute of a speed in rad/s: `60 / 2 pi` times it.
+pub fn rpm_from_rad_s(speed_rad_s: f64) -> f64 {
+    speed_rad_s * 60.0 / TAU
+}
+
+/// Speed in rad/s of one in revolutions per minute.
+pub fn rad_s_from_rpm(speed_rpm: f64) -> f64 {
+    speed_rpm * TAU / 60.0
+}
+
+/// Angle in rad that one encoder count stands for.
+pub fn rad_per_count(counts_per_rev: f64) -> f64 {
+    TAU / counts_per_rev
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_turn_a_second_is_sixty_rpm() {
+        assert!((rpm_from_rad_s(TAU) - 60.0).abs() < 1e-12);
+        assert!((rad_s_from_rpm(60.0) - TAU).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_count_of_the_lab_encoder_is_half_a_degree() {
+        assert!((rad_per_count(720.0).to_degrees() - 0.5).abs() < 1e-12);
+    }
+}
