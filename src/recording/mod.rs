@@ -3,5 +3,5 @@
 mod run;
 mod velocity;
 
-pub use run::{CommandKind, Flags, Run};
+pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use velocity::{difference_velocities, velocity_rad_s};

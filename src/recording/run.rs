@@ -1,7 +1,10 @@
 //! A run in memory, column by column, in SI.
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
 
 /// What the command column commands; it names the column in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -38,6 +41,56 @@ pub struct Flags {
     pub encoder_error: bool,
     /// The command was limited by the supply.
     pub saturated: bool,
+}
+
+impl Flags {
+    /// Name and value of each flag, in the order in which a run file lists them.
+    fn named(self) -> [(&'static str, bool); 4] {
+        [
+            ("overrun", self.overrun),
+            ("dropped", self.dropped),
+            ("encoder_error", self.encoder_error),
+            ("saturated", self.saturated),
+        ]
+    }
+}
+
+/// As in the `flags` column: the names joined by `+` (`overrun+saturated`), empty for none.
+impl fmt::Display for Flags {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "";
+        for (name, _) in self.named().into_iter().filter(|(_, set)| *set) {
+            write!(f, "{separator}{name}")?;
+            separator = "+";
+        }
+        Ok(())
+    }
+}
+
+/// A word in a `flags` column that names no flag.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "'{0}' is no flag: a sample's flags are overrun, dropped, encoder_error and saturated, joined by +"
+)]
+pub struct UnknownFlag(pub String);
+
+impl FromStr for Flags {
+    type Err = UnknownFlag;
+
+    fn from_str(text: &str) -> Result<Self, UnknownFlag> {
+        let mut flags = Self::default();
+        for word in text.split('+').map(str::trim) {
+            match word {
+                "" => {}
+                "overrun" => flags.overrun = true,
+                "dropped" => flags.dropped = true,
+                "encoder_error" => flags.encoder_error = true,
+                "saturated" => flags.saturated = true,
+                other => return Err(UnknownFlag(other.to_owned())),
+            }
+        }
+        Ok(flags)
+    }
 }
 
 /// One recorded or simulated run. All columns that are there have the same length.
@@ -86,5 +139,28 @@ impl Run {
     /// Whether the run has no sample at all.
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_read_back_as_they_were_written() {
+        for bits in 0..16_u8 {
+            let flags = Flags {
+                overrun: bits & 1 != 0,
+                dropped: bits & 2 != 0,
+                encoder_error: bits & 4 != 0,
+                saturated: bits & 8 != 0,
+            };
+            assert_eq!(flags.to_string().parse(), Ok(flags));
+        }
+        assert_eq!(Flags::default().to_string(), "");
+        assert_eq!(
+            "overrun+late".parse::<Flags>(),
+            Err(UnknownFlag("late".to_owned()))
+        );
     }
 }
