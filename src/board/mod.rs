@@ -1,1 +1,3 @@
 //! The board room: everything between a serial device and validated samples.
+
+pub mod text_lines;

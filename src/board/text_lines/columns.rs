@@ -1,0 +1,256 @@
+//! What each number of a text line means.
+//!
+//! Names are those that sketches print, in any case and with `_`, `-` or a unit in brackets:
+//! `t_us`, `micros`, `time_ms`, `millis`, `t_s`, `counts`, `encoder`, `command_v`, `pwm` …
+
+use std::fmt;
+
+use thiserror::Error;
+
+/// Meaning of one column of a text line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Column {
+    /// Board time in microseconds, as `micros()` gives it (wraps at 2^32).
+    TimeMicros,
+    /// Board time in milliseconds, as `millis()` gives it (wraps at 2^32).
+    TimeMillis,
+    /// Board time in seconds.
+    TimeSeconds,
+    /// Sample number.
+    Sequence,
+    /// Encoder counts.
+    Counts,
+    /// Command in V.
+    CommandVolts,
+    /// Command as the 8-bit PWM value of `analogWrite`, signed.
+    CommandPwm255,
+    /// Measured supply in V.
+    SupplyVolts,
+    /// Measured current in A.
+    CurrentAmperes,
+    /// Not used.
+    Ignored,
+}
+
+/// Every name under which a column is known; the first of a column is the one that is printed.
+const NAMES: &[(&str, Column)] = &[
+    ("t_us", Column::TimeMicros),
+    ("time_us", Column::TimeMicros),
+    ("micros", Column::TimeMicros),
+    ("us", Column::TimeMicros),
+    ("t_ms", Column::TimeMillis),
+    ("time_ms", Column::TimeMillis),
+    ("millis", Column::TimeMillis),
+    ("ms", Column::TimeMillis),
+    ("t_s", Column::TimeSeconds),
+    ("time_s", Column::TimeSeconds),
+    ("t", Column::TimeSeconds),
+    ("time", Column::TimeSeconds),
+    ("seconds", Column::TimeSeconds),
+    ("seq", Column::Sequence),
+    ("sample", Column::Sequence),
+    ("counts", Column::Counts),
+    ("count", Column::Counts),
+    ("encoder", Column::Counts),
+    ("enc", Column::Counts),
+    ("position", Column::Counts),
+    ("pos", Column::Counts),
+    ("ticks", Column::Counts),
+    ("command_v", Column::CommandVolts),
+    ("command", Column::CommandVolts),
+    ("u", Column::CommandVolts),
+    ("voltage", Column::CommandVolts),
+    ("voltage_v", Column::CommandVolts),
+    ("volts", Column::CommandVolts),
+    ("v", Column::CommandVolts),
+    ("pwm", Column::CommandPwm255),
+    ("duty", Column::CommandPwm255),
+    ("pwm_255", Column::CommandPwm255),
+    ("supply_v", Column::SupplyVolts),
+    ("battery_v", Column::SupplyVolts),
+    ("vbat", Column::SupplyVolts),
+    ("current_a", Column::CurrentAmperes),
+    ("current", Column::CurrentAmperes),
+    ("i", Column::CurrentAmperes),
+    ("-", Column::Ignored),
+    ("ignore", Column::Ignored),
+    ("skip", Column::Ignored),
+];
+
+impl Column {
+    /// The column that goes by this name, whatever its case, spaces or bracketed unit.
+    pub fn from_name(name: &str) -> Option<Self> {
+        let plain = plain(name);
+        NAMES
+            .iter()
+            .find(|(known, _)| *known == plain)
+            .map(|&(_, column)| column)
+    }
+
+    /// The name that is printed for this column.
+    pub fn name(self) -> &'static str {
+        NAMES
+            .iter()
+            .find(|&&(_, column)| column == self)
+            .map_or("-", |&(name, _)| name)
+    }
+}
+
+/// `"Encoder (counts)"` and `" ENCODER"` are both `encoder`; `"time [us]"` is `time_us`.
+fn plain(name: &str) -> String {
+    let name = name.trim().to_ascii_lowercase();
+    let (stem, unit) = match name.find(['(', '[']) {
+        Some(at) => (
+            name[..at].trim_end(),
+            name[at + 1..].trim_end_matches([')', ']']),
+        ),
+        None => (name.as_str(), ""),
+    };
+    let stem = stem.replace([' ', '-'], "_");
+    let stem = if stem == "_" { "-".to_owned() } else { stem };
+    match unit.trim() {
+        unit @ ("us" | "ms" | "s" | "v" | "a") if !stem.ends_with(&format!("_{unit}")) => {
+            format!("{stem}_{unit}")
+        }
+        _ => stem,
+    }
+}
+
+/// Why a set of columns cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ColumnError {
+    /// A name that no column goes by.
+    #[error("unknown column `{name}`: did you mean `{nearest}`? Use `-` for a column to leave out")]
+    Unknown {
+        /// The name as given.
+        name: String,
+        /// The known name closest to it.
+        nearest: &'static str,
+    },
+    /// The same meaning twice.
+    #[error("two columns mean `{name}`: leave one out with `-`")]
+    Twice {
+        /// The meaning given twice.
+        name: &'static str,
+    },
+    /// No counts among them.
+    #[error("no column holds the encoder counts: name one of them `counts`")]
+    NoCounts,
+}
+
+/// The columns of a text board, in the order in which a line has them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Columns(Vec<Column>);
+
+impl Columns {
+    /// Columns from `--columns t_us,counts,command`.
+    ///
+    /// # Errors
+    /// An unknown name, a meaning given twice, or no counts.
+    pub fn parse(list: &str) -> Result<Self, ColumnError> {
+        let columns = list
+            .split(',')
+            .map(|name| {
+                Column::from_name(name).ok_or_else(|| ColumnError::Unknown {
+                    name: name.trim().to_owned(),
+                    nearest: nearest(name),
+                })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        Self::new(columns)
+    }
+
+    /// Columns in order.
+    ///
+    /// # Errors
+    /// A meaning given twice, or no counts.
+    pub fn new(columns: Vec<Column>) -> Result<Self, ColumnError> {
+        for (k, column) in columns.iter().enumerate() {
+            if *column != Column::Ignored && columns[..k].contains(column) {
+                return Err(ColumnError::Twice {
+                    name: column.name(),
+                });
+            }
+        }
+        if columns.contains(&Column::Counts) {
+            Ok(Self(columns))
+        } else {
+            Err(ColumnError::NoCounts)
+        }
+    }
+
+    /// The columns in the order of the line.
+    pub fn as_slice(&self) -> &[Column] {
+        &self.0
+    }
+
+    /// Whether the board says when it took a sample; otherwise the timing is the host's.
+    pub fn has_device_time(&self) -> bool {
+        self.0.iter().any(|column| {
+            matches!(
+                column,
+                Column::TimeMicros | Column::TimeMillis | Column::TimeSeconds
+            )
+        })
+    }
+}
+
+impl fmt::Display for Columns {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names: Vec<_> = self.0.iter().map(|column| column.name()).collect();
+        f.write_str(&names.join(","))
+    }
+}
+
+fn nearest(name: &str) -> &'static str {
+    let plain = plain(name);
+    NAMES
+        .iter()
+        .map(|&(known, _)| (strsim::osa_distance(known, &plain), known))
+        .min()
+        .map_or("counts", |(_, known)| known)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_as_sketches_print_them() {
+        for (name, column) in [
+            ("t_us", Column::TimeMicros),
+            ("Time [us]", Column::TimeMicros),
+            (" Millis", Column::TimeMillis),
+            ("Encoder (counts)", Column::Counts),
+            ("Voltage (V)", Column::CommandVolts),
+            ("PWM", Column::CommandPwm255),
+            ("-", Column::Ignored),
+        ] {
+            assert_eq!(Column::from_name(name), Some(column), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_printed_name_is_read_back() {
+        for &(_, column) in NAMES {
+            assert_eq!(Column::from_name(column.name()), Some(column));
+        }
+    }
+
+    #[test]
+    fn errors_say_what_to_do() {
+        assert_eq!(
+            Columns::parse("t_us,cuonts"),
+            Err(ColumnError::Unknown {
+                name: "cuonts".into(),
+                nearest: "counts"
+            })
+        );
+        assert_eq!(Columns::parse("t_us,pwm"), Err(ColumnError::NoCounts));
+        assert_eq!(
+            Columns::parse("counts,encoder"),
+            Err(ColumnError::Twice { name: "counts" })
+        );
+        assert!(!Columns::parse("counts,-,-").unwrap().has_device_time());
+    }
+}

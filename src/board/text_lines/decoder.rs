@@ -1,0 +1,474 @@
+//! From bytes to samples, a line at a time, with everything that was passed over said and counted.
+
+use super::{Column, ColumnError, Columns};
+
+/// Longest line that is read; a longer one is passed over up to its end.
+pub const MAX_LINE_BYTES: usize = 512;
+
+const MICROS_WRAP: i64 = 1 << 32;
+const I16_WRAP: i64 = 1 << 16;
+
+/// One sample as a text board printed it; what the line does not have is `None`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TextSample {
+    /// Board time in microseconds, unwrapped, on the board's own origin.
+    pub time_us: Option<i64>,
+    /// Sample number.
+    pub sequence: Option<u64>,
+    /// Encoder counts; those of a 16-bit `int` are unwrapped.
+    pub counts: i64,
+    /// Command in V.
+    pub command_v: Option<f64>,
+    /// Command as a signed 8-bit PWM value.
+    pub command_pwm255: Option<f64>,
+    /// Measured supply in V.
+    pub supply_v: Option<f64>,
+    /// Measured current in A.
+    pub current_a: Option<f64>,
+}
+
+/// Why a line gave no sample.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Skipped {
+    /// Words where numbers should be: a banner, or a line torn by a reset.
+    NotNumbers,
+    /// Another number of fields than there are columns.
+    FieldCount {
+        /// Fields that the columns ask for.
+        expected: usize,
+        /// Fields of the line.
+        found: usize,
+    },
+    /// A number that its column cannot hold: not finite, or counts with a fraction.
+    BadValue {
+        /// The column's name.
+        column: &'static str,
+    },
+    /// Longer than [`MAX_LINE_BYTES`].
+    TooLong,
+    /// The columns are not known yet: no header line, no labels, no `--columns`.
+    ColumnsUnknown,
+}
+
+/// What one line was.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TextEvent {
+    /// A sample.
+    Sample(TextSample),
+    /// A header line, or the first labelled line, told what the columns mean.
+    Header(Columns),
+    /// A header line that names columns, but cannot be used.
+    BadHeader(ColumnError),
+    /// A line that gave no sample, with its text (lossy) for messages.
+    Skipped {
+        /// Line number, the first being 1.
+        line: u64,
+        /// Why.
+        why: Skipped,
+        /// The line's text.
+        text: String,
+    },
+}
+
+/// Streaming decoder of a text board's bytes. Never panics, holds at most one line.
+#[derive(Debug, Clone)]
+pub struct TextDecoder {
+    columns: Option<Columns>,
+    line: Vec<u8>,
+    line_number: u64,
+    overlong: bool,
+    longest_line: usize,
+    time: Unwrapper,
+    counts: Unwrapper,
+    /// A count outside 16 bits was seen: the board's counter is wider and does not wrap there.
+    wide_counts: bool,
+}
+
+impl TextDecoder {
+    /// A decoder that knows its columns, or reads them off the first header or labelled line.
+    ///
+    /// The first line is usually torn, since a port is opened in the middle of one: it is passed over
+    /// like any other line that does not fit.
+    pub fn new(columns: Option<Columns>) -> Self {
+        Self {
+            columns,
+            line: Vec::with_capacity(MAX_LINE_BYTES),
+            line_number: 0,
+            overlong: false,
+            longest_line: 0,
+            time: Unwrapper::default(),
+            counts: Unwrapper::default(),
+            wide_counts: false,
+        }
+    }
+
+    /// The columns, once they are known.
+    pub fn columns(&self) -> Option<&Columns> {
+        self.columns.as_ref()
+    }
+
+    /// Length in bytes, end of line included, of the longest line that was a sample.
+    pub fn longest_sample_line(&self) -> usize {
+        self.longest_line
+    }
+
+    /// Takes one byte; an event comes with the last byte of a line that is not blank.
+    pub fn push(&mut self, byte: u8) -> Option<TextEvent> {
+        if byte != b'\n' {
+            if self.line.len() < MAX_LINE_BYTES {
+                self.line.push(byte);
+            } else {
+                self.overlong = true;
+            }
+            return None;
+        }
+        self.line_number += 1;
+        let bytes = std::mem::take(&mut self.line);
+        let overlong = std::mem::take(&mut self.overlong);
+        let text = String::from_utf8_lossy(&bytes);
+        let trimmed = text.trim_matches(|c: char| c.is_whitespace() || c == '\0');
+        let event = if overlong {
+            Some(self.skip(trimmed, Skipped::TooLong))
+        } else if trimmed.is_empty() {
+            None
+        } else {
+            Some(self.read_line(trimmed, bytes.len() + 1))
+        };
+        self.line = bytes;
+        self.line.clear();
+        event
+    }
+
+    fn skip(&self, text: &str, why: Skipped) -> TextEvent {
+        TextEvent::Skipped {
+            line: self.line_number,
+            why,
+            text: text.to_owned(),
+        }
+    }
+
+    fn read_line(&mut self, text: &str, wire_bytes: usize) -> TextEvent {
+        let fields = split(text);
+        if fields.iter().any(|field| field.label.is_some()) {
+            return self.read_labelled(text, &fields, wire_bytes);
+        }
+        let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.number()).collect();
+        let Some(numbers) = numbers else {
+            return self.read_header(text, &fields);
+        };
+        if self.columns.is_none() && numbers.len() == 1 {
+            self.columns = Columns::new(vec![Column::Counts]).ok();
+        }
+        let Some(columns) = self.columns.clone() else {
+            return self.skip(text, Skipped::ColumnsUnknown);
+        };
+        if numbers.len() != columns.as_slice().len() {
+            let (expected, found) = (columns.as_slice().len(), numbers.len());
+            return self.skip(text, Skipped::FieldCount { expected, found });
+        }
+        self.sample(text, columns.as_slice(), &numbers, wire_bytes)
+    }
+
+    /// `t_us:1200 counts:17`: each line says itself what it holds.
+    fn read_labelled(&mut self, text: &str, fields: &[Field], wire_bytes: usize) -> TextEvent {
+        let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.number()).collect();
+        let Some(numbers) = numbers else {
+            return self.skip(text, Skipped::NotNumbers);
+        };
+        let columns = fields.iter().map(|field| {
+            let column = field.label.and_then(Column::from_name);
+            column.unwrap_or(Column::Ignored)
+        });
+        match Columns::new(columns.collect()) {
+            Ok(columns) => {
+                let event = self.sample(text, columns.as_slice(), &numbers, wire_bytes);
+                self.columns = Some(columns);
+                event
+            }
+            Err(error) if self.columns.is_none() => TextEvent::BadHeader(error),
+            Err(_) => self.skip(text, Skipped::NotNumbers),
+        }
+    }
+
+    /// A line of words is a header when most of them name columns, counts among them; else a banner.
+    fn read_header(&mut self, text: &str, fields: &[Field]) -> TextEvent {
+        let columns: Vec<_> = split_header(text).map(Column::from_name).collect();
+        let known = columns.iter().flatten().count();
+        let words = fields.iter().filter(|field| field.number().is_none());
+        if self.columns.is_some() || words.count() < fields.len() || 2 * known < columns.len() {
+            return self.skip(text, Skipped::NotNumbers);
+        }
+        let columns = columns.into_iter().map(|c| c.unwrap_or(Column::Ignored));
+        match Columns::new(columns.collect()) {
+            Ok(columns) => {
+                self.columns = Some(columns.clone());
+                TextEvent::Header(columns)
+            }
+            Err(error) => TextEvent::BadHeader(error),
+        }
+    }
+
+    fn sample(
+        &mut self,
+        text: &str,
+        columns: &[Column],
+        numbers: &[f64],
+        wire_bytes: usize,
+    ) -> TextEvent {
+        let mut sample = TextSample::default();
+        let mut raw_time = None;
+        for (&column, &value) in columns.iter().zip(numbers) {
+            let whole = value.fract() == 0.0 && value.abs() < 9e15;
+            let good = match column {
+                Column::Ignored => true,
+                Column::Counts | Column::Sequence | Column::TimeMicros | Column::TimeMillis => {
+                    whole
+                }
+                Column::TimeSeconds => value.abs() < 9e9,
+                _ => value.is_finite(),
+            };
+            if !good {
+                let column = column.name();
+                return self.skip(text, Skipped::BadValue { column });
+            }
+            match column {
+                Column::TimeMicros => raw_time = Some((value as i64, MICROS_WRAP)),
+                Column::TimeMillis => raw_time = Some((value as i64 * 1000, MICROS_WRAP * 1000)),
+                Column::TimeSeconds => raw_time = Some(((value * 1e6).round() as i64, i64::MAX)),
+                Column::Sequence => sample.sequence = u64::try_from(value as i64).ok(),
+                Column::Counts => sample.counts = value as i64,
+                Column::CommandVolts => sample.command_v = Some(value),
+                Column::CommandPwm255 => sample.command_pwm255 = Some(value),
+                Column::SupplyVolts => sample.supply_v = Some(value),
+                Column::CurrentAmperes => sample.current_a = Some(value),
+                Column::Ignored => {}
+            }
+        }
+        sample.time_us = raw_time.map(|(value, wrap)| self.time.unwrap(value, wrap));
+        self.wide_counts |= i16::try_from(sample.counts).is_err();
+        if !self.wide_counts {
+            sample.counts = self.counts.unwrap(sample.counts, I16_WRAP);
+        }
+        self.longest_line = self.longest_line.max(wire_bytes);
+        TextEvent::Sample(sample)
+    }
+}
+
+/// Undoes the wrap of a counter: a jump back or forth by more than three quarters of its range is a wrap.
+#[derive(Debug, Clone, Default)]
+struct Unwrapper {
+    last_raw: Option<i64>,
+    offset: i64,
+}
+
+impl Unwrapper {
+    fn unwrap(&mut self, raw: i64, range: i64) -> i64 {
+        if let Some(last) = self.last_raw {
+            let jump = raw.saturating_sub(last);
+            if jump < -(range / 4 * 3) {
+                self.offset = self.offset.saturating_add(range);
+            } else if jump > range / 4 * 3 {
+                self.offset = self.offset.saturating_sub(range);
+            }
+        }
+        self.last_raw = Some(raw);
+        raw.saturating_add(self.offset)
+    }
+}
+
+/// One field of a line: `value`, or `label:value`.
+struct Field<'a> {
+    label: Option<&'a str>,
+    value: &'a str,
+}
+
+impl Field<'_> {
+    fn number(&self) -> Option<f64> {
+        self.value.parse().ok()
+    }
+}
+
+/// Splits at commas, semicolons and tabs where there are any, and at blanks.
+fn split(text: &str) -> Vec<Field<'_>> {
+    let fields = text.split([',', ';', '\t', ' ']).filter(|f| !f.is_empty());
+    let mut out: Vec<Field> = Vec::new();
+    for field in fields {
+        let (label, value) = match field.split_once([':', '=']) {
+            Some((label, value)) => (Some(label), value),
+            None => (None, field),
+        };
+        match out.last_mut() {
+            // `label: value`, with a blank between.
+            Some(last) if last.value.is_empty() && last.label.is_some() && label.is_none() => {
+                last.value = value;
+            }
+            _ => out.push(Field { label, value }),
+        }
+    }
+    out
+}
+
+/// A header's names may hold blanks where another separator is used: `Time [us], Encoder counts`.
+fn split_header(text: &str) -> impl Iterator<Item = &str> {
+    let separators: &[char] = if text.contains([',', ';', '\t']) {
+        &[',', ';', '\t']
+    } else {
+        &[' ']
+    };
+    text.split(separators)
+        .filter(|name| !name.trim().is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn events(decoder: &mut TextDecoder, text: &str) -> Vec<TextEvent> {
+        text.bytes().filter_map(|b| decoder.push(b)).collect()
+    }
+
+    fn samples(events: Vec<TextEvent>) -> Vec<TextSample> {
+        let sample = |event| match event {
+            TextEvent::Sample(sample) => Some(sample),
+            _ => None,
+        };
+        events.into_iter().filter_map(sample).collect()
+    }
+
+    #[test]
+    fn every_separator_and_label_form_gives_the_same_sample() {
+        let wanted = TextSample {
+            time_us: Some(3000),
+            counts: -17,
+            command_v: Some(4.5),
+            ..TextSample::default()
+        };
+        for line in [
+            "3000,-17,4.5\r\n",
+            "3000 -17 4.5\n",
+            "3000\t-17\t4.50\n",
+            "3000; -17; 4.5\n",
+            "t_us:3000,counts:-17,command_v:4.5\n",
+            "micros: 3000\tencoder: -17\tu: 4.5\n",
+            "t_us=3000 counts=-17 command=4.5\n",
+        ] {
+            let columns = Columns::parse("t_us,counts,command_v").unwrap();
+            let mut decoder = TextDecoder::new(Some(columns));
+            assert_eq!(samples(events(&mut decoder, line)), [wanted], "{line}");
+        }
+    }
+
+    #[test]
+    fn a_header_tells_the_columns_and_banners_are_passed_over() {
+        let mut decoder = TextDecoder::new(None);
+        let found = events(
+            &mut decoder,
+            "unt 12\nMotor lab v1.2 ready\nTime [us], Encoder, Temperature\n1,2,30\n\n4001,5,30\n",
+        );
+        assert!(matches!(found[0], TextEvent::Skipped { line: 1, .. }));
+        assert!(matches!(found[1], TextEvent::Skipped { line: 2, .. }));
+        assert!(matches!(&found[2], TextEvent::Header(c) if c.to_string() == "t_us,counts,-"));
+        let samples = samples(found);
+        assert_eq!(samples.len(), 2);
+        assert_eq!((samples[1].time_us, samples[1].counts), (Some(4001), 5));
+    }
+
+    #[test]
+    fn lines_without_known_columns_are_not_guessed_at() {
+        let mut decoder = TextDecoder::new(None);
+        let found = events(&mut decoder, "1 2 3\n");
+        assert!(matches!(
+            &found[0],
+            TextEvent::Skipped { why: Skipped::ColumnsUnknown, text, .. } if text == "1 2 3"
+        ));
+    }
+
+    #[test]
+    fn a_torn_line_is_passed_over_and_the_next_is_whole() {
+        let columns = Columns::parse("t_us,counts").unwrap();
+        let mut decoder = TextDecoder::new(Some(columns));
+        let found = events(&mut decoder, "300,1\n33\n900,3\n9x0,4\n");
+        assert!(matches!(
+            found[1],
+            TextEvent::Skipped {
+                why: Skipped::FieldCount {
+                    expected: 2,
+                    found: 1
+                },
+                line: 2,
+                ..
+            }
+        ));
+        assert_eq!(samples(found).len(), 2);
+    }
+
+    #[test]
+    fn micros_and_sixteen_bit_counts_are_unwrapped() {
+        let columns = Columns::parse("t_us,counts").unwrap();
+        let mut decoder = TextDecoder::new(Some(columns));
+        let found = samples(events(
+            &mut decoder,
+            "4294965000,32766\n704,-32767\n3704,-32760\n",
+        ));
+        let times: Vec<_> = found.iter().filter_map(|s| s.time_us).collect();
+        assert_eq!(times, [4_294_965_000, 4_294_968_000, 4_294_971_000]);
+        let counts: Vec<_> = found.iter().map(|s| s.counts).collect();
+        assert_eq!(counts, [32766, 32769, 32776]);
+    }
+
+    #[test]
+    fn counts_wider_than_sixteen_bits_do_not_wrap() {
+        let columns = Columns::parse("counts").unwrap();
+        let mut decoder = TextDecoder::new(Some(columns));
+        let found = samples(events(&mut decoder, "32766\n32770\n32760\n-32768\n"));
+        let counts: Vec<_> = found.iter().map(|s| s.counts).collect();
+        assert_eq!(counts, [32766, 32770, 32760, -32768]);
+    }
+
+    #[test]
+    fn a_line_that_never_ends_takes_no_more_memory_than_one_line() {
+        let mut decoder = TextDecoder::new(None);
+        for _ in 0..10 * MAX_LINE_BYTES {
+            assert_eq!(decoder.push(b'7'), None);
+        }
+        assert!(decoder.line.capacity() <= 2 * MAX_LINE_BYTES);
+        assert!(matches!(
+            decoder.push(b'\n'),
+            Some(TextEvent::Skipped {
+                why: Skipped::TooLong,
+                ..
+            })
+        ));
+        assert!(matches!(events(&mut decoder, "5\n")[0], TextEvent::Sample(s) if s.counts == 5));
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(bytes in proptest::collection::vec(any::<u8>(), 0..2000)) {
+            let mut decoder = TextDecoder::new(None);
+            for byte in bytes {
+                decoder.push(byte);
+            }
+        }
+
+        #[test]
+        fn printed_samples_are_read_back(
+            rows in proptest::collection::vec((0u32.., any::<i32>(), -255i32..=255), 1..40),
+            separator in prop_oneof![Just(","), Just("\t"), Just(" "), Just("; ")],
+        ) {
+            let columns = Columns::parse("t_us,counts,pwm").unwrap();
+            let mut decoder = TextDecoder::new(Some(columns));
+            let text: String = rows
+                .iter()
+                .map(|(t, n, pwm)| format!("{t}{separator}{n}{separator}{pwm}\r\n"))
+                .collect();
+            let found = samples(events(&mut decoder, &text));
+            prop_assert_eq!(found.len(), rows.len());
+            for (sample, (t, _, pwm)) in found.iter().zip(&rows) {
+                prop_assert_eq!(sample.time_us.unwrap().rem_euclid(MICROS_WRAP), i64::from(*t));
+                prop_assert_eq!(sample.command_pwm255, Some(f64::from(*pwm)));
+            }
+        }
+    }
+}

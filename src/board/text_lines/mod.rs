@@ -1,0 +1,33 @@
+//! Boards that print plain text: an ordinary Arduino sketch with `Serial.println`, read as it is.
+//!
+//! A line holds one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value`
+//! pairs as the Arduino serial plotter takes them. What each number means comes from `--columns`, from
+//! the labels, or from a header line that the sketch prints once. Banners and torn lines are skipped
+//! and counted, never guessed at.
+//!
+//! A line of `n` bytes takes `10 n / baud` seconds on the wire. Where that is more than the sample time,
+//! `print` blocks and sampling slips: [`longest_line_bytes`] gives the limit to warn at.
+
+mod columns;
+mod decoder;
+
+pub use columns::{Column, ColumnError, Columns};
+pub use decoder::{MAX_LINE_BYTES, Skipped, TextDecoder, TextEvent, TextSample};
+
+/// Longest line in bytes, end of line included, that `baud` carries in one sample time.
+///
+/// Ten bits a byte (8N1): 34 bytes at 115200 baud and 3 ms.
+pub fn longest_line_bytes(baud: u32, sample_time_s: f64) -> usize {
+    (f64::from(baud) / 10.0 * sample_time_s) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::longest_line_bytes;
+
+    #[test]
+    fn thirty_four_bytes_fit_into_three_milliseconds() {
+        assert_eq!(longest_line_bytes(115_200, 0.003), 34);
+        assert_eq!(longest_line_bytes(115_200, 0.03), 345);
+    }
+}
