@@ -1,3 +1,5 @@
 //! The board room: everything between a serial device and validated samples.
 
 pub mod text_lines;
+
+pub mod faults;
