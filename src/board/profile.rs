@@ -1,0 +1,361 @@
+//! What is commanded when: a profile of held commands, for the board, the simulator and the design of
+//! experiments alike.
+//!
+//! A profile is a list of segments (duration, command); after the last one its command holds. Sampled
+//! with sample time `TS`, the command of sample `k` is that of the segment in force at `k TS`.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
+pub const STEP_REST_S: f64 = 0.3;
+
+/// Names of the built-in profiles with what they are for.
+pub const BUILT_IN: [(&str, &str); 6] = [
+    ("step", "0 V for 0.3 s, then the supply (the lab's step)"),
+    (
+        "staircase",
+        "quarter steps of the supply up, and down again",
+    ),
+    (
+        "reversing",
+        "steps of both signs and several sizes, with rests between",
+    ),
+    ("square", "plus and minus the supply, half a second each"),
+    (
+        "ramp",
+        "slowly from 0 to the supply and back, then the same in reverse",
+    ),
+    ("rest", "0 V all the time"),
+];
+
+/// One held command.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Segment {
+    /// How long it holds in s.
+    pub duration_s: f64,
+    /// The command: V, or A or N m of a current- or torque-driven axis.
+    pub command: f64,
+}
+
+/// What is commanded when.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Profile {
+    /// Name, or the path of the file that it came from; goes into the run's header.
+    pub name: String,
+    /// Held commands, first to last.
+    pub segments: Vec<Segment>,
+}
+
+/// Why there is no such profile.
+#[derive(Debug, thiserror::Error)]
+pub enum ProfileError {
+    /// Neither a built-in name nor a file.
+    #[error(
+        "there is no profile '{name}'{hint}: the built-in ones are {list}; a file of rows `t_s,command_v` is named by its path", list = built_in_names()
+    )]
+    Unknown {
+        /// What was asked for.
+        name: String,
+        /// The nearest name, as a phrase.
+        hint: String,
+    },
+    /// The file cannot be read.
+    #[error("cannot read the profile {path}")]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A row is wrong.
+    #[error(
+        "{path}, row {row}, column {column}: '{found}' {problem}; a profile has rows `t_s,command_v` with rising times"
+    )]
+    Row {
+        /// The file.
+        path: PathBuf,
+        /// Line of the file, from 1.
+        row: u64,
+        /// Column name.
+        column: &'static str,
+        /// What stands there.
+        found: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
+    /// There is no row at all.
+    #[error("{path} has no row `t_s,command_v`")]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+fn built_in_names() -> String {
+    BUILT_IN.map(|(name, _)| name).join(", ")
+}
+
+impl Profile {
+    /// A built-in profile by its name, or one from a file `t_s,command_v`.
+    ///
+    /// `supply_v` scales the built-in ones and `duration_s` stretches them.
+    pub fn named(name: &str, supply_v: f64, duration_s: f64) -> Result<Self, ProfileError> {
+        if let Some(profile) = Self::built_in(name, supply_v, duration_s) {
+            return Ok(profile);
+        }
+        let path = Path::new(name);
+        if path.exists() || name.contains(['/', '.']) {
+            return Self::read(path);
+        }
+        let nearest = BUILT_IN
+            .map(|(known, _)| (strsim::damerau_levenshtein(known, name), known))
+            .into_iter()
+            .min()
+            .filter(|(distance, _)| *distance <= 3);
+        Err(ProfileError::Unknown {
+            name: name.to_owned(),
+            hint: nearest.map_or_else(String::new, |(_, known)| {
+                format!(" (did you mean '{known}'?)")
+            }),
+        })
+    }
+
+    /// One of [`BUILT_IN`].
+    pub fn built_in(name: &str, supply_v: f64, duration_s: f64) -> Option<Self> {
+        let equal = |levels: &[f64]| -> Vec<Segment> {
+            let each_s = duration_s / levels.len() as f64;
+            levels
+                .iter()
+                .map(|level| held(each_s, level * supply_v))
+                .collect()
+        };
+        let segments = match name {
+            "step" => {
+                let rest_s = STEP_REST_S.min(duration_s / 2.0);
+                vec![held(rest_s, 0.0), held(duration_s - rest_s, supply_v)]
+            }
+            "staircase" => equal(&[0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0]),
+            "reversing" => equal(&[
+                0.0, 1.0, -1.0, 0.0, 0.6, -0.6, 0.0, 0.35, -0.35, 0.0, 0.8, -0.45, 0.5, -1.0, 0.0,
+            ]),
+            "square" => {
+                let halves = (duration_s / 0.5).ceil().max(1.0) as usize;
+                (0..halves)
+                    .map(|k| held(0.5, if k % 2 == 0 { supply_v } else { -supply_v }))
+                    .collect()
+            }
+            "ramp" => {
+                let levels: Vec<f64> = (0..64)
+                    .map(|k| {
+                        let phase = (f64::from(k) + 0.5) / 16.0;
+                        match phase {
+                            p if p < 1.0 => p,
+                            p if p < 3.0 => 2.0 - p,
+                            p => p - 4.0,
+                        }
+                    })
+                    .collect();
+                equal(&levels)
+            }
+            "rest" => vec![held(duration_s, 0.0)],
+            _ => return None,
+        };
+        Some(Self {
+            name: name.to_owned(),
+            segments,
+        })
+    }
+
+    /// Reads rows `t_s,command_v`: from each time on, that command; the last row ends the profile.
+    pub fn read(path: &Path) -> Result<Self, ProfileError> {
+        let file = std::fs::File::open(path).map_err(|source| ProfileError::Read {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::read_from(file, path)
+    }
+
+    fn read_from(input: impl Read, path: &Path) -> Result<Self, ProfileError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .comment(Some(b'#'))
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(input);
+        let mut points: Vec<(f64, f64)> = Vec::new();
+        for (index, record) in reader.records().enumerate() {
+            let record = record.map_err(|error| ProfileError::Read {
+                path: path.to_owned(),
+                source: std::io::Error::other(error),
+            })?;
+            let row = record.position().map_or(0, csv::Position::line);
+            if index == 0 && record.iter().all(|cell| cell.parse::<f64>().is_err()) {
+                continue;
+            }
+            let cell = |column: usize, name: &'static str| {
+                let text = record.get(column).unwrap_or("");
+                match text.parse::<f64>() {
+                    Ok(value) if value.is_finite() => Ok(value),
+                    _ => Err(ProfileError::Row {
+                        path: path.to_owned(),
+                        row,
+                        column: name,
+                        found: text.to_owned(),
+                        problem: "is no finite number",
+                    }),
+                }
+            };
+            let (t_s, command) = (cell(0, "t_s")?, cell(1, "command_v")?);
+            if points.last().is_some_and(|last| last.0 >= t_s) || t_s < 0.0 {
+                return Err(ProfileError::Row {
+                    path: path.to_owned(),
+                    row,
+                    column: "t_s",
+                    found: t_s.to_string(),
+                    problem: "is not later than the row before",
+                });
+            }
+            points.push((t_s, command));
+        }
+        let (Some(first), Some(last)) = (points.first().copied(), points.last().copied()) else {
+            return Err(ProfileError::Empty {
+                path: path.to_owned(),
+            });
+        };
+        let mut segments = Vec::new();
+        if first.0 > 0.0 {
+            segments.push(held(first.0, 0.0));
+        }
+        segments.extend(
+            points
+                .windows(2)
+                .map(|pair| held(pair[1].0 - pair[0].0, pair[0].1)),
+        );
+        segments.push(held(0.0, last.1));
+        Ok(Self {
+            name: path.display().to_string(),
+            segments,
+        })
+    }
+
+    /// Time at which the last command begins to hold for good, plus its own duration, in s.
+    pub fn duration_s(&self) -> f64 {
+        self.segments.iter().map(|segment| segment.duration_s).sum()
+    }
+
+    /// Largest command by size.
+    pub fn largest_command(&self) -> f64 {
+        self.segments
+            .iter()
+            .fold(0.0, |largest, segment| segment.command.abs().max(largest))
+    }
+
+    /// The command in force at `t_s`; 0 before the profile begins, the last one after its end.
+    pub fn command_at(&self, t_s: f64) -> f64 {
+        if t_s < 0.0 {
+            return 0.0;
+        }
+        let mut ends_s = 0.0;
+        for segment in &self.segments {
+            ends_s += segment.duration_s;
+            // Segment ends are sums of decimals: a nanosecond short is on time.
+            if t_s + 1e-9 < ends_s {
+                return segment.command;
+            }
+        }
+        self.segments.last().map_or(0.0, |segment| segment.command)
+    }
+
+    /// Commands of samples 0 to `samples - 1`, taken every `sample_time_s`.
+    pub fn commands(&self, sample_time_s: f64, samples: usize) -> Vec<f64> {
+        self.in_samples(sample_time_s)
+            .into_iter()
+            .flat_map(|(length, command)| std::iter::repeat_n(command, length))
+            .chain(std::iter::repeat(
+                self.segments.last().map_or(0.0, |segment| segment.command),
+            ))
+            .take(samples)
+            .collect()
+    }
+
+    /// The segments in whole samples: a segment starts with the first sample at or after its start.
+    /// Segments too short to have a sample vanish.
+    pub fn in_samples(&self, sample_time_s: f64) -> Vec<(usize, f64)> {
+        let mut samples: Vec<(usize, f64)> = Vec::new();
+        let (mut ends_s, mut before) = (0.0, 0_usize);
+        for segment in &self.segments {
+            ends_s += segment.duration_s;
+            let end = ((ends_s - 1e-9) / sample_time_s).ceil().max(0.0) as usize;
+            if end > before {
+                samples.push((end - before, segment.command));
+                before = end;
+            }
+        }
+        samples
+    }
+}
+
+fn held(duration_s: f64, command: f64) -> Segment {
+    Segment {
+        duration_s,
+        command,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_step_is_the_labs() {
+        let step = Profile::named("step", 4.5, 4.0).expect("built in");
+        for (sample_time_s, rest) in [(0.003, 100), (0.03, 10)] {
+            let commands = step.commands(sample_time_s, rest + 5);
+            assert!(commands[..rest].iter().all(|&command| command == 0.0));
+            assert!(commands[rest..].iter().all(|&command| command == 4.5));
+        }
+        assert!((step.duration_s() - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sampled_profiles_agree_with_the_command_in_force() {
+        for (name, _) in BUILT_IN {
+            let profile = Profile::built_in(name, 4.5, 6.0).expect("built in");
+            assert!(profile.largest_command() <= 4.5);
+            for sample_time_s in [0.003, 0.03, 0.0047] {
+                let commands = profile.commands(sample_time_s, 2000);
+                for (k, command) in commands.iter().enumerate() {
+                    assert_eq!(*command, profile.command_at(k as f64 * sample_time_s));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_file_holds_each_command_until_the_next_row() {
+        let rows = "t_s,command_v\n0.1,1.5\n0.2,-3\n0.5,0\n";
+        let profile = Profile::read_from(rows.as_bytes(), Path::new("p.csv")).expect("good rows");
+        assert_eq!(profile.command_at(0.05), 0.0);
+        assert_eq!(profile.command_at(0.1), 1.5);
+        assert_eq!(profile.command_at(0.2), -3.0);
+        assert_eq!(profile.command_at(9.0), 0.0);
+    }
+
+    #[test]
+    fn bad_rows_are_named() {
+        let message = |rows: &str| {
+            Profile::read_from(rows.as_bytes(), Path::new("p.csv"))
+                .expect_err("bad rows")
+                .to_string()
+        };
+        assert!(message("0,1\n0.1,x\n").contains("p.csv, row 2, column command_v: 'x'"));
+        assert!(message("0,1\n0,2\n").contains("row 2, column t_s: '0' is not later"));
+        assert!(message("0,1\n0.5,inf\n").contains("'inf' is no finite number"));
+        assert!(message("# nothing\n").contains("no row"));
+        let unknown = Profile::named("stpe", 4.5, 1.0).expect_err("no such profile");
+        assert!(unknown.to_string().contains("did you mean 'step'?"));
+    }
+}
