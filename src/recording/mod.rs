@@ -1,7 +1,11 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
+mod row;
 mod run;
 mod velocity;
+mod writer;
 
+pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use velocity::{difference_velocities, velocity_rad_s};
+pub use writer::{FLUSH_EVERY, RUN_FORMAT, RunWriter, WriteError, next_free_name, write_run};

@@ -1,0 +1,551 @@
+//! The crash-safe writer of run files.
+//!
+//! Rows are appended and handed to the operating system every [`FLUSH_EVERY`] at the latest, so a
+//! process that is killed leaves a file with every whole row up to then. The header stands at the top
+//! and yet holds what is known only at the end: a block of comment lines is reserved there, and
+//! [`RunWriter::finish`] overwrites it in place with `complete = true` and the summary. A file without
+//! that line was not ended properly.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::row::{Columns, Row, RowFormatter, Time};
+use super::{Flags, Run};
+
+/// Value of the `format` key.
+pub const RUN_FORMAT: &str = "motorlab-run/1";
+
+/// Rows wait in memory no longer than this (as long as [`RunWriter::flush_if_due`] is called).
+pub const FLUSH_EVERY: Duration = Duration::from_millis(25);
+
+/// Bytes kept free in the header for the summary.
+const RESERVED_BYTES: usize = 1600;
+
+/// Rows wait in memory up to this many bytes.
+const MOST_BUFFERED: usize = 1 << 18;
+
+/// Why a run file cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The file cannot be made.
+    #[error("cannot create {path}: {source}{}", advice(source))]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// Writing failed on the way; the file ends with a whole row.
+    #[error(
+        "cannot write {path} any further: {source}; it holds {rows} whole rows{}",
+        advice(source)
+    )]
+    Append {
+        /// The file.
+        path: PathBuf,
+        /// Whole rows in it.
+        rows: u64,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file was deleted, or its directory was, while it was written.
+    #[error("{path} vanished while it was written; everything up to then is in {rescued}")]
+    Vanished {
+        /// The file.
+        path: PathBuf,
+        /// Where its rows are now.
+        rescued: PathBuf,
+    },
+    /// The header cannot be written as TOML.
+    #[error("the run's header is no TOML")]
+    Header(#[from] toml::ser::Error),
+}
+
+/// What to do about the commonest failures.
+fn advice(error: &io::Error) -> &'static str {
+    match error.kind() {
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            " (free some room, or name a file on another disk with -o)"
+        }
+        io::ErrorKind::FileTooLarge => " (the limit on file sizes was reached: see `ulimit -f`)",
+        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
+            " (name a file in a directory that you may write to with -o)"
+        }
+        io::ErrorKind::NotFound => " (its directory is not there)",
+        _ => "",
+    }
+}
+
+/// The first of `run.csv`, `run-2.csv`, `run-3.csv` ... that does not exist.
+pub fn next_free_name(path: &Path) -> PathBuf {
+    names_from(path)
+        .find(|candidate| candidate.symlink_metadata().is_err())
+        .unwrap_or_else(|| path.to_owned())
+}
+
+/// `run.csv`, `run-2.csv`, `run-3.csv` ...
+fn names_from(path: &Path) -> impl Iterator<Item = PathBuf> {
+    let stem = path.file_stem().unwrap_or_default().to_os_string();
+    let extension = path.extension().map(std::ffi::OsStr::to_os_string);
+    let numbered = (2..1_000_000_u32).map({
+        let path = path.to_owned();
+        move |number| {
+            let mut name = stem.clone();
+            name.push(format!("-{number}"));
+            if let Some(extension) = &extension {
+                name.push(".");
+                name.push(extension);
+            }
+            path.with_file_name(name)
+        }
+    });
+    std::iter::once(path.to_owned()).chain(numbered)
+}
+
+/// Writes one run file. Dropping it without [`RunWriter::finish`] leaves a readable, incomplete file.
+#[derive(Debug)]
+pub struct RunWriter {
+    file: File,
+    path: PathBuf,
+    formatter: RowFormatter,
+    buffer: Vec<u8>,
+    /// Bytes of whole rows (and header) that the operating system has.
+    written_bytes: u64,
+    rows: u64,
+    buffered_rows: u64,
+    last_flush: Instant,
+    reserved_at: u64,
+}
+
+impl RunWriter {
+    /// Begins a file with `header` at its top; `format` is added. An existing file is never
+    /// overwritten: the next free name is taken, and [`RunWriter::path`] says which.
+    pub fn create(path: &Path, header: &toml::Table, columns: Columns) -> Result<Self, WriteError> {
+        let (file, path) = create_free(path)?;
+        let mut writer = Self {
+            file,
+            path,
+            formatter: RowFormatter::new(columns, header),
+            buffer: Vec::with_capacity(1 << 14),
+            written_bytes: 0,
+            rows: 0,
+            buffered_rows: 0,
+            last_flush: Instant::now(),
+            reserved_at: 0,
+        };
+        writer.reserved_at = writer.write_header(header)?;
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    /// Puts the header into the buffer; says where its reserved block begins.
+    fn write_header(&mut self, header: &toml::Table) -> Result<u64, WriteError> {
+        let (tables, plain): (toml::Table, toml::Table) = header
+            .clone()
+            .into_iter()
+            .filter(|(key, _)| key != "format" && key != "complete" && key != "summary")
+            .partition(|(_, value)| value.is_table());
+        comment_lines(&mut self.buffer, &format!("format = \"{RUN_FORMAT}\""));
+        comment_lines(&mut self.buffer, &toml::to_string(&plain)?);
+        let reserved_at = self.buffer.len() as u64;
+        fill(&mut self.buffer, RESERVED_BYTES);
+        comment_lines(&mut self.buffer, &toml::to_string(&tables)?);
+        self.formatter.push_names(&mut self.buffer);
+        Ok(reserved_at)
+    }
+
+    /// Where the rows go: the path asked for, or the next free name.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Rows appended so far.
+    pub fn rows(&self) -> u64 {
+        self.rows + self.buffered_rows
+    }
+
+    /// Appends one row, with its speed by the one velocity rule, which is returned in rad/s.
+    pub fn append(&mut self, row: &Row) -> Result<Option<f64>, WriteError> {
+        let speed = self.formatter.push_row(&mut self.buffer, row);
+        self.buffered_rows += 1;
+        if self.buffer.len() >= MOST_BUFFERED {
+            self.flush()?;
+        }
+        Ok(speed)
+    }
+
+    /// Hands the rows to the operating system if the last time is [`FLUSH_EVERY`] ago.
+    pub fn flush_if_due(&mut self) -> Result<(), WriteError> {
+        if self.last_flush.elapsed() < FLUSH_EVERY {
+            return Ok(());
+        }
+        self.flush()
+    }
+
+    /// Hands all rows to the operating system. After an error the file ends with a whole row; after
+    /// [`WriteError::Vanished`] the writer is still good and goes on in the rescued copy.
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.last_flush = Instant::now();
+        if self.buffer.is_empty() {
+            return Ok(());
+        }
+        if let Err(source) = self.file.write_all(&self.buffer) {
+            return Err(self.cut_back(source));
+        }
+        self.written_bytes += self.buffer.len() as u64;
+        self.rows += std::mem::take(&mut self.buffered_rows);
+        self.buffer.clear();
+        if file_vanished(&self.file) {
+            return self.rescue();
+        }
+        Ok(())
+    }
+
+    /// After a failed write: keeps the whole rows that got through.
+    fn cut_back(&mut self, source: io::Error) -> WriteError {
+        let on_disk = self.file.metadata().map_or(0, |metadata| metadata.len());
+        let got_through = on_disk.saturating_sub(self.written_bytes) as usize;
+        let got_through = &self.buffer[..got_through.min(self.buffer.len())];
+        let whole = got_through
+            .iter()
+            .rposition(|&byte| byte == b'\n')
+            .map_or(0, |newline| newline + 1);
+        let newlines = got_through[..whole].iter().filter(|&&byte| byte == b'\n');
+        self.rows += (newlines.count() as u64).min(self.buffered_rows);
+        self.written_bytes += whole as u64;
+        self.buffer.clear();
+        self.buffered_rows = 0;
+        let cut = self.file.set_len(self.written_bytes);
+        WriteError::Append {
+            path: self.path.clone(),
+            rows: self.rows,
+            source: cut.err().unwrap_or(source),
+        }
+    }
+
+    /// Copies a deleted file, which lives on as long as it is open, to a place that still exists, and
+    /// goes on there.
+    fn rescue(&mut self) -> Result<(), WriteError> {
+        let name = self.path.file_name().unwrap_or("run.csv".as_ref());
+        let places = [PathBuf::new(), std::env::temp_dir()];
+        let copy = places.iter().find_map(|place| {
+            let (mut file, path) = create_free(&place.join(name)).ok()?;
+            let copied = copy_whole(&self.file, &mut file);
+            copied.ok().map(|()| (file, path))
+        });
+        let Some((file, rescued)) = copy else {
+            return Err(WriteError::Append {
+                path: self.path.clone(),
+                rows: 0,
+                source: io::Error::new(
+                    io::ErrorKind::NotFound,
+                    "the file vanished, and there is no other place for it",
+                ),
+            });
+        };
+        self.file = file;
+        let path = std::mem::replace(&mut self.path, rescued.clone());
+        Err(WriteError::Vanished { path, rescued })
+    }
+
+    /// Ends the file: flushes, writes `summary` into the header, and `complete = true` if `complete`.
+    pub fn finish(mut self, summary: &toml::Table, complete: bool) -> Result<PathBuf, WriteError> {
+        match self.flush() {
+            Ok(()) | Err(WriteError::Vanished { .. }) => {}
+            Err(error) => return Err(error),
+        }
+        let mut block = Vec::new();
+        if complete {
+            comment_lines(&mut block, "complete = true");
+        }
+        for (key, value) in summary {
+            let before = block.len();
+            comment_lines(&mut block, &format!("summary.{key} = {value}"));
+            if block.len() + SHORTEST_FILL > RESERVED_BYTES {
+                block.truncate(before);
+            }
+        }
+        let free = RESERVED_BYTES - block.len();
+        fill(&mut block, free);
+        let patch = |file: &File| -> io::Result<()> {
+            file.sync_data()?;
+            write_at(file, &block, self.reserved_at)?;
+            file.sync_data()
+        };
+        patch(&self.file).map_err(|source| WriteError::Append {
+            path: self.path.clone(),
+            rows: self.rows,
+            source,
+        })?;
+        Ok(self.path)
+    }
+}
+
+/// Creates `path` or the next free name after it, atomically.
+fn create_free(path: &Path) -> Result<(File, PathBuf), WriteError> {
+    for candidate in names_from(path) {
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create_new(true)
+            .open(&candidate);
+        match file {
+            Ok(file) => return Ok((file, candidate)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+            Err(source) => {
+                return Err(WriteError::Create {
+                    path: candidate,
+                    source,
+                });
+            }
+        }
+    }
+    Err(WriteError::Create {
+        path: path.to_owned(),
+        source: io::ErrorKind::AlreadyExists.into(),
+    })
+}
+
+/// Appends each line of `text` as a comment.
+fn comment_lines(buffer: &mut Vec<u8>, text: &str) {
+    for line in text.lines() {
+        buffer.extend_from_slice(if line.is_empty() { b"#" } else { b"# " });
+        buffer.extend_from_slice(line.as_bytes());
+        buffer.push(b'\n');
+    }
+}
+
+/// Shortest comment line that is a comment of the TOML document too: `# #` and the newline.
+const SHORTEST_FILL: usize = 4;
+
+/// Appends exactly `length` bytes (at least [`SHORTEST_FILL`], or none) of empty comment lines.
+fn fill(buffer: &mut Vec<u8>, mut length: usize) {
+    const LINE: usize = 100;
+    while length >= SHORTEST_FILL {
+        let line = if length >= LINE + SHORTEST_FILL {
+            LINE
+        } else {
+            length
+        };
+        buffer.extend_from_slice(b"# #");
+        buffer.resize(buffer.len() + line - SHORTEST_FILL, b'.');
+        buffer.push(b'\n');
+        length -= line;
+    }
+}
+
+#[cfg(unix)]
+fn file_vanished(file: &File) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
+}
+
+#[cfg(not(unix))]
+fn file_vanished(_file: &File) -> bool {
+    false
+}
+
+#[cfg(unix)]
+fn write_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
+    use std::os::unix::fs::FileExt;
+    file.write_all_at(bytes, at)
+}
+
+#[cfg(not(unix))]
+fn write_at(mut file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
+    use std::io::Seek;
+    file.seek(io::SeekFrom::Start(at))?;
+    file.write_all(bytes)
+}
+
+/// Copies all of `from` into `to`, which is left at its end.
+fn copy_whole(mut from: &File, to: &mut File) -> io::Result<()> {
+    use std::io::Seek;
+    from.rewind()?;
+    io::copy(&mut from, to)?;
+    Ok(())
+}
+
+/// Writes a whole run, simulated or imported, and ends it as `run.complete` says. Returns the path,
+/// which is the next free name if `path` exists. Header keys that the run does not keep as columns or
+/// fields are written as they are; its summary, if it has one, is kept.
+pub fn write_run(run: &Run, path: &Path) -> Result<PathBuf, WriteError> {
+    let mut header = toml::Table::new();
+    header.insert("sample_time_s".to_owned(), run.sample_time_s.into());
+    header.insert("counts_per_rev".to_owned(), run.counts_per_rev.into());
+    if let Some(supply_v) = run.supply_v {
+        header.insert("supply_v".to_owned(), supply_v.into());
+    }
+    for (key, value) in &run.header {
+        header.entry(key.clone()).or_insert_with(|| value.clone());
+    }
+    let columns = Columns {
+        command: run.command_kind,
+        seq: run.seq.is_some(),
+        host: run.host_t_s.is_some(),
+        flags: run.flags.is_some(),
+        supply: run.measured_supply_v.is_some(),
+        current: run.measured_current_a.is_some(),
+    };
+    let mut writer = RunWriter::create(path, &header, columns)?;
+    let at = |column: &Option<Vec<f64>>, k: usize| column.as_ref().map(|values| values[k]);
+    for k in 0..run.len() {
+        writer.append(&Row {
+            seq: run.seq.as_ref().map(|seq| seq[k]),
+            time: Time::Seconds(run.t_s[k]),
+            host: at(&run.host_t_s, k).map(Time::Seconds),
+            command: run.command[k],
+            counts: run.counts[k],
+            flags: run
+                .flags
+                .as_ref()
+                .map_or_else(Flags::default, |flags| flags[k]),
+            supply_v: at(&run.measured_supply_v, k),
+            current_a: at(&run.measured_current_a, k),
+        })?;
+    }
+    let empty = toml::Table::new();
+    let summary = run.header.get("summary").and_then(toml::Value::as_table);
+    writer.finish(summary.unwrap_or(&empty), run.complete)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::{CommandKind, difference_velocities};
+
+    fn header() -> toml::Table {
+        "sample_time_s = 0.003\ncounts_per_rev = 720\nprofile = \"step\"\nport = { vid = 9025 }"
+            .parse()
+            .expect("TOML")
+    }
+
+    fn row(seq: u64, counts: i64) -> Row {
+        Row {
+            seq: Some(seq),
+            time: Time::Micros(seq as i64 * 3000),
+            host: Some(Time::Micros(seq as i64 * 3001 + 12)),
+            command: 4.5,
+            counts,
+            flags: Flags::default(),
+            supply_v: None,
+            current_a: None,
+        }
+    }
+
+    /// The leading comment lines as one TOML document.
+    fn header_of(text: &str) -> toml::Table {
+        text.lines()
+            .map_while(|line| line.strip_prefix('#'))
+            .map(|line| format!("{}\n", line.trim_start_matches(' ')))
+            .collect::<String>()
+            .parse()
+            .expect("the header is TOML")
+    }
+
+    #[test]
+    fn an_ended_file_has_its_summary_at_the_top() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("run.csv");
+        let columns = Columns::recorded(CommandKind::Voltage);
+        let mut writer = RunWriter::create(&path, &header(), columns).expect("writable");
+        let counts = [0, 2, 8, -5];
+        let seq = [0, 1, 4, 5];
+        let mut speeds = Vec::new();
+        for (&seq, &counts) in seq.iter().zip(&counts) {
+            speeds.push(writer.append(&row(seq, counts)).expect("writable"));
+        }
+        writer.flush().expect("writable");
+        let before = std::fs::read_to_string(&path).expect("text");
+        assert!(!header_of(&before).contains_key("complete"));
+        let summary = "samples = 4\nlost = 2\nclock = { ppm = 1.5 }"
+            .parse()
+            .expect("TOML");
+        writer.finish(&summary, true).expect("writable");
+
+        let text = std::fs::read_to_string(&path).expect("text");
+        assert_eq!(text.len(), before.len());
+        let read = header_of(&text);
+        assert_eq!(read["format"].as_str(), Some(RUN_FORMAT));
+        assert_eq!(read["complete"].as_bool(), Some(true));
+        assert_eq!(read["summary"]["lost"].as_integer(), Some(2));
+        assert_eq!(read["port"]["vid"].as_integer(), Some(9025));
+        let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+        assert_eq!(
+            rows[0],
+            "seq,t_s,host_t_s,command_v,counts,velocity_rad_s,flags"
+        );
+        assert_eq!(rows[1], "0,0.000000,0.000012,4.5,0,,");
+        assert!(rows[3].starts_with("4,0.012000,0.012016,4.5,8,5.81776"));
+        assert_eq!(
+            speeds,
+            difference_velocities(&counts, Some(&seq), 720.0, 0.003)
+        );
+    }
+
+    #[test]
+    fn an_existing_file_is_never_overwritten() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("run.csv");
+        let columns = Columns::recorded(CommandKind::Voltage);
+        let names: Vec<PathBuf> = (0..3)
+            .map(|_| {
+                let free = next_free_name(&path);
+                let writer = RunWriter::create(&path, &header(), columns).expect("writable");
+                assert_eq!(writer.path(), free);
+                free
+            })
+            .collect();
+        let expected =
+            ["run.csv", "run-2.csv", "run-3.csv"].map(|name| directory.path().join(name));
+        assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_directory_that_is_not_there_is_said() {
+        let columns = Columns::recorded(CommandKind::Voltage);
+        let error = RunWriter::create(Path::new("/nowhere/run.csv"), &header(), columns)
+            .expect_err("no such directory");
+        assert!(error.to_string().contains("/nowhere/run.csv"));
+        assert!(error.to_string().contains("its directory is not there"));
+    }
+
+    #[test]
+    fn a_file_deleted_under_the_writer_goes_on_elsewhere() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("vanishing-run.csv");
+        let columns = Columns::recorded(CommandKind::Voltage);
+        let mut writer = RunWriter::create(&path, &header(), columns).expect("writable");
+        writer.append(&row(0, 0)).expect("writable");
+        writer.flush().expect("writable");
+        std::fs::remove_file(&path).expect("deletable");
+        writer.append(&row(1, 1)).expect("writable");
+        let error = writer.flush().expect_err("it vanished");
+        let WriteError::Vanished { rescued, .. } = error else {
+            panic!("{error}");
+        };
+        writer.append(&row(2, 2)).expect("writable");
+        writer.finish(&toml::Table::new(), true).expect("writable");
+        let text = std::fs::read_to_string(&rescued).expect("text");
+        std::fs::remove_file(&rescued).expect("deletable");
+        assert_eq!(
+            text.lines().filter(|line| !line.starts_with('#')).count(),
+            4
+        );
+        assert_eq!(header_of(&text)["complete"].as_bool(), Some(true));
+    }
+
+    #[test]
+    fn the_reserved_block_is_filled_to_the_byte() {
+        for length in (SHORTEST_FILL..700).chain([RESERVED_BYTES]) {
+            let mut buffer = Vec::new();
+            fill(&mut buffer, length);
+            assert_eq!(buffer.len(), length);
+            let text = String::from_utf8(buffer).expect("text");
+            assert!(text.lines().all(|line| line.starts_with("# #")));
+            assert!(text.ends_with('\n'));
+        }
+    }
+}
