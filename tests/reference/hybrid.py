@@ -1,0 +1,478 @@
+"""A hybrid automaton of the motor with every effect of the signal chain's driver, winding, friction and transmission.
+
+Continuous state x = (theta1, w1, theta2, w2, i, P, F):
+    theta1, w1   motor side (of a rigid motor: the shaft), rad and rad/s
+    theta2, w2   load side, of a motor with backlash or compliance
+    i, P, F      current (A), filtered copper loss (W), presliding friction torque (N m)
+
+Discrete state (Mode): what the driver's current does, which side slips which way or sticks, and who touches whom.
+A mode's equations are smooth. Its guards are functions of the state that are positive as long as the mode holds; the
+instant at which one falls through zero is located on the integrator's dense output, the step is integrated again up to
+it, and the instant is polished by Newton's rule. `settle` then picks the mode that follows.
+
+The equations and the laws of sticking, blocking and contact are written out in README.md.
+"""
+
+from dataclasses import dataclass, field
+from math import copysign, exp, pi, sin
+
+import numpy as np
+from scipy.integrate import DOP853, Radau
+from scipy.optimize import brentq
+
+HANDOUT = dict(
+    resistance_ohm=10.0, back_emf_v_s_per_rad=0.7, torque_constant_nm_per_a=0.7, viscous_friction_nm_s_per_rad=0.01,
+    inductance_h=0.004, inertia_kg_m2=0.002, coulomb_friction_nm=0.02, counts_per_rev=720.0, supply_v=4.5,
+)
+TH1, W1, TH2, W2, CUR, HEAT, DAHL = range(7)
+METHODS = {"DOP853": DOP853, "Radau": Radau}
+
+
+@dataclass
+class Mode:
+    current: str = "flow"      # flow, blocked (inside the drop), limited, open (coasting)
+    current_sign: int = 0      # sign of i in `flow` with a drop, and in `limited`
+    torque_sign: int = 1       # sign of tau_m, where friction depends on it
+    slip1: int = 0             # -1, 0 (stuck), +1
+    slip2: int = 0
+    contact: int | None = None  # None: no lash; 0: free; +1 / -1: the motor side touches the upper / lower flank
+
+
+class Motor:
+    def __init__(self, effects=None, parameters=None):
+        fx = effects or {}
+        p = dict(HANDOUT, **(parameters or {}))
+        get = lambda effect, key, default=0.0: fx[effect][key] if effect in fx else default
+        self.effects = fx
+        self.R = p["resistance_ohm"]
+        self.Kb = p["back_emf_v_s_per_rad"]
+        self.Kt = p["torque_constant_nm_per_a"]
+        self.supply = p["supply_v"]
+        self.counts_per_rev = p["counts_per_rev"]
+        self.L = get("inductance", "inductance_h", p["inductance_h"])
+        b = get("viscous_friction", "coefficient_nm_s_per_rad", p["viscous_friction_nm_s_per_rad"])
+        J = get("inertia", "inertia_kg_m2", p["inertia_kg_m2"])
+        self.Tf = get("coulomb_friction", "torque_nm", p["coulomb_friction_nm"])
+        self.dead = get("dead_zone", "threshold_v", -1.0)
+        self.gain = get("supply_error", "gain", 1.0)
+        self.drop = get("voltage_drop", "drop_v")
+        self.source = get("supply_sag", "source_resistance_ohm")
+        self.limit = get("current_limit", "limit_a", None)
+        self.coast = "coast_at_zero" in fx
+        self.heat_rise = get("winding_heating", "resistance_rise_per_w")
+        self.heat_tau = get("winding_heating", "time_constant_s", None)
+        self.ripple = [get("torque_ripple", k) for k in ("amplitude", "cycles_per_rev", "phase_rad")]
+        self.extra = get("stribeck", "extra_torque_nm")
+        self.stribeck_speed = get("stribeck", "stribeck_speed_rad_s", 1.0)
+        self.asymmetry = get("asymmetric_friction", "ratio")
+        self.presliding = get("presliding", "break_in_angle_rad", None)
+        self.driving = get("load_friction", "driving_fraction")
+        self.driven = get("load_friction", "driven_fraction")
+        self.load_friction = "load_friction" in fx
+        self.drag = get("quadratic_drag", "coefficient_nm_s2_per_rad2")
+        self.gravity = [get("gravity_load", k) for k in ("torque_nm", "phase_rad")]
+        self.cogging = [get("cogging", k) for k in ("torque_nm", "cycles_per_rev", "phase_rad")]
+        self.lash = get("backlash", "gap_rad", None)
+        self.compliant = "compliance" in fx
+        self.two = self.lash is not None or self.compliant
+        self.frictionless = not (self.two or self.Tf or self.extra or self.load_friction)
+        share = get("backlash", "load_fraction", get("compliance", "load_fraction", 0.0))
+        self.encoder_side = get("backlash", "encoder_side", get("compliance", "encoder_side", 0))
+        self.share1, self.share2 = 1.0 - share, share
+        self.J1, self.J2, self.J = self.share1 * J, self.share2 * J, J
+        self.b1, self.b2 = self.share1 * b, self.share2 * b
+        self.k = self.c = 0.0
+        if self.compliant:
+            reduced = self.J1 * self.J2 / J
+            rate = 2 * pi * fx["compliance"]["frequency_hz"]
+            self.k, self.c = rate**2 * reduced, 2 * fx["compliance"]["damping_ratio"] * rate * reduced
+        self.command = 0.0     # what reaches the driver, after delay and dead zone
+        self.mode = Mode(contact=0 if self.lash is not None else None)
+
+    # ---- the chain's pieces ---------------------------------------------------------------------------------------
+    def driver_command(self, u):
+        return 0.0 if abs(u) <= self.dead else u
+
+    def emf_gain(self, x):
+        A, N, phase = self.ripple
+        return 1.0 + A * sin(N * x[TH1] + phase) if A else 1.0
+
+    def resistance(self, x):
+        duty = abs(self.command) / self.supply
+        return self.R * (1.0 + self.heat_rise * x[HEAT]) + duty * duty * self.source
+
+    def excess(self, x):
+        """e = v - Kb w: what drives the current, before the driver's drop."""
+        return self.gain * self.command - self.Kb * self.emf_gain(x) * x[W1]
+
+    def motor_torque(self, x):
+        return self.Kt * self.emf_gain(x) * x[CUR]
+
+    def torques(self, x):
+        """Net torque on the motor side and on the load side, all but friction, viscous friction and flanks."""
+        A, N, phase = self.cogging
+        n1 = self.motor_torque(x) + (A * sin(N * x[TH1] + phase) if A else 0.0)
+        side_angle, side_speed = (x[TH2], x[W2]) if self.two else (x[TH1], x[W1])
+        G, phase = self.gravity
+        n2 = -(G * sin(side_angle + phase) if G else 0.0) - self.drag * side_speed * abs(side_speed)
+        if self.compliant:
+            spring = self.k * (x[TH1] - x[TH2]) + self.c * (x[W1] - x[W2])
+            return n1 - spring, n2 + spring
+        return n1, n2
+
+    def friction(self, direction, speed, torque, at_rest=False):
+        """Coulomb level of the whole motor against motion in `direction`."""
+        level = self.Tf * (1.0 + self.asymmetry * direction)
+        if self.extra:
+            level += self.extra * (1.0 if at_rest else exp(-((speed / self.stribeck_speed) ** 2)))
+        if self.load_friction:
+            driving = at_rest or direction * self.mode.torque_sign >= 0
+            level += (self.driving if driving else self.driven) * abs(torque)
+        return level
+
+    # ---- the equations of the mode in force -----------------------------------------------------------------------
+    def rhs(self, _t, x):
+        m = self.mode
+        d = [0.0] * 7
+        flow = 0.0
+        if m.current == "flow":
+            flow = (self.excess(x) - m.current_sign * self.drop - self.resistance(x) * x[CUR]) / self.L
+        d[CUR] = flow
+        if self.heat_tau:
+            d[HEAT] = (x[CUR] ** 2 * self.R - x[HEAT]) / self.heat_tau
+        torque = self.motor_torque(x) if self.load_friction else 0.0
+        n1, n2 = self.torques(x)
+        w = x[W1]
+        if not self.two:
+            d[TH1] = w
+            if self.presliding is not None:
+                d[W1] = (n1 + n2 - self.b1 * w - x[DAHL]) / self.J1
+                d[DAHL] = self.Tf / self.presliding * (w - m.slip1 * w * x[DAHL] / self.Tf)
+            elif m.slip1:
+                d[W1] = (n1 + n2 - self.b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
+            else:
+                d[TH1] = 0.0
+        elif m.contact:
+            if m.slip1:
+                d[TH1] = d[TH2] = w
+                d[W1] = d[W2] = self.joint_acceleration(x)
+        else:
+            if m.slip1:
+                d[TH1] = w
+                d[W1] = (n1 - self.b1 * w - m.slip1 * self.share1 * self.friction(m.slip1, w, torque)) / self.J1
+            if m.slip2:
+                w = x[W2]
+                d[TH2] = w
+                d[W2] = (n2 - self.b2 * w - m.slip2 * self.share2 * self.friction(m.slip2, w, torque)) / self.J2
+        return d
+
+    def joint_acceleration(self, x):
+        n1, n2 = self.torques(x)
+        m, w = self.mode, x[W1]
+        return (n1 + n2 - (self.b1 + self.b2) * w - m.slip1 * self.friction(m.slip1, w, self.motor_torque(x))) / self.J
+
+    def flank_torque(self, x):
+        """Torque by which the motor side pushes the load while both move as one."""
+        _, n2 = self.torques(x)
+        m, w = self.mode, x[W1]
+        level = self.share2 * self.friction(m.slip1, w, self.motor_torque(x))
+        return self.J2 * self.joint_acceleration(x) + self.b2 * w + m.slip1 * level - n2
+
+    def levels(self, x, share):
+        torque = self.motor_torque(x)
+        return [share * self.friction(s, 0.0, torque, at_rest=True) for s in (1, -1)]
+
+    def stuck_flank_range(self, x):
+        """The flank torques that keep both sides stuck while they touch: ((lowest, why), (highest, why))."""
+        n1, n2 = self.torques(x)
+        up1, down1 = self.levels(x, self.share1)
+        up2, down2 = self.levels(x, self.share2)
+        low = [(n1 - up1, "motor"), (-down2 - n2, "load")]
+        high = [(n1 + down1, "motor"), (up2 - n2, "load")]
+        (low if self.mode.contact > 0 else high).append((0.0, "flank"))
+        return max(low), min(high)
+
+    # ---- guards: positive while the mode holds --------------------------------------------------------------------
+    def guards(self, x):
+        m = self.mode
+        g = {}
+        if m.current == "flow":
+            if m.current_sign:
+                g["current zero"] = m.current_sign * x[CUR]
+            if self.limit is not None:
+                g["limit"] = self.limit - abs(x[CUR])
+        elif m.current == "blocked":
+            g["unblock"] = self.drop - abs(self.excess(x))
+        elif m.current == "limited":
+            pull = self.excess(x) - m.current_sign * (self.drop + self.resistance(x) * self.limit)
+            g["unlimit"] = m.current_sign * pull
+        if self.load_friction and m.current == "flow" and (m.slip1 or m.slip2):
+            g["torque zero"] = m.torque_sign * x[CUR]
+        if self.presliding is not None:
+            g["reverse"] = m.slip1 * x[W1]
+            return g
+        if not self.two:
+            if self.frictionless:
+                return g
+            if m.slip1:
+                g["stop1"] = m.slip1 * x[W1]
+            else:
+                n1, n2 = self.torques(x)
+                up, down = self.levels(x, 1.0)
+                g["break1"] = min(up - (n1 + n2), down + (n1 + n2))
+            return g
+        if m.contact:
+            if m.slip1:
+                g["stop joint"] = m.slip1 * x[W1]
+                g["part"] = m.contact * self.flank_torque(x)
+            else:
+                (low, _), (high, _) = self.stuck_flank_range(x)
+                g["break joint"] = high - low
+            return g
+        if self.lash is not None:
+            gap = x[TH1] - x[TH2]
+            g["touch +"] = self.lash / 2 - gap
+            g["touch -"] = self.lash / 2 + gap
+        n1, n2 = self.torques(x)
+        for name, slip, speed, net, share in (("1", m.slip1, x[W1], n1, self.share1), ("2", m.slip2, x[W2], n2, self.share2)):
+            if slip:
+                g["stop" + name] = slip * speed
+            else:
+                up, down = self.levels(x, share)
+                g["break" + name] = min(up - net, down + net)
+        return g
+
+    # ---- transitions ----------------------------------------------------------------------------------------------
+    def settle(self, x, fired=None):
+        """Changes `x` and the mode after guard `fired`, or after a change of the command (None)."""
+        m = self.mode
+        self.settle_current(x, fired)
+        if fired == "torque zero":
+            m.torque_sign = -m.torque_sign
+        else:
+            m.torque_sign = int(copysign(1, x[CUR] if x[CUR] != 0.0 else self.excess(x)))
+        if self.presliding is not None:
+            if fired == "reverse":
+                m.slip1, x[W1] = -m.slip1, 0.0
+            elif x[W1] == 0.0:
+                n1, n2 = self.torques(x)
+                net = n1 + n2 - x[DAHL]
+                m.slip1 = int(copysign(1, net if net != 0.0 else self.excess(x)))
+            return
+        if not self.two:
+            if self.frictionless:
+                m.slip1 = 1
+                return
+            if fired == "stop1":
+                x[W1] = 0.0
+            n1, n2 = self.torques(x)
+            m.slip1 = self.slip_after(x, m.slip1 if fired == "break1" else None, x[W1], n1 + n2, 1.0, m.slip1)
+            return
+        if fired in ("touch +", "touch -"):
+            m.contact = 1 if fired == "touch +" else -1
+            x[W1] = x[W2] = (self.J1 * x[W1] + self.J2 * x[W2]) / self.J
+            x[TH2] = x[TH1] - m.contact * self.lash / 2
+            m.slip1 = m.slip2 = int(copysign(1, x[W1]))
+        if fired == "stop joint":
+            x[W1] = x[W2] = 0.0
+        if m.contact:
+            self.settle_contact(x, fired)
+        if not m.contact:
+            if fired == "stop1":
+                x[W1] = 0.0
+            if fired == "stop2":
+                x[W2] = 0.0
+            n1, n2 = self.torques(x)
+            m.slip1 = self.slip_after(x, m.slip1 if fired == "break1" else None, x[W1], n1, self.share1, m.slip1)
+            m.slip2 = self.slip_after(x, m.slip2 if fired == "break2" else None, x[W2], n2, self.share2, m.slip2)
+
+    def slip_after(self, x, broke, speed, net, share, before):
+        """Stuck when the speed is 0 and |net torque| is within the breakaway level; `broke`: it has just left it."""
+        if speed != 0.0:
+            return int(copysign(1, speed))
+        if broke is not None:
+            return int(copysign(1, net))
+        up, down = self.levels(x, share)
+        if before and self.just_broke(before, net, up, down):
+            return before
+        return 1 if net > up else -1 if net < -down else 0
+
+    @staticmethod
+    def just_broke(before, net, up, down):
+        """A side that broke away at this very instant still has speed 0 and sits on its level to rounding."""
+        edge = net - up if before > 0 else -down - net
+        return abs(edge) < 1e-13
+
+    def parts(self, x):
+        """Whether sides that touch and slip as one would have to pull; at no torque, its rate of change decides."""
+        push = self.mode.contact * self.flank_torque(x)
+        if abs(push) < 1e-12:
+            ahead = x + 1e-7 * np.array(self.rhs(0.0, x))
+            push = self.mode.contact * self.flank_torque(ahead)
+        return push < 0.0
+
+    def settle_contact(self, x, fired):
+        m = self.mode
+        if x[W1] != 0.0:
+            m.slip1 = m.slip2 = int(copysign(1, x[W1]))
+            if fired == "part" or self.parts(x):
+                m.contact = 0
+            return
+        (low, low_by), (high, high_by) = self.stuck_flank_range(x)
+        if fired != "break joint" and low <= high:
+            m.slip1 = m.slip2 = 0
+            return
+        # The two binding limits say what gives way. A flank cannot pull: a side bound against it leaves alone.
+        upwards = {"motor": low_by == "motor", "load": high_by == "load"}
+        m.slip1 = m.slip2 = 0
+        if "flank" in (low_by, high_by):
+            m.contact = 0
+            if "motor" in (low_by, high_by):
+                m.slip1 = 1 if upwards["motor"] else -1
+            else:
+                m.slip2 = 1 if upwards["load"] else -1
+        else:
+            m.slip1 = m.slip2 = 1 if low_by == "motor" else -1
+
+    def settle_current(self, x, fired):
+        m = self.mode
+        if self.coast and self.command == 0.0:
+            m.current, x[CUR] = "open", 0.0
+            return
+        if fired == "limit":
+            m.current, m.current_sign = "limited", int(copysign(1, x[CUR]))
+            x[CUR] = m.current_sign * self.limit
+            return
+        if m.current == "limited":
+            pull = self.excess(x) - m.current_sign * (self.drop + self.resistance(x) * self.limit)
+            if fired == "unlimit" or m.current_sign * pull < 0.0:
+                m.current = "flow"
+                m.current_sign = m.current_sign if self.drop else 0
+            return
+        if not self.drop:
+            m.current, m.current_sign = "flow", 0
+            return
+        if fired == "current zero":
+            x[CUR] = 0.0
+        if fired == "unblock":
+            m.current, m.current_sign = "flow", int(copysign(1, self.excess(x)))
+        elif x[CUR] != 0.0:
+            m.current, m.current_sign = "flow", int(copysign(1, x[CUR]))
+        elif m.current == "flow" and m.current_sign and fired not in ("current zero", None):
+            pass  # current has just begun to flow: still 0 at this instant
+        else:
+            e = self.excess(x)
+            if abs(e) > self.drop:
+                m.current, m.current_sign = "flow", int(copysign(1, e))
+            else:
+                m.current, m.current_sign = "blocked", 0
+
+
+@dataclass
+class Trace:
+    """Rows at the asked instants, and the dense solution of every step in between."""
+    rows: list = field(default_factory=list)
+    pieces: list = field(default_factory=list)   # (from, to, dense output)
+    events: list = field(default_factory=list)   # (t, guard)
+    evaluations: int = 0
+
+
+class Integrator:
+    """Runs a Motor through a list of (instant, command) and lands on every asked instant."""
+
+    def __init__(self, motor, method="DOP853", rtol=1e-12, atol=1e-14, keep_dense=False, max_step=np.inf):
+        self.motor, self.method, self.rtol, self.atol = motor, METHODS[method], rtol, atol
+        self.keep_dense, self.max_step = keep_dense, max_step
+        self.trace = Trace()
+
+    def run(self, switches, instants):
+        """`switches`: (instant, command) in order, before the first of which the command is 0."""
+        motor = self.motor
+        x = np.zeros(7)
+        t = 0.0
+        marks = sorted({(s, 0, k) for k, (s, _) in enumerate(switches)} | {(s, 1, k) for k, s in enumerate(instants)})
+        motor.settle(x)
+        for instant, kind, k in marks:
+            t, x = self.advance(t, x, instant)
+            if kind == 0:
+                motor.command = motor.driver_command(switches[k][1])
+                motor.settle(x)
+            else:
+                self.trace.rows.append(x.copy())
+        return self.trace
+
+    def solver(self, t, x, end):
+        return self.method(self.motor.rhs, t, x, end, rtol=self.rtol, atol=self.atol, max_step=self.max_step)
+
+    def advance(self, t, x, end):
+        while t < end:
+            solver = self.solver(t, x, end)
+            while solver.status == "running":
+                before_t, before_x = solver.t, solver.y.copy()
+                message = solver.step()
+                if solver.status == "failed":
+                    raise RuntimeError(message)
+                dense = solver.dense_output()
+                hit = self.first_crossing(before_t, before_x, solver.t, solver.y, dense)
+                if hit is None:
+                    self.check(solver.t, solver.y)
+                    if self.keep_dense:
+                        self.trace.pieces.append((before_t, solver.t, dense))
+                    continue
+                name, guess = hit
+                t, x = self.polish(name, guess, before_t, before_x, end)
+                if self.keep_dense:
+                    self.trace.pieces.append((before_t, t, dense))
+                self.trace.events.append((t, name))
+                self.motor.settle(x, name)
+                break
+            else:
+                t, x = solver.t, solver.y.copy()
+            self.trace.evaluations += solver.nfev
+        return t, x
+
+    def first_crossing(self, t0, x0, t1, x1, dense):
+        inner = [t0 + (t1 - t0) * f for f in (0.2, 0.4, 0.6, 0.8)]
+        values = [self.motor.guards(x0)] + [self.motor.guards(dense(s)) for s in inner] + [self.motor.guards(x1)]
+        times = [t0] + inner + [t1]
+        best = None
+        for name in values[0]:
+            for k in range(1, 6):
+                if values[k - 1][name] > 0.0 >= values[k][name]:
+                    at = brentq(lambda s: self.motor.guards(dense(s))[name] if t0 < s < t1 else values[0 if s <= t0 else 5][name],
+                                times[k - 1], times[k], xtol=1e-15, rtol=8.9e-16) if values[k][name] < 0.0 else times[k]
+                    if best is None or at < best[1]:
+                        best = (name, at)
+                    break
+        return best
+
+    def polish(self, name, guess, t0, x0, end):
+        """Integrates to the crossing itself and corrects the instant by Newton's rule along the solution."""
+        def state_at(s):
+            if s <= t0:
+                return x0.copy()
+            solver = self.solver(t0, x0, s)
+            while solver.status == "running":
+                solver.step()
+            self.trace.evaluations += solver.nfev
+            return solver.y.copy()
+
+        t = guess
+        x = state_at(t)
+        for _ in range(3):
+            g = self.motor.guards(x)[name]
+            slope = np.array(self.motor.rhs(t, x))
+            eps = 1e-7
+            rate = (self.motor.guards(x + eps * slope)[name] - g) / eps
+            if rate >= 0.0 or abs(g / rate) > 1e-6 or abs(g / rate) < 1e-15:
+                break
+            nxt = t - g / rate
+            if not t0 < nxt < end:
+                break
+            t, x = nxt, state_at(nxt)
+        return t, x
+
+    def check(self, t, x):
+        for name, value in self.motor.guards(x).items():
+            if value < -1e-8:
+                raise AssertionError(f"guard '{name}' is {value:.2e} at t = {t:.9f} s in mode {self.motor.mode}")
