@@ -3,10 +3,17 @@
 mod bench;
 mod clock;
 pub mod faults;
+mod port;
+mod port_list;
 mod profile;
+pub mod pty;
 pub mod rawlog;
+mod reader;
 pub mod text_lines;
 
 pub use bench::{Bench, IdealBench};
 pub use clock::{ClockFit, ClockFitter, MicrosUnwrapper};
+pub use port::{OpenError, Port, READ_PATIENCE};
+pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};
+pub use reader::{Arrival, LineReader};

@@ -1,0 +1,162 @@
+//! A pseudo-terminal pair: the serial line of the virtual board and of a replayed log.
+//!
+//! The far end stays in raw mode from the start (no echo, no CR to LF), so nothing is changed on the
+//! way even before a program has opened it. The kernel holds some 20 kB; then a writer has to wait.
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Write};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::OFlags;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+
+/// The near end of a pseudo-terminal: what is written here can be read by whoever opens [`Pty::path`].
+#[derive(Debug)]
+pub struct Pty {
+    near: File,
+    path: PathBuf,
+}
+
+/// What a look at the line shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Readiness {
+    /// Some program has the far end open.
+    pub connected: bool,
+    /// There are bytes to read.
+    pub readable: bool,
+    /// There is room to write.
+    pub writable: bool,
+}
+
+impl Pty {
+    /// Makes a pair; the far end is named [`Pty::path`].
+    pub fn open() -> io::Result<Self> {
+        let near: OwnedFd = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+        grantpt(&near)?;
+        unlockpt(&near)?;
+        let name = ptsname(&near, Vec::new())?;
+        let path = PathBuf::from(name.to_string_lossy().into_owned());
+        let far = OpenOptions::new().read(true).write(true).open(&path)?;
+        let mut settings = tcgetattr(&far)?;
+        settings.make_raw();
+        tcsetattr(&far, OptionalActions::Now, &settings)?;
+        let flags = rustix::fs::fcntl_getfl(&near)?;
+        rustix::fs::fcntl_setfl(&near, flags | OFlags::NONBLOCK)?;
+        rustix::io::fcntl_setfd(&near, rustix::io::FdFlags::CLOEXEC)?;
+        Ok(Self {
+            near: File::from(near),
+            path,
+        })
+    }
+
+    /// The far end, which any program may open.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Waits up to `patience` for bytes to read, or with `to_write` for room to write.
+    pub fn wait(&self, patience: Duration, to_write: bool) -> io::Result<Readiness> {
+        let mut events = PollFlags::IN;
+        if to_write {
+            events |= PollFlags::OUT;
+        }
+        let mut watched = [PollFd::new(&self.near, events)];
+        let timeout = Timespec {
+            tv_sec: patience.as_secs().min(3600) as i64,
+            tv_nsec: patience.subsec_nanos().into(),
+        };
+        match poll(&mut watched, Some(&timeout)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+        let seen = watched[0].revents();
+        Ok(Readiness {
+            connected: !seen.contains(PollFlags::HUP),
+            readable: seen.contains(PollFlags::IN),
+            writable: seen.contains(PollFlags::OUT),
+        })
+    }
+
+    /// Reads what is there; 0 bytes if there is nothing.
+    pub fn read_some(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        match self.near.read(buffer) {
+            Ok(count) => Ok(count),
+            Err(error) if is_nothing_there(&error) => Ok(0),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Writes as much as there is room for.
+    pub fn write_some(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.near.write(bytes) {
+            Ok(count) => Ok(count),
+            Err(error) if is_nothing_there(&error) => Ok(0),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Throws away what either side has not read yet.
+    pub fn discard(&mut self) {
+        let mut buffer = [0; 4096];
+        while self.read_some(&mut buffer).is_ok_and(|count| count > 0) {}
+        // Best effort: what stays is dropped by the next reader as a partial frame.
+        let _ = rustix::termios::tcflush(&self.near, rustix::termios::QueueSelector::OFlush);
+    }
+}
+
+impl AsFd for Pty {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.near.as_fd()
+    }
+}
+
+/// Would block, or (`EIO`) nobody has the far end open.
+fn is_nothing_there(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted
+    ) || error.raw_os_error() == Some(rustix::io::Errno::IO.raw_os_error())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_pass_unchanged_even_before_a_program_sets_raw_mode() {
+        let mut pty = Pty::open().expect("a pseudo-terminal");
+        let every_byte: Vec<u8> = (0..=255).collect();
+        let mut far = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(pty.path())
+            .expect("the far end");
+        assert_eq!(pty.write_some(&every_byte).expect("room"), 256);
+        let mut read = [0; 256];
+        far.read_exact(&mut read).expect("bytes");
+        assert_eq!(read[..], every_byte);
+        far.write_all(&every_byte).expect("room");
+        let ready = pty.wait(Duration::from_secs(5), false).expect("poll");
+        assert!(ready.connected && ready.readable);
+        assert_eq!(pty.read_some(&mut read).expect("bytes"), 256);
+        assert_eq!(read[..], every_byte);
+    }
+
+    #[test]
+    fn a_closed_far_end_is_seen() {
+        let mut pty = Pty::open().expect("a pseudo-terminal");
+        let ready = pty.wait(Duration::ZERO, false).expect("poll");
+        assert!(!ready.connected);
+        let far = OpenOptions::new().read(true).open(pty.path());
+        let ready = pty.wait(Duration::ZERO, false).expect("poll");
+        assert!(ready.connected);
+        drop(far);
+        let ready = pty.wait(Duration::ZERO, false).expect("poll");
+        assert!(!ready.connected);
+        assert_eq!(pty.read_some(&mut [0; 8]).expect("nothing"), 0);
+    }
+}
