@@ -1,0 +1,163 @@
+//! Counters that wrap on the wire, made to run on: sample numbers, microseconds, counts.
+//!
+//! Each takes the shortest way from the last value: right as long as the truth moves by less than half
+//! the counter's range between two samples that arrive.
+
+/// Sample numbers: 16 bits on the wire, 64 bits here, and how many were lost on the way.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct SequenceUnwrapper {
+    last: Option<u64>,
+}
+
+/// A sample number that runs on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Sequence {
+    /// A later sample than the last; `lost` are missing between the two.
+    Next {
+        /// The number.
+        number: u64,
+        /// Samples missing before it.
+        lost: u64,
+    },
+    /// The last sample over again, or an earlier one: not to be recorded.
+    Stale,
+}
+
+impl SequenceUnwrapper {
+    /// Nothing seen yet; the first sample may be any, those before it (from 0) count as lost.
+    pub const fn new() -> Self {
+        Self { last: None }
+    }
+
+    /// Runs `wrapped` on from the last number. Losses of up to 32,767 samples on end are counted right.
+    pub fn push(&mut self, wrapped: u16) -> Sequence {
+        let (number, lost) = match self.last {
+            None => (u64::from(wrapped), u64::from(wrapped)),
+            Some(last) => {
+                let step = wrapped.wrapping_sub(last as u16);
+                if step == 0 || step > u16::MAX / 2 {
+                    return Sequence::Stale;
+                }
+                (last + u64::from(step), u64::from(step) - 1)
+            }
+        };
+        self.last = Some(number);
+        Sequence::Next { number, lost }
+    }
+}
+
+/// Microseconds: 32 bits on the wire (wrapping after 71.58 min), 64 bits here.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct MicrosUnwrapper {
+    last: Option<u64>,
+}
+
+impl MicrosUnwrapper {
+    /// Nothing seen yet.
+    pub const fn new() -> Self {
+        Self { last: None }
+    }
+
+    /// Runs `wrapped` on from the last time. Gaps of up to 71.58 min are right; time never runs back.
+    pub fn push(&mut self, wrapped: u32) -> u64 {
+        let micros = match self.last {
+            None => u64::from(wrapped),
+            Some(last) => last + u64::from(wrapped.wrapping_sub(last as u32)),
+        };
+        self.last = Some(micros);
+        micros
+    }
+}
+
+/// Encoder counts: 32 bits, or the low 16 of them, on the wire, 64 bits here.
+#[derive(Debug, Clone, Copy)]
+pub struct CountsUnwrapper {
+    last: Option<i64>,
+    sixteen_bit: bool,
+}
+
+impl CountsUnwrapper {
+    /// Nothing seen yet, of a board whose counter has 16 or 32 bits.
+    pub const fn new(sixteen_bit: bool) -> Self {
+        Self {
+            last: None,
+            sixteen_bit,
+        }
+    }
+
+    /// Runs `wrapped` on from the last counts, the shorter way round.
+    pub fn push(&mut self, wrapped: i32) -> i64 {
+        let counts = match self.last {
+            None if self.sixteen_bit => i64::from(wrapped as i16),
+            None => i64::from(wrapped),
+            Some(last) if self.sixteen_bit => {
+                last + i64::from((wrapped as i16).wrapping_sub(last as i16))
+            }
+            Some(last) => last + i64::from(wrapped.wrapping_sub(last as i32)),
+        };
+        self.last = Some(counts);
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn micros_wrap_after_seventy_one_and_a_half_minutes() {
+        let mut unwrap = MicrosUnwrapper::new();
+        assert_eq!(unwrap.push(u32::MAX - 1000), u64::from(u32::MAX) - 1000);
+        assert_eq!(unwrap.push(1999), (1 << 32) + 1999);
+    }
+
+    #[test]
+    fn a_sample_twice_is_stale() {
+        let mut unwrap = SequenceUnwrapper::new();
+        assert_eq!(unwrap.push(0), Sequence::Next { number: 0, lost: 0 });
+        assert_eq!(unwrap.push(3), Sequence::Next { number: 3, lost: 2 });
+        assert_eq!(unwrap.push(3), Sequence::Stale);
+        assert_eq!(unwrap.push(2), Sequence::Stale);
+        assert_eq!(unwrap.push(4), Sequence::Next { number: 4, lost: 0 });
+    }
+
+    proptest! {
+        #[test]
+        fn sequences_with_losses_run_on(steps in proptest::collection::vec(1u64..=32_767, 1..200)) {
+            let mut unwrap = SequenceUnwrapper::new();
+            unwrap.push(0);
+            let mut truth = 0;
+            for step in steps {
+                truth += step;
+                prop_assert_eq!(
+                    unwrap.push(truth as u16),
+                    Sequence::Next { number: truth, lost: step - 1 }
+                );
+            }
+        }
+
+        #[test]
+        fn micros_run_on(steps in proptest::collection::vec(any::<u32>(), 1..200)) {
+            let mut unwrap = MicrosUnwrapper::new();
+            let mut truth = unwrap.push(77);
+            for step in steps {
+                truth += u64::from(step);
+                prop_assert_eq!(unwrap.push(truth as u32), truth);
+            }
+        }
+
+        #[test]
+        fn counts_of_both_widths_run_on(steps in proptest::collection::vec(-32_768i64..32_768, 1..200)) {
+            let (mut narrow, mut wide) = (CountsUnwrapper::new(true), CountsUnwrapper::new(false));
+            let mut truth = 0i64;
+            narrow.push(0);
+            wide.push(0);
+            for step in steps {
+                truth += step;
+                prop_assert_eq!(narrow.push(i32::from(truth as i16)), truth);
+                prop_assert_eq!(wide.push(truth as i32), truth);
+            }
+        }
+    }
+}
