@@ -1,0 +1,40 @@
+// Constants of the wire, version 1. Checked against the Rust crate by its test `sketch_header`.
+#pragma once
+
+#define MLAB_MAGIC "MLAB"
+#define MLAB_PROTOCOL_VERSION 1
+#define MLAB_BAUD 115200
+#define MLAB_MAX_WIRE 57
+#define MLAB_LINK_TIMEOUT_MS 500
+
+#define MLAB_HELLO 0x01
+#define MLAB_ACK 0x02
+#define MLAB_NAK 0x03
+#define MLAB_DATA 0x04
+#define MLAB_END 0x05
+#define MLAB_TEXT 0x06
+
+#define MLAB_IDENTIFY 0x81
+#define MLAB_CONFIGURE 0x82
+#define MLAB_PROFILE 0x83
+#define MLAB_CHUNK 0x84
+#define MLAB_START 0x85
+#define MLAB_STOP 0x86
+#define MLAB_ALIVE 0x87
+
+#define MLAB_FLAG_OVERRUN 0x01
+#define MLAB_FLAG_DROPPED 0x02
+#define MLAB_FLAG_ENCODER_ERROR 0x04
+#define MLAB_FLAG_SATURATED 0x08
+
+#define MLAB_END_COMPLETE 0
+#define MLAB_END_STOPPED 1
+#define MLAB_END_LINK_LOST 2
+
+#define MLAB_REFUSED_UNKNOWN 1
+#define MLAB_REFUSED_LENGTH 2
+#define MLAB_REFUSED_STATE 3
+#define MLAB_REFUSED_SAMPLE_TIME 4
+#define MLAB_REFUSED_PROFILE_TOO_LONG 5
+#define MLAB_REFUSED_CHUNK_ORDER 6
+#define MLAB_REFUSED_PROFILE_CRC 7
