@@ -44,3 +44,40 @@ impl Default for Parameters {
         }
     }
 }
+
+impl Parameters {
+    /// The keys of a motor file, in its order.
+    pub const KEYS: [&str; 9] = [
+        "resistance_ohm",
+        "back_emf_v_s_per_rad",
+        "torque_constant_nm_per_a",
+        "viscous_friction_nm_s_per_rad",
+        "inductance_h",
+        "inertia_kg_m2",
+        "coulomb_friction_nm",
+        "counts_per_rev",
+        "supply_v",
+    ];
+
+    /// The value under this key.
+    pub fn get(&self, key: &str) -> Option<f64> {
+        let mut copy = *self;
+        copy.get_mut(key).map(|value| *value)
+    }
+
+    /// The value under this key, open to change.
+    pub fn get_mut(&mut self, key: &str) -> Option<&mut f64> {
+        Some(match key {
+            "resistance_ohm" => &mut self.resistance_ohm,
+            "back_emf_v_s_per_rad" => &mut self.back_emf_v_s_per_rad,
+            "torque_constant_nm_per_a" => &mut self.torque_constant_nm_per_a,
+            "viscous_friction_nm_s_per_rad" => &mut self.viscous_friction_nm_s_per_rad,
+            "inductance_h" => &mut self.inductance_h,
+            "inertia_kg_m2" => &mut self.inertia_kg_m2,
+            "coulomb_friction_nm" => &mut self.coulomb_friction_nm,
+            "counts_per_rev" => &mut self.counts_per_rev,
+            "supply_v" => &mut self.supply_v,
+            _ => return None,
+        })
+    }
+}
