@@ -2,10 +2,12 @@
 
 mod row;
 mod run;
+mod statistics;
 mod velocity;
 mod writer;
 
 pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
+pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};
 pub use velocity::{difference_velocities, velocity_rad_s};
 pub use writer::{FLUSH_EVERY, RUN_FORMAT, RunWriter, WriteError, next_free_name, write_run};
