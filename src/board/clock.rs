@@ -1,4 +1,4 @@
-//! The board's clock: unwrapping its microseconds, and fitting its rate against the host's.
+//! The board's clock: its rate fitted against the host's.
 //!
 //! Device time is the time base of a run. The host's arrival times are late by a delay that is never
 //! negative (USB polling, scheduling), so a least-squares line through them is pulled up by every
@@ -9,31 +9,6 @@
 //! needs no more memory than a second.
 
 use serde::Serialize;
-
-/// Unwraps the board's u32 microseconds, which wrap every 71.58 min, to microseconds since the first.
-#[derive(Debug, Clone, Default)]
-pub struct MicrosUnwrapper {
-    last_raw: Option<u32>,
-    elapsed_us: i64,
-}
-
-impl MicrosUnwrapper {
-    /// Microseconds since the first sample. Steps of less than half the range may go either way, so a
-    /// sample out of order does not count as a wrap.
-    pub fn unwrap_us(&mut self, raw: u32) -> i64 {
-        self.elapsed_us = self.peek_us(raw);
-        self.last_raw = Some(raw);
-        self.elapsed_us
-    }
-
-    /// What [`Self::unwrap_us`] would say, without taking the sample in.
-    pub fn peek_us(&self, raw: u32) -> i64 {
-        match self.last_raw {
-            Some(last) => self.elapsed_us + i64::from(raw.wrapping_sub(last).cast_signed()),
-            None => 0,
-        }
-    }
-}
 
 /// Most points that the lower hull may have. Noise needs some tens; only a clock that bends all the
 /// time would need more, and then the oldest edges are coarsened.
@@ -194,18 +169,6 @@ mod tests {
             assert!(error.abs() < 1.0, "{ppm} fitted as {fit:?}");
             assert!(fit.residual_rms_s > 0.5e-3 && fit.residual_rms_s < 10e-3);
             assert!(fitter.kept_points() < 200, "{}", fitter.kept_points());
-        }
-    }
-
-    #[test]
-    fn a_wrap_is_crossed_and_a_step_back_is_not_one() {
-        let mut clock = MicrosUnwrapper::default();
-        assert_eq!(clock.unwrap_us(u32::MAX - 999), 0);
-        assert_eq!(clock.unwrap_us(2000), 3000);
-        assert_eq!(clock.unwrap_us(1000), 2000);
-        for k in 1..=5_000_i64 {
-            let raw = (1000 + k * 1_000_000).rem_euclid(1 << 32) as u32;
-            assert_eq!(clock.unwrap_us(raw), 2000 + k * 1_000_000);
         }
     }
 }

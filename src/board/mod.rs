@@ -2,7 +2,10 @@
 
 mod bench;
 mod clock;
+mod connection;
 pub mod faults;
+mod heard;
+mod intake;
 mod port;
 mod port_list;
 mod profile;
@@ -10,10 +13,15 @@ pub mod pty;
 pub mod rawlog;
 mod reader;
 pub mod text_lines;
+mod virtual_board;
 
 pub use bench::{Bench, IdealBench};
-pub use clock::{ClockFit, ClockFitter, MicrosUnwrapper};
+pub use clock::{ClockFit, ClockFitter};
+pub use connection::{Board, BoardError, BoardEvent, BoardOptions, RawLog, wire_segments};
+pub use heard::Heard;
+pub use intake::{Damage, Event, Expectations, Intake, Sample};
 pub use port::{OpenError, Port, READ_PATIENCE};
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};
 pub use reader::{Arrival, LineReader};
+pub use virtual_board::{FirmwareOptions, Pace, VirtualBoard, VirtualBoardOptions};

@@ -1,11 +1,15 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
+mod capture;
 mod row;
 mod run;
 mod statistics;
 mod velocity;
 mod writer;
 
+pub use capture::{
+    CaptureError, CaptureRequest, Captured, Ending, Live, LivePoint, SharedLive, capture,
+};
 pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};

@@ -156,6 +156,11 @@ impl StatisticsGatherer {
         (command != 0.0).then(|| rpm_from_rad_s(counts_per_s * rad_per_count(self.counts_per_rev)))
     }
 
+    /// Samples, losses and overruns so far.
+    pub fn counters(&self) -> (u64, u64, u64) {
+        (self.samples, self.lost, self.flagged[0])
+    }
+
     /// The figures so far.
     pub fn statistics(&self) -> Statistics {
         let [overruns, dropped, encoder_errors, saturated] = self.flagged;

@@ -1,0 +1,338 @@
+//! A board without hardware: it speaks the wire protocol over a pseudo-terminal and drives a bench.
+//!
+//! ```text
+//! Bench (motor simulation) <- Firmware -> faults -> pty -> any program that opens VirtualBoard::path
+//! ```
+//!
+//! Opening its far end resets it, as DTR does an Arduino. It runs in real time, by a factor faster, or
+//! as fast as its reader takes the bytes; device time is the same in each case.
+
+mod firmware;
+
+use std::collections::VecDeque;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use firmware_protocol::{
+    BoardMessage, EndReason, FrameDecoder, HostMessage, LINK_TIMEOUT_MS, MAX_WIRE,
+};
+
+use firmware::Firmware;
+pub use firmware::FirmwareOptions;
+
+use super::Bench;
+use super::faults::{Faults, FaultyPort};
+use super::pty::Pty;
+
+/// How board time passes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Pace {
+    /// As on a real board.
+    #[default]
+    RealTime,
+    /// So many times faster.
+    Times(f64),
+    /// As fast as the reader takes the bytes.
+    AsFastAsPossible,
+}
+
+/// How a virtual board behaves.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct VirtualBoardOptions {
+    /// What its firmware says and how its clock runs.
+    pub firmware: FirmwareOptions,
+    /// How its time passes.
+    pub pace: Pace,
+    /// What happens to its bytes on the way.
+    pub faults: Faults,
+    /// From reset to HELLO, as a boot loader takes it.
+    pub boot: Duration,
+    /// Text that it prints before HELLO.
+    pub banner: String,
+}
+
+/// Bytes that wait for room on the line; a frame that does not fit any more is dropped whole.
+const SEND_BUFFER: usize = 256;
+
+/// Longest wait in one turn: how late a stopped board notices.
+const TURN: Duration = Duration::from_millis(20);
+
+/// A running virtual board; dropping it unplugs it.
+#[derive(Debug)]
+pub struct VirtualBoard {
+    path: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<io::Result<()>>>,
+}
+
+impl VirtualBoard {
+    /// Plugs in a board that drives `bench`.
+    pub fn spawn(bench: impl Bench + 'static, options: VirtualBoardOptions) -> io::Result<Self> {
+        let pty = Pty::open()?;
+        let path = pty.path().to_owned();
+        let stop = Arc::new(AtomicBool::new(false));
+        let thread = thread::Builder::new()
+            .name("virtual-board".to_owned())
+            .spawn({
+                let stop = Arc::clone(&stop);
+                move || Running::new(pty, bench, options).run(&stop)
+            })?;
+        Ok(Self {
+            path,
+            stop,
+            thread: Some(thread),
+        })
+    }
+
+    /// The serial port to open.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether it has unplugged itself.
+    pub fn is_gone(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+}
+
+impl Drop for VirtualBoard {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Bytes from the firmware to the line's faults.
+#[derive(Debug, Clone, Default)]
+struct Queue(Arc<Mutex<VecDeque<u8>>>);
+
+impl Queue {
+    fn push(&self, bytes: &[u8]) {
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.extend(bytes);
+    }
+}
+
+impl Read for Queue {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let mut queue = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.read(buffer)
+    }
+}
+
+struct Running<B> {
+    pty: Pty,
+    firmware: Firmware<B>,
+    options: VirtualBoardOptions,
+    queue: Queue,
+    line: FaultyPort<Queue>,
+    /// Bytes past the faults that wait for room on the line.
+    outgoing: Vec<u8>,
+    decoder: FrameDecoder,
+    connected: bool,
+    /// When HELLO is due after a reset.
+    hello_at: Option<Instant>,
+    started_at: Instant,
+    heard_at: Instant,
+    hung_up: bool,
+}
+
+impl<B: Bench> Running<B> {
+    fn new(pty: Pty, bench: B, options: VirtualBoardOptions) -> Self {
+        let queue = Queue::default();
+        let now = Instant::now();
+        Self {
+            pty,
+            firmware: Firmware::new(bench, options.firmware.clone()),
+            line: FaultyPort::new(queue.clone(), options.faults),
+            options,
+            queue,
+            outgoing: Vec::new(),
+            decoder: FrameDecoder::new(),
+            connected: false,
+            hello_at: None,
+            started_at: now,
+            heard_at: now,
+            hung_up: false,
+        }
+    }
+
+    fn run(mut self, stop: &AtomicBool) -> io::Result<()> {
+        while !stop.load(Ordering::Relaxed) && !self.hung_up {
+            let ready = self.pty.wait(self.patience(), !self.outgoing.is_empty())?;
+            if !ready.connected {
+                self.nobody_there();
+                continue;
+            }
+            if !self.connected {
+                self.reset();
+            }
+            if ready.readable {
+                self.listen()?;
+            }
+            if self.hello_at.is_some_and(|at| at <= Instant::now()) {
+                self.hello_at = None;
+                self.queue.push(self.options.banner.as_bytes());
+                self.say(&self.firmware.hello())?;
+            }
+            self.take_samples()?;
+            self.send()?;
+        }
+        self.let_it_drain()
+    }
+
+    /// Nobody has the port open: the motor is off, and what was said is lost.
+    fn nobody_there(&mut self) {
+        if self.connected {
+            self.connected = false;
+            let _ = self.firmware.stop(EndReason::LinkLost);
+            self.outgoing.clear();
+            self.pty.discard();
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+
+    /// Opening the port resets the board.
+    fn reset(&mut self) {
+        self.connected = true;
+        self.firmware.reset();
+        self.decoder.reset();
+        self.hello_at = Some(Instant::now() + self.options.boot);
+    }
+
+    /// How long to wait for the line when there is nothing else to do.
+    fn patience(&self) -> Duration {
+        let now = Instant::now();
+        let hello = self.hello_at.map(|at| at.saturating_duration_since(now));
+        let due = self
+            .sample_due()
+            .map(|at| at.saturating_duration_since(now));
+        let wait = [hello, due].into_iter().flatten().min().unwrap_or(TURN);
+        // While bytes wait for room, only room can help.
+        let waiting = self.options.pace == Pace::AsFastAsPossible && !self.outgoing.is_empty();
+        if waiting { TURN } else { wait.min(TURN) }
+    }
+
+    /// When the next sample is due in real time.
+    fn sample_due(&self) -> Option<Instant> {
+        let true_us = self.firmware.next_sample_true_us()?;
+        let faster = match self.options.pace {
+            Pace::RealTime => 1.0,
+            Pace::Times(factor) => factor,
+            Pace::AsFastAsPossible => return Some(self.started_at),
+        };
+        Some(self.started_at + Duration::from_secs_f64(true_us * 1e-6 / faster))
+    }
+
+    fn listen(&mut self) -> io::Result<()> {
+        let mut buffer = [0; 1024];
+        let count = self.pty.read_some(&mut buffer)?;
+        for &byte in &buffer[..count] {
+            let message = match self.decoder.push(byte) {
+                Some(Ok(frame)) => HostMessage::parse(frame),
+                _ => continue,
+            };
+            let Ok(message) = message else { continue };
+            if self.hello_at.is_some() {
+                // Still in the boot loader.
+                continue;
+            }
+            self.heard_at = Instant::now();
+            let was_recording = self.firmware.is_recording();
+            let answer = self.firmware.answer(&message);
+            if self.firmware.is_recording() && !was_recording {
+                self.started_at = Instant::now();
+            }
+            if let Some(answer) = answer {
+                self.say(&answer)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn take_samples(&mut self) -> io::Result<()> {
+        let silence = self.heard_at.elapsed();
+        if self.firmware.is_recording()
+            && silence > Duration::from_millis(u64::from(LINK_TIMEOUT_MS))
+            && let Some(end) = self.firmware.stop(EndReason::LinkLost)
+        {
+            return self.say(&end);
+        }
+        for _ in 0..64 {
+            let due = self.sample_due().is_some_and(|at| at <= Instant::now());
+            let unhurried = self.options.pace == Pace::AsFastAsPossible;
+            if !due || (unhurried && self.outgoing.len() > SEND_BUFFER) {
+                break;
+            }
+            let Some((sample, end)) = self.firmware.take_sample() else {
+                break;
+            };
+            if !unhurried && self.outgoing.len() + MAX_WIRE > SEND_BUFFER {
+                self.firmware.sample_was_dropped();
+            } else {
+                self.say(&sample)?;
+            }
+            if end.is_some()
+                && let Some(end) = self.firmware.last_end()
+            {
+                self.say(&end)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Hands a message to the line, through its faults.
+    fn say(&mut self, message: &BoardMessage) -> io::Result<()> {
+        let mut wire = [0; MAX_WIRE];
+        if let Some(length) = message.encode(&mut wire) {
+            self.queue.push(&wire[..length]);
+        }
+        let mut buffer = [0; 1024];
+        loop {
+            match self.line.read(&mut buffer) {
+                Ok(0) => return self.send(),
+                Ok(count) => self.outgoing.extend_from_slice(&buffer[..count]),
+                Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                    self.hung_up = true;
+                    return self.send();
+                }
+                Err(error) if error.kind() == io::ErrorKind::TimedOut => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn send(&mut self) -> io::Result<()> {
+        let pieces = if self.options.faults.split { 1 } else { 4096 };
+        while !self.outgoing.is_empty() {
+            let piece = &self.outgoing[..pieces.min(self.outgoing.len())];
+            let sent = self.pty.write_some(piece)?;
+            if sent == 0 {
+                break;
+            }
+            self.outgoing.drain(..sent);
+        }
+        Ok(())
+    }
+
+    /// Closing a pseudo-terminal drops what its reader has not read: gives the reader a moment.
+    fn let_it_drain(mut self) -> io::Result<()> {
+        let until = Instant::now() + Duration::from_millis(300);
+        while self.connected && Instant::now() < until {
+            self.send()?;
+            let unread = rustix::io::ioctl_fionread(&self.pty).unwrap_or(0);
+            if self.outgoing.is_empty() && unread == 0 {
+                thread::sleep(Duration::from_millis(30));
+                break;
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+        Ok(())
+    }
+}
