@@ -1,6 +1,8 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
 mod capture;
+mod read_error;
+mod reader;
 mod row;
 mod run;
 mod statistics;
@@ -10,6 +12,8 @@ mod writer;
 pub use capture::{
     CaptureError, CaptureRequest, Captured, Ending, Live, LivePoint, SharedLive, capture,
 };
+pub use read_error::{ReadError, ReadNote, ReadProblem};
+pub use reader::{read_run, read_run_from};
 pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};

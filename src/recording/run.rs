@@ -136,6 +136,24 @@ impl Run {
         self.counts.len()
     }
 
+    /// Keeps the first `length` samples.
+    pub fn truncate(&mut self, length: usize) {
+        fn cut<T>(column: &mut Option<Vec<T>>, length: usize) {
+            if let Some(column) = column {
+                column.truncate(length);
+            }
+        }
+        self.t_s.truncate(length);
+        self.command.truncate(length);
+        self.counts.truncate(length);
+        cut(&mut self.seq, length);
+        cut(&mut self.host_t_s, length);
+        cut(&mut self.velocity_rad_s, length);
+        cut(&mut self.flags, length);
+        cut(&mut self.measured_supply_v, length);
+        cut(&mut self.measured_current_a, length);
+    }
+
     /// Whether the run has no sample at all.
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()

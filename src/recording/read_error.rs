@@ -1,0 +1,161 @@
+//! Why a run file cannot be read, and what is said about one that can be read only in part.
+
+use std::fmt;
+use std::io;
+
+use thiserror::Error;
+
+/// Why a run file cannot be read: which file, where, what to do.
+#[derive(Debug, Error)]
+#[error("{file}: {problem}")]
+pub struct ReadError {
+    /// The file, or another name of where the bytes came from.
+    pub file: String,
+    /// What is wrong.
+    pub problem: ReadProblem,
+}
+
+/// What is wrong with a run file. Rows are lines of the file, counted from 1.
+#[derive(Debug, Error)]
+pub enum ReadProblem {
+    /// It cannot be opened or read.
+    #[error("cannot be read: {0}")]
+    Io(io::Error),
+    /// The `#` lines are no TOML document.
+    #[error("line {line}: the header (the lines that start with #) is not TOML: {message}")]
+    HeaderToml {
+        /// Line of the file.
+        line: usize,
+        /// What the TOML reader says.
+        message: String,
+    },
+    /// A header key is missing.
+    #[error("the header lacks `{key}`: add a line `# {key} = {example}` at the top")]
+    MissingKey {
+        /// The key.
+        key: &'static str,
+        /// A value that it may have.
+        example: &'static str,
+    },
+    /// A header key has a value that it cannot have.
+    #[error("header key `{key}` is {found}, but must be {expected}")]
+    BadKey {
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// A format that this version does not read.
+    #[error("has format `{0}`; this version reads `motorlab-run/1`")]
+    Format(String),
+    /// No line of column names.
+    #[error(
+        "has no rows: after the header comes a line of column names, such as t_s,command_v,counts"
+    )]
+    NoColumns,
+    /// A column that every run has is missing.
+    #[error(
+        "line {line} names no column `{column}` (it names: {found}); `motorlab import` turns other logs into run files"
+    )]
+    MissingColumn {
+        /// Line of the column names.
+        line: u64,
+        /// The missing column.
+        column: &'static str,
+        /// The columns that there are.
+        found: String,
+    },
+    /// A column is named twice.
+    #[error("line {line} names column `{column}` twice")]
+    ColumnTwice {
+        /// Line of the column names.
+        line: u64,
+        /// The column.
+        column: String,
+    },
+    /// A row has more or fewer cells than there are columns.
+    #[error("row {row} has {found} cells where the columns are {expected}")]
+    CellCount {
+        /// Line of the file.
+        row: u64,
+        /// Cells it has.
+        found: usize,
+        /// Columns there are.
+        expected: usize,
+    },
+    /// A cell cannot be what its column holds.
+    #[error("row {row}, column `{column}`: `{found}` is not {expected}")]
+    BadCell {
+        /// Line of the file.
+        row: u64,
+        /// The column.
+        column: &'static str,
+        /// The cell, shortened.
+        found: String,
+        /// What it must be.
+        expected: &'static str,
+    },
+    /// Time does not rise.
+    #[error(
+        "row {row}, column `t_s`: time goes from {before} s to {after} s; it must rise from row to row"
+    )]
+    TimeNotRising {
+        /// Line of the file.
+        row: u64,
+        /// Time of the row before.
+        before: f64,
+        /// Time of this row.
+        after: f64,
+    },
+    /// Only a header and column names.
+    #[error("has column names, but not one whole row")]
+    Empty,
+}
+
+/// Something that a reader of the run ought to know, though the run could be read.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ReadNote {
+    /// The last row was torn off, as by a crash, and left out.
+    TornTail {
+        /// Line of the file.
+        row: u64,
+    },
+    /// The header has no `complete = true`: the recording did not end properly.
+    NotComplete,
+    /// The header has no `sample_time_s`: the median step of `t_s` was taken.
+    SampleTimeGuessed {
+        /// What was taken.
+        sample_time_s: f64,
+    },
+    /// The first row's time was not 0 and was taken as the origin.
+    OriginShifted {
+        /// The first row's time.
+        first_s: f64,
+    },
+    /// Columns that mean nothing here.
+    ColumnsLeftOut {
+        /// Their names.
+        names: Vec<String>,
+    },
+}
+
+impl fmt::Display for ReadNote {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TornTail { row } => write!(f, "row {row} is torn off and was left out"),
+            Self::NotComplete => f.write_str("the recording did not end properly (no `complete = true`); all whole rows were read"),
+            Self::SampleTimeGuessed { sample_time_s } => write!(
+                f,
+                "the header has no sample_time_s; took the median step of t_s, {sample_time_s} s"
+            ),
+            Self::OriginShifted { first_s } => {
+                write!(f, "time begins at {first_s} s; took that as the origin")
+            }
+            Self::ColumnsLeftOut { names } => {
+                write!(f, "columns without a meaning here were left out: {}", names.join(", "))
+            }
+        }
+    }
+}
