@@ -4,9 +4,16 @@
 //! With `--json` one JSON document goes to standard output and nothing else; messages and progress
 //! go to standard error.
 
+mod capture;
 mod failure;
+mod ports;
+mod progress;
+mod signals;
 mod simulate;
+mod virtual_board;
+mod virtual_spec;
 
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -32,14 +39,39 @@ pub struct CommandLine {
 /// The subcommands, in the order in which a lab uses them.
 #[derive(Debug, Subcommand)]
 enum Command {
+    Ports(ports::Ports),
+    Capture(capture::Capture),
+    Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
 }
 
-/// How a subcommand is to print.
+/// How a subcommand is to print. A reader that has gone (`| head`) is no error of ours.
 #[derive(Debug, Clone, Copy)]
 pub struct Output {
     /// One JSON document instead of text.
     pub json: bool,
+}
+
+impl Output {
+    /// The JSON document, on standard output.
+    pub fn document(&self, document: &impl serde::Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
+        self.line(&text)
+    }
+
+    /// Text and a line end, on standard output.
+    pub fn line(&self, text: &str) -> Result<(), Failure> {
+        let mut output = io::stdout().lock();
+        match writeln!(output, "{text}").and_then(|()| output.flush()) {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::device(error)),
+            _ => Ok(()),
+        }
+    }
+
+    /// A message for people, on standard error; one that cannot be said is not.
+    pub fn message(&self, text: &str) {
+        let _ = writeln!(io::stderr().lock(), "{text}");
+    }
 }
 
 impl CommandLine {
@@ -47,12 +79,15 @@ impl CommandLine {
     pub fn run(self) -> ExitCode {
         let output = Output { json: self.json };
         let result = match self.command {
+            Command::Ports(command) => command.run(&output),
+            Command::Capture(command) => command.run(&output),
+            Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
         };
         match result {
             Ok(status) => status.into(),
             Err(failure) => {
-                eprintln!("{failure}");
+                output.message(&failure.to_string());
                 failure.status.into()
             }
         }

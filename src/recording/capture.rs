@@ -445,6 +445,11 @@ fn number(value: f64) -> toml::Value {
     }
 }
 
+/// Rounded to `1 / steps`.
+fn rounded(value: f64, steps: f64) -> toml::Value {
+    toml::Value::Float((value * steps).round() / steps)
+}
+
 /// The keys that a run gets at its end.
 fn summary(statistics: &Statistics, damage: Damage, ending: Ending) -> toml::Table {
     let mut summary = toml::Table::new();
@@ -471,12 +476,12 @@ fn summary(statistics: &Statistics, damage: Damage, ending: Ending) -> toml::Tab
         put("device_dt_max_us", dt.max_us.into());
     }
     if let Some(clock) = &statistics.clock {
-        put("clock_fast_ppm", clock.device_fast_ppm.into());
-        put("clock_sigma_ppm", clock.sigma_ppm.into());
-        put("clock_residual_rms_s", clock.residual_rms_s.into());
+        put("clock_fast_ppm", rounded(clock.device_fast_ppm, 1e3));
+        put("clock_sigma_ppm", rounded(clock.sigma_ppm, 1e3));
+        put("clock_residual_rms_s", rounded(clock.residual_rms_s, 1e7));
     }
     if let Some(rpm) = statistics.steady_rpm {
-        put("steady_rpm", rpm.into());
+        put("steady_rpm", rounded(rpm, 1e4));
     }
     summary
 }

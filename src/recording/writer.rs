@@ -21,7 +21,7 @@ pub const RUN_FORMAT: &str = "motorlab-run/1";
 pub const FLUSH_EVERY: Duration = Duration::from_millis(25);
 
 /// Bytes kept free in the header for the summary.
-const RESERVED_BYTES: usize = 1600;
+const RESERVED_BYTES: usize = 1000;
 
 /// Rows wait in memory up to this many bytes.
 const MOST_BUFFERED: usize = 1 << 18;

@@ -1,0 +1,320 @@
+//! `motorlab capture`: record a run from a board.
+
+use std::fs::File;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::json;
+
+use super::progress::ProgressLine;
+use super::signals::StopSignal;
+use super::virtual_spec::{PREFIX, VirtualSpec};
+use super::{Failure, Output, Status};
+use crate::board::{
+    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, ProfileError, VirtualBoard,
+    rawlog, usb_identity,
+};
+use crate::recording::{
+    CaptureError, CaptureRequest, Captured, Ending, SharedLive, capture, next_free_name,
+};
+
+/// Record a run from a board, or from a virtual one.
+#[derive(Debug, Args)]
+#[command(after_help = after_help())]
+pub struct Capture {
+    /// Serial port (`motorlab ports` lists them), or `virtual:` for a board without hardware.
+    port: String,
+    /// Sample time in s.
+    #[arg(long, value_name = "SECONDS", default_value = "0.003", value_parser = sample_time_us)]
+    ts: u32,
+    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
+    #[arg(long, default_value = "step")]
+    profile: String,
+    /// How long to record in s; 0 records until Ctrl-C.
+    #[arg(long, value_name = "SECONDS", default_value = "4", value_parser = duration)]
+    duration: f64,
+    /// Where the run goes. An existing file is not overwritten: the next free name is taken.
+    #[arg(short, long, value_name = "FILE", default_value = "run.csv")]
+    output: PathBuf,
+    /// Write every byte with its time to this raw log, which `motorlab replay` plays.
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+    /// Bits per second on the line.
+    #[arg(long, default_value_t = firmware_protocol::BAUD)]
+    baud: u32,
+    /// Encoder counts per revolution, if not what the board says.
+    #[arg(long, value_name = "COUNTS", value_parser = positive)]
+    counts_per_rev: Option<f64>,
+    /// Driver supply in V, if not what the board says.
+    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    supply: Option<f64>,
+    /// How long a board may take to say who it is, in s.
+    #[arg(long, value_name = "SECONDS", default_value = "6", value_parser = positive)]
+    patience: f64,
+}
+
+fn after_help() -> String {
+    let profiles: String = BUILT_IN
+        .iter()
+        .map(|(name, what)| format!("  {name:<10} {what}\n"))
+        .collect();
+    format!(
+        "Built-in profiles:\n{profiles}\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing"
+    )
+}
+
+fn sample_time_us(text: &str) -> Result<u32, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds")?;
+    let micros = (seconds * 1e6).round();
+    if (100.0..=60e6).contains(&micros) {
+        Ok(micros as u32)
+    } else {
+        Err("a sample time is between 0.0001 and 60 s".to_owned())
+    }
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e7).contains(&seconds) => Ok(seconds),
+        _ => Err("a duration is between 0 and 10,000,000 s".to_owned()),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("not a number above 0".to_owned()),
+    }
+}
+
+impl Capture {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        let result = runtime.block_on(self.record(output));
+        // Nothing may keep the process: the run is in its file.
+        runtime.shutdown_background();
+        result
+    }
+
+    async fn record(&self, output: &Output) -> Result<Status, Failure> {
+        let stop = StopSignal::install().map_err(Failure::device)?;
+        let plugged = self.plug_in()?;
+        let path = plugged.as_ref().map_or_else(
+            || PathBuf::from(&self.port),
+            |board| board.path().to_owned(),
+        );
+        let options = BoardOptions {
+            baud: self.baud,
+            patience: Duration::from_secs_f64(self.patience),
+            log: self.begin_log(output)?,
+        };
+        let mut board = tokio::select! {
+            board = Board::open(&path, options) => board.map_err(board_failure)?,
+            () = stop.clone().asked() => {
+                output.message("stopped before the board said who it is; nothing was recorded");
+                return Ok(Status::FellShort);
+            }
+        };
+        let request = self.request(&board, &path)?;
+        if request.output.symlink_metadata().is_ok() {
+            let free = next_free_name(&request.output);
+            output.message(&format!(
+                "{} exists and stays as it is; recording into {}",
+                request.output.display(),
+                free.display()
+            ));
+        }
+        let live = SharedLive::default();
+        let progress = ProgressLine::show(&live);
+        let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
+        drop(progress);
+        let captured = captured.map_err(capture_failure)?;
+        self.report(output, &captured)
+    }
+
+    /// The virtual board, if one is asked for.
+    fn plug_in(&self) -> Result<Option<VirtualBoard>, Failure> {
+        let Some(text) = self.port.strip_prefix(PREFIX) else {
+            return Ok(None);
+        };
+        let spec = VirtualSpec::parse(text).map_err(Failure::input)?;
+        spec.spawn().map(Some).map_err(Failure::device)
+    }
+
+    fn begin_log(&self, output: &Output) -> Result<Option<crate::board::RawLog>, Failure> {
+        let Some(asked) = &self.log else {
+            return Ok(None);
+        };
+        let path = next_free_name(asked);
+        if path != *asked {
+            output.message(&format!(
+                "{} exists and stays as it is; the raw log goes to {}",
+                asked.display(),
+                path.display()
+            ));
+        }
+        let cannot = |error: io::Error| {
+            Failure::device(format!(
+                "cannot write the raw log {}: {error}",
+                path.display()
+            ))
+        };
+        let file = File::create_new(&path).map_err(cannot)?;
+        let mut header = toml::Table::new();
+        header.insert("port".to_owned(), self.port.clone().into());
+        header.insert("baud".to_owned(), i64::from(self.baud).into());
+        header.insert("profile".to_owned(), self.profile.clone().into());
+        let log = rawlog::Writer::new(io::BufWriter::new(file), &header).map_err(cannot)?;
+        Ok(Some(log))
+    }
+
+    fn request(&self, board: &Board, path: &Path) -> Result<CaptureRequest, Failure> {
+        let hello = board.hello();
+        let supply_v = self.supply.unwrap_or(f64::from(hello.supply_mv) / 1000.0);
+        let sample_time_s = f64::from(self.ts) * 1e-6;
+        // A profile without an end of its own: long enough for a lab's recording.
+        let profile_s = if self.duration > 0.0 {
+            self.duration
+        } else {
+            3600.0
+        };
+        let profile =
+            Profile::named(&self.profile, supply_v, profile_s).map_err(profile_failure)?;
+        Ok(CaptureRequest {
+            sample_time_us: self.ts,
+            profile,
+            samples: (self.duration / sample_time_s)
+                .round()
+                .min(f64::from(u32::MAX)) as u32,
+            counts_per_rev: self.counts_per_rev,
+            supply_v: self.supply,
+            output: self.output.clone(),
+            port: self.port.clone(),
+            usb: usb_identity(path),
+        })
+    }
+
+    fn report(&self, output: &Output, captured: &Captured) -> Result<Status, Failure> {
+        let statistics = &captured.statistics;
+        if output.json {
+            output.document(&json!({
+                "shape": "motorlab-capture/1",
+                "path": captured.path,
+                "ending": captured.ending,
+                "samples": statistics.samples,
+                "lost": statistics.lost,
+                "statistics": statistics,
+                "line": captured.damage,
+                "samples_taken_by_board": captured.taken,
+            }))?;
+        } else {
+            output.line(&summary(captured))?;
+        }
+        if let Some(rescued) = &captured.rescued {
+            output.message(&format!("error: {rescued}"));
+            return Ok(Status::DeviceFailed);
+        }
+        if let Some(trouble) = trouble(captured.ending) {
+            output.message(&format!("error: {trouble}; the file ends there"));
+            return Ok(Status::DeviceFailed);
+        }
+        let cut_short = captured.ending == Ending::Stopped && self.duration > 0.0;
+        if cut_short {
+            output.message("stopped before the time asked for; the file is whole up to there");
+        }
+        if statistics.lost > 0 {
+            output.message(&format!(
+                "{} of {} samples were lost; the file has no row for them",
+                statistics.lost,
+                statistics.samples + statistics.lost
+            ));
+        }
+        Ok(if cut_short || statistics.lost > 0 {
+            Status::FellShort
+        } else {
+            Status::Done
+        })
+    }
+}
+
+/// What to say of a recording that did not end as it should.
+fn trouble(ending: Ending) -> Option<&'static str> {
+    match ending {
+        Ending::Complete | Ending::Stopped => None,
+        Ending::LinkLost => Some(
+            "the board heard nothing of this program for half a second (was it suspended?) and stopped the motor",
+        ),
+        Ending::Unplugged => Some("the board was unplugged"),
+        Ending::BoardReset => Some("the board was reset in mid-run"),
+        Ending::Silent => Some("the board fell silent"),
+        Ending::LineFailed => Some("the serial line failed"),
+    }
+}
+
+fn summary(captured: &Captured) -> String {
+    let statistics = &captured.statistics;
+    let mut lines = vec![
+        format!("wrote {}", captured.path.display()),
+        format!(
+            "  {} samples in {:.3} s, {} lost, {} overruns",
+            statistics.samples, statistics.duration_s, statistics.lost, statistics.overruns
+        ),
+    ];
+    if statistics.encoder_errors > 0 || statistics.saturated > 0 {
+        lines.push(format!(
+            "  {} with an illegal encoder transition, {} limited by the supply",
+            statistics.encoder_errors, statistics.saturated
+        ));
+    }
+    if captured.damage.bad_frames + captured.damage.implausible > 0 {
+        lines.push(format!(
+            "  {} damaged frames, {} that passed the CRC but do not fit",
+            captured.damage.bad_frames, captured.damage.implausible
+        ));
+    }
+    if let Some(dt) = &statistics.device_dt {
+        lines.push(format!(
+            "  device dt {} / {} / {} us (min / median / max)",
+            dt.min_us, dt.median_us, dt.max_us
+        ));
+    }
+    if let Some(clock) = &statistics.clock {
+        lines.push(format!(
+            "  board's clock {:+.1} ppm against the host's (sigma {:.1}), arrivals {:.2} ms late with {:.2} ms rms",
+            clock.device_fast_ppm,
+            clock.sigma_ppm,
+            clock.mean_delay_s * 1e3,
+            clock.residual_rms_s * 1e3
+        ));
+    }
+    if let Some(rpm) = statistics.steady_rpm {
+        lines.push(format!("  steady speed {rpm:.2} RPM"));
+    }
+    lines.join("\n")
+}
+
+fn board_failure(error: BoardError) -> Failure {
+    match error {
+        BoardError::Open(OpenError::NotFound { .. } | OpenError::NotASerialPort { .. })
+        | BoardError::Command { .. }
+        | BoardError::Refused { .. } => Failure::input(error),
+        _ => Failure::device(error),
+    }
+}
+
+fn capture_failure(error: CaptureError) -> Failure {
+    match error {
+        CaptureError::Board(error) => board_failure(error),
+        other => Failure::device(other),
+    }
+}
+
+fn profile_failure(error: ProfileError) -> Failure {
+    Failure::input(error)
+}

@@ -1,0 +1,55 @@
+//! `motorlab virtual`: a board without hardware, for any program that opens serial ports.
+
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::json;
+
+use super::signals::StopSignal;
+use super::virtual_spec::{BOARD_KEYS, PREFIX, VirtualSpec};
+use super::{Failure, Output, Status};
+
+/// Plug in a virtual board and print the serial port to open; Ctrl-C unplugs it.
+#[derive(Debug, Args)]
+#[command(after_help = after_help())]
+pub struct Virtual {
+    /// The board and its motor: `virtual:?effect=backlash&gap_rad=0.02&seed=7`.
+    #[arg(default_value = "virtual:")]
+    board: String,
+}
+
+fn after_help() -> String {
+    let keys: String = BOARD_KEYS
+        .iter()
+        .map(|(key, what)| format!("  {key:<14} {what}\n"))
+        .collect();
+    format!(
+        "Keys of a virtual board (besides a motor file's keys, effect=ID and that effect's parameters):\n{keys}\nExample:\n  motorlab virtual 'virtual:?effect=backlash&gap_rad=0.02&seed=7' &\n  motorlab capture /dev/pts/5"
+    )
+}
+
+impl Virtual {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let text = self.board.strip_prefix(PREFIX).unwrap_or(&self.board);
+        let board = VirtualSpec::parse(text).map_err(Failure::input)?;
+        let board = board.spawn().map_err(Failure::device)?;
+        if output.json {
+            output.document(&json!({ "port": board.path() }))?;
+        } else {
+            output.line(&board.path().display().to_string())?;
+        }
+        let runtime = tokio::runtime::Builder::new_current_thread()
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        runtime.block_on(async {
+            let stop = StopSignal::install().map_err(Failure::device)?;
+            while !stop.is_asked() && !board.is_gone() {
+                let asked = stop.clone().asked();
+                // Only to look whether the board has unplugged itself.
+                let _ = tokio::time::timeout(Duration::from_millis(200), asked).await;
+            }
+            Ok(Status::Done)
+        })
+    }
+}

@@ -1,0 +1,325 @@
+//! `virtual:?effect=backlash&gap_rad=0.02&seed=7`: a virtual board and its motor in one word.
+//!
+//! Keys after `effect=ID` are that effect's parameters; the others are the motor file, its parameters,
+//! and how the board and its line behave.
+
+use std::path::Path;
+use std::time::Duration;
+
+use crate::board::{Bench, Pace, VirtualBoard, VirtualBoardOptions};
+use crate::motor::effects::{EffectError, find};
+use crate::motor::{ActiveEffect, Motor, MotorFileError, Parameters, read_motor};
+
+/// What a word must begin with to be one.
+pub(super) const PREFIX: &str = "virtual:";
+
+/// Keys of the board and its line, with what they do.
+pub(super) const BOARD_KEYS: [(&str, &str); 18] = [
+    ("motor", "motor file"),
+    (
+        "seed",
+        "seed of the motor's random effects and of the line's faults",
+    ),
+    ("speed", "1 (real time), a factor, or max"),
+    (
+        "clock_ppm",
+        "how much faster the board's clock runs, in parts per million",
+    ),
+    ("micros_start", "the board's micros() at power-on"),
+    ("counter_bits", "32 or 16"),
+    ("boot_ms", "time from reset to HELLO"),
+    ("banner", "text before HELLO"),
+    ("name", "what the board calls itself"),
+    ("boot_id", "number of the first reset"),
+    ("drop", "probability that a byte is lost"),
+    ("flip", "probability that a bit of a byte is flipped"),
+    ("duplicate", "probability that a byte arrives twice"),
+    (
+        "stall",
+        "probability that the line stands still before a byte",
+    ),
+    ("stall_ms", "how long it then stands still"),
+    ("split", "1: every byte comes by itself"),
+    ("silent_after", "bytes after which the line falls silent"),
+    ("hang_up_after", "bytes after which the board is unplugged"),
+];
+
+/// A virtual board that is not plugged in yet.
+#[derive(Debug, Clone)]
+pub(super) struct VirtualSpec {
+    /// The motor on the bench.
+    pub motor: Motor,
+    /// Seed of its random effects.
+    pub seed: u64,
+    /// The board and its line.
+    pub options: VirtualBoardOptions,
+}
+
+/// What is wrong with the word.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum SpecError {
+    #[error(
+        "'{0}' is no `key=value`; a virtual board is named like virtual:?effect=backlash&seed=7"
+    )]
+    NotAPair(String),
+    #[error(
+        "a virtual board has no key '{key}'{}; `motorlab virtual --help` lists them",
+        hint(nearest)
+    )]
+    UnknownKey {
+        key: String,
+        nearest: Option<&'static str>,
+    },
+    #[error("{key}={value}: expected {expected}")]
+    Value {
+        key: String,
+        value: String,
+        expected: &'static str,
+    },
+    #[error(transparent)]
+    Effect(#[from] EffectError),
+    #[error(transparent)]
+    Motor(#[from] MotorFileError),
+}
+
+fn hint(nearest: &Option<&'static str>) -> String {
+    nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+}
+
+impl VirtualSpec {
+    /// Reads what stands after `virtual:`.
+    pub(super) fn parse(text: &str) -> Result<Self, SpecError> {
+        let pairs = pairs(text.strip_prefix('?').unwrap_or(text))?;
+        let mut spec = Self {
+            motor: Motor::default(),
+            seed: 0,
+            options: VirtualBoardOptions::default(),
+        };
+        // The file first: other keys change what it says.
+        if let Some((_, path)) = pairs.iter().find(|(key, _)| key == "motor") {
+            spec.motor = read_motor(Path::new(path))?;
+        }
+        let mut effects: Vec<(String, Vec<(String, f64)>)> = Vec::new();
+        for (key, value) in &pairs {
+            let belongs = effects.last().and_then(|(id, _)| find(id));
+            let of_effect = belongs
+                .is_some_and(|(_, kind)| kind.parameters.iter().any(|known| known.key == key));
+            match key.as_str() {
+                "effect" => effects.push((value.clone(), Vec::new())),
+                _ if of_effect => {
+                    let number = number(key, value)?;
+                    if let Some((_, given)) = effects.last_mut() {
+                        given.push((key.clone(), number));
+                    }
+                }
+                _ => spec.set(key, value)?,
+            }
+        }
+        for (id, given) in &effects {
+            let given = given.iter().map(|(key, value)| (key.as_str(), *value));
+            let effect = ActiveEffect::from_keys(id, given, &spec.motor.parameters)?;
+            spec.motor.effects.set(effect);
+        }
+        Ok(spec)
+    }
+
+    fn set(&mut self, key: &str, value: &str) -> Result<(), SpecError> {
+        let VirtualBoardOptions {
+            firmware, faults, ..
+        } = &mut self.options;
+        match key {
+            "motor" => {}
+            "seed" => {
+                self.seed = whole(key, value)?;
+                faults.seed = self.seed;
+            }
+            "speed" => self.options.pace = pace(value)?,
+            "clock_ppm" => firmware.clock_ppm = number(key, value)?,
+            "micros_start" => firmware.micros_at_start = whole(key, value)? as u32,
+            "counter_bits" => {
+                firmware.counts_16_bit = match value {
+                    "16" => true,
+                    "32" => false,
+                    _ => return Err(wrong(key, value, "16 or 32")),
+                }
+            }
+            "boot_ms" => self.options.boot = Duration::from_millis(whole(key, value)?),
+            "banner" => self.options.banner = value.replace("\\n", "\r\n"),
+            "name" => firmware.name = value.to_owned(),
+            "boot_id" => firmware.boot_id = whole(key, value)? as u32,
+            "drop" => faults.drop = probability(key, value)?,
+            "flip" => faults.flip = probability(key, value)?,
+            "duplicate" => faults.duplicate = probability(key, value)?,
+            "stall" => faults.stall = probability(key, value)?,
+            "stall_ms" => faults.stall_for = Duration::from_millis(whole(key, value)?),
+            "split" => faults.split = value == "1",
+            "silent_after" => faults.silent_after = Some(whole(key, value)?),
+            "hang_up_after" => faults.hang_up_after = Some(whole(key, value)?),
+            _ => match self.motor.parameters.get_mut(key) {
+                Some(parameter) => *parameter = number(key, value)?,
+                None => {
+                    return Err(SpecError::UnknownKey {
+                        key: key.to_owned(),
+                        nearest: nearest_key(key),
+                    });
+                }
+            },
+        }
+        Ok(())
+    }
+
+    /// Plugs the board in.
+    pub(super) fn spawn(self) -> std::io::Result<VirtualBoard> {
+        VirtualBoard::spawn(self.bench(), self.options)
+    }
+}
+
+fn nearest_key(key: &str) -> Option<&'static str> {
+    let board = BOARD_KEYS.iter().map(|(name, _)| *name);
+    let effects = crate::motor::effects::catalogue()
+        .iter()
+        .flat_map(|kind| kind.parameters.iter().map(|parameter| parameter.key));
+    board
+        .chain(["effect"])
+        .chain(Parameters::KEYS.iter().copied())
+        .chain(effects)
+        .map(|name| (strsim::damerau_levenshtein(name, key), name))
+        .min()
+        .filter(|(distance, name)| *distance <= 1 + name.len() / 3)
+        .map(|(_, name)| name)
+}
+
+fn wrong(key: &str, value: &str, expected: &'static str) -> SpecError {
+    SpecError::Value {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        expected,
+    }
+}
+
+fn number(key: &str, value: &str) -> Result<f64, SpecError> {
+    let number = value.parse::<f64>().ok().filter(|n| n.is_finite());
+    number.ok_or_else(|| wrong(key, value, "a number"))
+}
+
+fn whole(key: &str, value: &str) -> Result<u64, SpecError> {
+    value
+        .parse()
+        .map_err(|_| wrong(key, value, "a whole number"))
+}
+
+fn probability(key: &str, value: &str) -> Result<f64, SpecError> {
+    let probability = number(key, value)?;
+    if (0.0..=1.0).contains(&probability) {
+        Ok(probability)
+    } else {
+        Err(wrong(key, value, "a probability from 0 to 1"))
+    }
+}
+
+fn pace(value: &str) -> Result<Pace, SpecError> {
+    match value {
+        "max" => Ok(Pace::AsFastAsPossible),
+        "1" => Ok(Pace::RealTime),
+        factor => match factor.parse::<f64>() {
+            Ok(factor) if factor > 0.0 && factor.is_finite() => Ok(Pace::Times(factor)),
+            _ => Err(wrong("speed", value, "1, a factor, or max")),
+        },
+    }
+}
+
+/// Splits `a=1&b=2`, with `%xx` taken as in a URL.
+fn pairs(text: &str) -> Result<Vec<(String, String)>, SpecError> {
+    text.split('&')
+        .filter(|pair| !pair.is_empty())
+        .map(|pair| {
+            let (key, value) = pair
+                .split_once('=')
+                .ok_or_else(|| SpecError::NotAPair(pair.to_owned()))?;
+            Ok((key.to_owned(), unescape(value)))
+        })
+        .collect()
+}
+
+fn unescape(value: &str) -> String {
+    let mut bytes = Vec::new();
+    let mut rest = value.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        let escaped = (first == b'%')
+            .then(|| std::str::from_utf8(after.get(..2)?).ok())
+            .flatten()
+            .and_then(|digits| u8::from_str_radix(digits, 16).ok());
+        match escaped {
+            Some(byte) => {
+                bytes.push(byte);
+                rest = &after[2..];
+            }
+            None => {
+                bytes.push(first);
+                rest = after;
+            }
+        }
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+impl VirtualSpec {
+    fn bench(&self) -> impl Bench + use<> {
+        NominalBench {
+            parameters: self.motor.parameters,
+            speed_rad_s: 0.0,
+            angle_rad: 0.0,
+            now_s: 0.0,
+        }
+    }
+}
+
+/// The first-order model with Coulomb friction, stepped exactly while it moves one way.
+struct NominalBench {
+    parameters: Parameters,
+    speed_rad_s: f64,
+    angle_rad: f64,
+    now_s: f64,
+}
+
+impl Bench for NominalBench {
+    fn hold(&mut self, command: f64, until_s: f64) {
+        let p = &self.parameters;
+        let span_s = until_s - self.now_s;
+        self.now_s = until_s;
+        let drive = command * p.torque_constant_nm_per_a / p.resistance_ohm;
+        let against = if self.speed_rad_s == 0.0 {
+            drive
+        } else {
+            self.speed_rad_s
+        };
+        let friction = p.coulomb_friction_nm.min(if self.speed_rad_s == 0.0 {
+            drive.abs()
+        } else {
+            f64::INFINITY
+        });
+        let damping = p.viscous_friction_nm_s_per_rad
+            + p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+        let final_speed = (drive - friction * against.signum()) / damping;
+        let rate = damping / p.inertia_kg_m2;
+        let decay = (-rate * span_s).exp();
+        let start = self.speed_rad_s;
+        self.speed_rad_s = final_speed + (start - final_speed) * decay;
+        self.angle_rad += final_speed * span_s + (start - final_speed) * (1.0 - decay) / rate;
+        if command == 0.0 && self.speed_rad_s * start < 0.0 {
+            self.speed_rad_s = 0.0;
+        }
+    }
+
+    fn counts(&mut self) -> i64 {
+        (self.angle_rad * self.parameters.counts_per_rev / std::f64::consts::TAU).floor() as i64
+    }
+
+    fn supply_v(&self) -> f64 {
+        self.parameters.supply_v
+    }
+
+    fn counts_per_rev(&self) -> f64 {
+        self.parameters.counts_per_rev
+    }
+}
