@@ -1,1 +1,15 @@
 //! What people look at: plots, one offline HTML file, the terminal.
+//!
+//! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
+//! A [`Page`] gathers text, tables and figures into one self-contained HTML file.
+
+mod escape;
+pub mod figure;
+mod html;
+pub mod svg;
+pub mod terminal;
+
+pub use escape::escaped;
+pub use figure::{Figure, Panel, Series, Stroke};
+pub use html::Page;
+pub use svg::Size;

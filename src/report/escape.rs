@@ -1,0 +1,45 @@
+//! Text from files and devices made harmless in HTML and SVG.
+
+use std::borrow::Cow;
+
+/// The text with `& < > " '` as entities and control characters, which XML forbids, as `�`.
+pub fn escaped(text: &str) -> Cow<'_, str> {
+    let harmful = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || forbidden(c);
+    if !text.contains(harmful) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            c if forbidden(c) => out.push('\u{FFFD}'),
+            c => out.push(c),
+        }
+    }
+    Cow::Owned(out)
+}
+
+fn forbidden(c: char) -> bool {
+    (c.is_control() && !matches!(c, '\n' | '\t')) || matches!(c, '\u{FFFE}' | '\u{FFFF}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::escaped;
+
+    #[test]
+    fn nothing_opens_a_tag_or_an_attribute() {
+        assert_eq!(
+            escaped("<a href='x' b=\"y\">&\u{1b}[31m"),
+            "&lt;a href=&#39;x&#39; b=&quot;y&quot;&gt;&amp;\u{FFFD}[31m"
+        );
+        assert!(matches!(
+            escaped("plain µ text"),
+            std::borrow::Cow::Borrowed(_)
+        ));
+    }
+}

@@ -1,0 +1,226 @@
+//! What a plot shows, apart from how it is drawn: panels over one x axis, each with its series.
+//!
+//! [`super::svg`] draws a figure as SVG, [`super::terminal`] as text.
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stroke {
+    /// A line from point to point.
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// A value that holds until the next point, as a command or a count does.
+    Step,
+    /// A dot at each point.
+    Dots,
+}
+
+/// One curve. Points that are not finite leave a gap.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// What the legend calls it.
+    pub name: String,
+    /// How it is drawn.
+    pub stroke: Stroke,
+    /// Its colour: an index into the palette, the same for the same thing in all panels.
+    pub colour: usize,
+    /// Points (x, y) with rising x.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// A series of two columns of the same length.
+    pub fn new(
+        name: impl Into<String>,
+        stroke: Stroke,
+        colour: usize,
+        x: &[f64],
+        y: &[f64],
+    ) -> Self {
+        Self {
+            name: name.into(),
+            stroke,
+            colour,
+            points: x.iter().copied().zip(y.iter().copied()).collect(),
+        }
+    }
+}
+
+/// One y axis and what is drawn against it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Panel {
+    /// Quantity and unit, such as `speed (RPM)`.
+    pub y_label: String,
+    /// The curves, first drawn first.
+    pub series: Vec<Series>,
+    /// Height relative to the other panels.
+    pub weight: f64,
+    /// Horizontal lines of reference with their names.
+    pub marks: Vec<(f64, String)>,
+}
+
+impl Panel {
+    /// A panel of weight 1.
+    pub fn new(y_label: impl Into<String>, series: Vec<Series>) -> Self {
+        Self {
+            y_label: y_label.into(),
+            series,
+            weight: 1.0,
+            marks: Vec::new(),
+        }
+    }
+
+    /// The panel with another height relative to its neighbours.
+    pub fn weighing(mut self, weight: f64) -> Self {
+        self.weight = weight;
+        self
+    }
+
+    /// The panel with a horizontal line of reference.
+    pub fn marked(mut self, y: f64, name: impl Into<String>) -> Self {
+        self.marks.push((y, name.into()));
+        self
+    }
+
+    /// Smallest and largest y, marks included; `None` where nothing is finite.
+    pub fn y_range(&self) -> Option<(f64, f64)> {
+        let values = self
+            .series
+            .iter()
+            .flat_map(|s| s.points.iter().map(|p| p.1));
+        range(values.chain(self.marks.iter().map(|mark| mark.0)))
+    }
+}
+
+/// Panels one above the other, over one x axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Figure {
+    /// What it shows, in a few words.
+    pub title: String,
+    /// Quantity and unit of x, such as `time (s)`.
+    pub x_label: String,
+    /// Panels from top to bottom.
+    pub panels: Vec<Panel>,
+}
+
+impl Figure {
+    /// Smallest and largest x of all panels; `None` where there is no point.
+    pub fn x_range(&self) -> Option<(f64, f64)> {
+        let panels = self.panels.iter().flat_map(|panel| &panel.series);
+        range(panels.flat_map(|s| s.points.iter().map(|p| p.0)))
+    }
+}
+
+fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+    values.filter(|v| v.is_finite()).fold(None, |range, v| {
+        let (low, high) = range.unwrap_or((v, v));
+        Some((f64::min(low, v), f64::max(high, v)))
+    })
+}
+
+/// A range that is never empty: a single value gets room above and below.
+pub fn widened((low, high): (f64, f64)) -> (f64, f64) {
+    let room = (high - low) * 0.05;
+    if room > 0.0 {
+        (low - room, high + room)
+    } else {
+        let room = (low.abs() * 0.1).max(0.5);
+        (low - room, high + room)
+    }
+}
+
+/// Round values (1, 2 or 5 times a power of ten) inside a range, about `wanted` of them.
+pub fn ticks((low, high): (f64, f64), wanted: usize) -> Vec<f64> {
+    let span = high - low;
+    if !(span.is_finite() && span > 0.0) || wanted == 0 {
+        return Vec::new();
+    }
+    let rough = span / wanted as f64;
+    let power = 10f64.powf(rough.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|factor| factor * power)
+        .find(|step| *step >= rough * 0.999)
+        .unwrap_or(10.0 * power);
+    let first = (low / step).ceil() as i64;
+    let last = (high / step).floor() as i64;
+    (first..=last).take(1000).map(|k| k as f64 * step).collect()
+}
+
+/// A tick's value with as many digits as its neighbours need.
+pub fn tick_label(value: f64, step: f64) -> String {
+    let digits = (-step.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let value = if value.abs() < step.abs() * 1e-9 {
+        0.0
+    } else {
+        value
+    };
+    if value.abs() >= 1e6 {
+        return format!("{value:.1e}");
+    }
+    format!("{value:.digits$}").replace('-', "\u{2212}")
+}
+
+/// At most four points a pixel column (first, lowest, highest, last), so that a long run draws as fast
+/// and looks the same as with all its points.
+pub fn thinned(points: &[(f64, f64)], x_range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {
+    if points.len() <= 4 * columns {
+        return points.to_vec();
+    }
+    let scale = columns as f64 / (x_range.1 - x_range.0);
+    let column = |x: f64| ((x - x_range.0) * scale).floor();
+    let mut out = Vec::with_capacity(4 * columns);
+    for group in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
+        let lowest = (0..group.len()).min_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
+        let highest = (0..group.len()).max_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
+        let mut kept = vec![
+            0,
+            lowest.unwrap_or(0),
+            highest.unwrap_or(0),
+            group.len() - 1,
+        ];
+        kept.sort_unstable();
+        kept.dedup();
+        out.extend(kept.into_iter().map(|k| group[k]));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_inside() {
+        assert_eq!(
+            ticks((0.0, 1.0), 5),
+            [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]
+        );
+        assert_eq!(ticks((-48.0, 51.0), 4), [0.0, 50.0]);
+        assert!(ticks((3.0, 3.0), 4).is_empty());
+        assert_eq!(tick_label(0.6000000000000001, 0.2), "0.6");
+        assert_eq!(tick_label(-50.0, 50.0), "\u{2212}50");
+    }
+
+    #[test]
+    fn thinning_keeps_every_peak() {
+        let mut points: Vec<_> = (0..100_000).map(|k| (f64::from(k), 0.0)).collect();
+        points[77_777].1 = 9.0;
+        points[33_333].1 = -9.0;
+        let thin = thinned(&points, (0.0, 100_000.0), 500);
+        assert!(thin.len() <= 2000);
+        assert!(thin.contains(&(77_777.0, 9.0)) && thin.contains(&(33_333.0, -9.0)));
+    }
+
+    #[test]
+    fn gaps_do_not_widen_the_range() {
+        let series = Series::new(
+            "a",
+            Stroke::Line,
+            0,
+            &[0.0, 1.0, 2.0],
+            &[1.0, f64::NAN, 3.0],
+        );
+        assert_eq!(Panel::new("y", vec![series]).y_range(), Some((1.0, 3.0)));
+    }
+}

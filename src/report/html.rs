@@ -1,0 +1,161 @@
+//! One self-contained HTML file: text, tables and drawings, no network, light and dark, phone and desk.
+//!
+//! Whatever is put in is escaped; only this room writes markup.
+
+use std::fmt::Write;
+
+use super::escape::escaped;
+use super::figure::Figure;
+use super::svg::{self, Size};
+
+const STYLE: &str = "\
+:root{color-scheme:light dark;--ink:#1f2328;--faint:#59636e;--grid:#d8dee4;--paper:#fff;--good:#1a7f37;--bad:#b35900}\
+@media(prefers-color-scheme:dark){:root{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--good:#3fb950;--bad:#f0883e}}\
+*{box-sizing:border-box}body{margin:0 auto;padding:1.2rem;max-width:62rem;background:var(--paper);color:var(--ink);\
+font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
+h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
+.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}\
+figure{margin:1rem 0}figure svg{width:100%;height:auto;display:block}figcaption{color:var(--faint);font-size:.9rem}\
+.wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
+th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
+td.number,th.number{text-align:right}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
+footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}";
+
+/// A page under way.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    body: String,
+}
+
+impl Page {
+    /// A page with its heading.
+    pub fn new(title: &str) -> Self {
+        Self {
+            title: title.to_owned(),
+            body: format!("<h1>{}</h1>\n", escaped(title)),
+        }
+    }
+
+    /// The one sentence that says it all.
+    pub fn lead(&mut self, text: &str) {
+        self.element("p class=\"lead\"", "p", text);
+    }
+
+    /// A heading of a section.
+    pub fn section(&mut self, title: &str) {
+        self.element("h2", "h2", title);
+    }
+
+    /// A heading inside a section.
+    pub fn subsection(&mut self, title: &str) {
+        self.element("h3", "h3", title);
+    }
+
+    /// A paragraph.
+    pub fn paragraph(&mut self, text: &str) {
+        self.element("p", "p", text);
+    }
+
+    /// A paragraph in small voice: how something was made, what to mind.
+    pub fn note(&mut self, text: &str) {
+        self.element("p class=\"note\"", "p", text);
+    }
+
+    /// A list of short points.
+    pub fn list<T: AsRef<str>>(&mut self, items: impl IntoIterator<Item = T>) {
+        self.body.push_str("<ul>");
+        for item in items {
+            let _ = write!(self.body, "<li>{}</li>", escaped(item.as_ref()));
+        }
+        self.body.push_str("</ul>\n");
+    }
+
+    /// Text kept as it is, such as a file or a formula.
+    pub fn verbatim(&mut self, text: &str) {
+        self.element("pre", "pre", text);
+    }
+
+    /// A table; columns whose cells all begin like numbers are set flush right.
+    pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
+        let numeric: Vec<bool> = (0..names.len())
+            .map(|k| {
+                !rows.is_empty()
+                    && rows
+                        .iter()
+                        .all(|row| row.get(k).is_some_and(|c| is_number(c)))
+            })
+            .collect();
+        let class = |k: usize| {
+            if numeric.get(k) == Some(&true) {
+                " class=\"number\""
+            } else {
+                ""
+            }
+        };
+        self.body.push_str("<div class=\"wide\"><table><thead><tr>");
+        for (k, name) in names.iter().enumerate() {
+            let _ = write!(self.body, "<th{}>{}</th>", class(k), escaped(name));
+        }
+        self.body.push_str("</tr></thead><tbody>");
+        for row in rows {
+            self.body.push_str("<tr>");
+            for (k, cell) in row.iter().enumerate() {
+                let _ = write!(self.body, "<td{}>{}</td>", class(k), escaped(cell));
+            }
+            self.body.push_str("</tr>");
+        }
+        self.body.push_str("</tbody></table></div>\n");
+    }
+
+    /// A drawing with what it shows.
+    pub fn figure(&mut self, figure: &Figure, size: Size, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure>{}<figcaption>{}</figcaption></figure>",
+            svg::inline(figure, size),
+            escaped(caption)
+        );
+    }
+
+    fn element(&mut self, open: &str, close: &str, text: &str) {
+        let _ = writeln!(self.body, "<{open}>{}</{close}>", escaped(text));
+    }
+
+    /// The whole file.
+    pub fn finish(self) -> String {
+        format!(
+            "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
+<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{}</title>\
+<style>{STYLE}{}</style></head>\n<body>\n{}<footer>motorlab {}</footer>\n</body></html>\n",
+            escaped(&self.title),
+            svg::STYLE,
+            self.body,
+            env!("CARGO_PKG_VERSION"),
+        )
+    }
+}
+
+fn is_number(cell: &str) -> bool {
+    let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '±', '<', '>', ' ']);
+    cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit()) || cell == "–"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_asks_nothing_of_the_network_and_runs_nothing_from_a_file() {
+        let mut page = Page::new("run <script>.csv");
+        page.lead("a & b");
+        page.table(
+            &["file", "samples"],
+            &[vec!["<img onerror=x>".into(), "12".into()]],
+        );
+        let html = page.finish();
+        let addresses = html.replace("http://www.w3.org/2000/svg", "");
+        assert!(!addresses.contains("http") && !html.contains("<script") && !html.contains("<img"));
+        assert!(html.contains("<td class=\"number\">12</td>"));
+    }
+}

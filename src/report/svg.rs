@@ -1,0 +1,353 @@
+//! Draws a figure as SVG, readable on a light and on a dark page.
+//!
+//! Colours are CSS variables with a light and a dark value each (the Okabe-Ito palette, made for
+//! colour-blind eyes), so that the same drawing fits the page it is put on. Everything that comes from
+//! a file is escaped.
+
+use std::fmt::Write;
+
+use super::escape::escaped;
+use super::figure::{Figure, Panel, Series, Stroke, thinned, tick_label, ticks, widened};
+
+/// Colours of a drawing, light and dark; put once into a page, or into a drawing of its own.
+pub const STYLE: &str = "\
+.plot{--ink:#1f2328;--faint:#6e7781;--grid:#d8dee4;--paper:#fff;--c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#aa4499;--c4:#b58900;--c5:#3a93c7;--c6:#666}\
+@media(prefers-color-scheme:dark){.plot{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--c0:#56b4e9;--c1:#ff8c42;--c2:#3ddc97;--c3:#e58fc8;--c4:#f0c808;--c5:#9ad1f5;--c6:#aaa}}\
+.plot text{font:12px system-ui,-apple-system,'Segoe UI',sans-serif;fill:var(--ink)}\
+.plot .tick{fill:var(--faint);font-size:11px}.plot .title{font-weight:600;font-size:14px}\
+.plot .grid{stroke:var(--grid);stroke-width:1}.plot .frame{stroke:var(--faint);stroke-width:1;fill:none}\
+.plot .mark{stroke:var(--faint);stroke-width:1;stroke-dasharray:2 3}\
+.plot .curve{fill:none;stroke-width:1.6;stroke-linejoin:round}";
+
+/// How many colours the palette has.
+const COLOURS: usize = 7;
+
+/// Outer size of a drawing in pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Width.
+    pub width: u32,
+    /// Height.
+    pub height: u32,
+}
+
+impl Size {
+    /// Fits a page or a README.
+    pub const PAGE: Self = Self {
+        width: 860,
+        height: 520,
+    };
+    /// A single panel.
+    pub const SMALL: Self = Self {
+        width: 860,
+        height: 300,
+    };
+}
+
+const LEFT: f64 = 70.0;
+const RIGHT: f64 = 16.0;
+const TITLE: f64 = 30.0;
+const LEGEND_ROW: f64 = 18.0;
+const BOTTOM: f64 = 44.0;
+const BETWEEN: f64 = 16.0;
+
+/// A drawing that stands alone: with its own colours and paper.
+pub fn document(figure: &Figure, size: Size) -> String {
+    let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
+    out.push_str(&drawing(figure, size, true));
+    out
+}
+
+/// A drawing to be put into an HTML page that has [`STYLE`].
+pub fn inline(figure: &Figure, size: Size) -> String {
+    drawing(figure, size, false)
+}
+
+fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
+    let (width, height) = (f64::from(size.width), f64::from(size.height));
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">",
+        escaped(&figure.title)
+    );
+    if alone {
+        let _ = write!(
+            out,
+            "<style>{STYLE}</style><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>"
+        );
+    }
+    let _ = write!(
+        out,
+        "<text class=\"title\" x=\"{LEFT}\" y=\"19\">{}</text>",
+        escaped(&figure.title)
+    );
+    let legends: Vec<Vec<&Series>> = figure.panels.iter().map(legend_entries).collect();
+    let legend_height =
+        |entries: &[&Series]| LEGEND_ROW * legend_rows(entries, width - LEFT - RIGHT).len() as f64;
+    let fixed: f64 = TITLE
+        + BOTTOM
+        + legends
+            .iter()
+            .map(|entries| legend_height(entries))
+            .sum::<f64>()
+        + BETWEEN * figure.panels.len().saturating_sub(1) as f64;
+    let weights: f64 = figure.panels.iter().map(|panel| panel.weight).sum();
+    let x_range = figure.x_range().unwrap_or((0.0, 1.0));
+    let x_range = if x_range.1 > x_range.0 {
+        x_range
+    } else {
+        widened(x_range)
+    };
+    let mut top = TITLE;
+    for (k, (panel, entries)) in figure.panels.iter().zip(&legends).enumerate() {
+        draw_legend(&mut out, entries, top, width - LEFT - RIGHT);
+        top += legend_height(entries);
+        let panel_height = (height - fixed).max(40.0) * panel.weight / weights;
+        let last = k + 1 == figure.panels.len();
+        let frame = Frame {
+            left: LEFT,
+            top,
+            width: width - LEFT - RIGHT,
+            height: panel_height,
+            x_range,
+            y_range: widened(panel.y_range().unwrap_or((0.0, 1.0))),
+        };
+        frame.draw(&mut out, panel, last);
+        top += panel_height + BETWEEN;
+    }
+    let _ = write!(
+        out,
+        "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text></svg>",
+        LEFT + (width - LEFT - RIGHT) / 2.0,
+        height - 8.0,
+        escaped(&figure.x_label)
+    );
+    out
+}
+
+/// Series that the legend names: those with a name, each once.
+fn legend_entries(panel: &Panel) -> Vec<&Series> {
+    panel.series.iter().filter(|s| !s.name.is_empty()).collect()
+}
+
+/// Legend entries in rows that fit the width, with their x positions. Letters are taken as 6.6 px wide.
+fn legend_rows<'a>(entries: &[&'a Series], width: f64) -> Vec<Vec<(f64, &'a Series)>> {
+    let mut rows: Vec<Vec<(f64, &Series)>> = Vec::new();
+    let mut x = 0.0;
+    for series in entries {
+        let wide = 40.0 + 6.6 * series.name.chars().count() as f64;
+        if rows.is_empty() || x + wide > width {
+            rows.push(Vec::new());
+            x = 0.0;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((x, series));
+        }
+        x += wide;
+    }
+    rows
+}
+
+fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
+    for (k, row) in legend_rows(entries, width).into_iter().enumerate() {
+        let y = top + LEGEND_ROW * k as f64 + 8.0;
+        for (x, series) in row {
+            let x = LEFT + x;
+            let colour = series.colour % COLOURS;
+            if series.stroke == Stroke::Dots {
+                let _ = write!(
+                    out,
+                    "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"var(--c{colour})\"/>",
+                    x + 11.0
+                );
+            } else {
+                let dash = dashes(series.stroke);
+                let _ = write!(
+                    out,
+                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{dash}/>"
+                );
+            }
+            let _ = write!(
+                out,
+                "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
+                x + 28.0,
+                y + 4.0,
+                escaped(&series.name)
+            );
+        }
+    }
+}
+
+fn dashes(stroke: Stroke) -> &'static str {
+    match stroke {
+        Stroke::Dashed => " stroke-dasharray=\"6 4\"",
+        Stroke::Line | Stroke::Step | Stroke::Dots => "",
+    }
+}
+
+/// Where a panel lies on the paper and what its axes span.
+struct Frame {
+    left: f64,
+    top: f64,
+    width: f64,
+    height: f64,
+    x_range: (f64, f64),
+    y_range: (f64, f64),
+}
+
+impl Frame {
+    fn x(&self, value: f64) -> f64 {
+        let (low, high) = self.x_range;
+        self.left + (value - low) / (high - low) * self.width
+    }
+
+    fn y(&self, value: f64) -> f64 {
+        let (low, high) = self.y_range;
+        self.top + (high - value) / (high - low) * self.height
+    }
+
+    fn draw(&self, out: &mut String, panel: &Panel, with_x_labels: bool) {
+        let (bottom, right) = (self.top + self.height, self.left + self.width);
+        let x_ticks = ticks(self.x_range, 8);
+        let x_step = x_ticks.get(1).map_or(1.0, |second| second - x_ticks[0]);
+        for &tick in &x_ticks {
+            let x = self.x(tick);
+            let _ = write!(
+                out,
+                "<path class=\"grid\" d=\"M{x:.1} {:.1}V{bottom:.1}\"/>",
+                self.top
+            );
+            if with_x_labels {
+                let _ = write!(
+                    out,
+                    "<text class=\"tick\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+                    bottom + 15.0,
+                    tick_label(tick, x_step)
+                );
+            }
+        }
+        let y_ticks = ticks(self.y_range, ((self.height / 45.0) as usize).max(2));
+        let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
+        for &tick in &y_ticks {
+            let y = self.y(tick);
+            let _ = write!(
+                out,
+                "<path class=\"grid\" d=\"M{:.1} {y:.1}H{right:.1}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                self.left,
+                self.left - 6.0,
+                y + 4.0,
+                tick_label(tick, y_step)
+            );
+        }
+        for (value, name) in &panel.marks {
+            let y = self.y(*value);
+            let _ = write!(
+                out,
+                "<path class=\"mark\" d=\"M{:.1} {y:.1}H{right:.1}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                self.left,
+                right - 4.0,
+                y - 4.0,
+                escaped(name)
+            );
+        }
+        for series in &panel.series {
+            self.draw_series(out, series);
+        }
+        let _ = write!(
+            out,
+            "<rect class=\"frame\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/><text transform=\"translate(16 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+            self.left,
+            self.top,
+            self.width,
+            self.height,
+            self.top + self.height / 2.0,
+            escaped(&panel.y_label)
+        );
+    }
+
+    fn draw_series(&self, out: &mut String, series: &Series) {
+        let points = thinned(&series.points, self.x_range, self.width as usize);
+        let colour = series.colour % COLOURS;
+        if series.stroke == Stroke::Dots {
+            let _ = write!(out, "<g fill=\"var(--c{colour})\">");
+            for (x, y) in points
+                .into_iter()
+                .filter(|p| p.0.is_finite() && p.1.is_finite())
+            {
+                let _ = write!(
+                    out,
+                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"2\"/>",
+                    self.x(x),
+                    self.y(y)
+                );
+            }
+            out.push_str("</g>");
+            return;
+        }
+        let mut path = String::new();
+        let mut pen_down = false;
+        for (x, y) in points {
+            if !(x.is_finite() && y.is_finite()) {
+                pen_down = false;
+                continue;
+            }
+            let (px, py) = (self.x(x), self.y(y));
+            let _ = match (pen_down, series.stroke) {
+                (false, _) => write!(path, "M{px:.1} {py:.1}"),
+                (true, Stroke::Step) => write!(path, "H{px:.1}V{py:.1}"),
+                (true, _) => write!(path, "L{px:.1} {py:.1}"),
+            };
+            pen_down = true;
+        }
+        let _ = write!(
+            out,
+            "<path class=\"curve\" d=\"{path}\" stroke=\"var(--c{colour})\"{}/>",
+            dashes(series.stroke)
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn figure(name: &str) -> Figure {
+        Figure {
+            title: "step <b>&\"".into(),
+            x_label: "time (s)".into(),
+            panels: vec![Panel::new(
+                "speed (RPM)",
+                vec![Series::new(
+                    name,
+                    Stroke::Line,
+                    0,
+                    &[0.0, 1.0, 2.0],
+                    &[0.0, f64::NAN, 50.0],
+                )],
+            )],
+        }
+    }
+
+    #[test]
+    fn text_from_outside_is_escaped() {
+        let svg = document(&figure("<script>alert(1)</script>"), Size::PAGE);
+        assert!(!svg.contains("<script>") && !svg.contains("<b>"));
+        assert!(svg.contains("&lt;script&gt;"));
+    }
+
+    #[test]
+    fn points_stand_where_their_values_are() {
+        // The x axis spans 0 to 2 over the frame's width; x = 2 is its right edge, x = 0 its left.
+        let svg = inline(&figure("a"), Size::PAGE);
+        let right = f64::from(Size::PAGE.width) - RIGHT;
+        assert!(svg.contains(&format!("M{LEFT:.1} ")) && svg.contains(&format!("M{right:.1} ")));
+    }
+
+    #[test]
+    fn an_empty_figure_draws_too() {
+        let empty = Figure {
+            panels: vec![Panel::new("nothing", Vec::new())],
+            ..Figure::default()
+        };
+        assert!(document(&empty, Size::SMALL).ends_with("</svg>"));
+    }
+}

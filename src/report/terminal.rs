@@ -1,0 +1,207 @@
+//! Draws a panel as text: eight dots a character (Unicode braille), for a terminal.
+
+use super::figure::{Panel, Stroke, thinned, tick_label, ticks, widened};
+
+/// Colours of the series by index, as ANSI codes; the same order as the palette of the drawings.
+const ANSI: [&str; 7] = ["34", "33", "32", "35", "93", "36", "90"];
+
+/// A panel as lines of text, `columns` wide and `rows` high (axes included), coloured or plain.
+pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: bool) -> String {
+    let x_range = panel
+        .series
+        .iter()
+        .flat_map(|s| s.points.iter().map(|p| p.0))
+        .filter(|x| x.is_finite())
+        .fold(None, |range: Option<(f64, f64)>, x| {
+            let (low, high) = range.unwrap_or((x, x));
+            Some((low.min(x), high.max(x)))
+        });
+    let (Some(x_range), Some(y_range)) = (x_range, panel.y_range()) else {
+        return format!("{}: nothing to plot\n", panel.y_label);
+    };
+    let x_range = if x_range.1 > x_range.0 {
+        x_range
+    } else {
+        widened(x_range)
+    };
+    let y_range = widened(y_range);
+    let label_width = 8;
+    let width = columns.saturating_sub(label_width + 1).max(10);
+    let height = rows.saturating_sub(3).max(3);
+    let mut canvas = Canvas::new(width, height);
+    for series in &panel.series {
+        let points = thinned(&series.points, x_range, 2 * width);
+        let place = |(x, y): (f64, f64)| {
+            let column = (x - x_range.0) / (x_range.1 - x_range.0) * (2 * width - 1) as f64;
+            let row = (y_range.1 - y) / (y_range.1 - y_range.0) * (4 * height - 1) as f64;
+            (column.round() as i64, row.round() as i64)
+        };
+        let mut before: Option<(i64, i64)> = None;
+        for point in points {
+            if !(point.0.is_finite() && point.1.is_finite()) {
+                before = None;
+                continue;
+            }
+            let now = place(point);
+            match (before, series.stroke) {
+                (None, _) | (_, Stroke::Dots) => canvas.dot(now, series.colour),
+                (Some(from), Stroke::Step) => {
+                    canvas.line(from, (now.0, from.1), series.colour);
+                    canvas.line((now.0, from.1), now, series.colour);
+                }
+                (Some(from), _) => canvas.line(from, now, series.colour),
+            }
+            before = Some(now);
+        }
+    }
+    let mut out = legend(panel, colours);
+    let y_ticks = ticks(y_range, (height / 3).max(2));
+    let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
+    for row in 0..height {
+        let (high, low) = (y_at(y_range, height, row), y_at(y_range, height, row + 1));
+        let tick = y_ticks.iter().find(|&&tick| tick <= high && tick > low);
+        let label = tick.map_or(String::new(), |&tick| tick_label(tick, y_step));
+        out.push_str(&format!("{label:>label_width$}┤"));
+        canvas.push_row(&mut out, row, colours);
+        out.push('\n');
+    }
+    let (low, high) = (
+        tick_label(x_range.0, x_range.1 / 100.0),
+        tick_label(x_range.1, x_range.1 / 100.0),
+    );
+    let middle = width.saturating_sub(low.chars().count() + high.chars().count());
+    out.push_str(&format!(
+        "{:>label_width$} {low}{x_label:^middle$}{high}\n",
+        ""
+    ));
+    out
+}
+
+/// The y value at the upper edge of a row of characters.
+fn y_at((low, high): (f64, f64), height: usize, row: usize) -> f64 {
+    high - (high - low) * row as f64 / height as f64
+}
+
+fn legend(panel: &Panel, colours: bool) -> String {
+    let names = panel
+        .series
+        .iter()
+        .filter(|s| !s.name.is_empty())
+        .map(|series| {
+            let sign = match series.stroke {
+                Stroke::Dots => "••",
+                Stroke::Dashed => "╌╌",
+                Stroke::Line | Stroke::Step => "──",
+            };
+            painted(&format!("{sign} {}", series.name), series.colour, colours)
+        });
+    let names: Vec<_> = names.collect();
+    format!("{}   {}\n", panel.y_label, names.join("   "))
+}
+
+fn painted(text: &str, colour: usize, colours: bool) -> String {
+    if colours {
+        format!("\u{1b}[{}m{text}\u{1b}[0m", ANSI[colour % ANSI.len()])
+    } else {
+        text.to_owned()
+    }
+}
+
+/// Dots, two by four a character, each character in the colour of its last dot.
+struct Canvas {
+    width: usize,
+    height: usize,
+    dots: Vec<u8>,
+    colours: Vec<usize>,
+}
+
+impl Canvas {
+    fn new(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            dots: vec![0; width * height],
+            colours: vec![0; width * height],
+        }
+    }
+
+    fn dot(&mut self, (x, y): (i64, i64), colour: usize) {
+        // Bits of a braille character: the left column from the top, the right one, then the bottom row.
+        const BITS: [[u8; 2]; 4] = [[0, 3], [1, 4], [2, 5], [6, 7]];
+        let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
+            return;
+        };
+        if x >= 2 * self.width || y >= 4 * self.height {
+            return;
+        }
+        let cell = y / 4 * self.width + x / 2;
+        self.dots[cell] |= 1 << BITS[y % 4][x % 2];
+        self.colours[cell] = colour;
+    }
+
+    fn line(&mut self, from: (i64, i64), to: (i64, i64), colour: usize) {
+        let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).max(1);
+        for k in 0..=steps {
+            let at = |a: i64, b: i64| a + ((b - a) as f64 * k as f64 / steps as f64).round() as i64;
+            self.dot((at(from.0, to.0), at(from.1, to.1)), colour);
+        }
+    }
+
+    fn push_row(&self, out: &mut String, row: usize, colours: bool) {
+        let cells = row * self.width..(row + 1) * self.width;
+        let mut painted: Option<usize> = None;
+        for cell in cells {
+            let dots = self.dots[cell];
+            let wanted = (colours && dots != 0).then_some(self.colours[cell]);
+            if wanted != painted {
+                if painted.is_some() {
+                    out.push_str("\u{1b}[0m");
+                }
+                if let Some(colour) = wanted {
+                    out.push_str(&format!("\u{1b}[{}m", ANSI[colour % ANSI.len()]));
+                }
+                painted = wanted;
+            }
+            out.push(match dots {
+                0 => ' ',
+                dots => char::from_u32(0x2800 + u32::from(dots)).unwrap_or(' '),
+            });
+        }
+        if painted.is_some() {
+            out.push_str("\u{1b}[0m");
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::figure::Series;
+
+    #[test]
+    fn a_rising_line_goes_from_corner_to_corner() {
+        let panel = Panel::new(
+            "speed (RPM)",
+            vec![Series::new("a", Stroke::Line, 0, &[0.0, 1.0], &[0.0, 1.0])],
+        );
+        let text = plot(&panel, "time (s)", 40, 10, false);
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len(), 9);
+        let places = |line: &str| -> Vec<usize> {
+            let dotted = line.chars().enumerate().filter(|(_, c)| *c > '\u{2800}');
+            dotted.map(|(k, _)| k).collect()
+        };
+        assert!(places(lines[1]).contains(&39), "{text}");
+        assert!(places(lines[7]).contains(&9), "{text}");
+        assert!(lines.iter().all(|line| line.chars().count() <= 40));
+    }
+
+    #[test]
+    fn nothing_to_plot_is_said() {
+        let panel = Panel::new(
+            "speed (RPM)",
+            vec![Series::new("a", Stroke::Line, 0, &[0.0], &[f64::NAN])],
+        );
+        assert!(plot(&panel, "time (s)", 80, 20, true).contains("nothing to plot"));
+    }
+}
