@@ -12,6 +12,7 @@ mod profile;
 pub mod pty;
 pub mod rawlog;
 mod reader;
+mod replayed;
 pub mod text_lines;
 mod virtual_board;
 
@@ -24,4 +25,5 @@ pub use port::{OpenError, Port, READ_PATIENCE};
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};
 pub use reader::{Arrival, LineReader};
+pub use replayed::ReplayedDevice;
 pub use virtual_board::{FirmwareOptions, Pace, VirtualBoard, VirtualBoardOptions};

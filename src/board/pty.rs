@@ -6,8 +6,10 @@
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::OFlags;
@@ -40,7 +42,7 @@ impl Pty {
         unlockpt(&near)?;
         let name = ptsname(&near, Vec::new())?;
         let path = PathBuf::from(name.to_string_lossy().into_owned());
-        let far = OpenOptions::new().read(true).write(true).open(&path)?;
+        let far = open_far(&path)?;
         let mut settings = tcgetattr(&far)?;
         settings.make_raw();
         tcsetattr(&far, OptionalActions::Now, &settings)?;
@@ -106,6 +108,48 @@ impl Pty {
         // Best effort: what stays is dropped by the next reader as a partial frame.
         let _ = rustix::termios::tcflush(&self.near, rustix::termios::QueueSelector::OFlush);
     }
+}
+
+impl Pty {
+    /// Closing a pseudo-terminal drops what its reader has not read: gives a reader up to 0.3 s for
+    /// `outgoing` and for what is on the way already.
+    pub fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
+        let until = Instant::now() + Duration::from_millis(300);
+        while connected && Instant::now() < until {
+            let sent = self.write_some(outgoing)?;
+            outgoing.drain(..sent);
+            match self.unread() {
+                // The reader has it all, or is about to.
+                Some(0) if outgoing.is_empty() => {
+                    thread::sleep(Duration::from_millis(20));
+                    break;
+                }
+                // Its lock keeps us from looking: a reader that lives needs no more than this.
+                None if outgoing.is_empty() => {
+                    thread::sleep(Duration::from_millis(100));
+                    break;
+                }
+                _ => {}
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
+        Ok(())
+    }
+
+    /// Bytes that the far end's program has not read yet; `None` if that cannot be seen.
+    fn unread(&self) -> Option<u64> {
+        let far = open_far(&self.path).ok()?;
+        rustix::io::ioctl_fionread(&far).ok()
+    }
+}
+
+/// Opens the far end without making it this process's terminal.
+fn open_far(path: &Path) -> io::Result<File> {
+    OpenOptions::new()
+        .read(true)
+        .write(true)
+        .custom_flags(OFlags::NOCTTY.bits().cast_signed())
+        .open(path)
 }
 
 impl AsFd for Pty {

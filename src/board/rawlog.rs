@@ -189,6 +189,7 @@ impl<R: BufRead> Reader<R> {
             let first = header.lines().next().unwrap_or("").to_owned();
             let found = if first.is_empty() {
                 String::from_utf8_lossy(&reader.line)
+                    .trim_end()
                     .chars()
                     .take(60)
                     .collect()

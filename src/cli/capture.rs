@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
-use serde_json::json;
 
+use super::capture_report::report;
 use super::progress::ProgressLine;
 use super::signals::StopSignal;
 use super::virtual_spec::{PREFIX, VirtualSpec};
@@ -16,9 +16,7 @@ use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, ProfileError, VirtualBoard,
     rawlog, usb_identity,
 };
-use crate::recording::{
-    CaptureError, CaptureRequest, Captured, Ending, SharedLive, capture, next_free_name,
-};
+use crate::recording::{CaptureError, CaptureRequest, SharedLive, capture, next_free_name};
 
 /// Record a run from a board, or from a virtual one.
 #[derive(Debug, Args)]
@@ -82,7 +80,7 @@ fn duration(text: &str) -> Result<f64, String> {
     }
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
         _ => Err("not a number above 0".to_owned()),
@@ -122,20 +120,13 @@ impl Capture {
             }
         };
         let request = self.request(&board, &path)?;
-        if request.output.symlink_metadata().is_ok() {
-            let free = next_free_name(&request.output);
-            output.message(&format!(
-                "{} exists and stays as it is; recording into {}",
-                request.output.display(),
-                free.display()
-            ));
-        }
+        say_free_name(output, &request.output);
         let live = SharedLive::default();
         let progress = ProgressLine::show(&live);
         let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
         drop(progress);
         let captured = captured.map_err(capture_failure)?;
-        self.report(output, &captured)
+        report(output, &captured, self.duration > 0.0)
     }
 
     /// The virtual board, if one is asked for.
@@ -199,104 +190,18 @@ impl Capture {
             usb: usb_identity(path),
         })
     }
-
-    fn report(&self, output: &Output, captured: &Captured) -> Result<Status, Failure> {
-        let statistics = &captured.statistics;
-        if output.json {
-            output.document(&json!({
-                "shape": "motorlab-capture/1",
-                "path": captured.path,
-                "ending": captured.ending,
-                "samples": statistics.samples,
-                "lost": statistics.lost,
-                "statistics": statistics,
-                "line": captured.damage,
-                "samples_taken_by_board": captured.taken,
-            }))?;
-        } else {
-            output.line(&summary(captured))?;
-        }
-        if let Some(rescued) = &captured.rescued {
-            output.message(&format!("error: {rescued}"));
-            return Ok(Status::DeviceFailed);
-        }
-        if let Some(trouble) = trouble(captured.ending) {
-            output.message(&format!("error: {trouble}; the file ends there"));
-            return Ok(Status::DeviceFailed);
-        }
-        let cut_short = captured.ending == Ending::Stopped && self.duration > 0.0;
-        if cut_short {
-            output.message("stopped before the time asked for; the file is whole up to there");
-        }
-        if statistics.lost > 0 {
-            output.message(&format!(
-                "{} of {} samples were lost; the file has no row for them",
-                statistics.lost,
-                statistics.samples + statistics.lost
-            ));
-        }
-        Ok(if cut_short || statistics.lost > 0 {
-            Status::FellShort
-        } else {
-            Status::Done
-        })
-    }
 }
 
-/// What to say of a recording that did not end as it should.
-fn trouble(ending: Ending) -> Option<&'static str> {
-    match ending {
-        Ending::Complete | Ending::Stopped => None,
-        Ending::LinkLost => Some(
-            "the board heard nothing of this program for half a second (was it suspended?) and stopped the motor",
-        ),
-        Ending::Unplugged => Some("the board was unplugged"),
-        Ending::BoardReset => Some("the board was reset in mid-run"),
-        Ending::Silent => Some("the board fell silent"),
-        Ending::LineFailed => Some("the serial line failed"),
-    }
-}
-
-fn summary(captured: &Captured) -> String {
-    let statistics = &captured.statistics;
-    let mut lines = vec![
-        format!("wrote {}", captured.path.display()),
-        format!(
-            "  {} samples in {:.3} s, {} lost, {} overruns",
-            statistics.samples, statistics.duration_s, statistics.lost, statistics.overruns
-        ),
-    ];
-    if statistics.encoder_errors > 0 || statistics.saturated > 0 {
-        lines.push(format!(
-            "  {} with an illegal encoder transition, {} limited by the supply",
-            statistics.encoder_errors, statistics.saturated
+/// An existing file is not overwritten, and that is said before the recording.
+pub(super) fn say_free_name(output: &Output, asked: &Path) {
+    let free = next_free_name(asked);
+    if free != asked {
+        output.message(&format!(
+            "{} exists and stays as it is; recording into {}",
+            asked.display(),
+            free.display()
         ));
     }
-    if captured.damage.bad_frames + captured.damage.implausible > 0 {
-        lines.push(format!(
-            "  {} damaged frames, {} that passed the CRC but do not fit",
-            captured.damage.bad_frames, captured.damage.implausible
-        ));
-    }
-    if let Some(dt) = &statistics.device_dt {
-        lines.push(format!(
-            "  device dt {} / {} / {} us (min / median / max)",
-            dt.min_us, dt.median_us, dt.max_us
-        ));
-    }
-    if let Some(clock) = &statistics.clock {
-        lines.push(format!(
-            "  board's clock {:+.1} ppm against the host's (sigma {:.1}), arrivals {:.2} ms late with {:.2} ms rms",
-            clock.device_fast_ppm,
-            clock.sigma_ppm,
-            clock.mean_delay_s * 1e3,
-            clock.residual_rms_s * 1e3
-        ));
-    }
-    if let Some(rpm) = statistics.steady_rpm {
-        lines.push(format!("  steady speed {rpm:.2} RPM"));
-    }
-    lines.join("\n")
 }
 
 fn board_failure(error: BoardError) -> Failure {
@@ -308,7 +213,7 @@ fn board_failure(error: BoardError) -> Failure {
     }
 }
 
-fn capture_failure(error: CaptureError) -> Failure {
+pub(super) fn capture_failure(error: CaptureError) -> Failure {
     match error {
         CaptureError::Board(error) => board_failure(error),
         other => Failure::device(other),

@@ -5,9 +5,11 @@
 //! go to standard error.
 
 mod capture;
+mod capture_report;
 mod failure;
 mod ports;
 mod progress;
+mod replay;
 mod signals;
 mod simulate;
 mod virtual_board;
@@ -41,6 +43,7 @@ pub struct CommandLine {
 enum Command {
     Ports(ports::Ports),
     Capture(capture::Capture),
+    Replay(replay::Replay),
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
 }
@@ -81,6 +84,7 @@ impl CommandLine {
         let result = match self.command {
             Command::Ports(command) => command.run(&output),
             Command::Capture(command) => command.run(&output),
+            Command::Replay(command) => command.run(&output),
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
         };

@@ -74,6 +74,8 @@ pub enum Ending {
     Silent,
     /// The line failed.
     LineFailed,
+    /// The raw log that was replayed ends before the recording does.
+    LogEnded,
 }
 
 impl Ending {
@@ -158,27 +160,10 @@ pub async fn capture(
     let sample_time_s = f64::from(request.sample_time_us) * 1e-6;
     let commands = request.profile.in_samples(sample_time_s);
     board.configure(request.sample_time_us, &commands).await?;
-    let hello = *board.hello();
-    let header = header(request, &hello);
-    let columns = Columns {
-        supply: hello.fields.supply,
-        current: hello.fields.current,
-        ..Columns::recorded(CommandKind::Voltage)
-    };
-    let counts_per_rev = request
-        .counts_per_rev
-        .unwrap_or(f64::from(hello.counts_per_rev));
-    let mut recorder = Recorder {
-        writer: RunWriter::create(&request.output, &header, columns)?,
-        gatherer: StatisticsGatherer::new(counts_per_rev),
-        live: Arc::clone(live),
-        first_us: None,
-        waiting: Vec::new(),
-        rescued: None,
-    };
-    recorder.show(true);
+    let mut recorder = Recorder::create(request, board.hello(), live)?;
     board.start(request.samples).await?;
-    let ended = follow(board, &mut recorder, request, stop).await;
+    let silence = SILENCE + 4 * Duration::from_micros(u64::from(request.sample_time_us));
+    let ended = follow(board, &mut recorder, silence, stop).await;
     let (ending, taken) = match ended {
         Ok(ended) => ended,
         Err(error) => {
@@ -195,10 +180,9 @@ pub async fn capture(
 async fn follow(
     board: &mut Board,
     recorder: &mut Recorder,
-    request: &CaptureRequest,
+    silence: Duration,
     stop: impl Future<Output = ()>,
 ) -> Result<(Ending, Option<u32>), CaptureError> {
-    let silence = SILENCE + 4 * Duration::from_micros(u64::from(request.sample_time_us));
     let mut tick = tokio::time::interval(TICK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let mut stop = std::pin::pin!(stop);
@@ -231,6 +215,7 @@ async fn follow(
             }
             _ = tick.tick() => {
                 recorder.flush_if_due()?;
+                board.flush_log().map_err(CaptureError::Log)?;
                 if !stopping.asked && heard_at.elapsed() > silence {
                     stopping.because_of_silence = true;
                     stopping.ask(board);
@@ -274,7 +259,7 @@ impl Stopping {
 }
 
 /// Rows on their way to the file, the figures and the display.
-struct Recorder {
+pub(super) struct Recorder {
     writer: RunWriter,
     gatherer: StatisticsGatherer,
     live: SharedLive,
@@ -285,7 +270,33 @@ struct Recorder {
 }
 
 impl Recorder {
-    fn take(&mut self, sample: Sample) -> Result<(), CaptureError> {
+    /// Begins the run file, before the board is started.
+    pub(super) fn create(
+        request: &CaptureRequest,
+        hello: &Hello,
+        live: &SharedLive,
+    ) -> Result<Self, WriteError> {
+        let columns = Columns {
+            supply: hello.fields.supply,
+            current: hello.fields.current,
+            ..Columns::recorded(CommandKind::Voltage)
+        };
+        let counts_per_rev = request
+            .counts_per_rev
+            .unwrap_or(f64::from(hello.counts_per_rev));
+        let mut recorder = Self {
+            writer: RunWriter::create(&request.output, &header(request, hello), columns)?,
+            gatherer: StatisticsGatherer::new(counts_per_rev),
+            live: Arc::clone(live),
+            first_us: None,
+            waiting: Vec::new(),
+            rescued: None,
+        };
+        recorder.show(true);
+        Ok(recorder)
+    }
+
+    pub(super) fn take(&mut self, sample: Sample) -> Result<(), CaptureError> {
         let first_us = *self.first_us.get_or_insert(sample.device_us);
         let t_us = (sample.device_us - first_us) as i64;
         let flags = flags(sample.flags);
@@ -318,7 +329,7 @@ impl Recorder {
         self.flush_if_due()
     }
 
-    fn flush_if_due(&mut self) -> Result<(), CaptureError> {
+    pub(super) fn flush_if_due(&mut self) -> Result<(), CaptureError> {
         let flushed = self.writer.flush_if_due();
         self.survive(flushed)?;
         self.show(false);
@@ -356,7 +367,7 @@ impl Recorder {
         (live.samples, live.lost, live.overruns) = self.gatherer.counters();
     }
 
-    fn finish(
+    pub(super) fn finish(
         mut self,
         ending: Ending,
         taken: Option<u32>,

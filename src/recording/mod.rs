@@ -3,6 +3,7 @@
 mod capture;
 mod read_error;
 mod reader;
+mod replay;
 mod row;
 mod run;
 mod statistics;
@@ -14,6 +15,7 @@ pub use capture::{
 };
 pub use read_error::{ReadError, ReadNote, ReadProblem};
 pub use reader::{read_run, read_run_from};
+pub use replay::{ReplayError, Speed, replay};
 pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};

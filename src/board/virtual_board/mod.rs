@@ -184,7 +184,7 @@ impl<B: Bench> Running<B> {
             self.take_samples()?;
             self.send()?;
         }
-        self.let_it_drain()
+        self.pty.let_it_drain(&mut self.outgoing, self.connected)
     }
 
     /// Nobody has the port open: the motor is off, and what was said is lost.
@@ -317,21 +317,6 @@ impl<B: Bench> Running<B> {
                 break;
             }
             self.outgoing.drain(..sent);
-        }
-        Ok(())
-    }
-
-    /// Closing a pseudo-terminal drops what its reader has not read: gives the reader a moment.
-    fn let_it_drain(mut self) -> io::Result<()> {
-        let until = Instant::now() + Duration::from_millis(300);
-        while self.connected && Instant::now() < until {
-            self.send()?;
-            let unread = rustix::io::ioctl_fionread(&self.pty).unwrap_or(0);
-            if self.outgoing.is_empty() && unread == 0 {
-                thread::sleep(Duration::from_millis(30));
-                break;
-            }
-            thread::sleep(Duration::from_millis(2));
         }
         Ok(())
     }

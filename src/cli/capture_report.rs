@@ -1,0 +1,114 @@
+//! What is said at the end of a recording, live or replayed.
+
+use serde_json::json;
+
+use super::{Failure, Output, Status};
+use crate::recording::{Captured, Ending};
+
+/// Says what a recording came to; the exit status that it leads to. `until_end`: an end was asked for,
+/// so that stopping before it falls short.
+pub(super) fn report(
+    output: &Output,
+    captured: &Captured,
+    until_end: bool,
+) -> Result<Status, Failure> {
+    let statistics = &captured.statistics;
+    if output.json {
+        output.document(&json!({
+            "shape": "motorlab-capture/1",
+            "path": captured.path,
+            "ending": captured.ending,
+            "samples": statistics.samples,
+            "lost": statistics.lost,
+            "statistics": statistics,
+            "line": captured.damage,
+            "samples_taken_by_board": captured.taken,
+        }))?;
+    } else {
+        output.line(&summary(captured))?;
+    }
+    if let Some(rescued) = &captured.rescued {
+        output.message(&format!("error: {rescued}"));
+        return Ok(Status::DeviceFailed);
+    }
+    if let Some(trouble) = trouble(captured.ending) {
+        output.message(&format!("error: {trouble}; the file ends there"));
+        return Ok(match captured.ending {
+            Ending::LogEnded => Status::FellShort,
+            _ => Status::DeviceFailed,
+        });
+    }
+    let cut_short = captured.ending == Ending::Stopped && until_end;
+    if cut_short {
+        output.message("stopped before the time asked for; the file is whole up to there");
+    }
+    if statistics.lost > 0 {
+        output.message(&format!(
+            "{} of {} samples were lost; the file has no row for them",
+            statistics.lost,
+            statistics.samples + statistics.lost
+        ));
+    }
+    Ok(if cut_short || statistics.lost > 0 {
+        Status::FellShort
+    } else {
+        Status::Done
+    })
+}
+
+/// What to say of a recording that did not end as it should.
+fn trouble(ending: Ending) -> Option<&'static str> {
+    match ending {
+        Ending::Complete | Ending::Stopped => None,
+        Ending::LinkLost => Some(
+            "the board heard nothing of this program for half a second (was it suspended?) and stopped the motor",
+        ),
+        Ending::Unplugged => Some("the board was unplugged"),
+        Ending::BoardReset => Some("the board was reset in mid-run"),
+        Ending::Silent => Some("the board fell silent"),
+        Ending::LineFailed => Some("the serial line failed"),
+        Ending::LogEnded => Some("the raw log ends before the recording does"),
+    }
+}
+
+fn summary(captured: &Captured) -> String {
+    let statistics = &captured.statistics;
+    let mut lines = vec![
+        format!("wrote {}", captured.path.display()),
+        format!(
+            "  {} samples in {:.3} s, {} lost, {} overruns",
+            statistics.samples, statistics.duration_s, statistics.lost, statistics.overruns
+        ),
+    ];
+    if statistics.encoder_errors > 0 || statistics.saturated > 0 {
+        lines.push(format!(
+            "  {} with an illegal encoder transition, {} limited by the supply",
+            statistics.encoder_errors, statistics.saturated
+        ));
+    }
+    if captured.damage.bad_frames + captured.damage.implausible > 0 {
+        lines.push(format!(
+            "  {} damaged frames, {} that passed the CRC but do not fit",
+            captured.damage.bad_frames, captured.damage.implausible
+        ));
+    }
+    if let Some(dt) = &statistics.device_dt {
+        lines.push(format!(
+            "  device dt {} / {} / {} us (min / median / max)",
+            dt.min_us, dt.median_us, dt.max_us
+        ));
+    }
+    if let Some(clock) = &statistics.clock {
+        lines.push(format!(
+            "  board's clock {:+.1} ppm against the host's (sigma {:.1}), arrivals {:.2} ms late with {:.2} ms rms",
+            clock.device_fast_ppm,
+            clock.sigma_ppm,
+            clock.mean_delay_s * 1e3,
+            clock.residual_rms_s * 1e3
+        ));
+    }
+    if let Some(rpm) = statistics.steady_rpm {
+        lines.push(format!("  steady speed {rpm:.2} RPM"));
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,142 @@
+//! `motorlab replay`: play a raw serial log, through the decoder or as a serial device.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::Args;
+use serde_json::json;
+
+use super::capture::{capture_failure, positive, say_free_name};
+use super::capture_report::report;
+use super::progress::ProgressLine;
+use super::signals::StopSignal;
+use super::{Failure, Output, Status};
+use crate::board::{Profile, ReplayedDevice, rawlog};
+use crate::recording::{CaptureRequest, ReplayError, SharedLive, Speed, replay};
+
+/// Play a raw serial log: into a run file, or as a serial device that `capture` opens.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab capture virtual: --log raw.log\n  motorlab replay raw.log -o again.csv\n  motorlab replay raw.log --pty --speed 10"
+)]
+pub struct Replay {
+    /// Raw log, as `capture --log` writes it.
+    log: PathBuf,
+    /// How fast: 1 as it was recorded, another factor, or max. [default: max, with --pty 1]
+    #[arg(long, value_parser = speed)]
+    speed: Option<Speed>,
+    /// Be a serial device and print its path.
+    #[arg(long)]
+    pty: bool,
+    /// Where the run goes. An existing file is not overwritten: the next free name is taken.
+    #[arg(
+        short,
+        long,
+        value_name = "FILE",
+        default_value = "run.csv",
+        conflicts_with = "pty"
+    )]
+    output: PathBuf,
+    /// Encoder counts per revolution, if not what the board says.
+    #[arg(long, value_name = "COUNTS", value_parser = positive)]
+    counts_per_rev: Option<f64>,
+    /// Driver supply in V, if not what the board says.
+    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    supply: Option<f64>,
+}
+
+fn speed(text: &str) -> Result<Speed, String> {
+    match (text, text.parse::<f64>()) {
+        ("max", _) => Ok(Speed::Max),
+        (_, Ok(factor)) if factor > 0.0 && factor.is_finite() => Ok(Speed::Times(factor)),
+        _ => Err("a speed is a factor above 0, or max".to_owned()),
+    }
+}
+
+impl Replay {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        let _inside = runtime.enter();
+        let stop = StopSignal::install().map_err(Failure::device)?;
+        let file = File::open(&self.log)
+            .map_err(|error| Failure::input(format!("{}: {error}", self.log.display())))?;
+        let mut log =
+            rawlog::Reader::new(BufReader::new(file)).map_err(|e| self.in_log(&e.into()))?;
+        if self.pty {
+            return runtime.block_on(self.be_a_device(output, &mut log, &stop));
+        }
+        say_free_name(output, &self.output);
+        let live = SharedLive::default();
+        let progress = ProgressLine::show(&live);
+        let speed = self.speed.unwrap_or(Speed::Max);
+        let request = self.request(log.header());
+        let replayed = replay(&mut log, &request, speed, &live, || stop.is_asked());
+        drop(progress);
+        if log.torn() {
+            output.message(&format!(
+                "{} ends in a torn line, which is left out",
+                self.log.display()
+            ));
+        }
+        let captured = replayed.map_err(|error| match error {
+            ReplayError::Capture(error) => capture_failure(error),
+            other => self.in_log(&other),
+        })?;
+        report(output, &captured, true)
+    }
+
+    fn in_log(&self, error: &ReplayError) -> Failure {
+        Failure::input(format!("{}: {error}", self.log.display()))
+    }
+
+    fn request(&self, header: &toml::Table) -> CaptureRequest {
+        let text = |key: &str| header.get(key).and_then(toml::Value::as_str);
+        CaptureRequest {
+            sample_time_us: 0,
+            profile: Profile {
+                name: text("profile").unwrap_or("replayed").to_owned(),
+                segments: Vec::new(),
+            },
+            samples: 0,
+            counts_per_rev: self.counts_per_rev,
+            supply_v: self.supply,
+            output: self.output.clone(),
+            port: text("port").unwrap_or("replayed").to_owned(),
+            usb: None,
+        }
+    }
+
+    async fn be_a_device(
+        &self,
+        output: &Output,
+        log: &mut rawlog::Reader<BufReader<File>>,
+        stop: &StopSignal,
+    ) -> Result<Status, Failure> {
+        let mut events = Vec::new();
+        while let Some(event) = log.next_event().map_err(|e| self.in_log(&e.into()))? {
+            events.push(event);
+        }
+        let faster = match self.speed {
+            None => Some(1.0),
+            Some(Speed::Times(factor)) => Some(factor),
+            Some(Speed::Max) => None,
+        };
+        let device = ReplayedDevice::spawn(&events, faster).map_err(Failure::device)?;
+        if output.json {
+            output.document(&json!({ "port": device.path() }))?;
+        } else {
+            output.line(&device.path().display().to_string())?;
+        }
+        while !stop.is_asked() && !device.is_gone() {
+            // Only to look whether the log has come to its hang-up.
+            let _ = tokio::time::timeout(Duration::from_millis(200), stop.clone().asked()).await;
+        }
+        Ok(Status::Done)
+    }
+}

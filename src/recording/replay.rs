@@ -1,0 +1,167 @@
+//! Playing a raw log through the decoder into a run file, as if the board were there.
+//!
+//! What the host said in the log tells the sample time, the profile and the number of samples; what the
+//! board said gives the samples, with the arrival times of the log.
+
+use std::io::BufRead;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use firmware_protocol::{EndReason, FrameDecoder, Hello, HostMessage};
+
+use super::capture::Recorder;
+use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive};
+use crate::board::{Event, Expectations, Intake, rawlog};
+
+/// How fast a log is played.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Speed {
+    /// So many times as fast as it was recorded.
+    Times(f64),
+    /// As fast as it can be decoded.
+    Max,
+}
+
+/// Why a log cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The log.
+    #[error(transparent)]
+    Log(#[from] rawlog::ReadError),
+    /// The run file.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// It holds something else than a recording.
+    #[error("the raw log holds no recording: {0}")]
+    NoRecording(&'static str),
+}
+
+/// What the host side of a log says so far.
+#[derive(Debug, Default)]
+struct Told {
+    decoder: FrameDecoder,
+    sample_time_us: u32,
+    samples: u32,
+    commands: Vec<(u64, i16)>,
+    started: bool,
+}
+
+impl Told {
+    fn push(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            let Some(Ok(frame)) = self.decoder.push(byte) else {
+                continue;
+            };
+            match HostMessage::parse(frame) {
+                Ok(HostMessage::Configure { sample_time_us, .. }) => {
+                    self.sample_time_us = sample_time_us;
+                }
+                Ok(HostMessage::Profile { .. }) => self.commands.clear(),
+                Ok(HostMessage::Chunk(chunk)) => {
+                    self.commands.truncate(usize::from(chunk.first));
+                    let segments = chunk.segments().iter();
+                    self.commands
+                        .extend(segments.map(|s| (u64::from(s.samples), s.command_mv)));
+                }
+                Ok(HostMessage::Start { samples }) => {
+                    self.samples = samples;
+                    self.started = true;
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Plays a log into `request.output`. Sample time and number of samples are those of the log; of the
+/// request only names and overrides count. `stopped` is asked between events.
+pub fn replay(
+    log: &mut rawlog::Reader<impl BufRead>,
+    request: &CaptureRequest,
+    speed: Speed,
+    live: &SharedLive,
+    stopped: impl Fn() -> bool,
+) -> Result<Captured, ReplayError> {
+    let begun = Instant::now();
+    let mut intake = Intake::default();
+    let mut told = Told::default();
+    let mut hello: Option<Hello> = None;
+    let mut recorder: Option<Recorder> = None;
+    let mut events = Vec::new();
+    let (ending, taken) = 'playing: loop {
+        if stopped() {
+            break (Ending::Stopped, None);
+        }
+        let Some((at_us, event)) = log.next_event()? else {
+            break (Ending::LogEnded, None);
+        };
+        wait_until(begun, at_us, speed, &stopped);
+        match event {
+            rawlog::Event::ToBoard(bytes) => {
+                told.push(&bytes);
+                if told.started && recorder.is_none() {
+                    let Some(hello) = &hello else {
+                        return Err(ReplayError::NoRecording("no HELLO comes before START"));
+                    };
+                    let request = CaptureRequest {
+                        sample_time_us: told.sample_time_us,
+                        samples: told.samples,
+                        ..request.clone()
+                    };
+                    recorder =
+                        Some(Recorder::create(&request, hello, live).map_err(CaptureError::Write)?);
+                    intake.expect(Expectations {
+                        sample_time_us: told.sample_time_us,
+                        commands: std::mem::take(&mut told.commands),
+                    });
+                }
+            }
+            rawlog::Event::FromBoard(bytes) => {
+                intake.push(at_us, &bytes, |event| events.push(event));
+                for event in events.drain(..) {
+                    match (event, &mut recorder) {
+                        (Event::Hello(new), None) => hello = Some(new),
+                        (Event::Hello(new), Some(_)) => {
+                            if hello.is_some_and(|old| old.boot_id != new.boot_id) {
+                                break 'playing (Ending::BoardReset, None);
+                            }
+                        }
+                        (Event::Sample(sample), Some(recorder)) => recorder.take(sample)?,
+                        (Event::End { taken, reason, .. }, Some(_)) => {
+                            let ending = match reason {
+                                EndReason::Complete => Ending::Complete,
+                                EndReason::Stopped => Ending::Stopped,
+                                EndReason::LinkLost => Ending::LinkLost,
+                            };
+                            break 'playing (ending, Some(taken));
+                        }
+                        _ => {}
+                    }
+                }
+                if let Some(recorder) = &mut recorder {
+                    recorder.flush_if_due()?;
+                }
+            }
+            rawlog::Event::HangUp => break (Ending::Unplugged, None),
+        }
+    };
+    match recorder {
+        Some(recorder) => Ok(recorder.finish(ending, taken, intake.damage())?),
+        None if hello.is_none() => Err(ReplayError::NoRecording("no board says HELLO in it")),
+        None => Err(ReplayError::NoRecording("the board is never started")),
+    }
+}
+
+/// Sleeps until `at_us` of the log is due, in pieces, so that a stop is noticed.
+fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &impl Fn() -> bool) {
+    let Speed::Times(factor) = speed else {
+        return;
+    };
+    let due = Duration::from_secs_f64(at_us as f64 * 1e-6 / factor);
+    while let Some(left) = due.checked_sub(begun.elapsed()) {
+        if stopped() {
+            return;
+        }
+        thread::sleep(left.min(Duration::from_millis(50)));
+    }
+}
