@@ -3,19 +3,25 @@
 mod chain;
 mod command;
 mod driver;
+mod dynamics;
 pub mod effects;
 mod electrical;
+mod engine;
 mod file;
+mod ladder;
 mod mechanical;
 mod parameters;
 pub mod scalar;
 mod sensor;
+mod simulate;
 mod timing;
+mod transitions;
 mod transmission;
 
 pub use effects::{ActiveEffect, Effects};
 pub use file::{Motor, MotorFileError, read_motor};
 pub use parameters::Parameters;
+pub use simulate::{Drive, SimulationError, SimulationOptions, Trajectory, simulate};
 
 /// Which of the handout's models: without or with the inductance of the motor file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

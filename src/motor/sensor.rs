@@ -39,6 +39,35 @@ impl<S: Scalar> Sensor<S> {
         self.counts_per_rev * seen / std::f64::consts::TAU
     }
 
+    /// Whether edges at this speed come too fast.
+    pub(super) fn too_fast(&self, speed_rad_s: f64) -> bool {
+        let rate_hz = speed_rad_s.abs() * self.counts_per_rev.value() / std::f64::consts::TAU;
+        self.max_rate_hz.is_some_and(|most| rate_hz > most)
+    }
+
+    /// Mean share of the edges that is kept while the speed goes evenly from one value to another.
+    pub(super) fn kept_share(&self, from_rad_s: S, to_rad_s: S) -> S {
+        let kept = -self.loss + 1.0;
+        let Some(most) = self.max_rate_hz else {
+            return kept;
+        };
+        let limit = S::from(most * std::f64::consts::TAU) / self.counts_per_rev;
+        let (a, b) = (from_rad_s.abs(), to_rad_s.abs());
+        let (low, high) = if a.value() < b.value() {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        if high.value() <= limit.value() {
+            kept
+        } else if low.value() >= limit.value() {
+            S::zero()
+        } else {
+            // Angle covered below the limit, of all that is covered: both are trapezia of the speed.
+            kept * (limit * limit - low * low) / (high * high - low * low)
+        }
+    }
+
     /// Whether every edge is counted.
     pub(super) fn faithful(&self) -> bool {
         self.loss.value() == 0.0 && self.max_rate_hz.is_none()

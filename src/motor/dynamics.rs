@@ -1,0 +1,378 @@
+//! The chain's equations of motion in the mode that is in force.
+//!
+//! State `[theta1, w1, i, P]` of a rigid motor, `[.., theta2, w2]` with a load of its own. Within a mode - which way
+//! current flows, which side slips which way or sticks, which flanks touch - the equations are smooth:
+//!
+//! ```text
+//! L i'    = v - drop sgn(i) - (R (1 + k P) + d^2 Rs) i - Kb f(theta1) w1
+//! tau P'  = i^2 R - P
+//! J1 w1'  = Kt f(theta1) i + cogging(theta1) - b1 w1 - friction1 - spring
+//! J2 w2'  = spring - gravity(theta2) - drag w2 |w2| - b2 w2 - friction2
+//! ```
+//!
+//! A rigid motor and one whose flanks touch have the sum of both. Without inductance `i` follows at once.
+
+use super::chain::Chain;
+use super::scalar::Scalar;
+use crate::recording::CommandKind;
+
+/// Angle of the motor side in rad.
+pub(super) const TH1: usize = 0;
+/// Speed of the motor side in rad/s.
+pub(super) const W1: usize = 1;
+/// Current in A.
+pub(super) const CUR: usize = 2;
+/// Filtered copper loss in W.
+pub(super) const HEAT: usize = 3;
+/// Angle of the load side in rad.
+pub(super) const TH2: usize = 4;
+/// Speed of the load side in rad/s.
+pub(super) const W2: usize = 5;
+
+/// What the driver's current does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Flow {
+    /// It follows the voltage.
+    Free,
+    /// The voltage drop holds it at 0.
+    Blocked,
+    /// The driver holds it at its limit, or at what is commanded.
+    Held,
+    /// The circuit is open.
+    Open,
+}
+
+/// Which flanks touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Contact {
+    /// There are none: rigid, or a spring.
+    NoFlanks,
+    /// Neither.
+    Apart,
+    /// The motor side pushes the load forward.
+    Upper,
+    /// The motor side pushes the load back.
+    Lower,
+}
+
+impl Contact {
+    /// +1, -1, or 0 where nothing touches.
+    #[inline(always)]
+    pub(super) fn sign(self) -> f64 {
+        match self {
+            Self::Upper => 1.0,
+            Self::Lower => -1.0,
+            Self::Apart | Self::NoFlanks => 0.0,
+        }
+    }
+}
+
+/// The discrete state: which smooth equations hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mode<S> {
+    pub flow: Flow,
+    /// Direction of the current where a drop or the limit depends on it, else 0.
+    pub flow_sign: f64,
+    /// Direction of the motor's torque, for friction that depends on it.
+    pub torque_sign: f64,
+    /// Each side's direction of slip: -1, +1, or 0 where it sticks.
+    pub slip: [f64; 2],
+    pub contact: Contact,
+    /// Each side's angle and friction torque at its last reversal, for presliding.
+    pub anchor: [(S, S); 2],
+}
+
+/// A chain made ready to be simulated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Machine<S> {
+    pub chain: Chain<S>,
+    /// Inertia of motor side, of load side, of both.
+    pub inertia: [S; 3],
+    /// Viscous coefficient of motor side and load side.
+    pub viscous: [S; 2],
+    /// Each side's share of the friction.
+    pub share: [S; 2],
+    /// Spring k in N m/rad and damper c in N m s/rad.
+    pub spring: Option<(S, S)>,
+    /// Two bodies rather than one.
+    pub two: bool,
+    /// Nothing ever sticks.
+    pub frictionless: bool,
+    /// Within a mode the equations are affine.
+    pub affine: bool,
+    /// Current is a state.
+    pub inductive: bool,
+    /// Command after delay and dead zone (V, A or N m).
+    pub command: f64,
+    /// Voltage at the bridge.
+    pub voltage: S,
+    /// What the supply adds to R at this command.
+    pub added_resistance: S,
+}
+
+impl<S: Scalar> Machine<S> {
+    pub(super) fn new(chain: Chain<S>) -> Self {
+        let (m, t) = (&chain.mechanical, &chain.transmission);
+        let two = t.two_bodies();
+        let load = if two { t.load_fraction } else { S::zero() };
+        let share = [-load + 1.0, load];
+        let total = m.inertia_kg_m2;
+        let inertia = [share[0] * total, share[1] * total, total];
+        let spring = t.spring.map(|(frequency_hz, damping)| {
+            let reduced = inertia[0] * inertia[1] / total;
+            let rate = frequency_hz * std::f64::consts::TAU;
+            (rate * rate * reduced, damping * rate * reduced * 2.0)
+        });
+        let friction_torque =
+            m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
+        Self {
+            inertia,
+            viscous: [
+                share[0] * m.viscous_nm_s_per_rad,
+                share[1] * m.viscous_nm_s_per_rad,
+            ],
+            share,
+            spring,
+            two,
+            frictionless: !two && !friction_torque,
+            affine: m.stribeck.is_none()
+                && m.break_in_angle_rad.is_none()
+                && m.drag.is_none()
+                && m.gravity.is_none()
+                && m.cogging.is_none()
+                && chain.electrical.ripple.is_none()
+                && chain.electrical.heating.is_none(),
+            inductive: chain.current_is_state(),
+            command: 0.0,
+            voltage: S::zero(),
+            added_resistance: S::zero(),
+            chain,
+        }
+    }
+
+    /// The mode at rest before anything is commanded.
+    pub(super) fn initial_mode(&self) -> Mode<S> {
+        Mode {
+            flow: match self.chain.kind {
+                CommandKind::Voltage => Flow::Free,
+                CommandKind::Current | CommandKind::Torque => Flow::Held,
+            },
+            flow_sign: 0.0,
+            torque_sign: 1.0,
+            slip: [0.0; 2],
+            contact: if self.chain.transmission.gap_rad.is_some() {
+                Contact::Apart
+            } else {
+                Contact::NoFlanks
+            },
+            anchor: [(S::zero(), S::zero()); 2],
+        }
+    }
+
+    /// Takes over what reaches the driver.
+    pub(super) fn set_command(&mut self, command: f64) {
+        self.command = self.chain.command.pass(command);
+        self.voltage = self.chain.driver.gain * self.command;
+        self.added_resistance = self.chain.driver.added_resistance(self.command);
+    }
+
+    /// Resistance that the current meets.
+    #[inline(always)]
+    pub(super) fn resistance<const N: usize>(&self, y: &[S; N]) -> S {
+        self.chain.electrical.resistance(y[HEAT]) + self.added_resistance
+    }
+
+    /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
+    #[inline(always)]
+    pub(super) fn excess<const N: usize>(&self, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let mut emf = electrical.back_emf_v_s_per_rad * y[W1];
+        if electrical.ripple.is_some() {
+            emf = emf * electrical.factor(y[TH1]);
+        }
+        self.voltage - emf
+    }
+
+    /// Current in A.
+    #[inline(always)]
+    pub(super) fn current<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        if self.inductive || m.flow != Flow::Free {
+            return y[CUR];
+        }
+        let mut excess = self.excess(y);
+        if m.flow_sign != 0.0 {
+            excess = excess - self.chain.driver.drop() * m.flow_sign;
+        }
+        excess / self.resistance(y)
+    }
+
+    /// Torque that the current makes, in N m.
+    #[inline(always)]
+    pub(super) fn motor_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let torque = electrical.torque_constant_nm_per_a * self.current(m, y);
+        if electrical.ripple.is_some() {
+            torque * electrical.factor(y[TH1])
+        } else {
+            torque
+        }
+    }
+
+    /// Net torque on motor side and load side, without friction, viscous friction and flanks.
+    #[inline(always)]
+    pub(super) fn torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> (S, S) {
+        let mechanical = &self.chain.mechanical;
+        let mut motor = self.motor_torque(m, y);
+        if let Some(cogging) = &mechanical.cogging {
+            motor += cogging.at(y[TH1]);
+        }
+        let (angle, speed) = if N > TH2 {
+            (y[N - 2], y[N - 1])
+        } else {
+            (y[TH1], y[W1])
+        };
+        let mut load = S::zero();
+        if let Some(gravity) = &mechanical.gravity {
+            load -= gravity.at(angle);
+        }
+        if let Some(drag) = mechanical.drag {
+            load -= drag * speed * speed.abs();
+        }
+        if let Some((k, c)) = self.spring {
+            let torque = k * (y[TH1] - angle) + c * (y[W1] - speed);
+            motor -= torque;
+            load += torque;
+        }
+        (motor, load)
+    }
+
+    /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
+    #[inline(always)]
+    pub(super) fn friction<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        y: &[S; N],
+    ) -> S {
+        let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
+        if s == 0.0 {
+            return S::zero();
+        }
+        if let Some(break_in) = mechanical.break_in_angle_rad {
+            return self.dahl(m, side, angle, break_in);
+        }
+        let mut level = mechanical.coulomb(s);
+        if let Some(stribeck) = &mechanical.stribeck {
+            level += stribeck.at(speed);
+        }
+        if let Some(load) = &mechanical.load_friction {
+            let share = if s * m.torque_sign >= 0.0 {
+                load.driving
+            } else {
+                load.driven
+            };
+            level += share * self.motor_torque(m, y) * m.torque_sign;
+        }
+        level * self.share[side] * s
+    }
+
+    /// Dahl's friction since the last reversal: `F = s T (1 - (1 - s F0 / T) exp(-|theta - theta0| / z))`.
+    #[inline(always)]
+    pub(super) fn dahl(&self, m: &Mode<S>, side: usize, angle: S, break_in: S) -> S {
+        let s = m.slip[side];
+        let level = self.chain.mechanical.coulomb(s) * self.share[side] * s;
+        let (angle0, torque0) = m.anchor[side];
+        let decay = ((angle0 - angle) * s / break_in).exp();
+        level - (level - torque0) * decay
+    }
+
+    /// Rate of change of the state.
+    #[inline(always)]
+    pub(super) fn rate<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
+        let mut d = [S::zero(); N];
+        let electrical = &self.chain.electrical;
+        if self.inductive && m.flow == Flow::Free {
+            let drive = self.excess(y) - self.chain.driver.drop() * m.flow_sign;
+            d[CUR] = (drive - self.resistance(y) * y[CUR]) / electrical.inductance_h;
+        }
+        if let Some(heating) = &electrical.heating {
+            let current = self.current(m, y);
+            d[HEAT] =
+                (current * current * electrical.resistance_ohm - y[HEAT]) / heating.time_constant_s;
+        }
+        let (motor, load) = self.torques(m, y);
+        if N <= TH2 {
+            if m.slip[0] != 0.0 {
+                d[TH1] = y[W1];
+                let friction = self.friction(m, 0, y[TH1], y[W1], y);
+                d[W1] = (motor + load - self.viscous[0] * y[W1] - friction) / self.inertia[0];
+            }
+        } else {
+            let (th2, w2) = (N - 2, N - 1);
+            let friction = [
+                self.friction(m, 0, y[TH1], y[W1], y),
+                self.friction(m, 1, y[th2], y[w2], y),
+            ];
+            if m.contact.sign() != 0.0 {
+                if m.slip[0] != 0.0 {
+                    d[TH1] = y[W1];
+                    d[th2] = y[W1];
+                    let viscous = (self.viscous[0] + self.viscous[1]) * y[W1];
+                    d[W1] = (motor + load - viscous - friction[0] - friction[1]) / self.inertia[2];
+                    d[w2] = d[W1];
+                }
+            } else {
+                if m.slip[0] != 0.0 {
+                    d[TH1] = y[W1];
+                    d[W1] = (motor - self.viscous[0] * y[W1] - friction[0]) / self.inertia[0];
+                }
+                if m.slip[1] != 0.0 {
+                    d[th2] = y[w2];
+                    d[w2] = (load - self.viscous[1] * y[w2] - friction[1]) / self.inertia[1];
+                }
+            }
+        }
+        d
+    }
+
+    /// The same machine without what is not affine within a mode.
+    pub(super) fn linearised(&self) -> Self {
+        let mut other = *self;
+        let mechanical = &mut other.chain.mechanical;
+        mechanical.stribeck = None;
+        mechanical.drag = None;
+        mechanical.gravity = None;
+        mechanical.cogging = None;
+        if mechanical.break_in_angle_rad.take().is_some() {
+            mechanical.coulomb_nm = S::zero();
+        }
+        other.chain.electrical.ripple = None;
+        if let Some(heating) = &mut other.chain.electrical.heating {
+            heating.rise_per_w = S::zero();
+        }
+        other
+    }
+
+    /// Matrix of the equations' affine part in this mode.
+    pub(super) fn matrix<const N: usize>(&self, m: &Mode<S>) -> [[S; N]; N] {
+        let mut affine = self.linearised();
+        let loss_rate = affine.chain.electrical.heating.take();
+        let origin = [S::zero(); N];
+        let constant = affine.rate(m, &origin);
+        let mut matrix = [[S::zero(); N]; N];
+        for column in 0..N {
+            let mut y = origin;
+            y[column] = S::from(1.0);
+            let d = affine.rate(m, &y);
+            for row in 0..N {
+                matrix[row][column] = d[row] - constant[row];
+            }
+        }
+        if let Some(heating) = loss_rate {
+            matrix[HEAT][HEAT] = S::from(-1.0) / heating.time_constant_s;
+        }
+        matrix
+    }
+}

@@ -1,0 +1,437 @@
+//! Moves a [`Machine`] through time.
+//!
+//! Time is counted in ticks of `H / 2^FINEST`; a step is `H / 2^l` and starts where one of that length may, so that its
+//! matrices stand on the [`Ladder`]. Where the mode's equations are affine a step is exact; else the rest `n(y)` beyond
+//! the linear part is integrated by Krogstad's exponential Runge-Kutta scheme of order 4, `l` chosen so that its error
+//! estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to one tick, in which the
+//! instant is found by linear interpolation; the new mode starts right there. Steps grow again as their alignment allows.
+//!
+//! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
+
+use super::dynamics::{CUR, HEAT, Machine, Mode, W1};
+use super::ladder::{FINEST, Ladder, add, apply};
+use super::scalar::Scalar;
+use super::transitions::Guard;
+
+/// Ticks in the longest step.
+pub(super) const TICKS: u64 = 1 << FINEST;
+
+/// Largest estimated error of a step's third-order part, in rad/s and A.
+const TOLERANCE: f64 = 2e-4;
+
+/// What the matrices of a ladder depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Key {
+    flow: super::dynamics::Flow,
+    touching: bool,
+    sticks: [bool; 2],
+    load_friction: [f64; 3],
+    added_resistance: f64,
+}
+
+/// What there was when a step started.
+#[derive(Debug, Clone, Copy)]
+struct Before<S, const N: usize> {
+    now: u64,
+    y: [S; N],
+    mode: Mode<S>,
+    allowed: usize,
+}
+
+/// A machine on its way.
+#[derive(Debug, Clone)]
+pub(super) struct Engine<S, const N: usize> {
+    pub(super) machine: Machine<S>,
+    pub(super) mode: Mode<S>,
+    pub(super) y: [S; N],
+    /// Ticks since the start.
+    pub(super) now: u64,
+    /// Where the last step started, and what was there.
+    before: Before<S, N>,
+    ladders: Vec<(Key, Ladder<S, N>)>,
+    ladder: usize,
+    /// What `y' = A y + n` has for `n`, where it is constant.
+    constant: [S; N],
+    matrix: [[S; N]; N],
+    longest_s: f64,
+    /// Rung that the error estimate allows.
+    allowed: usize,
+    /// Steps tried and events met, for the tests that count work.
+    pub(super) steps: u64,
+    pub(super) events: u64,
+}
+
+/// Most ladders kept; beyond, the oldest go.
+const MOST_LADDERS: usize = 24;
+
+impl<S: Scalar, const N: usize> Engine<S, N> {
+    /// At rest, angle 0, nothing commanded. `longest_s` is the longest step.
+    pub(super) fn new(machine: Machine<S>, longest_s: f64) -> Self {
+        let mut engine = Self {
+            mode: machine.initial_mode(),
+            before: Before {
+                now: 0,
+                y: [S::zero(); N],
+                mode: machine.initial_mode(),
+                allowed: 0,
+            },
+            machine,
+            y: [S::zero(); N],
+            now: 0,
+            ladders: Vec::with_capacity(MOST_LADDERS),
+            ladder: 0,
+            constant: [S::zero(); N],
+            matrix: [[S::zero(); N]; N],
+            longest_s,
+            allowed: 0,
+            steps: 0,
+            events: 0,
+        };
+        engine.settle(None);
+        engine.remember();
+        engine
+    }
+
+    /// Starts anew with another machine, keeping the memory.
+    pub(super) fn restart(&mut self, machine: Machine<S>, longest_s: f64) {
+        self.mode = machine.initial_mode();
+        self.machine = machine;
+        self.y = [S::zero(); N];
+        self.now = 0;
+        self.ladders.clear();
+        self.longest_s = longest_s;
+        self.allowed = 0;
+        (self.steps, self.events) = (0, 0);
+        self.settle(None);
+        self.remember();
+    }
+
+    /// Length of a tick in s.
+    pub(super) fn tick_s(&self) -> f64 {
+        self.longest_s / TICKS as f64
+    }
+
+    /// Changes what is commanded, `offset` after the tick that has been reached (0 .. one tick).
+    pub(super) fn command(&mut self, command: f64, offset: S) {
+        let moved = offset.value() != 0.0 || S::DERIVATIVES > 0;
+        if moved {
+            self.drift(offset);
+        }
+        self.machine.set_command(command);
+        self.settle(None);
+        if moved {
+            // Not further: the rest of the tick is part of this instant's neighbourhood.
+            let tick = S::from(self.tick_s());
+            if offset.value() > 0.0 {
+                self.drift(tick - offset);
+                self.now += 1;
+                self.settle_violated();
+            } else {
+                self.drift(-offset);
+            }
+        }
+        self.remember();
+    }
+
+    fn remember(&mut self) {
+        self.before = Before {
+            now: self.now,
+            y: self.y,
+            mode: self.mode,
+            allowed: self.allowed,
+        };
+    }
+
+    /// Goes back to where the last step started.
+    fn rewind(&mut self) {
+        let Before {
+            now,
+            y,
+            mode,
+            allowed,
+        } = self.before;
+        (self.now, self.y, self.mode, self.allowed) = (now, y, mode, allowed);
+        self.select();
+    }
+
+    /// Brings the machine to `tick`, from wherever a look ahead has brought it.
+    pub(super) fn go_to(&mut self, tick: u64) {
+        if self.now > tick {
+            self.rewind();
+        }
+        self.advance(tick);
+    }
+
+    /// The state at `tick + offset` ticks, without change of the command up to there. It may look further ahead,
+    /// and calls go forward: `tick` is not before the start of the last step.
+    pub(super) fn state_at(&mut self, tick: u64, offset: S) -> [S; N] {
+        let on_tick = offset.value() == 0.0;
+        while self.now < tick || (self.now == tick && !on_tick) {
+            self.step(u64::MAX);
+        }
+        if on_tick && self.now == tick {
+            let mut y = self.y;
+            if S::DERIVATIVES > 0 {
+                shift(&mut y, &self.rate(), offset * self.tick_s());
+            }
+            return y;
+        }
+        let (start, end) = (self.before, self.y);
+        let span_s = (self.now - start.now) as f64 * self.tick_s();
+        let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
+        let (rate0, rate1) = (
+            self.machine.rate(&start.mode, &start.y),
+            self.machine.rate(&self.mode, &end),
+        );
+        hermite(&start.y, &rate0, &end, &rate1, at_s, span_s)
+    }
+
+    /// Advances to `until` (in ticks).
+    #[inline(always)]
+    pub(super) fn advance(&mut self, until: u64) {
+        while self.now < until {
+            self.step(until);
+        }
+    }
+
+    /// One step, to `limit` at most.
+    pub(super) fn step(&mut self, limit: u64) {
+        self.remember();
+        let room = (limit - self.now).min(TICKS);
+        let aligned = (self.now | TICKS).trailing_zeros() as usize;
+        let fits = (63 - room.leading_zeros()) as usize;
+        let mut l =
+            (FINEST - aligned.min(fits)).max(if self.machine.affine { 0 } else { self.allowed });
+        loop {
+            self.steps += 1;
+            let (next, error) = self.propagate(l);
+            if l < FINEST && (!error.is_finite() || error > TOLERANCE) {
+                l += 1;
+                self.allowed = l;
+                continue;
+            }
+            if self.violated(&next) {
+                if l < FINEST {
+                    l += 1;
+                    continue;
+                }
+                self.cross(next);
+                return;
+            }
+            self.y = next;
+            self.now += TICKS >> l;
+            if error < TOLERANCE / 16.0 && self.allowed >= l && self.allowed > 0 {
+                self.allowed = l.saturating_sub(1);
+            }
+            return;
+        }
+    }
+
+    /// The state after a step on rung `l`, and an estimate of its error.
+    #[inline(always)]
+    fn propagate(&self, l: usize) -> ([S; N], f64) {
+        let ladder = &self.ladders[self.ladder].1;
+        let rung = ladder.rung(l);
+        let y = &self.y;
+        if self.machine.affine {
+            let next = add(apply(&rung.e, y), &apply(&rung.p1, &self.constant));
+            return (next, 0.0);
+        }
+        let half = ladder.rung(l + 1);
+        let n0 = self.rest(y);
+        let u2 = add(apply(&half.e, y), &apply(&half.p1, &n0));
+        let n2 = self.rest(&u2);
+        let mut d = [S::zero(); N];
+        for k in 0..N {
+            d[k] = (n2[k] - n0[k]) * 2.0;
+        }
+        let u3 = add(u2, &apply(&half.p2, &d));
+        let n3 = self.rest(&u3);
+        let base = add(apply(&rung.e, y), &apply(&rung.p1, &n0));
+        for k in 0..N {
+            d[k] = (n3[k] - n0[k]) * 2.0;
+        }
+        let u4 = add(base, &apply(&rung.p2, &d));
+        let n4 = self.rest(&u4);
+        let mut bend = [S::zero(); N];
+        for k in 0..N {
+            let middle = n2[k] + n3[k];
+            d[k] = middle * 2.0 - n0[k] * 3.0 - n4[k];
+            bend[k] = (n0[k] - middle + n4[k]) * 4.0;
+        }
+        let curved = apply(&rung.p3, &bend);
+        let next = add(add(base, &apply(&rung.p2, &d)), &curved);
+        for k in 0..N {
+            d[k] = n3[k] - n2[k];
+        }
+        let gap = apply(&rung.p2, &d);
+        let mut error = 0.0_f64;
+        for k in [W1, CUR, HEAT, N - 1] {
+            error = error.max(curved[k].value().abs()).max(gap[k].value().abs());
+        }
+        (next, error)
+    }
+
+    /// `n(y)`: the rate beyond the linear part.
+    #[inline(always)]
+    fn rest(&self, y: &[S; N]) -> [S; N] {
+        let mut n = self.machine.rate(&self.mode, y);
+        let linear = apply(&self.matrix, y);
+        for k in 0..N {
+            n[k] -= linear[k];
+        }
+        n
+    }
+
+    /// Whether a guard is violated in a state, and more so than it was.
+    #[inline(always)]
+    fn violated(&self, next: &[S; N]) -> bool {
+        let guards = self.machine.guards(&self.mode, next);
+        if guards.iter().all(|(_, value)| value.value() >= 0.0) {
+            return false;
+        }
+        let now = self.machine.guards(&self.mode, &self.y);
+        now.iter()
+            .zip(guards.iter())
+            .any(|((_, a), (_, b))| b.value() < 0.0 && b.value() < a.value())
+    }
+
+    /// Crosses a tick within which a guard falls through 0.
+    #[cold]
+    fn cross(&mut self, next: [S; N]) {
+        self.events += 1;
+        let tick = S::from(self.tick_s());
+        let now = self.machine.guards(&self.mode, &self.y);
+        let then = self.machine.guards(&self.mode, &next);
+        let mut first: Option<(Guard, S)> = None;
+        for ((guard, a), (_, b)) in now.iter().zip(then.iter()) {
+            if b.value() < 0.0 && b.value() < a.value() {
+                let share = if a.value() <= 0.0 {
+                    S::zero()
+                } else {
+                    a / (a - b)
+                };
+                if first.is_none_or(|(_, s)| share.value() < s.value()) {
+                    first = Some((guard, share));
+                }
+            }
+        }
+        let Some((guard, share)) = first else { return };
+        for (y, end) in self.y.iter_mut().zip(next) {
+            *y += (end - *y) * share;
+        }
+        self.settle(Some(guard));
+        self.drift(tick * (-share + 1.0));
+        self.now += 1;
+        self.settle_violated();
+    }
+
+    /// Settles guards that a drift has left violated.
+    fn settle_violated(&mut self) {
+        for _ in 0..4 {
+            let guards = self.machine.guards(&self.mode, &self.y);
+            let Some((guard, _)) = guards.iter().find(|(_, value)| value.value() < -1e-12) else {
+                return;
+            };
+            self.settle(Some(guard));
+        }
+    }
+
+    /// Moves on by a part of a tick.
+    fn drift(&mut self, by: S) {
+        let (next, _) = self.propagate(FINEST);
+        let share = by / self.tick_s();
+        for (y, end) in self.y.iter_mut().zip(next) {
+            *y += (end - *y) * share;
+        }
+    }
+
+    /// Picks the mode that follows, and its matrices.
+    fn settle(&mut self, fired: Option<Guard>) {
+        self.machine.settle(&mut self.mode, &mut self.y, fired);
+        self.select();
+        self.allowed = self.allowed.min(2);
+    }
+
+    /// Takes up the matrices of the mode in force.
+    fn select(&mut self) {
+        let m = &self.mode;
+        let load_friction = if self.machine.chain.mechanical.load_friction.is_some() {
+            [m.torque_sign, m.slip[0], m.slip[1]]
+        } else {
+            [0.0; 3]
+        };
+        let key = Key {
+            flow: m.flow,
+            touching: m.contact.sign() != 0.0,
+            sticks: [m.slip[0] == 0.0, m.slip[1] == 0.0],
+            load_friction,
+            added_resistance: self.machine.added_resistance.value(),
+        };
+        self.ladder = match self.ladders.iter().position(|(k, _)| *k == key) {
+            Some(k) => k,
+            None => {
+                if self.ladders.len() == MOST_LADDERS {
+                    self.ladders.remove(0);
+                }
+                let matrix = self.machine.matrix(m);
+                self.ladders
+                    .push((key, Ladder::new(&matrix, self.longest_s)));
+                self.ladders.len() - 1
+            }
+        };
+        if self.machine.affine {
+            self.constant = self.machine.rate(m, &[S::zero(); N]);
+        } else {
+            self.matrix = self.machine.matrix(m);
+        }
+    }
+
+    /// Rate of change of the state now.
+    pub(super) fn rate(&self) -> [S; N] {
+        self.machine.rate(&self.mode, &self.y)
+    }
+}
+
+/// Moves a state along its rate.
+fn shift<S: Scalar, const N: usize>(y: &mut [S; N], rate: &[S; N], by_s: S) {
+    for (value, slope) in y.iter_mut().zip(rate) {
+        *value += *slope * by_s;
+    }
+}
+
+/// The state inside a step: angles by the quintic through angle, speed and acceleration at both ends, the rest by the
+/// cubic through value and rate.
+fn hermite<S: Scalar, const N: usize>(
+    y0: &[S; N],
+    rate0: &[S; N],
+    y1: &[S; N],
+    rate1: &[S; N],
+    at_s: S,
+    span_s: f64,
+) -> [S; N] {
+    let x = at_s / span_s;
+    let (x2, x3) = (x * x, x * x * x);
+    let rest = -x + 1.0;
+    let mut out = *y0;
+    for k in 0..N {
+        let rise = y1[k] - y0[k];
+        let (a, b) = (rate0[k] * span_s - rise, rise - rate1[k] * span_s);
+        out[k] = y0[k] + rise * x + x * rest * (a * rest + b * x);
+    }
+    for (angle, speed) in [(0, 1), (N - 2, N - 1)] {
+        if N <= super::dynamics::TH2 && angle != 0 {
+            continue;
+        }
+        let h = span_s;
+        let rise = y1[angle] - y0[angle];
+        let (v0, v1) = (y0[speed] * h, y1[speed] * h);
+        let (a0, a1) = (rate0[speed] * (h * h), rate1[speed] * (h * h));
+        // theta = y0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5
+        let c3 = rise * 10.0 - v0 * 6.0 - v1 * 4.0 - a0 * 1.5 + a1 * 0.5;
+        let c4 = rise * -15.0 + v0 * 8.0 + v1 * 7.0 + a0 * 1.5 - a1;
+        let c5 = rise * 6.0 - (v0 + v1) * 3.0 + (a1 - a0) * 0.5;
+        out[angle] = y0[angle] + v0 * x + a0 * x2 * 0.5 + x3 * (c3 + c4 * x + c5 * x2);
+    }
+    out
+}
