@@ -24,10 +24,8 @@ pub(super) const W1: usize = 1;
 pub(super) const CUR: usize = 2;
 /// Filtered copper loss in W.
 pub(super) const HEAT: usize = 3;
-/// Angle of the load side in rad.
+/// Angle of the load side in rad; the load side's speed follows and is the last.
 pub(super) const TH2: usize = 4;
-/// Speed of the load side in rad/s.
-pub(super) const W2: usize = 5;
 
 /// What the driver's current does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -201,7 +199,7 @@ impl<S: Scalar> Machine<S> {
         }
         let mut excess = self.excess(y);
         if m.flow_sign != 0.0 {
-            excess = excess - self.chain.driver.drop() * m.flow_sign;
+            excess -= self.chain.driver.drop() * m.flow_sign;
         }
         excess / self.resistance(y)
     }

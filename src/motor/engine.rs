@@ -111,7 +111,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s / TICKS as f64
     }
 
-    /// Changes what is commanded, `offset` after the tick that has been reached (0 .. one tick).
+    /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
     pub(super) fn command(&mut self, command: f64, offset: S) {
         let moved = offset.value() != 0.0 || S::DERIVATIVES > 0;
         if moved {
@@ -121,9 +121,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.settle(None);
         if moved {
             // Not further: the rest of the tick is part of this instant's neighbourhood.
-            let tick = S::from(self.tick_s());
             if offset.value() > 0.0 {
-                self.drift(tick - offset);
+                self.drift(-offset + 1.0);
                 self.now += 1;
                 self.settle_violated();
             } else {
@@ -177,6 +176,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             return y;
         }
         let (start, end) = (self.before, self.y);
+        if tick < start.now {
+            // Samples out of order (later than the next one): as near as the memory reaches back.
+            return start.y;
+        }
         let span_s = (self.now - start.now) as f64 * self.tick_s();
         let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
         let (rate0, rate1) = (
@@ -300,7 +303,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[cold]
     fn cross(&mut self, next: [S; N]) {
         self.events += 1;
-        let tick = S::from(self.tick_s());
         let now = self.machine.guards(&self.mode, &self.y);
         let then = self.machine.guards(&self.mode, &next);
         let mut first: Option<(Guard, S)> = None;
@@ -321,7 +323,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             *y += (end - *y) * share;
         }
         self.settle(Some(guard));
-        self.drift(tick * (-share + 1.0));
+        self.drift(-share + 1.0);
         self.now += 1;
         self.settle_violated();
     }
@@ -337,10 +339,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Moves on by a part of a tick.
-    fn drift(&mut self, by: S) {
+    /// Moves on by a share of a tick.
+    fn drift(&mut self, share: S) {
         let (next, _) = self.propagate(FINEST);
-        let share = by / self.tick_s();
         for (y, end) in self.y.iter_mut().zip(next) {
             *y += (end - *y) * share;
         }

@@ -179,7 +179,7 @@ mod tests {
                 } else {
                     z.exp_m1() / z
                 };
-                assert!((rung.e[0][0] - z.exp()).abs() < 1e-13);
+                assert!((rung.e[0][0] - z.exp()).abs() < 1e-12);
                 assert!((rung.p1[0][0] / h - p1).abs() < 1e-9);
                 if z.abs() > 1.0 {
                     let p2 = (p1 - 1.0) / z;

@@ -11,6 +11,7 @@ mod file;
 mod ladder;
 mod mechanical;
 mod parameters;
+mod plant;
 pub mod scalar;
 mod sensor;
 mod simulate;
@@ -21,6 +22,7 @@ mod transmission;
 pub use effects::{ActiveEffect, Effects};
 pub use file::{Motor, MotorFileError, read_motor};
 pub use parameters::Parameters;
+pub use plant::Plant;
 pub use simulate::{Drive, SimulationError, SimulationOptions, Trajectory, simulate};
 
 /// Which of the handout's models: without or with the inductance of the motor file.

@@ -152,6 +152,8 @@ impl<const D: usize> Sub for Dual<D> {
     }
 }
 
+// The product rule has a sum in it.
+#[allow(clippy::suspicious_arithmetic_impl)]
 impl<const D: usize> Mul for Dual<D> {
     type Output = Self;
     #[inline(always)]

@@ -4,7 +4,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use super::chain::Chain;
-use super::dynamics::{CUR, Machine, TH1, W1};
+use super::dynamics::{Machine, TH1, W1};
 use super::engine::{Engine, TICKS};
 use super::scalar::Scalar;
 use super::sensor::Sensor;
@@ -112,7 +112,6 @@ pub(super) struct Schedule {
     times_s: Vec<f64>,
     /// Samples at which the command changes, and to what.
     changes: Vec<(usize, f64)>,
-    kind: CommandKind,
     /// Longest step in s of the board's clock.
     step_s: f64,
     /// Steps a sample where all samples are the same time apart, else 0.
@@ -154,7 +153,6 @@ impl Schedule {
         Ok(Self {
             times_s,
             changes,
-            kind: drive.kind,
             step_s: mean_s / steps,
             steps_per_sample: if uniform { steps as u64 } else { 0 },
         })
@@ -162,10 +160,6 @@ impl Schedule {
 
     pub(super) fn len(&self) -> usize {
         self.times_s.len()
-    }
-
-    pub(super) fn kind(&self) -> CommandKind {
-        self.kind
     }
 
     /// Longest step in real time, by a clock that is off.
