@@ -6,7 +6,10 @@
 
 mod capture;
 mod capture_report;
+mod compare;
 mod failure;
+mod motor_choice;
+mod picture;
 mod ports;
 mod progress;
 mod replay;
@@ -46,6 +49,7 @@ enum Command {
     Replay(replay::Replay),
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
+    Compare(compare::Compare),
 }
 
 /// How a subcommand is to print. A reader that has gone (`| head`) is no error of ours.
@@ -87,6 +91,7 @@ impl CommandLine {
             Command::Replay(command) => command.run(&output),
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
+            Command::Compare(command) => command.run(&output),
         };
         match result {
             Ok(status) => status.into(),

@@ -1,25 +1,225 @@
-//! `motorlab simulate`: what the handout's motor does.
+//! `motorlab simulate`: the handout's models of the motor, driven by a profile.
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
 
 use clap::Args;
+use serde::Serialize;
 
+use super::motor_choice::MotorChoice;
+use super::picture::{on_terminal, write_file};
 use super::{Failure, Output, Status};
-use crate::motor::Parameters;
+use crate::board::Profile;
+use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
+use crate::recording::{CommandKind, Run, difference_velocities, write_run};
+use crate::report::{Figure, Panel, Series, Size, Stroke, svg};
+use crate::units::rpm_from_rad_s;
 
-/// Simulate the motor and print or write the run.
+/// Simulate the motor through a profile: true speed, and what encoder, sampling and difference make of it.
 #[derive(Debug, Args)]
-pub struct Simulate {}
+#[command(
+    after_help = "Examples:\n  motorlab simulate --ts 0.03 --duration 2\n  motorlab simulate --model first-order --no-coulomb --ts 0.003 --duration 0.6\n  motorlab simulate --motor motor.toml --profile reversing --duration 15 -o simulated.csv"
+)]
+pub struct Simulate {
+    #[command(flatten)]
+    motor: MotorChoice,
+    /// Sample time in s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.003)]
+    ts: f64,
+    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
+    #[arg(long, default_value = "step")]
+    profile: String,
+    /// How long in s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    duration: f64,
+    /// Unit of the profile: volts, or amperes or newton metres of an axis that controls them.
+    #[arg(long, value_enum, default_value_t = Kind::V)]
+    command: Kind,
+    /// Seed of random effects (lost edges, late samples).
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Write the simulated run; an existing file is not overwritten.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write the picture as SVG.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+}
+
+/// What the profile commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Kind {
+    /// Volts.
+    V,
+    /// Amperes.
+    A,
+    /// Newton metres.
+    Nm,
+}
+
+/// A simulation in columns, for `--json`.
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    model: &'static str,
+    sample_time_s: f64,
+    counts_per_rev: f64,
+    steady_speed_rpm: f64,
+    t_s: &'a [f64],
+    command: &'a [f64],
+    angle_rad: &'a [f64],
+    speed_rad_s: &'a [f64],
+    current_a: &'a [f64],
+    counts: &'a [i64],
+    velocity_rad_s: &'a [Option<f64>],
+}
+
+/// Most samples of one simulation.
+const MOST_SAMPLES: f64 = 5e7;
 
 impl Simulate {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
-        let parameters = Parameters::default();
+        let motor = self.motor.motor(output)?;
+        let run = self.commanded(&motor)?;
+        let drive = Drive {
+            t_s: &run.t_s,
+            command: &run.command,
+            kind: run.command_kind,
+        };
+        let options = SimulationOptions {
+            model: self.motor.model(),
+            seed: self.seed,
+            ..SimulationOptions::default()
+        };
+        let trajectory = simulate(&motor, &drive, &options).map_err(Failure::input)?;
+        let run = Run {
+            velocity_rad_s: Some(difference_velocities(
+                &trajectory.counts,
+                None,
+                run.counts_per_rev,
+                run.sample_time_s,
+            )),
+            counts: trajectory.counts.clone(),
+            ..run
+        };
+        if let Some(path) = &self.output {
+            let written = write_run(&run, path).map_err(Failure::device)?;
+            output.message(&format!("wrote {}", written.display()));
+        }
+        let figure = self.figure(&run, &trajectory);
+        if let Some(path) = &self.svg {
+            write_file(path, &svg::document(&figure, Size::PAGE))?;
+            output.message(&format!("wrote {}", path.display()));
+        }
+        let steady = trajectory.speed_rad_s.last().copied().unwrap_or(0.0);
         if output.json {
-            println!(
-                "{}",
-                serde_json::to_string(&parameters).map_err(Failure::input)?
-            );
+            output.document(&Document {
+                format: "motorlab-simulation/1",
+                model: self.motor.words(),
+                sample_time_s: run.sample_time_s,
+                counts_per_rev: run.counts_per_rev,
+                steady_speed_rpm: rpm_from_rad_s(steady),
+                t_s: &run.t_s,
+                command: &run.command,
+                angle_rad: &trajectory.angle_rad,
+                speed_rad_s: &trajectory.speed_rad_s,
+                current_a: &trajectory.current_a,
+                counts: &run.counts,
+                velocity_rad_s: run.velocity_rad_s.as_deref().unwrap_or_default(),
+            })?;
         } else {
-            println!("{parameters:#?}");
+            for panel in &figure.panels[..1] {
+                output.line(&on_terminal(panel, &figure.x_label))?;
+            }
+            output.line(&format!(
+                "{}: {:.3} RPM ({:.4} rad/s) at the end; one count in one sample is {:.2} RPM",
+                self.motor.words(),
+                rpm_from_rad_s(steady),
+                steady,
+                rpm_from_rad_s(TAU / run.counts_per_rev / run.sample_time_s),
+            ))?;
         }
         Ok(Status::Done)
+    }
+
+    /// The run before it is simulated: times and commands.
+    fn commanded(&self, motor: &Motor) -> Result<Run, Failure> {
+        let good = |value: f64| value.is_finite() && value > 0.0;
+        if !good(self.ts) || !good(self.duration) {
+            return Err(Failure::input(
+                "--ts and --duration must be numbers above 0",
+            ));
+        }
+        let samples = (self.duration / self.ts).round() + 1.0;
+        if samples > MOST_SAMPLES {
+            return Err(Failure::input(format!(
+                "{samples:.0} samples are too many: lower --duration or raise --ts"
+            )));
+        }
+        let samples = samples as usize;
+        let parameters = &motor.parameters;
+        let profile = Profile::named(&self.profile, parameters.supply_v, self.duration)
+            .map_err(Failure::input)?;
+        let mut run = Run {
+            sample_time_s: self.ts,
+            counts_per_rev: parameters.counts_per_rev,
+            supply_v: Some(parameters.supply_v),
+            command_kind: match self.command {
+                Kind::V => CommandKind::Voltage,
+                Kind::A => CommandKind::Current,
+                Kind::Nm => CommandKind::Torque,
+            },
+            t_s: (0..samples).map(|k| k as f64 * self.ts).collect(),
+            command: profile.commands(self.ts, samples),
+            complete: true,
+            ..Run::default()
+        };
+        run.header.insert("profile".into(), profile.name.into());
+        run.header.insert("simulated".into(), true.into());
+        run.header.insert("model".into(), self.motor.words().into());
+        Ok(run)
+    }
+
+    fn figure(&self, run: &Run, trajectory: &Trajectory) -> Figure {
+        let rpm = |speeds: &[f64]| {
+            speeds
+                .iter()
+                .map(|&w| rpm_from_rad_s(w))
+                .collect::<Vec<f64>>()
+        };
+        let encoder: Vec<f64> = run
+            .velocity_rad_s
+            .iter()
+            .flatten()
+            .map(|speed| speed.map_or(f64::NAN, rpm_from_rad_s))
+            .collect();
+        let speed = vec![
+            Series::new(
+                "by encoder and difference",
+                Stroke::Step,
+                0,
+                &run.t_s,
+                &encoder,
+            ),
+            Series::new(
+                "true speed",
+                Stroke::Line,
+                1,
+                &run.t_s,
+                &rpm(&trajectory.speed_rad_s),
+            ),
+        ];
+        let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+        let position = Series::new("", Stroke::Step, 0, &run.t_s, &counts);
+        let command = Series::new("", Stroke::Step, 2, &run.t_s, &run.command);
+        Figure {
+            title: format!("Simulated motor, {}", self.motor.words()),
+            x_label: "time (s)".to_owned(),
+            panels: vec![
+                Panel::new("speed (RPM)", speed).weighing(2.0),
+                Panel::new("position (counts)", vec![position]),
+                Panel::new(run.command_kind.column(), vec![command]).weighing(0.6),
+            ],
+        }
     }
 }

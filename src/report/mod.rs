@@ -3,6 +3,7 @@
 //! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
 //! A [`Page`] gathers text, tables and figures into one self-contained HTML file.
 
+pub mod comparison;
 mod escape;
 pub mod figure;
 mod html;

@@ -1,0 +1,120 @@
+//! `motorlab compare`: recorded runs laid over their simulation.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::motor_choice::MotorChoice;
+use super::picture::{on_terminal, write_file};
+use super::{Failure, Output, Status};
+use crate::compare::{Comparison, Overlay, compare};
+use crate::motor::Motor;
+use crate::recording::{Run, read_run};
+use crate::report::comparison::{figures_table, overlay, page, verdict};
+use crate::report::{Size, svg};
+
+/// Lay recorded runs over their simulation, in RPM and in counts, and say how far they are apart.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab compare run.csv\n  motorlab compare step30.csv step3.csv --motor motor.toml --html gap.html\n  motorlab compare run.csv --motor motor.toml --fail-above 1.0 --json"
+)]
+pub struct Compare {
+    /// Run files.
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    #[command(flatten)]
+    motor: MotorChoice,
+    /// Exit with status 1 where a run's position error is above this many counts RMS.
+    #[arg(long, value_name = "COUNTS")]
+    fail_above: Option<f64>,
+    /// Write everything as one HTML file that needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Write the picture of the first run as SVG.
+    #[arg(long, value_name = "FILE")]
+    svg: Option<PathBuf>,
+}
+
+impl Compare {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = self.motor.motor(output)?;
+        let mut runs = Vec::new();
+        let mut overlays = Vec::new();
+        for path in &self.runs {
+            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            let mut overlay = compare(&run, &motor, self.motor.model())
+                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+            overlay.figures.notes = notes.iter().map(ToString::to_string).collect();
+            for note in &overlay.figures.notes {
+                output.message(&format!("{}: {note}", path.display()));
+            }
+            runs.push(run);
+            overlays.push(overlay);
+        }
+        self.write_files(&runs, &overlays, &motor, output)?;
+        let comparison = Comparison::of(&overlays);
+        if output.json {
+            output.document(&comparison)?;
+        } else {
+            self.show(&runs, &overlays, output)?;
+        }
+        let worst = comparison.worst_position_rmse_counts();
+        Ok(match self.fail_above {
+            Some(limit) if worst > limit => {
+                output.message(&format!(
+                    "the gap of {worst:.3} counts RMS is above --fail-above {limit}"
+                ));
+                Status::FellShort
+            }
+            _ => Status::Done,
+        })
+    }
+
+    fn write_files(
+        &self,
+        runs: &[Run],
+        overlays: &[Overlay],
+        motor: &Motor,
+        output: &Output,
+    ) -> Result<(), Failure> {
+        if let Some(path) = &self.html {
+            let pairs: Vec<_> = runs.iter().zip(overlays).collect();
+            let title = format!("Recorded against simulated ({})", self.motor.words());
+            write_file(path, &page(&pairs, motor, &title))?;
+            output.message(&format!("wrote {}", path.display()));
+        }
+        if let (Some(path), Some(run), Some(first)) = (&self.svg, runs.first(), overlays.first()) {
+            let size = Size {
+                width: 860,
+                height: 760,
+            };
+            write_file(
+                path,
+                &svg::document(&overlay(run, first, &first.figures.path), size),
+            )?;
+            output.message(&format!("wrote {}", path.display()));
+        }
+        Ok(())
+    }
+
+    fn show(&self, runs: &[Run], overlays: &[Overlay], output: &Output) -> Result<(), Failure> {
+        for (run, laid) in runs.iter().zip(overlays) {
+            let figure = overlay(run, laid, &laid.figures.path);
+            for panel in figure.panels.iter().take(3) {
+                output.line(&on_terminal(panel, &figure.x_label))?;
+            }
+            output.line(&verdict(&laid.figures))?;
+        }
+        let figures: Vec<_> = overlays.iter().map(|overlay| &overlay.figures).collect();
+        let (names, rows) = figures_table(&figures);
+        for row in rows {
+            for (name, cell) in names.iter().zip(row) {
+                output.line(&format!("  {name:<24} {cell}"))?;
+            }
+        }
+        if self.html.is_none() {
+            output.message("a page with the pictures: add --html compare.html");
+        }
+        Ok(())
+    }
+}

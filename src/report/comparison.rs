@@ -1,0 +1,175 @@
+//! The picture of a comparison: speed in RPM, position in counts, what is left below.
+
+use super::{Figure, Page, Panel, Series, Size, Stroke};
+use crate::compare::{Overlay, RunFigures, speed_of_one_count};
+use crate::motor::Motor;
+use crate::recording::{CommandKind, Run};
+use crate::units::rpm_from_rad_s;
+
+/// Colours by meaning, the same in every picture.
+const RECORDED: usize = 0;
+const SIMULATED: usize = 1;
+const TRUE_SPEED: usize = 6;
+const COMMAND: usize = 2;
+const RESIDUAL: usize = 3;
+
+/// Speed, position and residual of one run over time, with the command below.
+pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
+    let t_s = &run.t_s;
+    let rpm = |speeds: &[Option<f64>]| -> Vec<f64> {
+        speeds
+            .iter()
+            .map(|speed| speed.map_or(f64::NAN, rpm_from_rad_s))
+            .collect()
+    };
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let true_rpm: Vec<f64> = overlay
+        .true_speed_rad_s
+        .iter()
+        .map(|&w| rpm_from_rad_s(w))
+        .collect();
+    let speed = vec![
+        Series::new(
+            "recorded",
+            Stroke::Step,
+            RECORDED,
+            t_s,
+            &rpm(&overlay.recorded_speed_rad_s),
+        ),
+        Series::new(
+            "simulated",
+            Stroke::Step,
+            SIMULATED,
+            t_s,
+            &rpm(&overlay.simulated_speed_rad_s),
+        ),
+        Series::new(
+            "simulated, without encoder",
+            Stroke::Dashed,
+            TRUE_SPEED,
+            t_s,
+            &true_rpm,
+        ),
+    ];
+    let position = vec![
+        Series::new("recorded", Stroke::Step, RECORDED, t_s, &counts),
+        Series::new(
+            "simulated",
+            Stroke::Line,
+            SIMULATED,
+            t_s,
+            &overlay.simulated_position_counts,
+        ),
+    ];
+    let residual = Series::new(
+        "recorded \u{2212} simulated",
+        Stroke::Line,
+        RESIDUAL,
+        t_s,
+        &overlay.residual_counts,
+    );
+    let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
+    let command_label = match run.command_kind {
+        CommandKind::Voltage => "command (V)",
+        CommandKind::Current => "command (A)",
+        CommandKind::Torque => "command (N m)",
+    };
+    Figure {
+        title: title.to_owned(),
+        x_label: "time (s)".to_owned(),
+        panels: vec![
+            Panel::new("speed (RPM)", speed).weighing(2.0),
+            Panel::new("position (counts)", position).weighing(1.5),
+            Panel::new("gap (counts)", vec![residual]).marked(0.0, ""),
+            Panel::new(command_label, vec![command]).weighing(0.6),
+        ],
+    }
+}
+
+/// The figures of all runs as table rows, with the names of the columns.
+pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<String>>) {
+    let names = vec![
+        "run",
+        "TS (s)",
+        "samples",
+        "lost",
+        "position RMSE (counts)",
+        "largest (counts)",
+        "floor (counts)",
+        "speed RMSE (RPM)",
+        "speed NRMSE",
+    ];
+    let rows = figures
+        .iter()
+        .map(|run| {
+            vec![
+                run.path.clone(),
+                format!("{}", run.sample_time_s),
+                run.samples.to_string(),
+                run.lost.to_string(),
+                format!("{:.3}", run.position_rmse_counts),
+                format!("{:.2}", run.position_largest_counts),
+                format!("{:.3}", run.floor_counts),
+                format!("{:.3}", run.velocity_rmse_rpm),
+                run.velocity_nrmse
+                    .map_or("–".to_owned(), |relative| format!("{relative:.4}")),
+            ]
+        })
+        .collect();
+    (names, rows)
+}
+
+/// One sentence on how well a run is met.
+pub fn verdict(figures: &RunFigures) -> String {
+    let ratio = figures.position_rmse_counts / figures.floor_counts;
+    let words = if ratio < 1.2 {
+        "the simulation meets the recording down to the encoder's own rounding"
+    } else if ratio < 3.0 {
+        "the simulation is close; a little more than the encoder's rounding is left"
+    } else {
+        "the simulation and the recording differ by more than the encoder's rounding"
+    };
+    format!(
+        "{}: {words} ({:.3} counts RMS, the encoder alone leaves {:.3}).",
+        figures.path, figures.position_rmse_counts, figures.floor_counts
+    )
+}
+
+/// The whole comparison as one offline page.
+pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
+    let mut page = Page::new(title);
+    for (_, overlay) in pairs {
+        page.lead(&verdict(&overlay.figures));
+    }
+    let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
+    let (names, rows) = figures_table(&figures);
+    page.table(&names, &rows);
+    page.note(
+        "Position: recorded against simulated counts, the whole run in open loop from rest. Speed: by the \
+         recorder's difference rule on both sides; NRMSE is relative to how much the recorded speed varies. \
+         Floor: what rounding to whole counts leaves of a perfect model, 1/\u{221a}12 counts.",
+    );
+    for (run, overlay) in pairs {
+        let name = &overlay.figures.path;
+        page.section(name);
+        for note in &overlay.figures.notes {
+            page.note(note);
+        }
+        let one_count = speed_of_one_count(run.counts_per_rev, run.sample_time_s);
+        page.figure(
+            &self::overlay(run, overlay, name),
+            Size {
+                width: 860,
+                height: 760,
+            },
+            &format!(
+                "One count in one sample is {:.3} rad/s = {:.2} RPM: the steps of the recorded speed.",
+                one_count,
+                rpm_from_rad_s(one_count)
+            ),
+        );
+    }
+    page.section("Motor");
+    page.verbatim(&motor.to_toml());
+    page.finish()
+}
