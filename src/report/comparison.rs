@@ -13,6 +13,21 @@ const TRUE_SPEED: usize = 6;
 const COMMAND: usize = 2;
 const RESIDUAL: usize = 3;
 
+/// Where one count in one sample is more than this share of the top speed, means are drawn too.
+const COARSE: f64 = 0.1;
+/// Time over which they are taken: the lab's slow sample time.
+const SMOOTH_S: f64 = 0.03;
+
+/// Mean of each value and the `count - 1` before it; of what there is at the beginning.
+fn running_mean(values: &[f64], count: usize) -> Vec<f64> {
+    let mean = |k: usize| {
+        let window = &values[(k + 1).saturating_sub(count)..=k];
+        let finite = window.iter().filter(|v| v.is_finite());
+        finite.clone().sum::<f64>() / finite.count() as f64
+    };
+    (0..values.len()).map(mean).collect()
+}
+
 /// Speed, position and residual of one run over time, with the command below.
 pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
     let t_s = &run.t_s;
@@ -28,29 +43,49 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         .iter()
         .map(|&w| rpm_from_rad_s(w))
         .collect();
-    let speed = vec![
-        Series::new(
-            "recorded",
-            Stroke::Step,
+    let recorded = rpm(&overlay.recorded_speed_rad_s);
+    let simulated = rpm(&overlay.simulated_speed_rad_s);
+    let top = true_rpm
+        .iter()
+        .fold(0.0, |top, speed| f64::max(top, speed.abs()));
+    let one_count = rpm_from_rad_s(speed_of_one_count(run.counts_per_rev, run.sample_time_s));
+    // Where one count is much of the speed, the difference jumps so much that its mean is read instead.
+    let averaged = (SMOOTH_S / run.sample_time_s).round() as usize;
+    let coarse = one_count > COARSE * top && averaged > 1;
+    let stroke = if coarse {
+        Stroke::FaintStep
+    } else {
+        Stroke::Step
+    };
+    let mut speed = vec![
+        Series::new("recorded", stroke, RECORDED, t_s, &recorded),
+        Series::new("simulated", stroke, SIMULATED, t_s, &simulated),
+    ];
+    if coarse {
+        let mean = |values: &[f64]| running_mean(values, averaged);
+        let name = |what: &str| format!("{what}, mean of {averaged}");
+        speed.push(Series::new(
+            name("recorded"),
+            Stroke::Line,
             RECORDED,
             t_s,
-            &rpm(&overlay.recorded_speed_rad_s),
-        ),
-        Series::new(
-            "simulated",
-            Stroke::Step,
+            &mean(&recorded),
+        ));
+        speed.push(Series::new(
+            name("simulated"),
+            Stroke::Line,
             SIMULATED,
             t_s,
-            &rpm(&overlay.simulated_speed_rad_s),
-        ),
-        Series::new(
-            "simulated, without encoder",
-            Stroke::Dashed,
-            TRUE_SPEED,
-            t_s,
-            &true_rpm,
-        ),
-    ];
+            &mean(&simulated),
+        ));
+    }
+    speed.push(Series::new(
+        "true speed of the simulation",
+        Stroke::Dashed,
+        TRUE_SPEED,
+        t_s,
+        &true_rpm,
+    ));
     let position = vec![
         Series::new("recorded", Stroke::Step, RECORDED, t_s, &counts),
         Series::new(

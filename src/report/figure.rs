@@ -11,6 +11,8 @@ pub enum Stroke {
     Dashed,
     /// A value that holds until the next point, as a command or a count does.
     Step,
+    /// A step drawn faintly: raw data behind what is to be read.
+    FaintStep,
     /// A dot at each point.
     Dots,
 }

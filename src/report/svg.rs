@@ -180,6 +180,7 @@ fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
 fn dashes(stroke: Stroke) -> &'static str {
     match stroke {
         Stroke::Dashed => " stroke-dasharray=\"6 4\"",
+        Stroke::FaintStep => " stroke-opacity=\".3\"",
         Stroke::Line | Stroke::Step | Stroke::Dots => "",
     }
 }
@@ -225,7 +226,7 @@ impl Frame {
                 );
             }
         }
-        let y_ticks = ticks(self.y_range, ((self.height / 45.0) as usize).max(2));
+        let y_ticks = ticks(self.y_range, ((self.height / 40.0) as usize).max(3));
         let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
         for &tick in &y_ticks {
             let y = self.y(tick);
@@ -293,7 +294,7 @@ impl Frame {
             let (px, py) = (self.x(x), self.y(y));
             let _ = match (pen_down, series.stroke) {
                 (false, _) => write!(path, "M{px:.1} {py:.1}"),
-                (true, Stroke::Step) => write!(path, "H{px:.1}V{py:.1}"),
+                (true, Stroke::Step | Stroke::FaintStep) => write!(path, "H{px:.1}V{py:.1}"),
                 (true, _) => write!(path, "L{px:.1} {py:.1}"),
             };
             pen_down = true;
