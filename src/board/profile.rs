@@ -282,7 +282,7 @@ impl Profile {
     }
 
     /// The segments in whole samples: a segment starts with the first sample at or after its start.
-    /// Segments too short to have a sample vanish.
+    /// Segments too short to have a sample vanish, but for the last, whose command holds on.
     pub fn in_samples(&self, sample_time_s: f64) -> Vec<(usize, f64)> {
         let mut samples: Vec<(usize, f64)> = Vec::new();
         let (mut ends_s, mut before) = (0.0, 0_usize);
@@ -293,6 +293,14 @@ impl Profile {
                 samples.push((end - before, segment.command));
                 before = end;
             }
+        }
+        // The last command holds on, however short its own segment is.
+        if let Some(last) = self.segments.last()
+            && samples
+                .last()
+                .is_none_or(|(_, command)| *command != last.command)
+        {
+            samples.push((1, last.command));
         }
         samples
     }

@@ -13,10 +13,13 @@ use super::signals::StopSignal;
 use super::virtual_spec::{PREFIX, VirtualSpec};
 use super::{Failure, Output, Status};
 use crate::board::{
-    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, ProfileError, VirtualBoard,
-    rawlog, usb_identity,
+    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, VirtualBoard, rawlog,
+    usb_identity,
 };
 use crate::recording::{CaptureError, CaptureRequest, SharedLive, capture, next_free_name};
+
+/// How long a built-in profile takes in s.
+const DURATION_S: f64 = 4.0;
 
 /// Record a run from a board, or from a virtual one.
 #[derive(Debug, Args)]
@@ -30,9 +33,9 @@ pub struct Capture {
     /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
     #[arg(long, default_value = "step")]
     profile: String,
-    /// How long to record in s; 0 records until Ctrl-C.
-    #[arg(long, value_name = "SECONDS", default_value = "4", value_parser = duration)]
-    duration: f64,
+    /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file]
+    #[arg(long, value_name = "SECONDS", value_parser = duration)]
+    duration: Option<f64>,
     /// Where the run goes. An existing file is not overwritten: the next free name is taken.
     #[arg(short, long, value_name = "FILE", default_value = "run.csv")]
     output: PathBuf,
@@ -126,7 +129,7 @@ impl Capture {
         let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
         drop(progress);
         let captured = captured.map_err(capture_failure)?;
-        report(output, &captured, self.duration > 0.0)
+        report(output, &captured, self.duration != Some(0.0))
     }
 
     /// The virtual board, if one is asked for.
@@ -169,18 +172,14 @@ impl Capture {
         let hello = board.hello();
         let supply_v = self.supply.unwrap_or(f64::from(hello.supply_mv) / 1000.0);
         let sample_time_s = f64::from(self.ts) * 1e-6;
-        // A profile without an end of its own: long enough for a lab's recording.
-        let profile_s = if self.duration > 0.0 {
-            self.duration
-        } else {
-            3600.0
-        };
-        let profile =
-            Profile::named(&self.profile, supply_v, profile_s).map_err(profile_failure)?;
+        // Without an end, a built-in profile takes as long as one of the default length.
+        let profile_s = self.duration.filter(|&s| s > 0.0).unwrap_or(DURATION_S);
+        let profile = Profile::named(&self.profile, supply_v, profile_s).map_err(Failure::input)?;
+        let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
         Ok(CaptureRequest {
             sample_time_us: self.ts,
             profile,
-            samples: (self.duration / sample_time_s)
+            samples: (duration_s / sample_time_s)
                 .round()
                 .min(f64::from(u32::MAX)) as u32,
             counts_per_rev: self.counts_per_rev,
@@ -218,8 +217,4 @@ pub(super) fn capture_failure(error: CaptureError) -> Failure {
         CaptureError::Board(error) => board_failure(error),
         other => Failure::device(other),
     }
-}
-
-fn profile_failure(error: ProfileError) -> Failure {
-    Failure::input(error)
 }

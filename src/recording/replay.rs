@@ -121,10 +121,10 @@ pub fn replay(
                 for event in events.drain(..) {
                     match (event, &mut recorder) {
                         (Event::Hello(new), None) => hello = Some(new),
-                        (Event::Hello(new), Some(_)) => {
-                            if hello.is_some_and(|old| old.boot_id != new.boot_id) {
-                                break 'playing (Ending::BoardReset, None);
-                            }
+                        (Event::Hello(new), Some(_))
+                            if hello.is_some_and(|old| old.boot_id != new.boot_id) =>
+                        {
+                            break 'playing (Ending::BoardReset, None);
                         }
                         (Event::Sample(sample), Some(recorder)) => recorder.take(sample)?,
                         (Event::End { taken, reason, .. }, Some(_)) => {

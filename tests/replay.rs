@@ -1,0 +1,124 @@
+//! Raw logs: what `capture --log` writes, `replay` plays, through the decoder or as a serial device.
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use command::{RunFile, finish, run, start};
+
+/// A run with its raw log.
+fn recorded(directory: &Path) -> RunFile {
+    let done = run(
+        directory,
+        &[
+            "capture",
+            "virtual:?speed=20",
+            "--profile",
+            "reversing",
+            "--duration",
+            "3",
+            "-o",
+            "first.csv",
+            "--log",
+            "raw.log",
+        ],
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    RunFile::read(&directory.join("first.csv"))
+}
+
+#[test]
+fn a_log_replays_to_the_same_rows() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let done = run(directory.path(), &["replay", "raw.log", "-o", "again.csv"]);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let again = RunFile::read(&directory.path().join("again.csv"));
+    assert_eq!(again.rows, first.rows);
+    assert!(again.complete());
+    for key in ["sample_time_s", "counts_per_rev", "supply_v", "profile"] {
+        assert_eq!(again.header[key], first.header[key]);
+    }
+}
+
+#[test]
+fn a_log_as_a_serial_device_is_captured_again() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let mut device = start(
+        directory.path(),
+        &["replay", "raw.log", "--pty", "--speed", "max"],
+    );
+    let mut port = String::new();
+    BufReader::new(device.stdout.take().expect("a pipe"))
+        .read_line(&mut port)
+        .expect("a port");
+    let port = port.trim();
+    let capture = |ts: &str, name: &str| {
+        let arguments = [
+            "capture",
+            port,
+            "--ts",
+            ts,
+            "--profile",
+            "reversing",
+            "--duration",
+            "3",
+            "-o",
+            name,
+        ];
+        run(directory.path(), &arguments)
+    };
+    // The recorded sample time is the only one that it can play.
+    let refused = capture("0.03", "slow.csv");
+    assert_eq!(refused.status, Some(2), "{}", refused.messages);
+    assert!(refused.messages.contains("cannot keep this sample time"));
+    for name in ["second.csv", "third.csv"] {
+        let done = capture("0.003", name);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+        let again = RunFile::read(&directory.path().join(name));
+        for column in ["seq", "t_s", "command_v", "counts"] {
+            assert_eq!(again.column(column), first.column(column));
+        }
+    }
+    device.kill().expect("it runs");
+    finish(device);
+}
+
+#[test]
+fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let log = std::fs::read(directory.path().join("raw.log")).expect("a log");
+    let half = log.len() / 2;
+    std::fs::write(directory.path().join("torn.log"), &log[..half]).expect("a file");
+    let done = run(directory.path(), &["replay", "torn.log", "-o", "torn.csv"]);
+    assert_eq!(done.status, Some(1));
+    assert!(done.messages.contains("ends before the recording does"));
+    let torn = RunFile::read(&directory.path().join("torn.csv"));
+    assert!(!torn.complete());
+    assert!(torn.rows.len() > 300, "{}", torn.rows.len());
+    assert_eq!(torn.rows[..], first.rows[..torn.rows.len()]);
+}
+
+#[test]
+fn what_is_no_raw_log_is_said_with_its_first_line() {
+    let directory = tempfile::tempdir().expect("a directory");
+    std::fs::write(directory.path().join("x.csv"), "t_s,counts\n0,1\n").expect("a file");
+    let done = run(directory.path(), &["replay", "x.csv"]);
+    assert_eq!(done.status, Some(2));
+    assert!(
+        done.messages.contains("x.csv: this is no raw log") && done.messages.contains("t_s,counts"),
+        "{}",
+        done.messages
+    );
+    let done = run(directory.path(), &["replay", "missing.log"]);
+    assert_eq!(done.status, Some(2));
+    let bad = "# format = \"motorlab-rawlog/1\"\n12 < zz\n";
+    std::fs::write(directory.path().join("bad.log"), bad).expect("a file");
+    let done = run(directory.path(), &["replay", "bad.log"]);
+    assert_eq!(done.status, Some(2));
+    assert!(done.messages.contains("bad.log: line 2 of the raw log"));
+}
