@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::board::{Bench, Pace, VirtualBoard, VirtualBoardOptions};
-use crate::motor::effects::{EffectError, find};
+use crate::motor::effects::{EffectError, EffectKind, find};
 use crate::motor::{ActiveEffect, Motor, MotorFileError, Parameters, read_motor};
 
 /// What a word must begin with to be one.
@@ -112,7 +112,7 @@ impl VirtualSpec {
                         given.push((key.clone(), number));
                     }
                 }
-                _ => spec.set(key, value)?,
+                _ => spec.set(key, value, belongs.map(|(_, kind)| kind))?,
             }
         }
         for (id, given) in &effects {
@@ -123,7 +123,12 @@ impl VirtualSpec {
         Ok(spec)
     }
 
-    fn set(&mut self, key: &str, value: &str) -> Result<(), SpecError> {
+    fn set(
+        &mut self,
+        key: &str,
+        value: &str,
+        effect: Option<&EffectKind>,
+    ) -> Result<(), SpecError> {
         let VirtualBoardOptions {
             firmware, faults, ..
         } = &mut self.options;
@@ -160,7 +165,7 @@ impl VirtualSpec {
                 None => {
                     return Err(SpecError::UnknownKey {
                         key: key.to_owned(),
-                        nearest: nearest_key(key),
+                        nearest: nearest_key(key, effect),
                     });
                 }
             },
@@ -174,19 +179,19 @@ impl VirtualSpec {
     }
 }
 
-fn nearest_key(key: &str) -> Option<&'static str> {
-    let board = BOARD_KEYS.iter().map(|(name, _)| *name);
-    let effects = crate::motor::effects::catalogue()
-        .iter()
-        .flat_map(|kind| kind.parameters.iter().map(|parameter| parameter.key));
-    board
-        .chain(["effect"])
-        .chain(Parameters::KEYS.iter().copied())
-        .chain(effects)
-        .map(|name| (strsim::damerau_levenshtein(name, key), name))
-        .min()
-        .filter(|(distance, name)| *distance <= 1 + name.len() / 3)
-        .map(|(_, name)| name)
+/// The known key that is most like `key`; the parameters of the effect named before it come first.
+fn nearest_key(key: &str, effect: Option<&EffectKind>) -> Option<&'static str> {
+    let of_effect = effect.map_or(&[][..], |kind| kind.parameters);
+    let best = |names: &mut dyn Iterator<Item = &'static str>| {
+        names
+            .map(|name| (strsim::jaro_winkler(name, key), name))
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(likeness, _)| *likeness > 0.75)
+            .map(|(_, name)| name)
+    };
+    let others = BOARD_KEYS.iter().map(|(name, _)| *name).chain(["effect"]);
+    best(&mut of_effect.iter().map(|parameter| parameter.key))
+        .or_else(|| best(&mut others.chain(Parameters::KEYS.iter().copied())))
 }
 
 fn wrong(key: &str, value: &str, expected: &'static str) -> SpecError {
