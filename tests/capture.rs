@@ -78,7 +78,7 @@ fn in_real_time_a_capture_takes_as_long_as_it_says() {
     let done = run(directory.path(), &arguments);
     assert_eq!(done.status, Some(0), "{}", done.messages);
     let json: serde_json::Value = serde_json::from_str(&done.output).expect("one JSON document");
-    assert_eq!(json["shape"], "motorlab-capture/1");
+    assert_eq!(json["format"], "motorlab-capture/1");
     assert_eq!((&json["samples"], &json["lost"]), (&500.into(), &0.into()));
     assert_eq!(json["statistics"]["device_dt"]["median_us"], 3000);
     let rpm = json["statistics"]["steady_rpm"].as_f64().expect("a speed");

@@ -138,7 +138,7 @@ impl Capture {
             return Ok(None);
         };
         let spec = VirtualSpec::parse(text).map_err(Failure::input)?;
-        spec.spawn().map(Some).map_err(Failure::device)
+        spec.spawn().map(Some).map_err(Failure::input)
     }
 
     fn begin_log(&self, output: &Output) -> Result<Option<crate::board::RawLog>, Failure> {

@@ -15,7 +15,7 @@ pub(super) fn report(
     let statistics = &captured.statistics;
     if output.json {
         output.document(&json!({
-            "shape": "motorlab-capture/1",
+            "format": "motorlab-capture/1",
             "path": captured.path,
             "ending": captured.ending,
             "samples": statistics.samples,

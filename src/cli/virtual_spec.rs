@@ -6,9 +6,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use crate::board::{Bench, Pace, VirtualBoard, VirtualBoardOptions};
+use crate::board::{Pace, VirtualBoard, VirtualBoardOptions};
 use crate::motor::effects::{EffectError, EffectKind, find};
-use crate::motor::{ActiveEffect, Motor, MotorFileError, Parameters, read_motor};
+use crate::motor::{
+    ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, read_motor,
+};
+use crate::recording::CommandKind;
 
 /// What a word must begin with to be one.
 pub(super) const PREFIX: &str = "virtual:";
@@ -80,6 +83,10 @@ pub(super) enum SpecError {
     Effect(#[from] EffectError),
     #[error(transparent)]
     Motor(#[from] MotorFileError),
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    #[error("no pseudo-terminal can be had: {0}")]
+    Line(#[from] std::io::Error),
 }
 
 fn hint(nearest: &Option<&'static str>) -> String {
@@ -173,9 +180,10 @@ impl VirtualSpec {
         Ok(())
     }
 
-    /// Plugs the board in.
-    pub(super) fn spawn(self) -> std::io::Result<VirtualBoard> {
-        VirtualBoard::spawn(self.bench(), self.options)
+    /// Plugs the board in, with its motor at rest.
+    pub(super) fn spawn(self) -> Result<VirtualBoard, SpecError> {
+        let plant = Plant::new(&self.motor, CommandKind::Voltage, self.seed)?;
+        Ok(VirtualBoard::spawn(plant, self.options)?)
     }
 }
 
@@ -266,65 +274,4 @@ fn unescape(value: &str) -> String {
         }
     }
     String::from_utf8_lossy(&bytes).into_owned()
-}
-
-impl VirtualSpec {
-    fn bench(&self) -> impl Bench + use<> {
-        NominalBench {
-            parameters: self.motor.parameters,
-            speed_rad_s: 0.0,
-            angle_rad: 0.0,
-            now_s: 0.0,
-        }
-    }
-}
-
-/// The first-order model with Coulomb friction, stepped exactly while it moves one way.
-struct NominalBench {
-    parameters: Parameters,
-    speed_rad_s: f64,
-    angle_rad: f64,
-    now_s: f64,
-}
-
-impl Bench for NominalBench {
-    fn hold(&mut self, command: f64, until_s: f64) {
-        let p = &self.parameters;
-        let span_s = until_s - self.now_s;
-        self.now_s = until_s;
-        let drive = command * p.torque_constant_nm_per_a / p.resistance_ohm;
-        let against = if self.speed_rad_s == 0.0 {
-            drive
-        } else {
-            self.speed_rad_s
-        };
-        let friction = p.coulomb_friction_nm.min(if self.speed_rad_s == 0.0 {
-            drive.abs()
-        } else {
-            f64::INFINITY
-        });
-        let damping = p.viscous_friction_nm_s_per_rad
-            + p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
-        let final_speed = (drive - friction * against.signum()) / damping;
-        let rate = damping / p.inertia_kg_m2;
-        let decay = (-rate * span_s).exp();
-        let start = self.speed_rad_s;
-        self.speed_rad_s = final_speed + (start - final_speed) * decay;
-        self.angle_rad += final_speed * span_s + (start - final_speed) * (1.0 - decay) / rate;
-        if command == 0.0 && self.speed_rad_s * start < 0.0 {
-            self.speed_rad_s = 0.0;
-        }
-    }
-
-    fn counts(&mut self) -> i64 {
-        (self.angle_rad * self.parameters.counts_per_rev / std::f64::consts::TAU).floor() as i64
-    }
-
-    fn supply_v(&self) -> f64 {
-        self.parameters.supply_v
-    }
-
-    fn counts_per_rev(&self) -> f64 {
-        self.parameters.counts_per_rev
-    }
 }
