@@ -7,7 +7,10 @@
 mod capture;
 mod capture_report;
 mod compare;
+mod completions;
+mod demo;
 mod failure;
+mod man;
 mod motor_choice;
 mod picture;
 mod ports;
@@ -16,6 +19,7 @@ mod replay;
 mod signals;
 mod simulate;
 mod virtual_board;
+mod virtual_capture;
 mod virtual_spec;
 
 use std::io::{self, Write};
@@ -50,6 +54,9 @@ enum Command {
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
     Compare(compare::Compare),
+    Demo(demo::Demo),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 /// How a subcommand is to print. A reader that has gone (`| head`) is no error of ours.
@@ -92,6 +99,9 @@ impl CommandLine {
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
+            Command::Demo(command) => command.run(&output),
+            Command::Completions(command) => command.run(&output),
+            Command::Man(command) => command.run(&output),
         };
         match result {
             Ok(status) => status.into(),

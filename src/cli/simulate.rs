@@ -60,7 +60,7 @@ enum Kind {
 /// A simulation in columns, for `--json`.
 #[derive(Debug, Serialize)]
 struct Document<'a> {
-    format: &'static str,
+    shape: &'static str,
     model: &'static str,
     sample_time_s: f64,
     counts_per_rev: f64,
@@ -114,7 +114,7 @@ impl Simulate {
         let steady = trajectory.speed_rad_s.last().copied().unwrap_or(0.0);
         if output.json {
             output.document(&Document {
-                format: "motorlab-simulation/1",
+                shape: "motorlab-simulation/1",
                 model: self.motor.words(),
                 sample_time_s: run.sample_time_s,
                 counts_per_rev: run.counts_per_rev,

@@ -63,7 +63,7 @@ pub struct RunFigures {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// Name of the shape.
-    pub format: &'static str,
+    pub shape: &'static str,
     /// One entry a run.
     pub runs: Vec<RunFigures>,
 }
@@ -72,7 +72,7 @@ impl Comparison {
     /// The figures of all overlays.
     pub fn of(overlays: &[Overlay]) -> Self {
         Self {
-            format: "motorlab-comparison/1",
+            shape: "motorlab-comparison/1",
             runs: overlays
                 .iter()
                 .map(|overlay| overlay.figures.clone())

@@ -1,0 +1,164 @@
+//! `motorlab demo`: everything once, without hardware.
+
+use std::path::{Path, PathBuf};
+use std::process::Command as Process;
+
+use clap::Args;
+use serde_json::json;
+
+use super::picture::{on_terminal, write_file};
+use super::signals::StopSignal;
+use super::virtual_capture::{Order, record};
+use super::{Failure, Output, Status};
+use crate::compare::{Comparison, compare};
+use crate::motor::{Model, Motor};
+use crate::recording::read_run;
+use crate::report::comparison::{overlay, page, verdict};
+use crate::report::{Size, svg};
+
+/// Record a virtual board at both of the lab's sample times, compare with the simulation, show the page.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab demo\n  motorlab demo --board 'effect=stribeck' -o demo-stribeck"
+)]
+pub struct Demo {
+    /// Folder for the two runs and the page.
+    #[arg(short, long, value_name = "DIR", default_value = "demo")]
+    output: PathBuf,
+    /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
+    #[arg(long, value_name = "KEYS", default_value = "")]
+    board: String,
+    /// Open the page in a browser.
+    #[arg(long)]
+    open: bool,
+}
+
+/// Sample times of the lab handout in us, with the names of their runs.
+const SAMPLE_TIMES: [(u32, &str); 2] = [(30_000, "step30.csv"), (3_000, "step3.csv")];
+/// How long each run records in s: rest, step and a good second of steady speed.
+const DURATION_S: f64 = 1.8;
+
+impl Demo {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        let recorded = runtime.block_on(self.record_all(output));
+        runtime.shutdown_background();
+        let Some(paths) = recorded? else {
+            output.message("stopped; the runs recorded so far are whole");
+            return Ok(Status::FellShort);
+        };
+        self.show(&paths, output)
+    }
+
+    /// Records both runs; `None` after Ctrl-C.
+    async fn record_all(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
+        let stop = StopSignal::install().map_err(Failure::device)?;
+        std::fs::create_dir_all(&self.output).map_err(|error| {
+            Failure::device(format!("cannot make {}: {error}", self.output.display()))
+        })?;
+        let mut paths = Vec::new();
+        for (sample_time_us, name) in SAMPLE_TIMES {
+            let file = self.output.join(name);
+            replace(&file)?;
+            output.message(&format!(
+                "recording {} from a virtual board every {} ms ...",
+                file.display(),
+                f64::from(sample_time_us) / 1000.0
+            ));
+            let order = Order {
+                board: &self.board,
+                sample_time_us,
+                profile: "step",
+                duration_s: DURATION_S,
+                output: &file,
+            };
+            match record(order, stop.clone()).await? {
+                Some(captured) => paths.push(captured.path),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(paths))
+    }
+
+    fn show(&self, paths: &[PathBuf], output: &Output) -> Result<Status, Failure> {
+        let motor = Motor::default();
+        let mut runs = Vec::new();
+        let mut overlays = Vec::new();
+        for path in paths {
+            let (run, _) = read_run(path).map_err(Failure::input)?;
+            let laid = compare(&run, &motor, Model::default()).map_err(Failure::input)?;
+            runs.push(run);
+            overlays.push(laid);
+        }
+        let pairs: Vec<_> = runs.iter().zip(&overlays).collect();
+        let html = self.output.join("index.html");
+        let title = "A recorded motor and its simulation";
+        write_file(&html, &page(&pairs, &motor, title))?;
+        let mut pictures = Vec::new();
+        for (run, laid) in &pairs {
+            let path = Path::new(&laid.figures.path).with_extension("svg");
+            let figure = overlay(run, laid, &laid.figures.path);
+            let size = Size {
+                width: 860,
+                height: 760,
+            };
+            write_file(&path, &svg::document(&figure, size))?;
+            pictures.push(path);
+        }
+        let comparison = Comparison::of(&overlays);
+        if output.json {
+            output.document(&json!({
+                "shape": "motorlab-demo/1",
+                "html": html,
+                "svg": pictures,
+                "comparison": comparison,
+            }))?;
+        } else {
+            if let Some((run, laid)) = pairs.first() {
+                let figure = overlay(run, laid, &laid.figures.path);
+                if let Some(panel) = figure.panels.first() {
+                    output.line(&on_terminal(panel, &figure.x_label))?;
+                }
+            }
+            for laid in &overlays {
+                output.line(&verdict(&laid.figures))?;
+            }
+            output.line(&format!("the page with all pictures: {}", html.display()))?;
+        }
+        if self.open {
+            open(&html, output);
+        }
+        let lost: u64 = comparison.runs.iter().map(|run| run.lost).sum();
+        Ok(if lost == 0 {
+            Status::Done
+        } else {
+            Status::FellShort
+        })
+    }
+}
+
+/// A demo's own run from last time makes room for the new one.
+fn replace(file: &Path) -> Result<(), Failure> {
+    match std::fs::remove_file(file) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::device(
+            format!("cannot replace {}: {error}", file.display()),
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// Opens a page with the desktop's opener; where there is none, the page has been named anyway.
+fn open(html: &Path, output: &Output) {
+    let opener = if cfg!(target_os = "macos") {
+        "open"
+    } else {
+        "xdg-open"
+    };
+    if let Err(error) = Process::new(opener).arg(html).spawn() {
+        output.message(&format!("cannot open it ({opener}: {error})"));
+    }
+}
