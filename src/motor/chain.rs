@@ -27,7 +27,7 @@ pub(super) struct Chain<S> {
     pub sensor: Sensor<S>,
     pub timing: Timing<S>,
     /// Counts per revolution that the run's header states.
-    pub stated_counts_per_rev: f64,
+    pub stated_counts_per_rev: S,
 }
 
 impl<S: Scalar> Chain<S> {
@@ -80,7 +80,7 @@ impl<S: Scalar> Chain<S> {
             transmission: Transmission::rigid(),
             sensor: Sensor::nominal(counts_per_rev),
             timing: Timing::nominal(),
-            stated_counts_per_rev: p.counts_per_rev,
+            stated_counts_per_rev: counts_per_rev,
         };
         for effect in effects.iter() {
             let mut values = [S::zero(); MAX_PARAMETERS];

@@ -319,9 +319,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
         }
         let Some((guard, share)) = first else { return };
-        for (y, end) in self.y.iter_mut().zip(next) {
-            *y += (end - *y) * share;
-        }
+        self.slide(next, share);
         self.settle(Some(guard));
         self.drift(-share + 1.0);
         self.now += 1;
@@ -342,8 +340,19 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// Moves on by a share of a tick.
     fn drift(&mut self, share: S) {
         let (next, _) = self.propagate(FINEST);
-        for (y, end) in self.y.iter_mut().zip(next) {
-            *y += (end - *y) * share;
+        self.slide(next, share);
+    }
+
+    /// Moves to a share of the way to where a tick ends: the value by linear interpolation, derivatives of the share
+    /// along the rate.
+    fn slide(&mut self, end: [S; N], share: S) {
+        for (y, end) in self.y.iter_mut().zip(end) {
+            *y += (end - *y) * share.value();
+        }
+        if S::DERIVATIVES > 0 {
+            let by_s = (share - share.value()) * self.tick_s();
+            let rate = self.rate();
+            shift(&mut self.y, &rate, by_s);
         }
     }
 

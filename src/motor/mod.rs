@@ -8,6 +8,7 @@ pub mod effects;
 mod electrical;
 mod engine;
 mod file;
+pub mod fit;
 mod ladder;
 mod mechanical;
 mod parameters;

@@ -286,13 +286,13 @@ fn trajectory<const N: usize>(
     schedule.run(
         &mut engine,
         |_| 0.5 * jitter_s,
-        |k, engine, y| {
+        |_, engine, y| {
             let (angle, speed) = encoder_shaft(&engine.machine, y);
             out.angle_rad.push(angle);
             out.speed_rad_s.push(speed);
             out.current_a.push(engine.machine.current(&engine.mode, y));
             out.measured_angle_rad
-                .push(per_count * mean.read(k, angle, speed));
+                .push(per_count * mean.read(angle, speed));
             if jitter_s == 0.0 {
                 out.counts.push(encoder.read(angle, speed));
             }
@@ -406,9 +406,9 @@ impl<S: Scalar> MeanCounts<S> {
         }
     }
 
-    /// Mean counts at sample `k`, when the shaft has come to this angle at this speed.
+    /// Mean counts when the shaft has come to this angle at this speed.
     #[inline(always)]
-    pub(super) fn read(&mut self, _k: usize, angle_rad: S, speed_rad_s: S) -> S {
+    pub(super) fn read(&mut self, angle_rad: S, speed_rad_s: S) -> S {
         let unrounded = self.sensor.unrounded(angle_rad);
         if self.sensor.faithful() {
             return unrounded;

@@ -1,0 +1,289 @@
+//! The simulator as a fit calls it: many parameter sets on one drive, without allocation, with derivatives.
+//!
+//! Derivatives are carried through the equations as dual numbers, through the instants of events too (an event's time
+//! depends on the parameters), so they are those of the simulated angle itself, not of a difference scheme.
+
+use rayon::prelude::*;
+
+use super::chain::Chain;
+use super::dynamics::Machine;
+use super::effects::{self, EffectParameter};
+use super::engine::Engine;
+use super::scalar::{Dual, Scalar};
+use super::simulate::{Drive, MeanCounts, Schedule, SimulationError, check, encoder_shaft};
+use super::{Model, Motor, Parameters};
+
+/// One number of a model: a nominal parameter, or one of an effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ParameterId {
+    /// Number in [`Parameters::KEYS`].
+    Nominal(usize),
+    /// Number of the effect in the catalogue and of the parameter in the effect.
+    Effect(usize, usize),
+}
+
+impl ParameterId {
+    /// The nominal parameter under this key of a motor file.
+    pub fn nominal(key: &str) -> Option<Self> {
+        Parameters::KEYS
+            .iter()
+            .position(|k| *k == key)
+            .map(Self::Nominal)
+    }
+
+    /// The parameter of an effect.
+    pub fn effect(id: &str, key: &str) -> Option<Self> {
+        let (index, kind) = effects::find(id)?;
+        let k = kind.parameters.iter().position(|p| p.key == key)?;
+        Some(Self::Effect(index, k))
+    }
+
+    /// Its key in a motor file.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Nominal(k) => Parameters::KEYS[k],
+            Self::Effect(index, k) => effects::catalogue()[index].parameters[k].key,
+        }
+    }
+
+    /// What there is to know about it, if it is an effect's.
+    pub fn effect_parameter(self) -> Option<&'static EffectParameter> {
+        match self {
+            Self::Nominal(_) => None,
+            Self::Effect(index, k) => Some(&effects::catalogue()[index].parameters[k]),
+        }
+    }
+
+    /// Its value in a motor; `None` where the motor does not have the effect.
+    pub fn get(self, motor: &Motor) -> Option<f64> {
+        match self {
+            Self::Nominal(k) => motor.parameters.get(Parameters::KEYS[k]),
+            Self::Effect(index, k) => motor
+                .effects
+                .iter()
+                .find(|effect| effect.index() == index)
+                .map(|effect| effect.values[k]),
+        }
+    }
+
+    /// Sets its value in a motor; `false` where the motor does not have the effect.
+    pub fn set(self, motor: &mut Motor, value: f64) -> bool {
+        let slot = match self {
+            Self::Nominal(k) => motor.parameters.get_mut(Parameters::KEYS[k]),
+            Self::Effect(index, k) => motor
+                .effects
+                .iter_mut()
+                .find(|effect| effect.index() == index)
+                .map(|effect| &mut effect.values[k]),
+        };
+        slot.map(|slot| *slot = value).is_some()
+    }
+}
+
+/// Memory that one thread's simulations use again and again.
+#[derive(Debug, Default)]
+pub struct Workspace {
+    plain: Engines<f64>,
+    four: Engines<Dual<4>>,
+    eight: Engines<Dual<8>>,
+}
+
+#[derive(Debug)]
+struct Engines<S> {
+    rigid: Option<Box<Engine<S, 4>>>,
+    two: Option<Box<Engine<S, 6>>>,
+}
+
+impl<S> Default for Engines<S> {
+    fn default() -> Self {
+        Self {
+            rigid: None,
+            two: None,
+        }
+    }
+}
+
+/// A drive made ready to be simulated with many motors.
+///
+/// Angles are those that the encoder would say before it rounds, with the effects of sensor and timing, at the motor
+/// file's counts per revolution; means where an effect is random ([`super::Trajectory::measured_angle_rad`]).
+#[derive(Debug, Clone)]
+pub struct Simulator {
+    schedule: Schedule,
+    kind: crate::recording::CommandKind,
+    model: Model,
+}
+
+impl Simulator {
+    /// For this drive and model.
+    pub fn new(drive: &Drive<'_>, model: Model) -> Result<Self, SimulationError> {
+        Ok(Self {
+            schedule: Schedule::new(drive)?,
+            kind: drive.kind,
+            model,
+        })
+    }
+
+    /// Number of samples of the drive: the length of an angle column.
+    pub fn samples(&self) -> usize {
+        self.schedule.len()
+    }
+
+    /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
+    ///
+    /// # Errors
+    /// Effects that exclude each other; an angle that is not finite.
+    pub fn angles(
+        &self,
+        motor: &Motor,
+        workspace: &mut Workspace,
+        angles_rad: &mut [f64],
+    ) -> Result<(), SimulationError> {
+        check(motor)?;
+        let chain = Chain::new(
+            &motor.parameters,
+            &motor.effects,
+            self.model,
+            self.kind,
+            |x| x,
+        );
+        self.measure(chain, &mut workspace.plain, |k, angle| {
+            angles_rad[k] = angle
+        });
+        finite(angles_rad)
+    }
+
+    /// The same with the derivatives by the parameters `wanted`: column `j` of `columns` (`samples` long, one after the
+    /// other) is `d angle / d wanted[j]`, 0 throughout for one that the motor does not have.
+    ///
+    /// # Errors
+    /// As [`Self::angles`].
+    pub fn sensitivities(
+        &self,
+        motor: &Motor,
+        wanted: &[ParameterId],
+        workspace: &mut Workspace,
+        angles_rad: &mut [f64],
+        columns: &mut [f64],
+    ) -> Result<(), SimulationError> {
+        check(motor)?;
+        if wanted.is_empty() {
+            return self.angles(motor, workspace, angles_rad);
+        }
+        let samples = self.samples();
+        for (ids, block) in wanted.chunks(8).zip(columns.chunks_mut(8 * samples.max(1))) {
+            if ids.len() <= 4 {
+                self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block);
+            } else {
+                self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block);
+            }
+        }
+        finite(angles_rad)
+    }
+
+    fn derivatives<const D: usize>(
+        &self,
+        motor: &Motor,
+        ids: &[ParameterId],
+        engines: &mut Engines<Dual<D>>,
+        angles_rad: &mut [f64],
+        columns: &mut [f64],
+    ) {
+        let samples = self.samples();
+        // Numbers are asked for in this order: nominal parameters, then each effect's.
+        let mut order = (0..Parameters::KEYS.len()).map(ParameterId::Nominal).chain(
+            motor.effects.iter().flat_map(|effect| {
+                let count = effect.kind().parameters.len();
+                (0..count).map(|k| ParameterId::Effect(effect.index(), k))
+            }),
+        );
+        let chain = Chain::new(
+            &motor.parameters,
+            &motor.effects,
+            self.model,
+            self.kind,
+            |x| {
+                let id = order.next();
+                match ids.iter().position(|wanted| Some(*wanted) == id) {
+                    Some(k) => Dual::parameter(x, k),
+                    None => Dual::from(x),
+                }
+            },
+        );
+        self.measure(chain, engines, |k, angle| {
+            angles_rad[k] = angle.v;
+            for (j, _) in ids.iter().enumerate() {
+                columns[j * samples + k] = angle.d[j];
+            }
+        });
+    }
+
+    fn measure<S: Scalar>(
+        &self,
+        chain: Chain<S>,
+        engines: &mut Engines<S>,
+        emit: impl FnMut(usize, S),
+    ) {
+        let machine = Machine::new(chain);
+        if machine.two {
+            self.measure_with(machine, &mut engines.two, emit);
+        } else {
+            self.measure_with(machine, &mut engines.rigid, emit);
+        }
+    }
+
+    fn measure_with<S: Scalar, const N: usize>(
+        &self,
+        machine: Machine<S>,
+        slot: &mut Option<Box<Engine<S, N>>>,
+        mut emit: impl FnMut(usize, S),
+    ) {
+        let longest_s = self
+            .schedule
+            .longest_s(machine.chain.timing.stretch.value());
+        let engine = match slot {
+            Some(engine) => {
+                engine.restart(machine, longest_s);
+                engine
+            }
+            None => slot.insert(Box::new(Engine::new(machine, longest_s))),
+        };
+        let mut mean = MeanCounts::new(machine.chain.sensor);
+        let per_count = S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev;
+        let late_s = machine.chain.timing.jitter_s * 0.5;
+        self.schedule.run(
+            engine,
+            |_| late_s,
+            |k, engine, y| {
+                let (angle, speed) = encoder_shaft(&engine.machine, y);
+                emit(k, mean.read(angle, speed) * per_count);
+            },
+        );
+    }
+
+    /// Angles of many motors, on all cores: row `m` of `angles_rad` (`samples` long, one after the other) is motor `m`'s.
+    ///
+    /// # Errors
+    /// As [`Self::angles`], of the first motor that has one.
+    pub fn batch(&self, motors: &[Motor], angles_rad: &mut [f64]) -> Result<(), SimulationError> {
+        motors
+            .par_iter()
+            .zip(angles_rad.par_chunks_mut(self.samples().max(1)))
+            .map_init(Workspace::default, |workspace, (motor, row)| {
+                self.angles(motor, workspace, row)
+            })
+            .collect()
+    }
+}
+
+fn finite(angles_rad: &[f64]) -> Result<(), SimulationError> {
+    // A state that is not finite stays so.
+    match angles_rad.last() {
+        Some(last) if !last.is_finite() => {
+            let sample = angles_rad.iter().position(|x| !x.is_finite()).unwrap_or(0);
+            let angle_rad = angles_rad[sample];
+            Err(SimulationError::Diverged { sample, angle_rad })
+        }
+        _ => Ok(()),
+    }
+}

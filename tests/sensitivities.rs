@@ -1,0 +1,136 @@
+//! The derivatives of the angle that a fit gets, against differences of simulated runs, across stops, reversals,
+//! contacts and every other event of a reversing run.
+
+use motorlab::motor::effects::catalogue;
+use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
+use motorlab::motor::{ActiveEffect, Drive, Model, Motor, Parameters};
+use motorlab::recording::CommandKind;
+
+const SAMPLE_TIME_S: f64 = 0.003;
+
+/// Levels, reversals with and without a stop, crawling, small reversals.
+fn drive() -> (Vec<f64>, Vec<f64>) {
+    let segments: [(usize, f64); 14] = [
+        (10, 0.0),
+        (150, 4.5),
+        (100, 0.0),
+        (150, -3.0),
+        (60, 3.0),
+        (150, 0.6),
+        (100, -0.5),
+        (20, 1.0),
+        (20, -1.0),
+        (20, 1.0),
+        (20, -1.0),
+        (120, 2.0),
+        (60, 0.2),
+        (120, -1.3),
+    ];
+    let command: Vec<f64> = segments.iter().flat_map(|&(n, u)| vec![u; n]).collect();
+    let t_s = (0..command.len())
+        .map(|k| k as f64 * SAMPLE_TIME_S)
+        .collect();
+    (t_s, command)
+}
+
+fn angles(simulator: &Simulator, motor: &Motor) -> Vec<f64> {
+    let mut out = vec![0.0; simulator.samples()];
+    simulator
+        .angles(motor, &mut Workspace::default(), &mut out)
+        .unwrap();
+    out
+}
+
+/// Fourth-order central difference.
+fn difference(simulator: &Simulator, motor: &Motor, id: ParameterId, step: f64) -> Vec<f64> {
+    let value = id.get(motor).unwrap();
+    let at = |k: f64| {
+        let mut moved = motor.clone();
+        assert!(id.set(&mut moved, value + k * step));
+        angles(simulator, &moved)
+    };
+    let (a, b, c, d) = (at(-2.0), at(-1.0), at(1.0), at(2.0));
+    (0..a.len())
+        .map(|k| (a[k] - 8.0 * b[k] + 8.0 * c[k] - d[k]) / (12.0 * step))
+        .collect()
+}
+
+fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<String> {
+    let (t_s, command) = drive();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let simulator = Simulator::new(&drive, model).unwrap();
+    let n = simulator.samples();
+    let (mut value, mut columns) = (vec![0.0; n], vec![0.0; n * ids.len()]);
+    let mut workspace = Workspace::default();
+    simulator
+        .sensitivities(motor, ids, &mut workspace, &mut value, &mut columns)
+        .unwrap();
+    assert_eq!(
+        value,
+        angles(&simulator, motor),
+        "{name}: the value is the plain simulation's"
+    );
+    let mut wrong = Vec::new();
+    for (id, column) in ids.iter().zip(columns.chunks(n)) {
+        let now = id.get(motor).unwrap();
+        let scale = if now == 0.0 { 1.0 } else { now.abs() };
+        let expected = difference(&simulator, motor, *id, 1e-4 * scale);
+        let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let off = column
+            .iter()
+            .zip(&expected)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        // In counts for a change of the parameter by its own size; a twentieth of a count is far below noise.
+        let counts = off * scale * 720.0 / std::f64::consts::TAU;
+        if off > 2e-3 * largest && counts > 0.05 {
+            wrong.push(format!(
+                "{name} {}: {off:.2e} of {largest:.2e}, {counts:.2e} counts",
+                id.key()
+            ));
+        }
+    }
+    wrong
+}
+
+#[test]
+fn derivatives_of_every_effect_agree_with_differences() {
+    let nominal: Vec<ParameterId> = (0..Parameters::KEYS.len())
+        .map(ParameterId::Nominal)
+        .collect();
+    let mut wrong = check("nominal", &Motor::default(), Model::SecondOrder, &nominal);
+    wrong.extend(check(
+        "first order",
+        &Motor::default(),
+        Model::FirstOrder,
+        &nominal,
+    ));
+    for (index, kind) in catalogue().iter().enumerate() {
+        let mut motor = Motor::default();
+        motor
+            .effects
+            .set(ActiveEffect::from_keys(kind.id, [], &motor.parameters).unwrap());
+        let mut ids = nominal.clone();
+        ids.extend(
+            kind.parameters
+                .iter()
+                .enumerate()
+                .filter(|(_, p)| {
+                    p.smooth && !matches!(p.prior, motorlab::motor::effects::Prior::OneOf(_))
+                })
+                .map(|(k, _)| ParameterId::Effect(index, k)),
+        );
+        wrong.extend(check(kind.id, &motor, Model::SecondOrder, &ids));
+        wrong.extend(check(
+            &format!("{} first order", kind.id),
+            &motor,
+            Model::FirstOrder,
+            &ids,
+        ));
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
