@@ -17,7 +17,7 @@ use super::transitions::Guard;
 pub(super) const TICKS: u64 = 1 << FINEST;
 
 /// Largest estimated error of a step's third-order part, in rad/s and A.
-const TOLERANCE: f64 = 2e-4;
+const TOLERANCE: f64 = 2e-5;
 
 /// What the matrices of a ladder depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,12 +54,19 @@ pub(super) struct Engine<S, const N: usize> {
     constant: [S; N],
     matrix: [[S; N]; N],
     longest_s: f64,
-    /// Rung that the error estimate allows.
+    /// Rung that the error estimate allows, and that caution after a change does.
     allowed: usize,
+    /// Rung on which steps start after every change, growing from there.
+    cautious: usize,
+    /// Rung never exceeded.
+    floor: usize,
     /// Steps tried and events met, for the tests that count work.
     pub(super) steps: u64,
     pub(super) events: u64,
 }
+
+/// Events looked for within one tick; what is violated beyond is met in the next.
+const MOST_EVENTS_A_TICK: usize = 8;
 
 /// Most ladders kept; beyond, the oldest go.
 const MOST_LADDERS: usize = 24;
@@ -84,9 +91,12 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             matrix: [[S::zero(); N]; N],
             longest_s,
             allowed: 0,
+            cautious: 0,
+            floor: 0,
             steps: 0,
             events: 0,
         };
+        engine.pace();
         engine.settle(None);
         engine.remember();
         engine
@@ -102,8 +112,33 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s = longest_s;
         self.allowed = 0;
         (self.steps, self.events) = (0, 0);
+        self.pace();
         self.settle(None);
         self.remember();
+    }
+
+    /// How long steps may be so that nothing happens twice within one: a guard on the current is passed there and back
+    /// within the electrical time constant, one on a spring's end within its period.
+    fn pace(&mut self) {
+        let (machine, longest_s) = (&self.machine, self.longest_s);
+        let rung = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
+        let chain = &machine.chain;
+        let guarded = chain.driver.limit_a.is_some()
+            || chain.driver.drop_v.is_some()
+            || chain.mechanical.load_friction.is_some()
+            || chain.electrical.ripple.is_some()
+            || chain.electrical.heating.is_some()
+            || machine.two;
+        self.cautious = if machine.inductive && guarded {
+            let electrical = &chain.electrical;
+            rung(0.5 * (electrical.inductance_h / electrical.resistance_ohm).value())
+        } else {
+            0
+        };
+        self.floor = match chain.transmission.spring {
+            Some((frequency_hz, _)) => rung(0.06 / frequency_hz.value()),
+            None => 0,
+        };
     }
 
     /// Length of a tick in s.
@@ -122,9 +157,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         if moved {
             // Not further: the rest of the tick is part of this instant's neighbourhood.
             if offset.value() > 0.0 {
-                self.drift(-offset + 1.0);
-                self.now += 1;
-                self.settle_violated();
+                self.cross(-offset + 1.0);
             } else {
                 self.drift(-offset);
             }
@@ -203,8 +236,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let room = (limit - self.now).min(TICKS);
         let aligned = (self.now | TICKS).trailing_zeros() as usize;
         let fits = (63 - room.leading_zeros()) as usize;
-        let mut l =
-            (FINEST - aligned.min(fits)).max(if self.machine.affine { 0 } else { self.allowed });
+        let mut l = (FINEST - aligned.min(fits)).max(self.allowed);
         loop {
             self.steps += 1;
             let (next, error) = self.propagate(l);
@@ -218,13 +250,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                     l += 1;
                     continue;
                 }
-                self.cross(next);
+                self.cross(S::from(1.0));
                 return;
             }
             self.y = next;
             self.now += TICKS >> l;
-            if error < TOLERANCE / 16.0 && self.allowed >= l && self.allowed > 0 {
-                self.allowed = l.saturating_sub(1);
+            if error < TOLERANCE / 16.0 && self.allowed >= l && l > self.floor {
+                self.allowed = l - 1;
             }
             return;
         }
@@ -293,18 +325,14 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         if guards.iter().all(|(_, value)| value.value() >= 0.0) {
             return false;
         }
-        let now = self.machine.guards(&self.mode, &self.y);
-        now.iter()
-            .zip(guards.iter())
-            .any(|((_, a), (_, b))| b.value() < 0.0 && b.value() < a.value())
+        self.first_crossing(next).is_some()
     }
 
-    /// Crosses a tick within which a guard falls through 0.
+    /// The guard that falls through 0 first on the straight way to a state, and at which share of it.
     #[cold]
-    fn cross(&mut self, next: [S; N]) {
-        self.events += 1;
+    fn first_crossing(&self, next: &[S; N]) -> Option<(Guard, S)> {
         let now = self.machine.guards(&self.mode, &self.y);
-        let then = self.machine.guards(&self.mode, &next);
+        let then = self.machine.guards(&self.mode, next);
         let mut first: Option<(Guard, S)> = None;
         for ((guard, a), (_, b)) in now.iter().zip(then.iter()) {
             if b.value() < 0.0 && b.value() < a.value() {
@@ -318,23 +346,27 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 }
             }
         }
-        let Some((guard, share)) = first else { return };
-        self.slide(next, share);
-        self.settle(Some(guard));
-        self.drift(-share + 1.0);
-        self.now += 1;
-        self.settle_violated();
+        first
     }
 
-    /// Settles guards that a drift has left violated.
-    fn settle_violated(&mut self) {
-        for _ in 0..4 {
-            let guards = self.machine.guards(&self.mode, &self.y);
-            let Some((guard, _)) = guards.iter().find(|(_, value)| value.value() < -1e-12) else {
-                return;
+    /// Runs through the rest of a tick, `left` of it, and through the events in it.
+    #[cold]
+    fn cross(&mut self, mut left: S) {
+        for _ in 0..MOST_EVENTS_A_TICK {
+            let (mut end, _) = self.propagate(FINEST);
+            for (end, y) in end.iter_mut().zip(self.y) {
+                *end = y + (*end - y) * left.value();
+            }
+            let Some((guard, share)) = self.first_crossing(&end) else {
+                break;
             };
+            self.events += 1;
+            self.drift(left * share);
             self.settle(Some(guard));
+            left = left * (-share + 1.0);
         }
+        self.drift(left);
+        self.now += 1;
     }
 
     /// Moves on by a share of a tick.
@@ -360,7 +392,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn settle(&mut self, fired: Option<Guard>) {
         self.machine.settle(&mut self.mode, &mut self.y, fired);
         self.select();
-        self.allowed = self.allowed.min(2);
+        self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
     }
 
     /// Takes up the matrices of the mode in force.
