@@ -1,0 +1,360 @@
+//! What is left when the recorder, its disk or its board dies: everything up to 50 ms before, a message
+//! that names what happened, the right exit status.
+
+#[path = "support/command.rs"]
+mod command;
+mod support;
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::time::{Duration, Instant};
+
+use command::{Finished, RunFile, finish, motorlab, start};
+use motorlab::board::{Bench, VirtualBoard, VirtualBoardOptions};
+
+/// Sample time of these recordings in s.
+const TS: f64 = 0.003;
+
+/// Samples that may be missing at the end: 50 ms of them, and the one under way.
+const BOUND: i64 = (0.050 / TS) as i64 + 2;
+
+/// A bench whose counts are the number of samples taken so far.
+struct SampleCounter(Arc<AtomicI64>);
+
+impl Bench for SampleCounter {
+    fn hold(&mut self, _: f64, _: f64) {}
+
+    fn counts(&mut self) -> i64 {
+        self.0.fetch_add(1, Ordering::Relaxed)
+    }
+
+    fn supply_v(&self) -> f64 {
+        4.5
+    }
+
+    fn counts_per_rev(&self) -> f64 {
+        720.0
+    }
+}
+
+/// A board in this process, and how many samples it has taken.
+fn a_board() -> (VirtualBoard, Arc<AtomicI64>) {
+    let taken = Arc::new(AtomicI64::new(0));
+    let bench = SampleCounter(Arc::clone(&taken));
+    let board = VirtualBoard::spawn(bench, VirtualBoardOptions::default());
+    (board.expect("a pseudo-terminal"), taken)
+}
+
+fn wait_for(taken: &AtomicI64, samples: i64) {
+    let until = Instant::now() + Duration::from_secs(20);
+    while taken.load(Ordering::Relaxed) < samples {
+        assert!(Instant::now() < until, "the recording does not start");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn send(signal: &str, child: &Child) {
+    let pid = child.id().to_string();
+    let sent = Command::new("kill").args([signal, &pid]).status();
+    assert!(sent.expect("kill runs").success());
+}
+
+/// Every row is whole, none is missing, and the last one is at most 50 ms older than `taken`.
+fn holds_everything_up_to(file: &RunFile, taken: i64) {
+    for (k, counts) in file.column("counts").iter().enumerate() {
+        assert_eq!(*counts, k as f64);
+    }
+    let rows = file.rows.len() as i64;
+    assert!(rows >= taken - BOUND, "{rows} rows of {taken} samples");
+}
+
+/// Starts a capture of 10 s, lets it take 400 samples, and does something to it.
+fn interrupted(act: impl FnOnce(&mut Child, &Path)) -> (Finished, Option<RunFile>, i64) {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    let mut child = start(directory.path(), &["capture", &port, "--duration", "10"]);
+    wait_for(&taken, 400);
+    let at_that_time = taken.load(Ordering::Relaxed);
+    act(&mut child, directory.path());
+    let done = finish(child);
+    let path = directory.path().join("run.csv");
+    let file = path.exists().then(|| RunFile::read(&path));
+    (done, file, at_that_time)
+}
+
+#[test]
+fn killed_it_leaves_everything_up_to_fifty_milliseconds_before() {
+    let (done, file, taken) = interrupted(|child, _| child.kill().expect("it runs"));
+    assert_eq!(done.status, None);
+    let file = file.expect("a file");
+    holds_everything_up_to(&file, taken);
+    assert!(!file.complete());
+}
+
+#[test]
+fn asked_to_stop_it_ends_the_file_and_the_motor() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        let (done, file, taken) = interrupted(|child, _| send(signal, child));
+        assert_eq!(done.status, Some(1), "{signal}: {}", done.messages);
+        assert!(
+            done.messages.contains("stopped before the time asked for"),
+            "{}",
+            done.messages
+        );
+        let file = file.expect("a file");
+        // Until the board itself has stopped: nothing is missing at all.
+        holds_everything_up_to(&file, taken + BOUND);
+        assert!(file.complete());
+        assert_eq!(file.summary("lost"), 0);
+        assert_eq!(file.header["summary"]["ending"].as_str(), Some("stopped"));
+    }
+}
+
+#[test]
+fn closed_pipes_do_not_kill_it() {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    let arguments = ["capture", &port, "--duration", "1.5", "--json"];
+    let mut child = start(directory.path(), &arguments);
+    // As `| head` that has seen enough, on both pipes.
+    drop(child.stdout.take());
+    drop(child.stderr.take());
+    wait_for(&taken, 100);
+    let done = finish(child);
+    assert_eq!(done.status, Some(0));
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert_eq!((file.rows.len(), file.complete()), (500, true));
+}
+
+#[test]
+fn a_limit_on_file_sizes_ends_it_with_a_whole_row() {
+    let (board, _) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    // 24 blocks of 512 or 1024 bytes, by the shell.
+    let script = "ulimit -f 24; exec \"$0\" capture \"$1\" --duration 10";
+    let child = Command::new("sh")
+        .args(["-c", script, env!("CARGO_BIN_EXE_motorlab")])
+        .arg(board.path())
+        .current_dir(directory.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("a shell");
+    let done = finish(child);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("run.csv") && done.messages.contains("ulimit -f"),
+        "{}",
+        done.messages
+    );
+    ends_with_a_whole_row(&directory.path().join("run.csv"), &done, 12_288);
+}
+
+/// The file is as full as it could be, to the row, and the message says how many rows it holds.
+fn ends_with_a_whole_row(path: &Path, done: &Finished, at_least: usize) {
+    let text = std::fs::read_to_string(path).expect("a file");
+    assert!(text.ends_with('\n'));
+    assert!(text.len() > at_least - 100, "{}", text.len());
+    let file = RunFile::read(path);
+    holds_everything_up_to(&file, 0);
+    assert!(!file.complete());
+    let said = format!("it holds {} whole rows", file.rows.len());
+    assert!(done.messages.contains(&said), "{said}: {}", done.messages);
+}
+
+#[test]
+fn a_full_disk_ends_it_with_a_whole_row() {
+    let disk = tempfile::tempdir().expect("a directory");
+    let mounted = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
+        .arg(disk.path())
+        .stderr(Stdio::null())
+        .status();
+    if !mounted.is_ok_and(|status| status.success()) {
+        return support::skip(
+            "a_full_disk_ends_it_with_a_whole_row",
+            "may not mount a tmpfs",
+        );
+    }
+    let (board, _) = a_board();
+    let port = board.path().display().to_string();
+    let child = start(disk.path(), &["capture", &port, "--duration", "10"]);
+    let done = finish(child);
+    let checked = std::panic::catch_unwind(|| {
+        assert_eq!(done.status, Some(3), "{}", done.messages);
+        assert!(
+            done.messages.contains("free some room"),
+            "{}",
+            done.messages
+        );
+        ends_with_a_whole_row(&disk.path().join("run.csv"), &done, 12_288);
+    });
+    let unmounted = Command::new("umount").arg(disk.path()).status();
+    assert!(unmounted.expect("umount runs").success());
+    assert!(checked.is_ok(), "{}", done.messages);
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    for (output, hint) in [
+        ("/proc/run.csv", "cannot create /proc/run.csv"),
+        ("nowhere/run.csv", "its directory is not there"),
+    ] {
+        let arguments = ["capture", &port, "-o", output];
+        let done = finish(start(directory.path(), &arguments));
+        assert_eq!(done.status, Some(3), "{}", done.messages);
+        assert!(done.messages.contains(hint), "{}", done.messages);
+    }
+    assert_eq!(taken.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn a_read_only_disk_is_said_before_the_motor_turns() {
+    let disk = tempfile::tempdir().expect("a directory");
+    let mounted = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "ro,size=16k", "tmpfs"])
+        .arg(disk.path())
+        .stderr(Stdio::null())
+        .status();
+    if !mounted.is_ok_and(|status| status.success()) {
+        return support::skip("a_read_only_disk_is_said", "may not mount a tmpfs");
+    }
+    let (board, taken) = a_board();
+    let port = board.path().display().to_string();
+    let done = finish(start(disk.path(), &["capture", &port]));
+    let unmounted = Command::new("umount").arg(disk.path()).status();
+    assert!(unmounted.expect("umount runs").success());
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("directory that you may write to"),
+        "{}",
+        done.messages
+    );
+    assert_eq!(taken.load(Ordering::Relaxed), 0);
+}
+
+#[test]
+fn a_directory_that_vanishes_costs_no_sample() {
+    let (board, taken) = a_board();
+    let outer = tempfile::tempdir().expect("a directory");
+    let inner = outer.path().join("lab");
+    std::fs::create_dir(&inner).expect("a directory");
+    let port = board.path().display().to_string();
+    let output = inner.join("vanished-run.csv").display().to_string();
+    let arguments = ["capture", &port, "--duration", "2", "-o", &output];
+    let child = start(outer.path(), &arguments);
+    wait_for(&taken, 200);
+    std::fs::remove_dir_all(&inner).expect("it is there");
+    let done = finish(child);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("vanished while it was written"),
+        "{}",
+        done.messages
+    );
+    assert!(done.messages.contains("is in vanished-run.csv"));
+    let file = RunFile::read(&outer.path().join("vanished-run.csv"));
+    assert_eq!((file.rows.len(), file.complete()), (667, true));
+    holds_everything_up_to(&file, 667);
+}
+
+#[test]
+fn suspended_for_two_seconds_it_has_all_that_the_board_took() {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    let child = start(directory.path(), &["capture", &port, "--duration", "10"]);
+    wait_for(&taken, 300);
+    send("-STOP", &child);
+    std::thread::sleep(Duration::from_secs(2));
+    // The board has heard nothing for 0.5 s and has switched the motor off.
+    let stopped_at = taken.load(Ordering::Relaxed);
+    send("-CONT", &child);
+    let done = finish(child);
+    assert_eq!(taken.load(Ordering::Relaxed), stopped_at);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("was it suspended?"),
+        "{}",
+        done.messages
+    );
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert_eq!(file.rows.len() as i64, stopped_at);
+    assert_eq!(file.summary("lost"), 0);
+    assert_eq!(file.header["summary"]["ending"].as_str(), Some("link_lost"));
+}
+
+#[test]
+fn suspended_for_a_moment_it_loses_nothing() {
+    let (done, file, _) = interrupted(|child, _| {
+        send("-STOP", child);
+        std::thread::sleep(Duration::from_millis(200));
+        send("-CONT", child);
+        std::thread::sleep(Duration::from_millis(200));
+        send("-INT", child);
+    });
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    assert_eq!(file.expect("a file").summary("lost"), 0);
+}
+
+#[test]
+fn a_clock_that_is_set_back_changes_nothing() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let shim = directory.path().join("clock.so");
+    let built = Command::new("cc")
+        .args(["-shared", "-fPIC", "-o"])
+        .arg(&shim)
+        .arg(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/tests/support/clock_set_back.c"
+        ))
+        .status();
+    if !built.is_ok_and(|status| status.success()) {
+        return support::skip("a_clock_that_is_set_back_changes_nothing", "no C compiler");
+    }
+    let (board, _) = a_board();
+    let port = board.path().display().to_string();
+    let child = motorlab(directory.path(), &["capture", &port, "--duration", "1.5"])
+        .env("LD_PRELOAD", &shim)
+        .spawn()
+        .expect("the command starts");
+    let done = finish(child);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert_eq!(file.rows.len(), 500);
+    for name in ["t_s", "host_t_s"] {
+        let times = file.column(name);
+        assert!(times.windows(2).all(|pair| pair[1] >= pair[0]), "{name}");
+        assert!(times[499] - times[0] < 2.5, "{name}");
+    }
+}
+
+#[test]
+fn an_unplugged_board_ends_the_file_and_uses_no_time() {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    let child = start(directory.path(), &["capture", &port, "--duration", "10"]);
+    wait_for(&taken, 400);
+    drop(board);
+    let unplugged = Instant::now();
+    let taken = taken.load(Ordering::Relaxed);
+    let done = finish(child);
+    assert!(unplugged.elapsed() < Duration::from_secs(2));
+    assert_eq!(done.status, Some(3));
+    assert!(
+        done.messages
+            .contains("the board was unplugged; the file ends there"),
+        "{}",
+        done.messages
+    );
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    holds_everything_up_to(&file, taken);
+}
