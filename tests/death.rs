@@ -358,3 +358,61 @@ fn an_unplugged_board_ends_the_file_and_uses_no_time() {
     let file = RunFile::read(&directory.path().join("run.csv"));
     holds_everything_up_to(&file, taken);
 }
+
+/// A board that calls itself `name`.
+fn a_board_named(name: &str) -> VirtualBoard {
+    let mut options = VirtualBoardOptions::default();
+    options.firmware.name = name.to_owned();
+    VirtualBoard::spawn(SampleCounter(Arc::default()), options).expect("a pseudo-terminal")
+}
+
+/// Lets the link point to the board's port, as udev does for `/dev/serial/by-id`.
+fn plug_in(board: &VirtualBoard, link: &Path) {
+    let _ = std::fs::remove_file(link);
+    std::os::unix::fs::symlink(board.path(), link).expect("a link");
+}
+
+#[test]
+fn a_board_that_comes_back_opens_a_new_segment_and_another_board_does_not() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let link = directory.path().join("lab-board");
+    let ours = a_board_named("uno 7");
+    plug_in(&ours, &link);
+    let port = link.display().to_string();
+    let arguments = [
+        "capture",
+        &port,
+        "--duration",
+        "1.5",
+        "--reconnect",
+        "--json",
+    ];
+    let child = start(directory.path(), &arguments);
+    std::thread::sleep(Duration::from_millis(900));
+    drop(ours);
+    // Another board takes its name first.
+    let other = a_board_named("uno 8");
+    plug_in(&other, &link);
+    std::thread::sleep(Duration::from_millis(900));
+    assert!(!directory.path().join("run-2.csv").exists());
+    let ours = a_board_named("uno 7");
+    plug_in(&ours, &link);
+    let done = finish(child);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    for said in [
+        "the board is gone",
+        "another board (uno 8)",
+        "the board is back",
+    ] {
+        assert!(done.messages.contains(said), "{said}: {}", done.messages);
+    }
+    let first = RunFile::read(&directory.path().join("run.csv"));
+    let second = RunFile::read(&directory.path().join("run-2.csv"));
+    assert!(!first.complete() && first.rows.len() > 100 && first.rows.len() < 400);
+    assert!(second.complete());
+    assert_eq!(second.rows.len(), 500);
+    assert_eq!(second.header["segment"].as_integer(), Some(2));
+    assert_eq!(second.header["segment_before"].as_str(), Some("run.csv"));
+    let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
+    assert_eq!(json["segments_before"][0]["path"], "run.csv");
+}

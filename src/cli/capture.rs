@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::capture_report::report;
 use super::progress::ProgressLine;
+use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
 use super::virtual_spec::{PREFIX, VirtualSpec};
 use super::{Failure, Output, Status};
@@ -16,45 +17,57 @@ use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, VirtualBoard, rawlog,
     usb_identity,
 };
-use crate::recording::{CaptureError, CaptureRequest, SharedLive, capture, next_free_name};
+use crate::recording::{CaptureError, CaptureRequest, Ending, SharedLive, capture, next_free_name};
 
 /// How long a built-in profile takes in s.
-const DURATION_S: f64 = 4.0;
+pub(super) const DURATION_S: f64 = 4.0;
 
 /// Record a run from a board, or from a virtual one.
 #[derive(Debug, Args)]
 #[command(after_help = after_help())]
 pub struct Capture {
     /// Serial port (`motorlab ports` lists them), or `virtual:` for a board without hardware.
-    port: String,
-    /// Sample time in s.
-    #[arg(long, value_name = "SECONDS", default_value = "0.003", value_parser = sample_time_us)]
-    ts: u32,
-    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
-    #[arg(long, default_value = "step")]
-    profile: String,
+    pub(super) port: String,
+    /// Sample time in s. [default: 0.003; of a text board what its lines show]
+    #[arg(long, value_name = "SECONDS", value_parser = sample_time_us)]
+    pub(super) ts: Option<u32>,
+    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`. [default: step; of a
+    /// text board what its lines say]
+    #[arg(long)]
+    pub(super) profile: Option<String>,
     /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file]
     #[arg(long, value_name = "SECONDS", value_parser = duration)]
-    duration: Option<f64>,
+    pub(super) duration: Option<f64>,
     /// Where the run goes. An existing file is not overwritten: the next free name is taken.
     #[arg(short, long, value_name = "FILE", default_value = "run.csv")]
-    output: PathBuf,
+    pub(super) output: PathBuf,
     /// Write every byte with its time to this raw log, which `motorlab replay` plays.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Bits per second on the line.
     #[arg(long, default_value_t = firmware_protocol::BAUD)]
-    baud: u32,
+    pub(super) baud: u32,
     /// Encoder counts per revolution, if not what the board says.
     #[arg(long, value_name = "COUNTS", value_parser = positive)]
-    counts_per_rev: Option<f64>,
+    pub(super) counts_per_rev: Option<f64>,
     /// Driver supply in V, if not what the board says.
     #[arg(long, value_name = "VOLTS", value_parser = positive)]
-    supply: Option<f64>,
+    pub(super) supply: Option<f64>,
     /// How long a board may take to say who it is, in s.
     #[arg(long, value_name = "SECONDS", default_value = "6", value_parser = positive)]
-    patience: f64,
+    pub(super) patience: f64,
+    /// Read the text lines of a plain sketch: what its columns mean, such as `t_us,counts,pwm`, or
+    /// `auto` where it prints a header line or `label:value` pairs.
+    #[arg(long, value_name = "NAMES")]
+    pub(super) columns: Option<String>,
+    /// When the board is unplugged, wait for the same board to come back, under whatever name, and
+    /// record again from the start into a new file.
+    #[arg(long, conflicts_with = "columns")]
+    reconnect: bool,
 }
+
+/// Sample time in microseconds unless another is asked for.
+const SAMPLE_TIME_US: u32 = 3000;
 
 fn after_help() -> String {
     let profiles: String = BUILT_IN
@@ -62,7 +75,7 @@ fn after_help() -> String {
         .map(|(name, what)| format!("  {name:<10} {what}\n"))
         .collect();
     format!(
-        "Built-in profiles:\n{profiles}\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing"
+        "Built-in profiles:\n{profiles}\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9"
     )
 }
 
@@ -110,26 +123,53 @@ impl Capture {
             || PathBuf::from(&self.port),
             |board| board.path().to_owned(),
         );
-        let options = BoardOptions {
-            baud: self.baud,
-            patience: Duration::from_secs_f64(self.patience),
-            log: self.begin_log(output)?,
-        };
-        let mut board = tokio::select! {
-            board = Board::open(&path, options) => board.map_err(board_failure)?,
-            () = stop.clone().asked() => {
-                output.message("stopped before the board said who it is; nothing was recorded");
-                return Ok(Status::FellShort);
+        let mut log = self.begin_log(output)?;
+        if let Some(columns) = &self.columns {
+            return self.record_text(&path, columns, log, output, stop).await;
+        }
+        let mut segments = Segments::default();
+        let mut path = path;
+        loop {
+            let options = BoardOptions {
+                baud: self.baud,
+                patience: Duration::from_secs_f64(self.patience),
+                log: log.take(),
+            };
+            let mut board = tokio::select! {
+                board = Board::open(&path, options) => board.map_err(board_failure)?,
+                () = stop.clone().asked() => {
+                    output.message("stopped before the board said who it is; nothing was recorded");
+                    return Ok(Status::FellShort);
+                }
+            };
+            let mut request = self.request(&board, &path)?;
+            request.further = segments.header();
+            let identity = BoardIdentity::of(&self.port, request.usb.clone(), board.hello());
+            say_free_name(output, &request.output);
+            let live = SharedLive::default();
+            let progress = ProgressLine::show(&live);
+            let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
+            drop(progress);
+            drop(board);
+            let captured = captured.map_err(capture_failure)?;
+            let unplugged = matches!(captured.ending, Ending::Unplugged | Ending::BoardReset);
+            if !(self.reconnect && unplugged) || stop.is_asked() {
+                return report(output, &captured, self.duration != Some(0.0), &segments);
             }
-        };
-        let request = self.request(&board, &path)?;
-        say_free_name(output, &request.output);
-        let live = SharedLive::default();
-        let progress = ProgressLine::show(&live);
-        let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
-        drop(progress);
-        let captured = captured.map_err(capture_failure)?;
-        report(output, &captured, self.duration != Some(0.0))
+            output.message(&format!(
+                "the board is gone; {} holds {} samples up to there. Waiting for it to come back (Ctrl-C ends)",
+                captured.path.display(),
+                captured.statistics.samples
+            ));
+            segments.add(captured);
+            path = tokio::select! {
+                path = identity.come_back(self.baud, output) => path,
+                () = stop.clone().asked() => {
+                    output.message("stopped; the board did not come back");
+                    return Ok(Status::DeviceFailed);
+                }
+            };
+        }
     }
 
     /// The virtual board, if one is asked for.
@@ -163,21 +203,27 @@ impl Capture {
         let mut header = toml::Table::new();
         header.insert("port".to_owned(), self.port.clone().into());
         header.insert("baud".to_owned(), i64::from(self.baud).into());
-        header.insert("profile".to_owned(), self.profile.clone().into());
+        header.insert("profile".to_owned(), self.profile_name().into());
         let log = rawlog::Writer::new(io::BufWriter::new(file), &header).map_err(cannot)?;
         Ok(Some(log))
+    }
+
+    fn profile_name(&self) -> &str {
+        self.profile.as_deref().unwrap_or("step")
     }
 
     fn request(&self, board: &Board, path: &Path) -> Result<CaptureRequest, Failure> {
         let hello = board.hello();
         let supply_v = self.supply.unwrap_or(f64::from(hello.supply_mv) / 1000.0);
-        let sample_time_s = f64::from(self.ts) * 1e-6;
+        let sample_time_us = self.ts.unwrap_or(SAMPLE_TIME_US);
+        let sample_time_s = f64::from(sample_time_us) * 1e-6;
         // Without an end, a built-in profile takes as long as one of the default length.
         let profile_s = self.duration.filter(|&s| s > 0.0).unwrap_or(DURATION_S);
-        let profile = Profile::named(&self.profile, supply_v, profile_s).map_err(Failure::input)?;
+        let profile =
+            Profile::named(self.profile_name(), supply_v, profile_s).map_err(Failure::input)?;
         let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
         Ok(CaptureRequest {
-            sample_time_us: self.ts,
+            sample_time_us,
             profile,
             samples: (duration_s / sample_time_s)
                 .round()
@@ -187,6 +233,7 @@ impl Capture {
             output: self.output.clone(),
             port: self.port.clone(),
             usb: usb_identity(path),
+            further: toml::Table::new(),
         })
     }
 }
@@ -203,7 +250,7 @@ pub(super) fn say_free_name(output: &Output, asked: &Path) {
     }
 }
 
-fn board_failure(error: BoardError) -> Failure {
+pub(super) fn board_failure(error: BoardError) -> Failure {
     match error {
         BoardError::Open(OpenError::NotFound { .. } | OpenError::NotASerialPort { .. })
         | BoardError::Command { .. }

@@ -2,15 +2,18 @@
 
 use serde_json::json;
 
+use super::reconnect::Segments;
 use super::{Failure, Output, Status};
 use crate::recording::{Captured, Ending};
 
 /// Says what a recording came to; the exit status that it leads to. `until_end`: an end was asked for,
-/// so that stopping before it falls short.
+/// so that stopping before it falls short. `before`: segments that an unplugged
+/// board ended.
 pub(super) fn report(
     output: &Output,
     captured: &Captured,
     until_end: bool,
+    before: &Segments,
 ) -> Result<Status, Failure> {
     let statistics = &captured.statistics;
     if output.json {
@@ -23,6 +26,9 @@ pub(super) fn report(
             "statistics": statistics,
             "line": captured.damage,
             "samples_taken_by_board": captured.taken,
+            "segments_before": before.files().map(|(path, samples)| {
+                json!({ "path": path, "samples": samples })
+            }).collect::<Vec<_>>(),
         }))?;
     } else {
         output.line(&summary(captured))?;
@@ -49,7 +55,10 @@ pub(super) fn report(
             statistics.samples + statistics.lost
         ));
     }
-    Ok(if cut_short || statistics.lost > 0 {
+    if !before.is_empty() {
+        output.message("the board was unplugged on the way; each file is a run of its own");
+    }
+    Ok(if cut_short || statistics.lost > 0 || !before.is_empty() {
         Status::FellShort
     } else {
         Status::Done

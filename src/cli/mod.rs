@@ -6,6 +6,7 @@
 
 mod capture;
 mod capture_report;
+mod capture_text;
 mod compare;
 mod completions;
 mod demo;
@@ -15,6 +16,7 @@ mod motor_choice;
 mod picture;
 mod ports;
 mod progress;
+mod reconnect;
 mod replay;
 mod signals;
 mod simulate;

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::capture::{capture_failure, positive, say_free_name};
 use super::capture_report::report;
 use super::progress::ProgressLine;
+use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::{Profile, ReplayedDevice, rawlog};
@@ -88,7 +89,7 @@ impl Replay {
             ReplayError::Capture(error) => capture_failure(error),
             other => self.in_log(&other),
         })?;
-        report(output, &captured, true)
+        report(output, &captured, true, &Segments::default())
     }
 
     fn in_log(&self, error: &ReplayError) -> Failure {
@@ -109,6 +110,7 @@ impl Replay {
             output: self.output.clone(),
             port: text("port").unwrap_or("replayed").to_owned(),
             usb: None,
+            further: toml::Table::new(),
         }
     }
 

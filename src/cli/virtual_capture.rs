@@ -52,6 +52,7 @@ pub(super) async fn record(
         output: order.output.to_owned(),
         port: format!("virtual:{}", order.board),
         usb: None,
+        further: toml::Table::new(),
     };
     let live = SharedLive::default();
     let captured = capture(&mut board, &request, &live, stop.asked()).await;

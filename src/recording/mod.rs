@@ -1,23 +1,26 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
 mod capture;
+mod header;
 mod read_error;
 mod reader;
+mod recorder;
 mod replay;
 mod row;
 mod run;
 mod statistics;
+mod text_capture;
 mod velocity;
 mod writer;
 
-pub use capture::{
-    CaptureError, CaptureRequest, Captured, Ending, Live, LivePoint, SharedLive, capture,
-};
+pub use capture::{CaptureError, CaptureRequest, capture};
 pub use read_error::{ReadError, ReadNote, ReadProblem};
 pub use reader::{read_run, read_run_from};
+pub use recorder::{Captured, Ending, Live, LivePoint, SharedLive};
 pub use replay::{ReplayError, Speed, replay};
 pub use row::{Columns, Row, Time};
 pub use run::{CommandKind, Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};
+pub use text_capture::{TextCaptured, TextError, TextRequest, capture_text};
 pub use velocity::{difference_velocities, velocity_rad_s};
 pub use writer::{FLUSH_EVERY, RUN_FORMAT, RunWriter, WriteError, next_free_name, write_run};

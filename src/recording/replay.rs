@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use firmware_protocol::{EndReason, FrameDecoder, Hello, HostMessage};
 
-use super::capture::Recorder;
+use super::capture::BoardRecorder;
 use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive};
 use crate::board::{Event, Expectations, Intake, rawlog};
 
@@ -86,7 +86,7 @@ pub fn replay(
     let mut intake = Intake::default();
     let mut told = Told::default();
     let mut hello: Option<Hello> = None;
-    let mut recorder: Option<Recorder> = None;
+    let mut recorder: Option<BoardRecorder> = None;
     let mut events = Vec::new();
     let (ending, taken) = 'playing: loop {
         if stopped() {
@@ -108,8 +108,9 @@ pub fn replay(
                         samples: told.samples,
                         ..request.clone()
                     };
-                    recorder =
-                        Some(Recorder::create(&request, hello, live).map_err(CaptureError::Write)?);
+                    recorder = Some(
+                        BoardRecorder::begin(&request, hello, live).map_err(CaptureError::Write)?,
+                    );
                     intake.expect(Expectations {
                         sample_time_us: told.sample_time_us,
                         commands: std::mem::take(&mut told.commands),
@@ -139,14 +140,18 @@ pub fn replay(
                     }
                 }
                 if let Some(recorder) = &mut recorder {
-                    recorder.flush_if_due()?;
+                    recorder.recorder.flush_if_due()?;
                 }
             }
             rawlog::Event::HangUp => break (Ending::Unplugged, None),
         }
     };
     match recorder {
-        Some(recorder) => Ok(recorder.finish(ending, taken, intake.damage())?),
+        Some(recorder) => {
+            Ok(recorder
+                .recorder
+                .finish(ending, taken, intake.damage(), toml::Table::new())?)
+        }
         None if hello.is_none() => Err(ReplayError::NoRecording("no board says HELLO in it")),
         None => Err(ReplayError::NoRecording("the board is never started")),
     }

@@ -156,7 +156,8 @@ impl TextDecoder {
         let Some(numbers) = numbers else {
             return self.read_header(text, &fields);
         };
-        if self.columns.is_none() && numbers.len() == 1 {
+        // The first line may be torn: its fields are not to be counted.
+        if self.columns.is_none() && numbers.len() == 1 && self.line_number > 1 {
             self.columns = Columns::new(vec![Column::Counts]).ok();
         }
         let Some(columns) = self.columns.clone() else {

@@ -1,0 +1,167 @@
+//! A board that comes back: known by its USB identity or, where it has none, by the port's name and by
+//! what it says of itself; never by the name alone, which another board may have taken.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use firmware_protocol::Hello;
+
+use super::Output;
+use crate::board::{Board, BoardOptions, PortEntry, UsbIdentity, list_ports};
+use crate::recording::Captured;
+
+/// How often it is looked for.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+/// How long a board that has come back may take to say who it is.
+const PATIENCE: Duration = Duration::from_secs(6);
+
+/// What stays the same about a board when it is unplugged.
+#[derive(Debug, Clone)]
+pub(super) struct BoardIdentity {
+    named: PathBuf,
+    usb: Option<UsbIdentity>,
+    name: String,
+    counts_per_rev: u32,
+}
+
+impl BoardIdentity {
+    /// The board that said `hello` on the port `named`.
+    pub(super) fn of(named: &str, usb: Option<UsbIdentity>, hello: &Hello) -> Self {
+        Self {
+            named: PathBuf::from(named),
+            usb,
+            name: hello.name.as_str().to_owned(),
+            counts_per_rev: hello.counts_per_rev,
+        }
+    }
+
+    /// Where the board may be now: the port with its USB identity, under whatever name. A port without
+    /// one is looked for where it was.
+    fn candidate(&self, ports: &[PortEntry]) -> Option<PathBuf> {
+        match &self.usb {
+            Some(usb) => ports
+                .iter()
+                .find(|port| {
+                    port.usb
+                        .as_ref()
+                        .is_some_and(|other| usb.same_device(other))
+                })
+                .map(|port| port.path.clone()),
+            None => self.named.exists().then(|| self.named.clone()),
+        }
+    }
+
+    /// Waits until the same board is back; says where. Another board in its place is left alone.
+    pub(super) async fn come_back(&self, baud: u32, output: &Output) -> PathBuf {
+        let mut told: Option<String> = None;
+        loop {
+            tokio::time::sleep(LOOK_EVERY).await;
+            let Some(path) = self.candidate(&list_ports()) else {
+                continue;
+            };
+            match self.look_at(&path, baud).await {
+                Ok(()) => {
+                    output.message(&format!("the board is back on {}", path.display()));
+                    return path;
+                }
+                Err(Some(other)) if told.as_ref() != Some(&other) => {
+                    output.message(&format!(
+                        "{} now is another board ({other}); waiting for {}",
+                        path.display(),
+                        self.name
+                    ));
+                    told = Some(other);
+                }
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Whether the board at `path` is the same; if it is another one, which.
+    async fn look_at(&self, path: &Path, baud: u32) -> Result<(), Option<String>> {
+        let options = BoardOptions {
+            baud,
+            patience: PATIENCE,
+            log: None,
+        };
+        let board = Board::open(path, options).await.map_err(|_| None)?;
+        let hello = board.hello();
+        if hello.name.as_str() == self.name && hello.counts_per_rev == self.counts_per_rev {
+            Ok(())
+        } else {
+            Err(Some(hello.name.as_str().to_owned()))
+        }
+    }
+}
+
+/// The recordings that ended because the board was unplugged.
+#[derive(Debug, Default)]
+pub(super) struct Segments(Vec<Captured>);
+
+impl Segments {
+    pub(super) fn add(&mut self, captured: Captured) {
+        self.0.push(captured);
+    }
+
+    /// Header keys of the next one; nothing of the first.
+    pub(super) fn header(&self) -> toml::Table {
+        let mut header = toml::Table::new();
+        if let Some(last) = self.0.last() {
+            header.insert("segment".to_owned(), (self.0.len() as i64 + 1).into());
+            let path = last.path.display().to_string();
+            header.insert("segment_before".to_owned(), path.into());
+        }
+        header
+    }
+
+    /// Files of the segments before the last, with their numbers of samples.
+    pub(super) fn files(&self) -> impl Iterator<Item = (&Path, u64)> {
+        self.0
+            .iter()
+            .map(|captured| (captured.path.as_path(), captured.statistics.samples))
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn port(path: &str, serial: &str) -> PortEntry {
+        PortEntry {
+            path: PathBuf::from(path),
+            usb: Some(usb(serial)),
+            looks_like: None,
+        }
+    }
+
+    fn usb(serial: &str) -> UsbIdentity {
+        UsbIdentity {
+            vid: 0x2341,
+            pid: 0x43,
+            serial: Some(serial.to_owned()),
+            product: None,
+        }
+    }
+
+    #[test]
+    fn a_board_is_found_under_another_name_and_another_board_is_not() {
+        let board = BoardIdentity {
+            named: PathBuf::from("/dev/ttyACM0"),
+            usb: Some(usb("75330303")),
+            name: "uno".to_owned(),
+            counts_per_rev: 720,
+        };
+        // It came back as ttyACM1, and another one has taken ttyACM0.
+        let ports = [
+            port("/dev/ttyACM0", "999"),
+            port("/dev/ttyACM1", "75330303"),
+        ];
+        assert_eq!(board.candidate(&ports), Some(PathBuf::from("/dev/ttyACM1")));
+        assert_eq!(board.candidate(&ports[..1]), None);
+    }
+}

@@ -1,0 +1,278 @@
+//! What every recording goes through on its way to the disk: rows into the file, figures, the display.
+//!
+//! ```text
+//! sample -> row (device time from the first sample) -> RunWriter
+//!                                                   -> StatisticsGatherer
+//!                                                   -> Live (what a display looks at)
+//! ```
+//!
+//! A display never holds this up: it looks at [`Live`] when it likes, and a recorder that finds it
+//! being looked at goes on.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use serde::Serialize;
+
+use super::{
+    CaptureError, Columns, Observation, Row, RunWriter, Statistics, StatisticsGatherer, Time,
+    WriteError,
+};
+use crate::board::Damage;
+
+/// Why a recording ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ending {
+    /// All samples asked for were taken.
+    Complete,
+    /// It was asked to stop.
+    Stopped,
+    /// The board heard nothing of this program for half a second and stopped the motor.
+    LinkLost,
+    /// The board was unplugged.
+    Unplugged,
+    /// The board was reset in mid-run.
+    BoardReset,
+    /// The board fell silent.
+    Silent,
+    /// The line failed.
+    LineFailed,
+    /// The raw log that was replayed ends before the recording does.
+    LogEnded,
+}
+
+impl Ending {
+    /// Whether the recorder and the board both know that this was the end.
+    pub fn is_proper(self) -> bool {
+        matches!(self, Self::Complete | Self::Stopped)
+    }
+}
+
+/// A recording that has ended.
+#[derive(Debug)]
+pub struct Captured {
+    /// Its file.
+    pub path: PathBuf,
+    /// Why it ended.
+    pub ending: Ending,
+    /// Its figures.
+    pub statistics: Statistics,
+    /// What went wrong on the line.
+    pub damage: Damage,
+    /// Samples that the board says it took; `None` where its END did not arrive.
+    pub taken: Option<u32>,
+    /// The run file was deleted on the way and its rows went on elsewhere, as this says.
+    pub rescued: Option<String>,
+}
+
+/// What a display may look at while a recording runs.
+#[derive(Debug, Clone, Default)]
+pub struct Live {
+    /// The latest samples, oldest first: time in s, speed in rad/s, command, counts.
+    pub recent: VecDeque<LivePoint>,
+    /// Samples so far.
+    pub samples: u64,
+    /// Losses so far.
+    pub lost: u64,
+    /// Late samples so far.
+    pub overruns: u64,
+    /// The file being written.
+    pub path: PathBuf,
+}
+
+/// One sample as a display shows it.
+#[derive(Debug, Clone, Copy)]
+pub struct LivePoint {
+    /// Device time in s from the first sample.
+    pub t_s: f64,
+    /// Speed in rad/s.
+    pub speed_rad_s: f64,
+    /// Command in V.
+    pub command: f64,
+    /// Counts.
+    pub counts: i64,
+}
+
+/// Samples that a display can look back on.
+const RECENT: usize = 4096;
+
+/// Shared with a display.
+pub type SharedLive = Arc<Mutex<Live>>;
+
+/// What a board with sensors measured with a sample.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Measured {
+    /// Supply in V.
+    pub supply_v: Option<f64>,
+    /// Motor current in A.
+    pub current_a: Option<f64>,
+}
+
+/// Rows on their way to the file, the figures and the display.
+pub(super) struct Recorder {
+    writer: RunWriter,
+    gatherer: StatisticsGatherer,
+    live: SharedLive,
+    /// Points that the display has not got yet, because it was looking.
+    waiting: Vec<LivePoint>,
+    rescued: Option<String>,
+}
+
+impl Recorder {
+    /// Begins the run file, before the motor turns.
+    pub(super) fn begin(
+        output: &Path,
+        header: &toml::Table,
+        columns: Columns,
+        counts_per_rev: f64,
+        live: &SharedLive,
+    ) -> Result<Self, WriteError> {
+        let mut recorder = Self {
+            writer: RunWriter::create(output, header, columns)?,
+            gatherer: StatisticsGatherer::new(counts_per_rev),
+            live: Arc::clone(live),
+            waiting: Vec::new(),
+            rescued: None,
+        };
+        recorder.show(true);
+        Ok(recorder)
+    }
+
+    /// Takes one sample: its time from the first one, when it arrived, and what was measured with it.
+    pub(super) fn append(
+        &mut self,
+        sample: Observation,
+        arrived_us: u64,
+        measured: Measured,
+    ) -> Result<(), CaptureError> {
+        let speed = self.writer.append(&Row {
+            seq: sample.seq,
+            time: Time::Micros(sample.device_us),
+            host: Some(Time::Micros(arrived_us as i64)),
+            command: sample.command,
+            counts: sample.counts,
+            flags: sample.flags,
+            supply_v: measured.supply_v,
+            current_a: measured.current_a,
+        });
+        let speed = self.survive(speed)?.flatten();
+        self.gatherer.add(sample);
+        self.waiting.push(LivePoint {
+            t_s: sample.device_us as f64 * 1e-6,
+            speed_rad_s: speed.unwrap_or(0.0),
+            command: sample.command,
+            counts: sample.counts,
+        });
+        self.flush_if_due()
+    }
+
+    pub(super) fn flush_if_due(&mut self) -> Result<(), CaptureError> {
+        let flushed = self.writer.flush_if_due();
+        self.survive(flushed)?;
+        self.show(false);
+        Ok(())
+    }
+
+    /// A deleted file is no reason to stop: its rows go on elsewhere, and that is said at the end.
+    fn survive<T>(&mut self, result: Result<T, WriteError>) -> Result<Option<T>, CaptureError> {
+        match result {
+            Ok(value) => Ok(Some(value)),
+            Err(error @ WriteError::Vanished { .. }) => {
+                self.rescued = Some(error.to_string());
+                Ok(None)
+            }
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Lets the display see, unless it is looking right now.
+    fn show(&mut self, with_path: bool) {
+        if self.waiting.len() < 8 && !with_path && self.writer.rows() > 8 {
+            return;
+        }
+        let Ok(mut live) = self.live.try_lock() else {
+            let excess = self.waiting.len().saturating_sub(RECENT);
+            self.waiting.drain(..excess);
+            return;
+        };
+        if with_path {
+            live.path = self.writer.path().to_owned();
+        }
+        live.recent.extend(self.waiting.drain(..));
+        let excess = live.recent.len().saturating_sub(RECENT);
+        live.recent.drain(..excess);
+        (live.samples, live.lost, live.overruns) = self.gatherer.counters();
+    }
+
+    /// Ends the file. `further` keys go into its summary too.
+    pub(super) fn finish(
+        mut self,
+        ending: Ending,
+        taken: Option<u32>,
+        damage: Damage,
+        further: toml::Table,
+    ) -> Result<Captured, CaptureError> {
+        let seen = self.gatherer.counters();
+        if let Some(taken) = taken {
+            // Losses at the end, which no sample number shows.
+            let (samples, lost, _) = seen;
+            self.gatherer
+                .add_lost(u64::from(taken).saturating_sub(samples + lost));
+        }
+        let statistics = self.gatherer.statistics();
+        let mut summary = summary(&statistics, damage, ending);
+        summary.extend(further);
+        let path = self.writer.finish(&summary, ending.is_proper())?;
+        Ok(Captured {
+            path,
+            ending,
+            statistics,
+            damage,
+            taken,
+            rescued: self.rescued,
+        })
+    }
+}
+
+/// Rounded to `1 / steps`.
+fn rounded(value: f64, steps: f64) -> toml::Value {
+    toml::Value::Float((value * steps).round() / steps)
+}
+
+/// The keys that a run gets at its end.
+fn summary(statistics: &Statistics, damage: Damage, ending: Ending) -> toml::Table {
+    let mut summary = toml::Table::new();
+    let mut put = |key: &str, value: toml::Value| {
+        summary.insert(key.to_owned(), value);
+    };
+    let count = |count: u64| toml::Value::Integer(count.min(i64::MAX as u64) as i64);
+    let ending = serde_json::to_value(ending).ok();
+    if let Some(ending) = ending.as_ref().and_then(serde_json::Value::as_str) {
+        put("ending", ending.into());
+    }
+    put("samples", count(statistics.samples));
+    put("lost", count(statistics.lost));
+    put("overruns", count(statistics.overruns));
+    put("dropped", count(statistics.dropped));
+    put("encoder_errors", count(statistics.encoder_errors));
+    put("saturated", count(statistics.saturated));
+    put("bad_frames", count(damage.bad_frames));
+    put("implausible", count(damage.implausible));
+    put("duration_s", statistics.duration_s.into());
+    if let Some(dt) = &statistics.device_dt {
+        put("device_dt_min_us", dt.min_us.into());
+        put("device_dt_median_us", dt.median_us.into());
+        put("device_dt_max_us", dt.max_us.into());
+    }
+    if let Some(clock) = &statistics.clock {
+        put("clock_fast_ppm", rounded(clock.device_fast_ppm, 1e3));
+        put("clock_sigma_ppm", rounded(clock.sigma_ppm, 1e3));
+        put("clock_residual_rms_s", rounded(clock.residual_rms_s, 1e7));
+    }
+    if let Some(rpm) = statistics.steady_rpm {
+        put("steady_rpm", rounded(rpm, 1e4));
+    }
+    summary
+}

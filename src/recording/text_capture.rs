@@ -1,0 +1,479 @@
+//! Recording from a plain sketch that prints its samples as text lines.
+//!
+//! There is no handshake and no checksum: what is recorded is what the lines say. Where they have the
+//! board's time, it is the time base and tells losses; where they have not, the arrival times must do,
+//! and the file says `timing = "host"`. Where they do not say what is commanded, the profile does.
+
+use std::future::Future;
+use std::io;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use super::header::{Facts, header};
+use super::recorder::{Measured, Recorder};
+use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
+use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
+use crate::board::{Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity};
+
+/// Samples from which the sample time is taken where it is not given; they wait in memory.
+const SAMPLES_TO_TIME: usize = 21;
+
+/// How often rows are handed to the operating system and silence is looked for.
+const TICK: Duration = Duration::from_millis(10);
+
+/// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
+const SILENCE: Duration = Duration::from_millis(1500);
+
+/// What to record from a sketch.
+#[derive(Debug, Clone)]
+pub struct TextRequest {
+    /// What each number means; `None` takes it from the sketch's header line or labels.
+    pub columns: Option<text_lines::Columns>,
+    /// Sample time in microseconds; `None` takes it from the first samples.
+    pub sample_time_us: Option<u32>,
+    /// Counts per revolution.
+    pub counts_per_rev: f64,
+    /// Driver supply in V, which a PWM command is a fraction of.
+    pub supply_v: f64,
+    /// What the sketch commands, where its lines do not say it.
+    pub profile: Option<Profile>,
+    /// How long to record in s; 0 for no end but being asked to stop.
+    pub duration_s: f64,
+    /// Bits per second on the line.
+    pub baud: u32,
+    /// How long the first sample may take.
+    pub patience: Duration,
+    /// Where the run goes; an existing file is not overwritten.
+    pub output: PathBuf,
+    /// The port, as it was named.
+    pub port: String,
+    /// The USB device behind it.
+    pub usb: Option<UsbIdentity>,
+}
+
+/// Why there is no recording of a sketch.
+#[derive(Debug, thiserror::Error)]
+pub enum TextError {
+    /// The file or the log.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// Nothing that could be a sample.
+    #[error(
+        "no line on {port} could be read as a sample: {}", no_sample(heard, last_skipped.as_ref())
+    )]
+    NoSample {
+        /// The port.
+        port: String,
+        /// What came.
+        heard: Box<Heard>,
+        /// The last line that was passed over, and why.
+        last_skipped: Option<(String, Skipped)>,
+    },
+    /// The lines do not say what is commanded.
+    #[error(
+        "the lines on {port} do not say what the motor is commanded: say what the sketch does with --profile (such as --profile step), or print a column command_v or pwm"
+    )]
+    NoCommand {
+        /// The port.
+        port: String,
+    },
+    /// Reading failed.
+    #[error("the line to {port} failed: {source}")]
+    Line {
+        /// The port.
+        port: String,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String {
+    match last_skipped {
+        Some((line, Skipped::ColumnsUnknown)) => format!(
+            "its lines look like {line:?}, and nothing says what the numbers mean: name them with --columns, such as t_us,counts"
+        ),
+        Some((line, Skipped::FieldCount { expected, found })) => {
+            format!("its lines look like {line:?}, {found} fields where --columns has {expected}")
+        }
+        Some((line, _)) => format!("its lines look like {line:?}"),
+        None if heard.total() == 0 => "it sent nothing".to_owned(),
+        None => format!("it sent {heard} (is the baud rate right?)"),
+    }
+}
+
+/// A recording of a sketch, with what there is to say about it.
+#[derive(Debug)]
+pub struct TextCaptured {
+    /// The recording.
+    pub captured: Captured,
+    /// What a user should know of it.
+    pub notes: Vec<String>,
+}
+
+/// Records until the time is over, `stop` resolves, or the sketch is gone.
+pub async fn capture_text(
+    reader: &mut LineReader,
+    mut log: Option<RawLog>,
+    request: TextRequest,
+    live: &SharedLive,
+    stop: impl Future<Output = ()>,
+) -> Result<TextCaptured, TextError> {
+    let mut stop = std::pin::pin!(stop);
+    let mut tick = tokio::time::interval(TICK);
+    tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut heard_at = Instant::now();
+    let mut text = TextRecording::new(request, live);
+    let logged = |result: io::Result<()>| result.map_err(CaptureError::Log);
+    let ending = loop {
+        tokio::select! {
+            biased;
+            () = &mut stop => break Ending::Stopped,
+            arrival = reader.next() => {
+                heard_at = Instant::now();
+                match arrival {
+                    Some(Arrival::Bytes { host_us, bytes }) => {
+                        if let Some(log) = &mut log {
+                            logged(log.from_board(host_us, &bytes))?;
+                        }
+                        if let Some(ending) = text.push(host_us, &bytes)? {
+                            break ending;
+                        }
+                    }
+                    Some(Arrival::HungUp { host_us }) => {
+                        if let Some(log) = &mut log {
+                            logged(log.hang_up(host_us))?;
+                        }
+                        break Ending::Unplugged;
+                    }
+                    Some(Arrival::Failed(source)) => {
+                        let port = text.request.port.clone();
+                        return Err(TextError::Line { port, source });
+                    }
+                    None => break Ending::Unplugged,
+                }
+            }
+            _ = tick.tick() => {
+                text.flush_if_due()?;
+                if let Some(log) = &mut log {
+                    logged(log.flush())?;
+                }
+                if heard_at.elapsed() > text.patience() {
+                    break Ending::Silent;
+                }
+                if text.has_waited_too_long() {
+                    return Err(text.no_sample());
+                }
+            }
+        }
+    };
+    if let Some(log) = &mut log {
+        logged(log.flush())?;
+    }
+    text.finish(ending)
+}
+
+/// A recording of text lines under way, without a line of its own.
+pub(super) struct TextRecording<'a> {
+    request: TextRequest,
+    live: &'a SharedLive,
+    decoder: TextDecoder,
+    heard: Heard,
+    /// When the last sample came, or the wait for the first one began.
+    sampled_at: Instant,
+    /// Samples before the sample time is known, with their arrival times.
+    waiting: Vec<(TextSample, u64)>,
+    running: Option<Running>,
+    first_line_over: bool,
+    skipped: u64,
+    last_skipped: Option<(String, Skipped)>,
+}
+
+/// What is known once the file has begun.
+struct Running {
+    recorder: Recorder,
+    sample_time_us: i64,
+    /// The lines have the board's time.
+    device_timed: bool,
+    numbered: bool,
+    first_us: i64,
+    last_us: Option<i64>,
+    seq: u64,
+}
+
+impl<'a> TextRecording<'a> {
+    pub(super) fn new(request: TextRequest, live: &'a SharedLive) -> Self {
+        Self {
+            decoder: TextDecoder::new(request.columns.clone()),
+            request,
+            live,
+            heard: Heard::default(),
+            sampled_at: Instant::now(),
+            waiting: Vec::new(),
+            running: None,
+            first_line_over: false,
+            skipped: 0,
+            last_skipped: None,
+        }
+    }
+
+    /// Takes bytes; the ending, if they bring it.
+    pub(super) fn push(&mut self, host_us: u64, bytes: &[u8]) -> Result<Option<Ending>, TextError> {
+        for &byte in bytes {
+            if self.running.is_none() {
+                self.heard.push(byte);
+            }
+            // The port is opened in the middle of a line: what is left of it may look like a sample.
+            let torn = !self.first_line_over;
+            self.first_line_over |= byte == b'\n';
+            match self.decoder.push(byte) {
+                Some(TextEvent::Sample(_)) if torn => {}
+                Some(TextEvent::Sample(sample)) => {
+                    if let Some(ending) = self.take(sample, host_us)? {
+                        return Ok(Some(ending));
+                    }
+                }
+                Some(TextEvent::Skipped { why, text, .. }) => {
+                    self.skipped += u64::from(!torn);
+                    self.last_skipped = Some((text, why));
+                }
+                Some(TextEvent::Header(_) | TextEvent::BadHeader(_)) | None => {}
+            }
+        }
+        Ok(None)
+    }
+
+    fn take(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
+        if self.running.is_some() {
+            return self.append(sample, host_us);
+        }
+        self.sampled_at = Instant::now();
+        self.waiting.push((sample, host_us));
+        if self.request.sample_time_us.is_some() || self.waiting.len() == SAMPLES_TO_TIME {
+            return self.begin();
+        }
+        Ok(None)
+    }
+
+    /// Begins the file and takes the samples that waited for it.
+    fn begin(&mut self) -> Result<Option<Ending>, TextError> {
+        let waiting = std::mem::take(&mut self.waiting);
+        let Some(&(first, first_host_us)) = waiting.first() else {
+            return Ok(None);
+        };
+        let device_timed = first.time_us.is_some();
+        let says_command = first.command_v.is_some() || first.command_pwm255.is_some();
+        if !says_command && self.request.profile.is_none() {
+            return Err(TextError::NoCommand {
+                port: self.request.port.clone(),
+            });
+        }
+        let sample_time_us = match self.request.sample_time_us {
+            Some(given) => i64::from(given),
+            None => sample_time_of(&waiting),
+        };
+        let numbered = device_timed || first.sequence.is_some();
+        let columns = Columns {
+            seq: numbered,
+            flags: false,
+            supply: first.supply_v.is_some(),
+            current: first.current_a.is_some(),
+            ..Columns::recorded(CommandKind::Voltage)
+        };
+        let profile = match &self.request.profile {
+            Some(profile) if !says_command => profile.name.as_str(),
+            _ => "as the sketch says",
+        };
+        let mut further = toml::Table::new();
+        let timing = if device_timed { "device" } else { "host" };
+        further.insert("timing".to_owned(), timing.into());
+        further.insert("device".to_owned(), "text lines".into());
+        if let Some(columns) = self.decoder.columns() {
+            further.insert("text_columns".to_owned(), columns.to_string().into());
+        }
+        let facts = Facts {
+            sample_time_s: sample_time_us as f64 / 1e6,
+            counts_per_rev: self.request.counts_per_rev,
+            supply_v: self.request.supply_v,
+            profile,
+            port: &self.request.port,
+            usb: self.request.usb.as_ref(),
+        };
+        let recorder = Recorder::begin(
+            &self.request.output,
+            &header(facts, further),
+            columns,
+            self.request.counts_per_rev,
+            self.live,
+        );
+        self.running = Some(Running {
+            recorder: recorder.map_err(CaptureError::Write)?,
+            sample_time_us,
+            device_timed,
+            numbered,
+            first_us: first.time_us.unwrap_or(first_host_us as i64),
+            last_us: None,
+            seq: 0,
+        });
+        for (sample, host_us) in waiting {
+            if let Some(ending) = self.append(sample, host_us)? {
+                return Ok(Some(ending));
+            }
+        }
+        Ok(None)
+    }
+
+    fn append(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
+        let Some(running) = &mut self.running else {
+            return Ok(None);
+        };
+        let at_us = match sample.time_us {
+            Some(time_us) if running.device_timed => time_us,
+            _ => host_us as i64,
+        };
+        let t_us = at_us - running.first_us;
+        if let Some(last_us) = running.last_us {
+            if t_us < last_us {
+                // Time that runs back is a board that was reset.
+                return Ok(Some(Ending::BoardReset));
+            }
+            let steps =
+                (t_us - last_us + running.sample_time_us / 2) / running.sample_time_us.max(1);
+            running.seq += steps.max(1) as u64;
+        }
+        running.last_us = Some(t_us);
+        let command = sample
+            .command_v
+            .or(sample
+                .command_pwm255
+                .map(|pwm| pwm / 255.0 * self.request.supply_v))
+            .or(self
+                .request
+                .profile
+                .as_ref()
+                .map(|profile| profile.command_at(t_us as f64 * 1e-6)))
+            .unwrap_or(0.0);
+        let observation = Observation {
+            seq: match sample.sequence {
+                Some(sequence) => Some(sequence),
+                None => running.numbered.then_some(running.seq),
+            },
+            device_us: t_us,
+            host_us: running.device_timed.then_some(host_us as i64),
+            command,
+            counts: sample.counts,
+            flags: Flags::default(),
+        };
+        let measured = Measured {
+            supply_v: sample.supply_v,
+            current_a: sample.current_a,
+        };
+        running.recorder.append(observation, host_us, measured)?;
+        let next_us = (t_us + running.sample_time_us) as f64;
+        let over = self.request.duration_s > 0.0 && next_us >= self.request.duration_s * 1e6;
+        Ok(over.then_some(Ending::Complete))
+    }
+
+    fn flush_if_due(&mut self) -> Result<(), TextError> {
+        match &mut self.running {
+            Some(running) => Ok(running.recorder.flush_if_due()?),
+            None => Ok(()),
+        }
+    }
+
+    /// How long the line may be silent.
+    fn patience(&self) -> Duration {
+        match &self.running {
+            Some(running) => {
+                SILENCE + 4 * Duration::from_micros(running.sample_time_us.unsigned_abs())
+            }
+            None => Duration::MAX,
+        }
+    }
+
+    fn has_waited_too_long(&self) -> bool {
+        self.running.is_none() && self.sampled_at.elapsed() > self.request.patience
+    }
+
+    fn no_sample(&self) -> TextError {
+        TextError::NoSample {
+            port: self.request.port.clone(),
+            heard: Box::new(self.heard.clone()),
+            last_skipped: self.last_skipped.clone(),
+        }
+    }
+
+    /// Ends the file.
+    pub(super) fn finish(mut self, ending: Ending) -> Result<TextCaptured, TextError> {
+        if self.running.is_none() {
+            // Fewer samples than the sample time is usually taken from.
+            self.begin()?;
+        }
+        let notes = self.notes();
+        let longest = self.decoder.longest_sample_line();
+        let (skipped, no_sample) = (self.skipped, self.no_sample());
+        let Some(running) = self.running else {
+            return Err(no_sample);
+        };
+        let mut further = toml::Table::new();
+        further.insert("skipped_lines".to_owned(), (skipped as i64).into());
+        further.insert("longest_line_bytes".to_owned(), (longest as i64).into());
+        let damage = Damage::default();
+        let captured = running.recorder.finish(ending, None, damage, further)?;
+        Ok(TextCaptured { captured, notes })
+    }
+
+    fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        let Some(running) = &self.running else {
+            return notes;
+        };
+        let sample_time_s = running.sample_time_us as f64 / 1e6;
+        if !running.device_timed {
+            notes.push(
+                "the lines have no time of the board: the run's timing is the host's, late by milliseconds and bunched, and the file says so; print micros() first on each line"
+                    .to_owned(),
+            );
+        }
+        let longest = self.decoder.longest_sample_line();
+        let fits = text_lines::longest_line_bytes(self.request.baud, sample_time_s);
+        if longest > fits {
+            notes.push(format!(
+                "the longest line has {longest} bytes, and {fits} fit into {sample_time_s} s at {} baud: print blocks and sampling slips; print fewer digits, or use 250000 baud",
+                self.request.baud
+            ));
+        }
+        if self.skipped > 0 {
+            let example = self
+                .last_skipped
+                .as_ref()
+                .map_or_else(String::new, |(text, _)| format!(", the last one {text:?}"));
+            notes.push(format!(
+                "{} lines were no samples and were passed over{example}",
+                self.skipped
+            ));
+        }
+        if self.request.sample_time_us.is_none() {
+            notes.push(format!(
+                "the sample time of {sample_time_s} s was taken from the first samples; say it with --ts if it is another"
+            ));
+        }
+        notes
+    }
+}
+
+/// Median interval of the board's clock; of arrival times, which come in bunches, the mean.
+fn sample_time_of(samples: &[(TextSample, u64)]) -> i64 {
+    let device: Option<Vec<i64>> = samples.iter().map(|(sample, _)| sample.time_us).collect();
+    let interval = match device {
+        Some(times) => {
+            let mut intervals: Vec<i64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            intervals.sort_unstable();
+            intervals.get(intervals.len() / 2).copied().unwrap_or(0)
+        }
+        None => {
+            let (first, last) = (samples[0].1, samples[samples.len() - 1].1);
+            (last - first) as i64 / (samples.len() as i64 - 1).max(1)
+        }
+    };
+    interval.max(1)
+}

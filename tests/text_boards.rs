@@ -1,0 +1,207 @@
+//! Plain Arduino sketches that print their samples as text, recorded as they are.
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::time::{Duration, Instant};
+
+use command::{Finished, RunFile, run};
+use motorlab::board::pty::Pty;
+
+/// Runs `capture` on a line on which a sketch prints `line(k)` every 5 ms.
+fn capture_from(
+    line: impl Fn(u32) -> String + Sync,
+    arguments: &[&str],
+) -> (Finished, Option<RunFile>) {
+    let mut pty = Pty::open().expect("a pseudo-terminal");
+    let port = pty.path().display().to_string();
+    let directory = tempfile::tempdir().expect("a directory");
+    let done = std::thread::scope(|scope| {
+        let running = scope.spawn(|| {
+            let mut all = vec!["capture", &port, "--patience", "2"];
+            all.extend(arguments);
+            run(directory.path(), &all)
+        });
+        let mut next = Instant::now();
+        let mut k = 0;
+        while !running.is_finished() {
+            if pty
+                .wait(Duration::ZERO, false)
+                .is_ok_and(|ready| ready.connected)
+            {
+                let text = line(k);
+                // Opening the port meets the middle of a line.
+                let from = if k == 0 { text.len() / 2 } else { 0 };
+                pty.write_some(&text.as_bytes()[from..]).expect("room");
+                k += 1;
+            }
+            next += Duration::from_millis(5);
+            std::thread::sleep(next.saturating_duration_since(Instant::now()));
+        }
+        running.join().expect("it does not panic")
+    });
+    let path = directory.path().join("run.csv");
+    (done, path.exists().then(|| RunFile::read(&path)))
+}
+
+#[test]
+fn named_columns_with_the_boards_time_make_an_ordinary_run() {
+    // Samples 40 to 42 are not printed; the supply is 9 V.
+    let line = |k: u32| {
+        let k = if k < 40 { k } else { k + 3 };
+        format!(
+            "{}\t{}\t{}\r\n",
+            1_000_000 + k * 5000,
+            k * 2,
+            if k < 20 { 0 } else { 255 }
+        )
+    };
+    let (done, file) = capture_from(
+        line,
+        &[
+            "--columns",
+            "t_us,counts,pwm",
+            "--supply",
+            "9",
+            "--duration",
+            "1",
+        ],
+    );
+    let file = file.expect("a file");
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    assert_eq!(file.summary("lost"), 3, "{}", done.messages);
+    assert_eq!(file.header["timing"].as_str(), Some("device"));
+    assert_eq!(file.header["sample_time_s"].as_float(), Some(0.005));
+    assert_eq!(
+        file.header["text_columns"].as_str(),
+        Some("t_us,counts,pwm")
+    );
+    let (seq, t_s) = (file.column("seq"), file.column("t_s"));
+    for (seq, t_s) in seq.iter().zip(&t_s) {
+        assert!((t_s - seq * 0.005).abs() < 1e-9);
+    }
+    // Two counts a sample: also over the loss, where the difference is divided by the samples elapsed.
+    let speed = 2.0 * std::f64::consts::TAU / (720.0 * 0.005);
+    for velocity in &file.column("velocity_rad_s")[1..] {
+        assert!((velocity - speed).abs() < 1e-9);
+    }
+    let commands = file.column("command_v");
+    assert!(commands.contains(&0.0) && commands.contains(&9.0));
+    assert!(file.complete());
+}
+
+#[test]
+fn a_header_line_or_labels_are_enough() {
+    let labelled = |k: u32| format!("t_us:{},counts:{},command_v:1.5\n", k * 5000, k);
+    let header = |k: u32| match k {
+        0 | 1 => "Motor lab v1 ready\n".to_owned(),
+        2 => "t_us; counts; command_v\n".to_owned(),
+        k => format!("{}; {}; 1.5\n", k * 5000, k),
+    };
+    for line in [&labelled as &(dyn Fn(u32) -> String + Sync), &header] {
+        let (done, file) = capture_from(line, &["--columns", "auto", "--duration", "0.5"]);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+        let file = file.expect("a file");
+        assert_eq!(file.rows.len(), 100);
+        assert!(file.column("command_v").iter().all(|&v| v == 1.5));
+    }
+}
+
+#[test]
+fn without_the_boards_time_the_file_says_that_its_timing_is_the_hosts() {
+    let line = |k: u32| format!("{k}\n");
+    let arguments = [
+        "--columns",
+        "counts",
+        "--duration",
+        "0.5",
+        "--profile",
+        "step",
+    ];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(
+        done.messages.contains("timing is the host's"),
+        "{}",
+        done.messages
+    );
+    let file = file.expect("a file");
+    assert_eq!(file.header["timing"].as_str(), Some("host"));
+    assert!(!file.columns.contains(&"seq".to_owned()));
+    // The profile tells what the lines do not: a rest, then the supply.
+    let commands = file.column("command_v");
+    assert_eq!((commands[0], commands[commands.len() - 1]), (0.0, 4.5));
+}
+
+#[test]
+fn lines_without_a_command_need_a_profile() {
+    let (done, file) = capture_from(
+        |k| format!("{},{k}\n", k * 5000),
+        &["--columns", "t_us,counts"],
+    );
+    assert_eq!(done.status, Some(2), "{}", done.messages);
+    assert!(done.messages.contains("--profile"), "{}", done.messages);
+    assert!(file.is_none());
+}
+
+#[test]
+fn lines_too_long_for_the_line_rate_are_warned_of() {
+    let line = |k: u32| {
+        format!(
+            "time_us:{:010},counts:{:010},command_v:4.500\n",
+            k * 3000,
+            k
+        )
+    };
+    let arguments = ["--columns", "auto", "--duration", "0.3", "--ts", "0.003"];
+    let (done, file) = capture_from(line, &arguments);
+    let file = file.expect("a file");
+    assert_eq!(file.summary("longest_line_bytes"), 53);
+    assert!(
+        done.messages
+            .contains("the longest line has 53 bytes, and 34 fit into 0.003 s at 115200 baud"),
+        "{}",
+        done.messages
+    );
+    let short = |k: u32| format!("{},{},255\n", k * 3000, k);
+    let arguments = [
+        "--columns",
+        "t_us,counts,pwm",
+        "--duration",
+        "0.3",
+        "--ts",
+        "0.003",
+    ];
+    let (done, _) = capture_from(short, &arguments);
+    assert!(!done.messages.contains("longest line"), "{}", done.messages);
+}
+
+#[test]
+fn lines_that_are_no_samples_are_shown() {
+    let line = |k: u32| format!("{k} {k} {k}\n");
+    let (done, _) = capture_from(line, &["--columns", "t_us,counts"]);
+    assert_eq!(done.status, Some(3));
+    assert!(
+        done.messages.contains("3 fields where --columns has 2"),
+        "{}",
+        done.messages
+    );
+    let (done, _) = capture_from(line, &["--columns", "auto"]);
+    assert!(
+        done.messages.contains("name them with --columns"),
+        "{}",
+        done.messages
+    );
+    let (done, _) = capture_from(line, &["--columns", "t_us,cuonts"]);
+    assert_eq!(done.status, Some(2));
+}
+
+#[test]
+fn a_board_that_is_reset_ends_the_run() {
+    let line = |k: u32| format!("{},{},255\n", (k % 100) * 5000, k % 100);
+    let (done, file) = capture_from(line, &["--columns", "t_us,counts,pwm", "--duration", "2"]);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    let file = file.expect("a file");
+    assert_eq!(file.rows.len(), 99);
+    assert!(!file.complete());
+}
