@@ -1,1 +1,38 @@
-//! Makes recordings of imagined motors, apart from the simulator that diagnoses them.
+//! Makes recordings of imagined motors with known hidden effects, apart from the simulator that
+//! diagnoses them: no code is shared with it, the integrator steps at 10 us, dry friction is a bristle
+//! law, contacts are springs with dampers, load and friction wander, ticks come late, and some motors
+//! hide what no catalogue lists.
+//!
+//! ```
+//! let case = case_generator::generate(1, &"stribeck".parse().unwrap());
+//! assert_eq!(case.runs.len(), 3);
+//! assert_eq!(case.label.effects[0].id, "stribeck");
+//! assert!(case.runs[0].to_csv().starts_with("# format = \"motorlab-run/1\""));
+//! ```
+//!
+//! The flow: [`Motor`] and effects are drawn from the seed -> profiles -> the plant, stepped -> the
+//! board's samples ([`CaseRun`]) -> [`Case`] with its [`Label`].
+
+mod case;
+#[cfg(test)]
+mod closed_forms;
+mod effect;
+mod friction;
+mod hidden;
+mod kind;
+mod motor;
+mod oddity;
+mod plant;
+mod profile;
+mod record;
+mod strength;
+mod wander;
+
+pub use case::{Case, Label, Options, generate, generate_with};
+pub use effect::{CATALOGUE, Effect};
+pub use kind::{Kind, Mix, UnknownKind, plan};
+pub use motor::{Motor, NOMINAL_SIGMA};
+pub use oddity::OUTSIDE;
+pub use plant::STEP_S;
+pub use profile::Profile;
+pub use record::CaseRun;

@@ -1,0 +1,253 @@
+//! One whole case: three runs, one unseen, the nominal motor, and the label.
+
+use std::collections::BTreeMap;
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use crate::effect::Effect;
+use crate::hidden::Hidden;
+use crate::kind::Kind;
+use crate::motor::Motor;
+use crate::plant::WanderLevel;
+use crate::profile::Profile;
+use crate::record::{CaseRun, Conditions, record};
+use crate::strength::{beyond_refit, rms, still_counts, still_counts_under};
+
+/// What is drawn besides the effect itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Motors other than the handout's: each figure by up to a factor of two, other encoders, supplies.
+    pub other_motors: bool,
+    /// Multiplies the wander of load and friction, which by itself is 0.03 to 1 % of Tf (one sigma).
+    pub wander_scale: f64,
+    /// An effect has to change the angle by this many counts (RMS over the runs).
+    pub least_counts: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            other_motors: false,
+            wander_scale: 1.0,
+            least_counts: 2.0,
+        }
+    }
+}
+
+/// The truth of a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Label {
+    /// `none`, `single`, `pair` or `outside`.
+    pub kind: String,
+    /// The effects hidden, with their true parameters; those that a motor file calls by other names
+    /// (inertia, friction) hold the true value there and `motor` the value without the effect.
+    pub effects: Vec<Effect>,
+    /// Of each effect: by how many counts (RMS over the three runs) the angle differs without it.
+    pub strength_counts: BTreeMap<String, f64>,
+    /// What re-tuning R, K, J, b and Tf within their tolerances leaves of all effects together, in
+    /// counts RMS (linear estimate); 0 where there is none.
+    pub beyond_refit_counts: f64,
+    /// RMS in counts between the unseen run and the true motor without its wander (same dice where the
+    /// effect throws any): no model that knows the truth, but not the wander, gets below.
+    pub unseen_floor_counts: f64,
+    /// The motor, without the effects.
+    pub motor: Motor,
+    /// One sigma of the wander of load and of friction, relative to Tf.
+    pub wander_relative: f64,
+    /// Correlation time of the wander in s.
+    pub wander_time_s: f64,
+}
+
+/// A case: what a diagnosis gets, and what it does not get.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Step at 0.03 s, step at 0.003 s (4 s each), multi-level reversing at 0.003 s (15 s).
+    pub runs: Vec<CaseRun>,
+    /// Another multi-level reversing run, for scoring what was promised.
+    pub unseen_run: CaseRun,
+    /// The motor as its owner believes it to be, effects not included.
+    pub nominal: Motor,
+    /// The truth.
+    pub label: Label,
+}
+
+/// A case of the handout's kind of motor; the same seed and kind give the same case.
+pub fn generate(seed: u64, kind: &Kind) -> Case {
+    generate_with(seed, kind, &Options::default())
+}
+
+/// [`generate`] with other motors, more wander, or weaker effects.
+pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let motor = Motor::draw(&mut rng, options.other_motors);
+    let nominal = motor.believed(&mut rng);
+    let wander = WanderLevel {
+        sigma: options.wander_scale * log_uniform(&mut rng, 0.0003, 0.01),
+        time_s: log_uniform(&mut rng, 0.3, 3.0),
+    };
+    let profiles = profiles(&motor, &mut rng);
+    let chances = rng.random::<u64>();
+    let plain = Hidden::nothing(motor);
+    let judged = &profiles[..3];
+    let without = still_counts(&plain, judged, chances);
+
+    let ids: Vec<&str> = match kind {
+        Kind::None => vec![],
+        Kind::Single(id) | Kind::Outside(id) => vec![id],
+        Kind::Pair(a, b) => vec![a, b],
+    };
+    let drawn = draw_effects(&ids, &plain, judged, chances, options, &mut rng);
+    let beyond_refit_counts = if ids.is_empty() {
+        0.0
+    } else {
+        beyond_refit(&plain, judged, chances, &drawn.counts, &without)
+    };
+
+    let mut runs: Vec<CaseRun> = Vec::with_capacity(4);
+    let mut unseen_floor_counts = 0.0;
+    for (k, profile) in profiles.iter().enumerate() {
+        let seed = chances.wrapping_add(k as u64);
+        let conditions = Conditions { wander, seed };
+        let recording = record(&drawn.hidden, profile, motor.counts_per_rev, conditions);
+        if k == 3 {
+            unseen_floor_counts = floor_counts(&drawn.hidden, &recording.run, conditions);
+        }
+        runs.push(recording.run);
+    }
+    let unseen_run = runs.remove(3);
+    let kind = match kind {
+        Kind::None => "none",
+        Kind::Single(_) => "single",
+        Kind::Pair(..) => "pair",
+        Kind::Outside(_) => "outside",
+    };
+    Case {
+        runs,
+        unseen_run,
+        nominal,
+        label: Label {
+            kind: kind.to_owned(),
+            effects: drawn.effects,
+            strength_counts: drawn.strengths,
+            beyond_refit_counts,
+            unseen_floor_counts,
+            motor,
+            wander_relative: wander.sigma,
+            wander_time_s: wander.time_s,
+        },
+    }
+}
+
+/// The three runs of a case, then the unseen one.
+fn profiles(motor: &Motor, rng: &mut impl Rng) -> Vec<Profile> {
+    let supply = motor.supply_v;
+    let breakaway =
+        motor.coulomb_friction_nm * motor.resistance_ohm / motor.torque_constant_nm_per_a;
+    vec![
+        Profile::step(0.03, 4.0, supply),
+        Profile::step(0.003, 4.0, supply),
+        Profile::multi_level(0.003, 15.0, supply, breakaway, rng),
+        Profile::multi_level(0.003, 15.0, supply, breakaway, rng),
+    ]
+}
+
+struct Drawn {
+    hidden: Hidden,
+    effects: Vec<Effect>,
+    strengths: BTreeMap<String, f64>,
+    /// What the encoder reads with all effects, without wander.
+    counts: Vec<f64>,
+}
+
+/// Draws magnitudes until each effect changes the angle by enough; after many tries, the strongest.
+fn draw_effects(
+    ids: &[&str],
+    plain: &Hidden,
+    profiles: &[Profile],
+    chances: u64,
+    options: &Options,
+    rng: &mut impl Rng,
+) -> Drawn {
+    const TRIES: usize = 30;
+    let with = |effects: &[&Effect]| {
+        let mut hidden = plain.clone();
+        for effect in effects {
+            effect.apply(&mut hidden);
+        }
+        let counts = still_counts(&hidden, profiles, chances);
+        (hidden, counts)
+    };
+    let mut best: Option<(f64, Drawn)> = None;
+    for _ in 0..TRIES {
+        let effects: Vec<Effect> = ids
+            .iter()
+            .map(|id| Effect::draw(id, &plain.motor, rng))
+            .collect();
+        let (hidden, counts) = with(&effects.iter().collect::<Vec<_>>());
+        let mut strengths = BTreeMap::new();
+        let mut margin = f64::INFINITY;
+        for effect in &effects {
+            let others: Vec<&Effect> = effects.iter().filter(|e| e.id != effect.id).collect();
+            let strength = rms(&counts, &with(&others).1);
+            margin = margin.min(strength / least_counts(&effect.id, options));
+            strengths.insert(effect.id.clone(), strength);
+        }
+        let drawn = Drawn {
+            hidden,
+            effects,
+            strengths,
+            counts,
+        };
+        if margin >= 1.0 {
+            return drawn;
+        }
+        if best.as_ref().is_none_or(|(other, _)| margin > *other) {
+            best = Some((margin, drawn));
+        }
+    }
+    match best {
+        Some((_, drawn)) => drawn,
+        None => Drawn {
+            hidden: plain.clone(),
+            effects: Vec::new(),
+            strengths: BTreeMap::new(),
+            counts: still_counts(plain, profiles, chances),
+        },
+    }
+}
+
+/// The least strength of an effect. Jitter is measured by another yard: a spread of a whole sample at
+/// 3 ms moves the handout's motor by a count and a half at top speed, never by two.
+fn least_counts(id: &str, options: &Options) -> f64 {
+    if id == "sample_jitter" {
+        options.least_counts.min(0.4)
+    } else {
+        options.least_counts
+    }
+}
+
+/// RMS in counts between a run and the same motor without wander.
+fn floor_counts(hidden: &Hidden, run: &CaseRun, conditions: Conditions) -> f64 {
+    let still = Conditions {
+        wander: WanderLevel {
+            sigma: 0.0,
+            ..conditions.wander
+        },
+        ..conditions
+    };
+    let counts: Vec<f64> = run.counts.iter().map(|&c| c as f64).collect();
+    // A count is an interval: its middle lies half a count above, less the fraction of the start, which a
+    // fit is free to choose; here the mean of the difference stands for both.
+    let expected = still_counts_under(hidden, &run.profile, still);
+    let difference: Vec<f64> = counts.iter().zip(&expected).map(|(c, e)| c - e).collect();
+    let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;
+    let mean = mean.clamp(-1.0, 0.0);
+    let offset = vec![mean; difference.len()];
+    rms(&difference, &offset)
+}
+
+fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
+    rng.random_range(low.ln()..high.ln()).exp()
+}

@@ -1,0 +1,113 @@
+//! What is hidden in a motor: neutral values mean that nothing is.
+
+use crate::motor::Motor;
+use crate::oddity::Oddity;
+
+/// A ripple `amplitude sin(cycles angle + phase_rad)`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Wave {
+    pub(crate) amplitude: f64,
+    pub(crate) cycles: f64,
+    pub(crate) phase_rad: f64,
+}
+
+impl Wave {
+    pub(crate) fn at(&self, angle: f64) -> f64 {
+        if self.amplitude == 0.0 {
+            0.0
+        } else {
+            self.amplitude * (self.cycles * angle + self.phase_rad).sin()
+        }
+    }
+}
+
+/// How motor and load hang together, where they are two bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Coupling {
+    /// Share of the inertia on the load side.
+    pub(crate) load_fraction: f64,
+    pub(crate) encoder_on_load: bool,
+    pub(crate) contact: Contact,
+}
+
+/// What transmits the torque.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Contact {
+    /// Stiff flanks that touch at half the gap to either side; they push, never pull.
+    Flanks { gap_rad: f64 },
+    /// A spring and damper of this frequency and damping ratio, the two bodies free.
+    Spring {
+        frequency_hz: f64,
+        damping_ratio: f64,
+    },
+    /// A clutch that slips at this torque.
+    Clutch { limit_nm: f64 },
+}
+
+/// All that a motor hides, besides changed figures of the motor itself.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Hidden {
+    pub(crate) motor: Motor,
+    pub(crate) delay_s: f64,
+    pub(crate) dead_zone_v: f64,
+    pub(crate) drop_v: f64,
+    pub(crate) source_resistance_ohm: f64,
+    pub(crate) gain: f64,
+    pub(crate) current_limit_a: f64,
+    pub(crate) coasts: bool,
+    pub(crate) resistance_rise_per_w: f64,
+    pub(crate) thermal_time_s: f64,
+    pub(crate) torque_ripple: Wave,
+    pub(crate) stribeck_nm: f64,
+    pub(crate) stribeck_speed_rad_s: f64,
+    pub(crate) friction_asymmetry: f64,
+    /// Bend at which dry friction gives way; 0 for the hundredth of a count of plain dry friction.
+    pub(crate) break_in_rad: f64,
+    pub(crate) driving_fraction: f64,
+    pub(crate) driven_fraction: f64,
+    pub(crate) drag: f64,
+    pub(crate) gravity: Wave,
+    pub(crate) cogging: Wave,
+    pub(crate) coupling: Option<Coupling>,
+    pub(crate) miss_probability: f64,
+    pub(crate) max_edge_rate_hz: f64,
+    pub(crate) eccentricity: Wave,
+    pub(crate) jitter_s: f64,
+    pub(crate) clock_error: f64,
+    pub(crate) oddity: Option<Oddity>,
+}
+
+impl Hidden {
+    /// The plain motor.
+    pub(crate) fn nothing(motor: Motor) -> Self {
+        Self {
+            motor,
+            delay_s: 0.0,
+            dead_zone_v: 0.0,
+            drop_v: 0.0,
+            source_resistance_ohm: 0.0,
+            gain: 1.0,
+            current_limit_a: f64::INFINITY,
+            coasts: false,
+            resistance_rise_per_w: 0.0,
+            thermal_time_s: 1.0,
+            torque_ripple: Wave::default(),
+            stribeck_nm: 0.0,
+            stribeck_speed_rad_s: 1.0,
+            friction_asymmetry: 0.0,
+            break_in_rad: 0.0,
+            driving_fraction: 0.0,
+            driven_fraction: 0.0,
+            drag: 0.0,
+            gravity: Wave::default(),
+            cogging: Wave::default(),
+            coupling: None,
+            miss_probability: 0.0,
+            max_edge_rate_hz: f64::INFINITY,
+            eccentricity: Wave::default(),
+            jitter_s: 0.0,
+            clock_error: 0.0,
+            oddity: None,
+        }
+    }
+}

@@ -1,0 +1,432 @@
+//! Effects that no catalogue lists, one or more in every stage of the chain.
+//!
+//! | id | stage | depends on |
+//! | --- | --- | --- |
+//! | `command_dropout` | command | time, periodic: the command is lost for a moment |
+//! | `coarse_command` | command | level: the command is rounded to a few steps |
+//! | `supply_flicker` | driver | chance: the supply falls to a fraction for tens of ms |
+//! | `rate_limit` | driver | history: the output follows at so many V/s |
+//! | `lopsided_driver` | driver | sign: one direction gets more voltage than the other |
+//! | `magnet_weakening` | electrical | history: heat weakens the constant |
+//! | `bearing_loosening` | mechanical | history: dry friction falls as rubbing warms the bearing |
+//! | `grease_settling` | mechanical | history: rest stiffens, travel frees |
+//! | `load_pulse` | mechanical | chance: something rubs for a moment |
+//! | `vibration` | mechanical | time: a torque that swings by itself |
+//! | `stiction_patch` | mechanical | angle: one sector rubs more |
+//! | `belt_jump` | transmission | chance, under load: the belt jumps a tooth |
+//! | `coupling_slip` | transmission | torque: a clutch slips |
+//! | `spurious_counts` | sensor | chance: bursts of edges that were none |
+//! | `clock_stall` | timing | chance: the board stands still and does not know |
+
+use std::f64::consts::TAU;
+
+use rand::{Rng, RngExt};
+
+use crate::effect::Effect;
+use crate::motor::Motor;
+
+/// Ids of the effects outside the catalogue.
+pub const OUTSIDE: [&str; 15] = [
+    "command_dropout",
+    "coarse_command",
+    "supply_flicker",
+    "rate_limit",
+    "lopsided_driver",
+    "magnet_weakening",
+    "bearing_loosening",
+    "grease_settling",
+    "load_pulse",
+    "vibration",
+    "stiction_patch",
+    "belt_jump",
+    "coupling_slip",
+    "spurious_counts",
+    "clock_stall",
+];
+
+/// An effect outside the catalogue with its parameters (all but `coupling_slip`, a kind of coupling).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Oddity {
+    CommandDropout {
+        period_s: f64,
+        lost_s: f64,
+        start_s: f64,
+    },
+    CoarseCommand {
+        step_v: f64,
+    },
+    SupplyFlicker {
+        rate_hz: f64,
+        mean_s: f64,
+        fraction: f64,
+    },
+    RateLimit {
+        volts_per_s: f64,
+    },
+    LopsidedDriver {
+        ratio: f64,
+    },
+    MagnetWeakening {
+        loss: f64,
+        energy_j: f64,
+    },
+    BearingLoosening {
+        loss: f64,
+        energy_j: f64,
+    },
+    GreaseSettling {
+        extra_nm: f64,
+        rest_s: f64,
+        travel_rad: f64,
+    },
+    LoadPulse {
+        rate_hz: f64,
+        mean_s: f64,
+        torque_nm: f64,
+    },
+    Vibration {
+        torque_nm: f64,
+        frequency_hz: f64,
+        phase_rad: f64,
+    },
+    StictionPatch {
+        extra_nm: f64,
+        from_rad: f64,
+        width_rad: f64,
+    },
+    BeltJump {
+        rate_hz: f64,
+        torque_nm: f64,
+        pitch_rad: f64,
+    },
+    SpuriousCounts {
+        rate_hz: f64,
+        largest: f64,
+    },
+    ClockStall {
+        rate_hz: f64,
+        mean_s: f64,
+    },
+}
+
+impl Oddity {
+    /// Draws the parameters of an effect of [`OUTSIDE`].
+    ///
+    /// # Panics
+    /// If `id` is not one of them.
+    pub(crate) fn draw(id: &str, m: &Motor, rng: &mut impl Rng) -> Vec<(&'static str, f64)> {
+        let tf = m.coulomb_friction_nm;
+        let stall_nm = m.stall_current_a() * m.torque_constant_nm_per_a;
+        let mut between = |low: f64, high: f64| rng.random_range(low..high);
+        match id {
+            "command_dropout" => vec![
+                ("period_s", between(0.5, 2.5)),
+                ("lost_s", between(0.02, 0.15)),
+                ("start_s", between(0.0, 0.5)),
+            ],
+            "coarse_command" => vec![("step_v", m.supply_v / between(3.0, 8.0).round())],
+            "supply_flicker" => vec![
+                ("rate_hz", between(0.4, 2.5)),
+                ("mean_s", between(0.02, 0.2)),
+                ("fraction", between(0.3, 0.85)),
+            ],
+            "rate_limit" => vec![("volts_per_s", m.supply_v * between(2.0, 20.0))],
+            "lopsided_driver" => vec![("ratio", between(0.03, 0.25))],
+            "magnet_weakening" => vec![
+                ("loss", between(0.04, 0.3)),
+                ("energy_j", between(0.5, 4.0)),
+            ],
+            "bearing_loosening" => vec![
+                ("loss", between(0.3, 0.8)),
+                ("energy_j", tf * m.top_speed_rad_s() * between(1.0, 8.0)),
+            ],
+            "grease_settling" => vec![
+                ("extra_nm", tf * between(1.0, 6.0)),
+                ("rest_s", between(0.05, 0.5)),
+                ("travel_rad", between(0.5, 6.0)),
+            ],
+            "load_pulse" => vec![
+                ("rate_hz", between(0.3, 1.5)),
+                ("mean_s", between(0.05, 0.5)),
+                ("torque_nm", stall_nm * between(0.1, 0.5)),
+            ],
+            "vibration" => vec![
+                ("torque_nm", tf * between(0.5, 5.0)),
+                ("frequency_hz", between(0.4, 9.0)),
+                ("phase_rad", between(0.0, TAU)),
+            ],
+            "stiction_patch" => vec![
+                ("extra_nm", tf * between(2.0, 8.0)),
+                ("from_rad", between(0.0, TAU)),
+                ("width_rad", between(0.2, 1.2)),
+            ],
+            "belt_jump" => vec![
+                ("rate_hz", between(1.0, 6.0)),
+                ("torque_nm", stall_nm * between(0.3, 0.7)),
+                ("pitch_rad", TAU / between(15.0, 60.0).round()),
+            ],
+            "coupling_slip" => vec![
+                ("limit_nm", stall_nm * between(0.12, 0.4)),
+                ("load_fraction", between(0.4, 0.9)),
+                ("encoder_side", 1.0),
+            ],
+            "spurious_counts" => vec![
+                ("rate_hz", between(0.5, 3.0)),
+                ("largest", between(6.0, 40.0).round()),
+            ],
+            "clock_stall" => vec![
+                ("rate_hz", between(0.3, 2.0)),
+                ("mean_s", between(0.01, 0.06)),
+            ],
+            other => panic!("'{other}' is no effect of the catalogue and none of those outside it"),
+        }
+    }
+
+    /// Whether it shows in the counts but not in the angle that the encoder reads.
+    pub(crate) fn adds_counts(&self) -> bool {
+        matches!(self, Self::SpuriousCounts { .. })
+    }
+
+    /// The oddity that an effect's id and parameters describe; none for a catalogue effect.
+    pub(crate) fn new(effect: &Effect) -> Option<Self> {
+        let v = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
+        Some(match effect.id.as_str() {
+            "command_dropout" => Self::CommandDropout {
+                period_s: v("period_s"),
+                lost_s: v("lost_s"),
+                start_s: v("start_s"),
+            },
+            "coarse_command" => Self::CoarseCommand {
+                step_v: v("step_v"),
+            },
+            "supply_flicker" => Self::SupplyFlicker {
+                rate_hz: v("rate_hz"),
+                mean_s: v("mean_s"),
+                fraction: v("fraction"),
+            },
+            "rate_limit" => Self::RateLimit {
+                volts_per_s: v("volts_per_s"),
+            },
+            "lopsided_driver" => Self::LopsidedDriver { ratio: v("ratio") },
+            "magnet_weakening" => Self::MagnetWeakening {
+                loss: v("loss"),
+                energy_j: v("energy_j"),
+            },
+            "bearing_loosening" => Self::BearingLoosening {
+                loss: v("loss"),
+                energy_j: v("energy_j"),
+            },
+            "grease_settling" => Self::GreaseSettling {
+                extra_nm: v("extra_nm"),
+                rest_s: v("rest_s"),
+                travel_rad: v("travel_rad"),
+            },
+            "load_pulse" => Self::LoadPulse {
+                rate_hz: v("rate_hz"),
+                mean_s: v("mean_s"),
+                torque_nm: v("torque_nm"),
+            },
+            "vibration" => Self::Vibration {
+                torque_nm: v("torque_nm"),
+                frequency_hz: v("frequency_hz"),
+                phase_rad: v("phase_rad"),
+            },
+            "stiction_patch" => Self::StictionPatch {
+                extra_nm: v("extra_nm"),
+                from_rad: v("from_rad"),
+                width_rad: v("width_rad"),
+            },
+            "belt_jump" => Self::BeltJump {
+                rate_hz: v("rate_hz"),
+                torque_nm: v("torque_nm"),
+                pitch_rad: v("pitch_rad"),
+            },
+            "spurious_counts" => Self::SpuriousCounts {
+                rate_hz: v("rate_hz"),
+                largest: v("largest"),
+            },
+            "clock_stall" => Self::ClockStall {
+                rate_hz: v("rate_hz"),
+                mean_s: v("mean_s"),
+            },
+            _ => return None,
+        })
+    }
+}
+
+/// What an oddity sees of the motor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    pub(crate) t_s: f64,
+    pub(crate) command_v: f64,
+    pub(crate) angle_rad: f64,
+    pub(crate) speed_rad_s: f64,
+    pub(crate) heat_w: f64,
+    pub(crate) torque_nm: f64,
+    pub(crate) friction_nm: f64,
+}
+
+/// What it does to the motor until it is asked again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Deed {
+    pub(crate) command_v: f64,
+    pub(crate) supply_factor: f64,
+    pub(crate) friction_factor: f64,
+    pub(crate) extra_friction_nm: f64,
+    pub(crate) constant_factor: f64,
+    pub(crate) load_nm: f64,
+    pub(crate) angle_offset_rad: f64,
+    pub(crate) count_offset: i64,
+}
+
+impl Deed {
+    pub(crate) fn none(command_v: f64) -> Self {
+        Self {
+            command_v,
+            supply_factor: 1.0,
+            friction_factor: 1.0,
+            extra_friction_nm: 0.0,
+            constant_factor: 1.0,
+            load_nm: 0.0,
+            angle_offset_rad: 0.0,
+            count_offset: 0,
+        }
+    }
+}
+
+/// An oddity at work, with what it remembers.
+#[derive(Debug, Clone)]
+pub(crate) struct AtWork {
+    oddity: Oddity,
+    /// Energy taken in, output voltage, settledness or angle jumped: one number is all any remembers.
+    memory: f64,
+    /// Until when a moment lasts, in s.
+    until_s: f64,
+    counts: i64,
+}
+
+impl AtWork {
+    pub(crate) fn new(oddity: Oddity) -> Self {
+        let memory = match oddity {
+            // It has stood for long before the run.
+            Oddity::GreaseSettling { .. } => 1.0,
+            _ => 0.0,
+        };
+        Self {
+            oddity,
+            memory,
+            until_s: f64::NEG_INFINITY,
+            counts: 0,
+        }
+    }
+
+    /// Whether a moment that comes `rate_hz` times a second and lasts `mean_s` (exponential) is on.
+    fn moment(&mut self, t_s: f64, dt: f64, rate_hz: f64, mean_s: f64, rng: &mut impl Rng) -> bool {
+        if t_s >= self.until_s && rng.random_bool((rate_hz * dt).min(1.0)) {
+            self.until_s = t_s - mean_s * (1.0 - rng.random_range(0.0..1.0_f64)).ln();
+        }
+        t_s < self.until_s
+    }
+
+    /// `dt` seconds on: what it does now.
+    pub(crate) fn step(&mut self, seen: Seen, dt: f64, rng: &mut impl Rng) -> Deed {
+        let mut deed = Deed::none(seen.command_v);
+        match self.oddity {
+            Oddity::CommandDropout {
+                period_s,
+                lost_s,
+                start_s,
+            } => {
+                if (seen.t_s - start_s).rem_euclid(period_s) < lost_s {
+                    deed.command_v = 0.0;
+                }
+            }
+            Oddity::CoarseCommand { step_v } => {
+                deed.command_v = (seen.command_v / step_v).round() * step_v;
+            }
+            Oddity::SupplyFlicker {
+                rate_hz,
+                mean_s,
+                fraction,
+            } => {
+                if self.moment(seen.t_s, dt, rate_hz, mean_s, rng) {
+                    deed.supply_factor = fraction;
+                }
+            }
+            Oddity::RateLimit { volts_per_s } => {
+                let most = volts_per_s * dt;
+                self.memory += (seen.command_v - self.memory).clamp(-most, most);
+                deed.command_v = self.memory;
+            }
+            Oddity::LopsidedDriver { ratio } => {
+                deed.supply_factor = 1.0 + ratio * seen.command_v.signum();
+            }
+            Oddity::MagnetWeakening { loss, energy_j } => {
+                self.memory += seen.heat_w * dt;
+                deed.constant_factor = 1.0 - loss * (1.0 - (-self.memory / energy_j).exp());
+            }
+            Oddity::BearingLoosening { loss, energy_j } => {
+                self.memory += (seen.friction_nm * seen.speed_rad_s).abs() * dt;
+                deed.friction_factor = 1.0 - loss * (1.0 - (-self.memory / energy_j).exp());
+            }
+            Oddity::GreaseSettling {
+                extra_nm,
+                rest_s,
+                travel_rad,
+            } => {
+                let freed = seen.speed_rad_s.abs() / travel_rad;
+                let rate = if seen.speed_rad_s.abs() < 0.02 {
+                    (1.0 - self.memory) / rest_s
+                } else {
+                    -self.memory * freed
+                };
+                self.memory = (self.memory + rate * dt).clamp(0.0, 1.0);
+                deed.extra_friction_nm = extra_nm * self.memory;
+            }
+            Oddity::LoadPulse {
+                rate_hz,
+                mean_s,
+                torque_nm,
+            } => {
+                if self.moment(seen.t_s, dt, rate_hz, mean_s, rng) {
+                    deed.extra_friction_nm = torque_nm;
+                }
+            }
+            Oddity::Vibration {
+                torque_nm,
+                frequency_hz,
+                phase_rad,
+            } => {
+                deed.load_nm = torque_nm * (TAU * frequency_hz * seen.t_s + phase_rad).sin();
+            }
+            Oddity::StictionPatch {
+                extra_nm,
+                from_rad,
+                width_rad,
+            } => {
+                if (seen.angle_rad - from_rad).rem_euclid(TAU) < width_rad {
+                    deed.extra_friction_nm = extra_nm;
+                }
+            }
+            Oddity::BeltJump {
+                rate_hz,
+                torque_nm,
+                pitch_rad,
+            } => {
+                if seen.torque_nm.abs() > torque_nm && rng.random_bool((rate_hz * dt).min(1.0)) {
+                    self.memory -= pitch_rad * seen.torque_nm.signum();
+                }
+                deed.angle_offset_rad = self.memory;
+            }
+            Oddity::SpuriousCounts { rate_hz, largest } => {
+                if rng.random_bool((rate_hz * dt).min(1.0)) {
+                    let size = rng.random_range(3..=(largest as i64).max(3));
+                    self.counts += if rng.random_bool(0.5) { size } else { -size };
+                }
+                deed.count_offset = self.counts;
+            }
+            Oddity::ClockStall { .. } => {}
+        }
+        deed
+    }
+}

@@ -1,0 +1,126 @@
+//! How much of a gap a hidden effect makes, and how much of it re-tuning could hide.
+
+use crate::hidden::Hidden;
+use crate::motor::{Motor, NOMINAL_SIGMA};
+use crate::plant::WanderLevel;
+use crate::profile::Profile;
+use crate::record::{Conditions, record};
+
+/// No wander at all.
+const STILL: WanderLevel = WanderLevel {
+    sigma: 0.0,
+    time_s: 1.0,
+};
+
+/// What the encoder reads of a motor without any wander, in nominal counts, over all profiles.
+///
+/// Sensor effects that act on whole counts (lost edges, another resolution) show in the counts only, so
+/// these are used; both motors of a comparison start at the same fraction of a count.
+pub(crate) fn still_counts(hidden: &Hidden, profiles: &[Profile], seed: u64) -> Vec<f64> {
+    let mut all = Vec::new();
+    for (k, profile) in profiles.iter().enumerate() {
+        let conditions = Conditions {
+            wander: STILL,
+            seed: seed.wrapping_add(k as u64),
+        };
+        all.extend(still_counts_under(hidden, profile, conditions));
+    }
+    all
+}
+
+/// [`still_counts`] of one profile under conditions of its own.
+pub(crate) fn still_counts_under(
+    hidden: &Hidden,
+    profile: &Profile,
+    conditions: Conditions,
+) -> Vec<f64> {
+    let recording = record(hidden, profile, hidden.motor.counts_per_rev, conditions);
+    // The whole counts hold what edges were lost or added; the angle has what lies between edges.
+    let count_rad = hidden.motor.count_rad();
+    let whole = hidden.miss_probability > 0.0
+        || hidden.max_edge_rate_hz.is_finite()
+        || hidden.oddity.is_some_and(|oddity| oddity.adds_counts());
+    let readings = recording.run.counts.iter().zip(&recording.angle_rad);
+    readings
+        .map(|(&counts, &angle)| {
+            if whole {
+                counts as f64
+            } else {
+                angle / count_rad
+            }
+        })
+        .collect()
+}
+
+/// Root mean square of the difference.
+pub(crate) fn rms(a: &[f64], b: &[f64]) -> f64 {
+    let sum: f64 = a.iter().zip(b).map(|(x, y)| (x - y) * (x - y)).sum();
+    (sum / a.len().max(1) as f64).sqrt()
+}
+
+/// RMS in counts of what is left of `with - without` once R, K, J, b and Tf are re-tuned to it, linearly
+/// and within their tolerances: `min over x of |d - S x|^2 12 + |x / 0.05|^2`.
+pub(crate) fn beyond_refit(
+    plain: &Hidden,
+    profiles: &[Profile],
+    seed: u64,
+    with: &[f64],
+    without: &[f64],
+) -> f64 {
+    /// Relative step of the sensitivities.
+    const PROBE: f64 = 0.02;
+    let probes: [fn(&mut Motor); 5] = [
+        |m| m.resistance_ohm *= 1.0 + PROBE,
+        |m| {
+            m.back_emf_v_s_per_rad *= 1.0 + PROBE;
+            m.torque_constant_nm_per_a *= 1.0 + PROBE;
+        },
+        |m| m.inertia_kg_m2 *= 1.0 + PROBE,
+        |m| m.viscous_friction_nm_s_per_rad *= 1.0 + PROBE,
+        |m| m.coulomb_friction_nm *= 1.0 + PROBE,
+    ];
+    let sensitivities = probes.map(|probe| {
+        let mut changed = plain.clone();
+        probe(&mut changed.motor);
+        let mut column = still_counts(&changed, profiles, seed);
+        for (c, w) in column.iter_mut().zip(without) {
+            *c = (*c - w) / PROBE;
+        }
+        column
+    });
+    let gap: Vec<f64> = with.iter().zip(without).map(|(a, b)| a - b).collect();
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
+    let mut normal = [[0.0; 5]; 5];
+    let mut right = [0.0; 5];
+    for i in 0..5 {
+        right[i] = 12.0 * dot(&sensitivities[i], &gap);
+        for j in 0..5 {
+            normal[i][j] = 12.0 * dot(&sensitivities[i], &sensitivities[j]);
+        }
+        normal[i][i] += 1.0 / (NOMINAL_SIGMA * NOMINAL_SIGMA);
+    }
+    let x = solve(normal, right);
+    let left: Vec<f64> = (0..gap.len())
+        .map(|k| gap[k] - (0..5).map(|i| sensitivities[i][k] * x[i]).sum::<f64>())
+        .collect();
+    rms(&left, &vec![0.0; left.len()])
+}
+
+/// Solves a symmetric positive definite system by Gaussian elimination.
+fn solve(mut a: [[f64; 5]; 5], mut b: [f64; 5]) -> [f64; 5] {
+    for i in 0..5 {
+        for j in i + 1..5 {
+            let factor = a[j][i] / a[i][i];
+            let pivot = a[i];
+            for (below, above) in a[j].iter_mut().zip(pivot).skip(i) {
+                *below -= factor * above;
+            }
+            b[j] -= factor * b[i];
+        }
+    }
+    for i in (0..5).rev() {
+        let known: f64 = (i + 1..5).map(|j| a[i][j] * b[j]).sum();
+        b[i] = (b[i] - known) / a[i][i];
+    }
+    b
+}

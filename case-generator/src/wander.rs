@@ -1,0 +1,31 @@
+//! What no model foresees: load and friction that wander slowly (Ornstein-Uhlenbeck).
+
+use rand::Rng;
+
+use crate::motor::normal;
+
+/// A stationary Gaussian process with autocorrelation exp(-t / time_s).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wander {
+    sigma: f64,
+    time_s: f64,
+    value: f64,
+}
+
+impl Wander {
+    /// Starts at a value drawn from the stationary law.
+    pub(crate) fn new(sigma: f64, time_s: f64, rng: &mut impl Rng) -> Self {
+        Self {
+            sigma,
+            time_s,
+            value: sigma * normal(rng),
+        }
+    }
+
+    /// The value `dt` seconds later; exact for any step.
+    pub(crate) fn step(&mut self, dt: f64, rng: &mut impl Rng) -> f64 {
+        let kept = (-dt / self.time_s).exp();
+        self.value = kept * self.value + self.sigma * (1.0 - kept * kept).sqrt() * normal(rng);
+        self.value
+    }
+}
