@@ -267,8 +267,8 @@ fn uneven_sample_times_read_the_same_motion() {
             kind: CommandKind::Voltage,
         };
         let uneven = simulate(&motor, &drive, &SimulationOptions::default()).unwrap();
-        for k in 0..n {
-            let off = (uneven.angle_rad[3 * k] - even.angle_rad[k]).abs() * 114.6;
+        for (k, even_rad) in even.angle_rad.iter().enumerate() {
+            let off = (uneven.angle_rad[3 * k] - even_rad).abs() * 114.6;
             assert!(off < 0.001, "{effects:?} at {k}: {off} counts");
         }
     }
