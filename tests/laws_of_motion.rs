@@ -256,10 +256,10 @@ fn uneven_sample_times_read_the_same_motion() {
         // The same commands at the same instants, with samples in between.
         let mut t_s = Vec::new();
         let mut dense = Vec::new();
-        for k in 0..n {
+        for (k, level) in command.iter().enumerate() {
             let t = k as f64 * 0.003;
             t_s.extend([t, t + 0.000_7 + 1e-5 * (k % 7) as f64, t + 0.002_1]);
-            dense.extend([command[k]; 3]);
+            dense.extend([*level; 3]);
         }
         let drive = Drive {
             t_s: &t_s,
