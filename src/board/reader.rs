@@ -66,7 +66,7 @@ impl LineReader {
         })
     }
 
-    /// The next arrival; `None` after a hang-up, a failure or [`LineReader::stop`].
+    /// The next arrival; `None` after a hang-up, a failure or a stop.
     pub async fn next(&mut self) -> Option<Arrival> {
         self.arrivals.recv().await
     }
