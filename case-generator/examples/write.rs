@@ -4,15 +4,20 @@
 //! cargo run -p case-generator --release --example write -- --seed 1 --count 40 --kind singles DIR --labels FILE
 //! ```
 //!
-//! `--kind` is mixed, singles, pairs, none, outside, an effect's id, or two ids joined by `+`.
+//! `--kind` is mixed, singles, pairs, none, outside (or unknown), an effect's id, or two ids joined by `+`.
 //! `--other-motors` draws motors unlike the handout's; `--wander X` multiplies the wander.
-//! A case's directory holds motor.toml, run1.csv, run2.csv, run3.csv and unseen.csv.
+//! A case's directory holds motor.toml (nominal), run1.csv (step at 30 ms), run2.csv (step at 3 ms),
+//! run3.csv (reversing at 3 ms, 15 s) and unseen.csv (another such).
 
+use std::collections::BTreeMap;
 use std::error::Error;
-use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::{fs, io, thread};
 
-use case_generator::{Kind, Mix, Options, generate_with, plan};
+use serde_json::Value;
+
+use case_generator::{Case, Kind, Mix, Options, generate_with, plan};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut seed = 1;
@@ -45,21 +50,41 @@ fn main() -> Result<(), Box<dyn Error>> {
                 .collect()
         }
     };
-    let mut all = serde_json::Map::new();
-    for (k, (seed, kind)) in planned.iter().enumerate() {
-        let case = generate_with(*seed, kind, &options);
-        let name = format!("case-{:04}", k + 1);
-        let folder = directory.join(&name);
-        fs::create_dir_all(&folder)?;
-        fs::write(folder.join("motor.toml"), case.nominal.to_toml())?;
-        for (n, run) in case.runs.iter().enumerate() {
-            fs::write(folder.join(format!("run{}.csv", n + 1)), run.to_csv())?;
+    let next = AtomicUsize::new(0);
+    let write = || -> Result<Vec<(String, Value)>, String> {
+        let mut written = Vec::new();
+        loop {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            let Some((seed, kind)) = planned.get(k) else {
+                return Ok(written);
+            };
+            let case = generate_with(*seed, kind, &options);
+            let name = format!("case-{:04}", k + 1);
+            write_case(&directory.join(&name), &case).map_err(|error| error.to_string())?;
+            let label = serde_json::to_value(&case.label).map_err(|error| error.to_string())?;
+            written.push((name, label));
         }
-        fs::write(folder.join("unseen.csv"), case.unseen_run.to_csv())?;
-        all.insert(name, serde_json::to_value(&case.label)?);
+    };
+    let cores = thread::available_parallelism().map_or(1, usize::from);
+    let written: Vec<_> = thread::scope(|scope| {
+        let threads: Vec<_> = (0..cores).map(|_| scope.spawn(write)).collect();
+        threads.into_iter().map(|thread| thread.join()).collect()
+    });
+    let mut all = BTreeMap::new();
+    for part in written {
+        all.extend(part.map_err(|_| "a thread died")??);
     }
     if let Some(labels) = labels {
         fs::write(labels, serde_json::to_string_pretty(&all)?)?;
     }
     Ok(())
+}
+
+fn write_case(folder: &Path, case: &Case) -> io::Result<()> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join("motor.toml"), case.nominal.to_toml())?;
+    for (n, run) in case.runs.iter().enumerate() {
+        fs::write(folder.join(format!("run{}.csv", n + 1)), run.to_csv())?;
+    }
+    fs::write(folder.join("unseen.csv"), case.unseen_run.to_csv())
 }

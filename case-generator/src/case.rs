@@ -238,12 +238,12 @@ fn floor_counts(hidden: &Hidden, run: &CaseRun, conditions: Conditions) -> f64 {
         ..conditions
     };
     let counts: Vec<f64> = run.counts.iter().map(|&c| c as f64).collect();
-    // A count is an interval: its middle lies half a count above, less the fraction of the start, which a
-    // fit is free to choose; here the mean of the difference stands for both.
+    // floor(x + phi) - x has the mean phi - 1/2, where phi, the fraction of a count at the start, is for
+    // a fit to choose: the mean of the difference, as far as phi can make it, is no error.
     let expected = still_counts_under(hidden, &run.profile, still);
     let difference: Vec<f64> = counts.iter().zip(&expected).map(|(c, e)| c - e).collect();
     let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;
-    let mean = mean.clamp(-1.0, 0.0);
+    let mean = mean.clamp(-0.5, 0.5);
     let offset = vec![mean; difference.len()];
     rms(&difference, &offset)
 }

@@ -104,7 +104,7 @@ impl FromStr for Mix {
             "singles" => Ok(Self::Singles),
             "pairs" => Ok(Self::Pairs),
             "none" => Ok(Self::None),
-            "outside" => Ok(Self::Outside),
+            "outside" | "unknown" => Ok(Self::Outside),
             other => Err(UnknownKind(other.to_owned())),
         }
     }
