@@ -1,0 +1,103 @@
+//! What hangs on the board: driver, motor, and the encoder's wheel.
+
+use motorlab::motor::{Motor, Plant, SimulationError};
+use motorlab::recording::CommandKind;
+
+/// Angle and speed of the encoder's wheel, in counts and counts/s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    /// Angle: the encoder shows the whole counts below it.
+    pub counts: f64,
+    /// Its rate.
+    pub counts_per_s: f64,
+}
+
+/// Something that turns an encoder.
+pub trait Shaft: Send {
+    /// Lets it run from where it is to `until_s`, since power-up, with a voltage at the motor.
+    fn run(&mut self, motor_v: f64, until_s: f64) -> Turn;
+
+    /// Driver supply in V.
+    fn supply_v(&self) -> f64;
+}
+
+/// The simulated motor. It starts at rest half a count into count 0.
+#[derive(Debug)]
+pub struct MotorShaft {
+    plant: Plant,
+    counts_per_rad: f64,
+    supply_v: f64,
+}
+
+/// Where in its count the shaft starts.
+pub const START_COUNT_FRACTION: f64 = 0.5;
+
+impl MotorShaft {
+    /// A motor at rest.
+    pub fn new(motor: &Motor) -> Result<Self, SimulationError> {
+        Ok(Self {
+            plant: Plant::starting_at(motor, CommandKind::Voltage, 1, START_COUNT_FRACTION)?,
+            counts_per_rad: motor.parameters.counts_per_rev / std::f64::consts::TAU,
+            supply_v: motor.parameters.supply_v,
+        })
+    }
+}
+
+impl Shaft for MotorShaft {
+    fn run(&mut self, motor_v: f64, until_s: f64) -> Turn {
+        self.plant.hold(motor_v, until_s);
+        Turn {
+            counts: self.plant.angle_rad() * self.counts_per_rad + START_COUNT_FRACTION,
+            counts_per_s: self.plant.speed_rad_s() * self.counts_per_rad,
+        }
+    }
+
+    fn supply_v(&self) -> f64 {
+        self.supply_v
+    }
+}
+
+/// A wheel that is turned from outside at a steady rate while the driver puts out any voltage: what a
+/// signal generator is to a real board.
+#[derive(Debug, Clone)]
+pub struct SteadyShaft {
+    counts_per_s: f64,
+    counts: f64,
+    now_s: f64,
+}
+
+impl SteadyShaft {
+    /// Turns at so many counts a second, in the direction of the voltage.
+    pub fn new(counts_per_s: f64) -> Self {
+        Self {
+            counts_per_s,
+            counts: START_COUNT_FRACTION,
+            now_s: 0.0,
+        }
+    }
+}
+
+impl Shaft for SteadyShaft {
+    fn run(&mut self, motor_v: f64, until_s: f64) -> Turn {
+        let counts_per_s = if motor_v == 0.0 {
+            0.0
+        } else {
+            self.counts_per_s * motor_v.signum()
+        };
+        self.counts += counts_per_s * (until_s - self.now_s);
+        self.now_s = until_s;
+        Turn {
+            counts: self.counts,
+            counts_per_s,
+        }
+    }
+
+    fn supply_v(&self) -> f64 {
+        4.5
+    }
+}
+
+/// What the encoder's two channels show at a count: bit 0 A, bit 1 B. A leads B upwards.
+pub fn levels(count: i64) -> u8 {
+    [0b00, 0b01, 0b11, 0b10][count.rem_euclid(4) as usize]
+}
