@@ -203,7 +203,10 @@ impl Capture {
         let mut header = toml::Table::new();
         header.insert("port".to_owned(), self.port.clone().into());
         header.insert("baud".to_owned(), i64::from(self.baud).into());
-        header.insert("profile".to_owned(), self.profile_name().into());
+        match &self.columns {
+            Some(columns) => self.describe_text(columns, &mut header),
+            None => drop(header.insert("profile".to_owned(), self.profile_name().into())),
+        }
         let log = rawlog::Writer::new(io::BufWriter::new(file), &header).map_err(cannot)?;
         Ok(Some(log))
     }

@@ -65,31 +65,81 @@ impl Capture {
         Ok(status)
     }
 
+    /// Puts into a raw log's header what a replay of text lines must know.
+    pub(super) fn describe_text(&self, columns: &str, header: &mut toml::Table) {
+        header.insert("columns".to_owned(), columns.into());
+        if let Some(profile) = &self.profile {
+            header.insert("profile".to_owned(), profile.as_str().into());
+        }
+        let sample_time_s = self.ts.map(|us| f64::from(us) / 1e6);
+        for (key, value) in [
+            ("sample_time_s", sample_time_s),
+            ("duration_s", Some(self.duration.unwrap_or(DURATION_S))),
+            ("supply_v", self.supply),
+            ("counts_per_rev", self.counts_per_rev),
+        ] {
+            if let Some(value) = value {
+                header.insert(key.to_owned(), value.into());
+            }
+        }
+    }
+
     fn text_request(&self, path: &Path, names: &str) -> Result<TextRequest, Failure> {
+        let told = Told {
+            columns: names,
+            profile: self.profile.as_deref(),
+            sample_time_us: self.ts,
+            counts_per_rev: self.counts_per_rev,
+            supply_v: self.supply,
+            duration_s: self.duration,
+        };
+        Ok(TextRequest {
+            baud: self.baud,
+            patience: Duration::from_secs_f64(self.patience),
+            usb: usb_identity(path),
+            ..told.request(&self.output, &self.port)?
+        })
+    }
+}
+
+/// What is told of a sketch's text lines, by options or by a raw log's header.
+#[derive(Debug)]
+pub(super) struct Told<'a> {
+    pub columns: &'a str,
+    pub profile: Option<&'a str>,
+    pub sample_time_us: Option<u32>,
+    pub counts_per_rev: Option<f64>,
+    pub supply_v: Option<f64>,
+    pub duration_s: Option<f64>,
+}
+
+impl Told<'_> {
+    /// A request with the nominal motor's values for what is not told.
+    pub(super) fn request(&self, output: &Path, port: &str) -> Result<TextRequest, Failure> {
         let nominal = Parameters::default();
-        let supply_v = self.supply.unwrap_or(nominal.supply_v);
-        let duration_s = self.duration.unwrap_or(DURATION_S);
+        let supply_v = self.supply_v.unwrap_or(nominal.supply_v);
+        let duration_s = self.duration_s.unwrap_or(DURATION_S);
         let profile_s = if duration_s > 0.0 {
             duration_s
         } else {
             DURATION_S
         };
-        let profile = match &self.profile {
+        let profile = match self.profile {
             Some(name) => Some(Profile::named(name, supply_v, profile_s).map_err(Failure::input)?),
             None => None,
         };
         Ok(TextRequest {
-            columns: columns(names)?,
-            sample_time_us: self.ts,
+            columns: columns(self.columns)?,
+            sample_time_us: self.sample_time_us,
             counts_per_rev: self.counts_per_rev.unwrap_or(nominal.counts_per_rev),
             supply_v,
             profile,
             duration_s,
-            baud: self.baud,
-            patience: Duration::from_secs_f64(self.patience),
-            output: self.output.clone(),
-            port: self.port.clone(),
-            usb: usb_identity(path),
+            baud: firmware_protocol::BAUD,
+            patience: Duration::MAX,
+            output: output.to_owned(),
+            port: port.to_owned(),
+            usb: None,
         })
     }
 }

@@ -10,12 +10,15 @@ use serde_json::json;
 
 use super::capture::{capture_failure, positive, say_free_name};
 use super::capture_report::report;
+use super::capture_text::Told;
 use super::progress::ProgressLine;
 use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::{Profile, ReplayedDevice, rawlog};
-use crate::recording::{CaptureRequest, ReplayError, SharedLive, Speed, replay};
+use crate::recording::{
+    CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, replay, replay_text,
+};
 
 /// Play a raw serial log: into a run file, or as a serial device that `capture` opens.
 #[derive(Debug, Args)]
@@ -46,6 +49,14 @@ pub struct Replay {
     /// Driver supply in V, if not what the board says.
     #[arg(long, value_name = "VOLTS", value_parser = positive)]
     supply: Option<f64>,
+    /// The log is of a plain sketch's text lines: what its columns mean, or `auto`. [default: what the
+    /// log's header says]
+    #[arg(long, value_name = "NAMES", conflicts_with = "pty")]
+    columns: Option<String>,
+}
+
+fn text<'a>(header: &'a toml::Table, key: &str) -> Option<&'a str> {
+    header.get(key).and_then(toml::Value::as_str)
 }
 
 fn speed(text: &str) -> Result<Speed, String> {
@@ -75,9 +86,7 @@ impl Replay {
         say_free_name(output, &self.output);
         let live = SharedLive::default();
         let progress = ProgressLine::show(&live);
-        let speed = self.speed.unwrap_or(Speed::Max);
-        let request = self.request(log.header());
-        let replayed = replay(&mut log, &request, speed, &live, || stop.is_asked());
+        let replayed = self.play(&mut log, &live, &stop);
         drop(progress);
         if log.torn() {
             output.message(&format!(
@@ -85,11 +94,59 @@ impl Replay {
                 self.log.display()
             ));
         }
-        let captured = replayed.map_err(|error| match error {
+        let (captured, notes) = replayed?;
+        let status = report(output, &captured, true, &Segments::default())?;
+        for note in notes {
+            output.message(&format!("note: {note}"));
+        }
+        Ok(status)
+    }
+
+    /// Plays it into a run file: frames, or text lines where the log or `--columns` says so.
+    fn play(
+        &self,
+        log: &mut rawlog::Reader<BufReader<File>>,
+        live: &SharedLive,
+        stop: &StopSignal,
+    ) -> Result<(Captured, Vec<String>), Failure> {
+        let speed = self.speed.unwrap_or(Speed::Max);
+        let header = log.header();
+        let played = match self.columns.as_deref().or_else(|| text(header, "columns")) {
+            Some(columns) => {
+                let request = self.text_request(columns, header)?;
+                let played = replay_text(log, request, speed, live, || stop.is_asked());
+                played.map(|text| (text.captured, text.notes))
+            }
+            None => {
+                let request = self.request(header);
+                let played = replay(log, &request, speed, live, || stop.is_asked());
+                played.map(|captured| (captured, Vec::new()))
+            }
+        };
+        played.map_err(|error| match error {
             ReplayError::Capture(error) => capture_failure(error),
             other => self.in_log(&other),
-        })?;
-        report(output, &captured, true, &Segments::default())
+        })
+    }
+
+    fn text_request(&self, columns: &str, header: &toml::Table) -> Result<TextRequest, Failure> {
+        let number = |key: &str| {
+            let value = header.get(key)?;
+            value
+                .as_float()
+                .or_else(|| value.as_integer().map(|whole| whole as f64))
+        };
+        let sample_time_us = number("sample_time_s").map(|s| (s * 1e6).round() as u32);
+        let told = Told {
+            columns,
+            profile: text(header, "profile"),
+            sample_time_us: sample_time_us.filter(|&us| us > 0),
+            counts_per_rev: self.counts_per_rev.or(number("counts_per_rev")),
+            supply_v: self.supply.or(number("supply_v")),
+            // As long as the log is, where it does not say how long it should be.
+            duration_s: number("duration_s").or(Some(0.0)),
+        };
+        told.request(&self.output, text(header, "port").unwrap_or("replayed"))
     }
 
     fn in_log(&self, error: &ReplayError) -> Failure {
@@ -97,18 +154,17 @@ impl Replay {
     }
 
     fn request(&self, header: &toml::Table) -> CaptureRequest {
-        let text = |key: &str| header.get(key).and_then(toml::Value::as_str);
         CaptureRequest {
             sample_time_us: 0,
             profile: Profile {
-                name: text("profile").unwrap_or("replayed").to_owned(),
+                name: text(header, "profile").unwrap_or("replayed").to_owned(),
                 segments: Vec::new(),
             },
             samples: 0,
             counts_per_rev: self.counts_per_rev,
             supply_v: self.supply,
             output: self.output.clone(),
-            port: text("port").unwrap_or("replayed").to_owned(),
+            port: text(header, "port").unwrap_or("replayed").to_owned(),
             usb: None,
             further: toml::Table::new(),
         }

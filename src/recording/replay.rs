@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use firmware_protocol::{EndReason, FrameDecoder, Hello, HostMessage};
 
 use super::capture::BoardRecorder;
-use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive};
+use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive, TextError};
 use crate::board::{Event, Expectations, Intake, rawlog};
 
 /// How fast a log is played.
@@ -31,6 +31,9 @@ pub enum ReplayError {
     /// The run file.
     #[error(transparent)]
     Capture(#[from] CaptureError),
+    /// A recording of text lines.
+    #[error(transparent)]
+    Text(#[from] TextError),
     /// It holds something else than a recording.
     #[error("the raw log holds no recording: {0}")]
     NoRecording(&'static str),
@@ -152,13 +155,15 @@ pub fn replay(
                 .recorder
                 .finish(ending, taken, intake.damage(), toml::Table::new())?)
         }
-        None if hello.is_none() => Err(ReplayError::NoRecording("no board says HELLO in it")),
+        None if hello.is_none() => Err(ReplayError::NoRecording(
+            "no board says HELLO in it (text lines of a plain sketch? say --columns auto, or their names)",
+        )),
         None => Err(ReplayError::NoRecording("the board is never started")),
     }
 }
 
 /// Sleeps until `at_us` of the log is due, in pieces, so that a stop is noticed.
-fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &impl Fn() -> bool) {
+pub(super) fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &impl Fn() -> bool) {
     let Speed::Times(factor) = speed else {
         return;
     };

@@ -373,7 +373,7 @@ impl<'a> TextRecording<'a> {
         Ok(over.then_some(Ending::Complete))
     }
 
-    fn flush_if_due(&mut self) -> Result<(), TextError> {
+    pub(super) fn flush_if_due(&mut self) -> Result<(), TextError> {
         match &mut self.running {
             Some(running) => Ok(running.recorder.flush_if_due()?),
             None => Ok(()),

@@ -1,0 +1,48 @@
+//! Playing a raw log of a plain sketch's text lines into a run file, as if the sketch were there.
+
+use std::io::BufRead;
+use std::time::Instant;
+
+use super::replay::{ReplayError, Speed, wait_until};
+use super::text_capture::{TextCaptured, TextRecording, TextRequest};
+use super::{Ending, SharedLive};
+use crate::board::rawlog;
+
+/// Plays a log of text lines into `request.output`, at the log's arrival times. `stopped` is asked
+/// between events.
+pub fn replay_text(
+    log: &mut rawlog::Reader<impl BufRead>,
+    request: TextRequest,
+    speed: Speed,
+    live: &SharedLive,
+    stopped: impl Fn() -> bool,
+) -> Result<TextCaptured, ReplayError> {
+    let begun = Instant::now();
+    let has_end = request.duration_s > 0.0;
+    let mut text = TextRecording::new(request, live);
+    let ending = loop {
+        if stopped() {
+            break Ending::Stopped;
+        }
+        let Some((at_us, event)) = log.next_event()? else {
+            // A recording that had no end of its own ends with its log.
+            break if has_end || log.torn() {
+                Ending::LogEnded
+            } else {
+                Ending::Complete
+            };
+        };
+        wait_until(begun, at_us, speed, &stopped);
+        match event {
+            rawlog::Event::FromBoard(bytes) => {
+                if let Some(ending) = text.push(at_us, &bytes)? {
+                    break ending;
+                }
+                text.flush_if_due()?;
+            }
+            rawlog::Event::ToBoard(_) => {}
+            rawlog::Event::HangUp => break Ending::Unplugged,
+        }
+    };
+    Ok(text.finish(ending)?)
+}
