@@ -10,6 +10,7 @@ mod capture_text;
 mod compare;
 mod completions;
 mod demo;
+mod export;
 mod failure;
 mod man;
 mod motor_choice;
@@ -56,6 +57,7 @@ enum Command {
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
     Compare(compare::Compare),
+    Export(export::Export),
     Demo(demo::Demo),
     Completions(completions::Completions),
     Man(man::Man),
@@ -101,6 +103,7 @@ impl CommandLine {
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
+            Command::Export(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Completions(command) => command.run(&output),
             Command::Man(command) => command.run(&output),

@@ -1,0 +1,227 @@
+//! `motorlab export`: a motor or a run in other programs' formats.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Subcommand};
+use serde_json::json;
+
+use super::{Failure, Output, Status};
+use crate::export::{json, mat5, matlab, mujoco, urdf};
+use crate::motor::{Motor, read_motor};
+use crate::recording::{Run, read_run};
+
+/// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab export matlab --motor motor.toml --run step3.csv -o matlab\n  motorlab export mujoco --motor motor.toml -o motor.xml\n  motorlab export urdf --motor diagnosed.toml --leave-out\n  motorlab export json"
+)]
+pub struct Export {
+    #[command(subcommand)]
+    format: Format,
+}
+
+/// What to write.
+#[derive(Debug, Subcommand)]
+enum Format {
+    Matlab(Matlab),
+    Mujoco(Mujoco),
+    Urdf(Urdf),
+    Json(Json),
+}
+
+impl Export {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        match &self.format {
+            Format::Matlab(format) => format.run(output),
+            Format::Mujoco(format) => format.run(output),
+            Format::Urdf(format) => format.run(output),
+            Format::Json(format) => format.run(output),
+        }
+    }
+}
+
+/// Motor_Parameters.m in the lab handout's names, and runs as MAT-files (version 5).
+#[derive(Debug, Args)]
+struct Matlab {
+    #[command(flatten)]
+    motor: MotorFile,
+    /// A run to be written as NAME.mat; may be given several times.
+    #[arg(long = "run", value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Folder for the files.
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    output: PathBuf,
+}
+
+/// A MuJoCo model (MJCF): a hinge with armature, damping and frictionloss, and a general actuator in volts.
+#[derive(Debug, Args)]
+struct Mujoco {
+    #[command(flatten)]
+    motor: MotorFile,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// A URDF joint with <dynamics>, its inertia and limits.
+#[derive(Debug, Args)]
+struct Urdf {
+    #[command(flatten)]
+    motor: MotorFile,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// All parameters and effects with units and equations as JSON.
+#[derive(Debug, Args)]
+struct Json {
+    #[command(flatten)]
+    motor: MotorFile,
+    /// File to write; without it the document goes to standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+/// Which motor.
+#[derive(Debug, Args)]
+struct MotorFile {
+    /// Motor file; without it the lab handout's motor.
+    #[arg(long, value_name = "FILE")]
+    motor: Option<PathBuf>,
+}
+
+/// Where a model goes, and what may be missing in it.
+#[derive(Debug, Args)]
+struct Target {
+    /// File to write; without it the model goes to standard output.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Leave out effects that the format cannot express, and name them in the file's comment.
+    #[arg(long)]
+    leave_out: bool,
+}
+
+impl MotorFile {
+    fn read(&self, output: &Output) -> Result<Motor, Failure> {
+        match &self.motor {
+            Some(path) => read_motor(path).map_err(Failure::input),
+            None => {
+                output.message("no --motor: the lab handout's motor is exported");
+                Ok(Motor::default())
+            }
+        }
+    }
+}
+
+impl Matlab {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = self.motor.read(output)?;
+        let runs = self.read_runs(output)?;
+        std::fs::create_dir_all(&self.output).map_err(|error| {
+            Failure::device(format!("cannot make {}: {error}", self.output.display()))
+        })?;
+        let mut files = vec![self.output.join(matlab::FILE_NAME)];
+        for path in &self.runs {
+            let mut name = path.file_stem().unwrap_or(path.as_os_str()).to_owned();
+            name.push(".mat");
+            let file = self.output.join(name);
+            if files.contains(&file) {
+                let text = format!("two of the runs would both become {}", file.display());
+                return Err(Failure::input(text));
+            }
+            files.push(file);
+        }
+        write(&files[0], matlab::script(&motor).as_bytes())?;
+        for (file, run) in files[1..].iter().zip(&runs) {
+            write(file, &mat5::of_run(run).map_err(Failure::input)?)?;
+        }
+        wrote("matlab", &files, output)
+    }
+
+    /// Every run is read before the first file is written.
+    fn read_runs(&self, output: &Output) -> Result<Vec<Run>, Failure> {
+        let mut runs = Vec::new();
+        for path in &self.runs {
+            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            for note in notes {
+                output.message(&format!("{}: {note}", path.display()));
+            }
+            runs.push(run);
+        }
+        Ok(runs)
+    }
+}
+
+impl Mujoco {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = self.motor.read(output)?;
+        let model = mujoco::model(&motor, self.target.leave_out).map_err(Failure::input)?;
+        self.target.write("mujoco", &model, output)
+    }
+}
+
+impl Urdf {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = self.motor.read(output)?;
+        let model = urdf::model(&motor, self.target.leave_out).map_err(Failure::input)?;
+        self.target.write("urdf", &model, output)
+    }
+}
+
+impl Json {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let document = json::document(&self.motor.read(output)?);
+        let Some(path) = &self.output else {
+            output.document(&document)?;
+            return Ok(Status::Done);
+        };
+        let text = serde_json::to_string_pretty(&document).map_err(Failure::input)?;
+        write(path, format!("{text}\n").as_bytes())?;
+        wrote("json", std::slice::from_ref(path), output)
+    }
+}
+
+impl Target {
+    fn write(&self, format: &str, model: &str, output: &Output) -> Result<Status, Failure> {
+        match &self.output {
+            Some(path) => {
+                write(path, model.as_bytes())?;
+                wrote(format, std::slice::from_ref(path), output)
+            }
+            None if output.json => {
+                output.document(&json!({
+                    "shape": "motorlab-export/1",
+                    "format": format,
+                    "files": [],
+                    "text": model,
+                }))?;
+                Ok(Status::Done)
+            }
+            None => {
+                output.line(model.trim_end())?;
+                Ok(Status::Done)
+            }
+        }
+    }
+}
+
+/// Writes a file that was asked for by name; an existing one is replaced.
+fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, content)
+        .map_err(|error| Failure::device(format!("cannot write {}: {error}", path.display())))
+}
+
+/// Says which files have been written.
+fn wrote(format: &str, files: &[PathBuf], output: &Output) -> Result<Status, Failure> {
+    if output.json {
+        output.document(&json!({
+            "shape": "motorlab-export/1",
+            "format": format,
+            "files": files,
+        }))?;
+    } else {
+        for file in files {
+            output.line(&format!("wrote {}", file.display()))?;
+        }
+    }
+    Ok(Status::Done)
+}
