@@ -8,6 +8,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::capture_report::report;
+use super::live::{LiveRun, LiveView};
 use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
@@ -17,6 +18,7 @@ use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, VirtualBoard, rawlog,
     usb_identity,
 };
+use crate::motor::{Motor, read_motor};
 use crate::recording::{CaptureError, CaptureRequest, Ending, SharedLive, capture, next_free_name};
 
 /// How long a built-in profile takes in s.
@@ -64,6 +66,12 @@ pub struct Capture {
     /// record again from the start into a new file.
     #[arg(long, conflicts_with = "columns")]
     reconnect: bool,
+    /// Show speed, counts, command and losses on the whole terminal, with the simulation running along.
+    #[arg(long)]
+    live: bool,
+    /// Motor file of the simulation that runs along. [default: the lab handout's motor]
+    #[arg(long, value_name = "FILE", requires = "live")]
+    motor: Option<PathBuf>,
 }
 
 /// Sample time in microseconds unless another is asked for.
@@ -147,9 +155,12 @@ impl Capture {
             let identity = BoardIdentity::of(&self.port, request.usb.clone(), board.hello());
             say_free_name(output, &request.output);
             let live = SharedLive::default();
-            let progress = ProgressLine::show(&live);
+            let counts_per_rev = self
+                .counts_per_rev
+                .unwrap_or(f64::from(board.hello().counts_per_rev));
+            let display = self.display(&live, counts_per_rev, &request.profile.name, output)?;
             let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
-            drop(progress);
+            drop(display);
             drop(board);
             let captured = captured.map_err(capture_failure)?;
             let unplugged = matches!(captured.ending, Ending::Unplugged | Ending::BoardReset);
@@ -170,6 +181,33 @@ impl Capture {
                 }
             };
         }
+    }
+
+    /// What shows the recording while it runs.
+    pub(super) fn display(
+        &self,
+        live: &SharedLive,
+        counts_per_rev: f64,
+        profile: &str,
+        output: &Output,
+    ) -> Result<Display, Failure> {
+        if self.live {
+            let motor = match &self.motor {
+                Some(path) => read_motor(path).map_err(Failure::input)?,
+                None => Motor::default(),
+            };
+            let run = LiveRun {
+                motor,
+                counts_per_rev,
+                port: self.port.clone(),
+                profile: profile.to_owned(),
+            };
+            if let Some(view) = LiveView::show(live, run) {
+                return Ok(Display::Live(view));
+            }
+            output.message("standard error is no terminal: recording without --live");
+        }
+        Ok(Display::Line(ProgressLine::show(live)))
     }
 
     /// The virtual board, if one is asked for.
@@ -239,6 +277,13 @@ impl Capture {
             further: toml::Table::new(),
         })
     }
+}
+
+/// What shows a recording; it stops when it is dropped.
+#[allow(dead_code, reason = "held for what their dropping does")]
+pub(super) enum Display {
+    Live(LiveView),
+    Line(ProgressLine),
 }
 
 /// An existing file is not overwritten, and that is said before the recording.

@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use super::capture::{Capture, DURATION_S, capture_failure, say_free_name};
 use super::capture_report::report;
-use super::progress::ProgressLine;
 use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
@@ -49,9 +48,11 @@ impl Capture {
         let mut reader = LineReader::spawn(port, Instant::now()).map_err(Failure::device)?;
         say_free_name(output, &self.output);
         let live = SharedLive::default();
-        let progress = ProgressLine::show(&live);
+        let profile = request.profile.as_ref();
+        let profile = profile.map_or("as the sketch says", |profile| profile.name.as_str());
+        let display = self.display(&live, request.counts_per_rev, profile, output)?;
         let text = capture_text(&mut reader, log, request, &live, stop.asked()).await;
-        drop(progress);
+        drop(display);
         let text = text.map_err(text_failure)?;
         let status = report(
             output,

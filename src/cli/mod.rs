@@ -12,6 +12,7 @@ mod completions;
 mod demo;
 mod export;
 mod failure;
+mod live;
 mod man;
 mod motor_choice;
 mod picture;

@@ -80,6 +80,8 @@ pub struct Live {
     pub overruns: u64,
     /// The file being written.
     pub path: PathBuf,
+    /// Sample time in s; 0 before the recording begins.
+    pub sample_time_s: f64,
 }
 
 /// One sample as a display shows it.
@@ -115,6 +117,7 @@ pub(super) struct Recorder {
     writer: RunWriter,
     gatherer: StatisticsGatherer,
     live: SharedLive,
+    sample_time_s: f64,
     /// Points that the display has not got yet, because it was looking.
     waiting: Vec<LivePoint>,
     rescued: Option<String>,
@@ -133,6 +136,10 @@ impl Recorder {
             writer: RunWriter::create(output, header, columns)?,
             gatherer: StatisticsGatherer::new(counts_per_rev),
             live: Arc::clone(live),
+            sample_time_s: header
+                .get("sample_time_s")
+                .and_then(toml::Value::as_float)
+                .unwrap_or(0.0),
             waiting: Vec::new(),
             rescued: None,
         };
@@ -199,6 +206,7 @@ impl Recorder {
         };
         if with_path {
             live.path = self.writer.path().to_owned();
+            live.sample_time_s = self.sample_time_s;
         }
         live.recent.extend(self.waiting.drain(..));
         let excess = live.recent.len().saturating_sub(RECENT);

@@ -1,0 +1,132 @@
+//! `capture --live`: speed, counts, command and losses on the whole terminal while a run is recorded,
+//! with the simulated motor running along.
+//!
+//! It draws on a thread of its own, from what the recorder has put down for it; a terminal that blocks
+//! stops the picture and nothing else.
+
+mod view;
+
+use std::io::{self, BufWriter, IsTerminal, Stderr};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ratatui::backend::CrosstermBackend;
+use ratatui::crossterm::cursor::{Hide, Show};
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{EnterAlternateScreen, LeaveAlternateScreen};
+use ratatui::layout::Rect;
+use ratatui::{Terminal, TerminalOptions, Viewport};
+use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetwinsize, tcsetattr};
+
+use crate::recording::SharedLive;
+
+pub(super) use view::LiveRun;
+use view::View;
+
+/// How often the picture is drawn.
+const EVERY: Duration = Duration::from_millis(50);
+
+/// How long the last picture may take. Only a blocked terminal needs more, and gets no more.
+const LAST_PICTURE: Duration = Duration::from_millis(500);
+
+/// The view; dropping it gives the terminal back.
+pub(super) struct LiveView {
+    over: Arc<AtomicBool>,
+    drawing: Option<JoinHandle<()>>,
+    terminal: Borrowed,
+}
+
+impl LiveView {
+    /// Draws on standard error; `None` if that is no terminal.
+    pub(super) fn show(live: &SharedLive, run: LiveRun) -> Option<Self> {
+        if !io::stderr().is_terminal() {
+            return None;
+        }
+        let terminal = Borrowed::take();
+        let over = Arc::new(AtomicBool::new(false));
+        let drawing = thread::Builder::new().name("live-view".to_owned()).spawn({
+            let (live, over) = (Arc::clone(live), Arc::clone(&over));
+            move || {
+                // A terminal that cannot be drawn on is no reason to stop recording.
+                let _ = execute!(io::stderr(), EnterAlternateScreen, Hide);
+                let _ = draw_until(&live, run, &over);
+                let _ = execute!(io::stderr(), LeaveAlternateScreen, Show);
+            }
+        });
+        Some(Self {
+            over,
+            drawing: Some(drawing.ok()?),
+            terminal,
+        })
+    }
+}
+
+impl Drop for LiveView {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::Relaxed);
+        let until = Instant::now() + LAST_PICTURE;
+        if let Some(drawing) = self.drawing.take() {
+            while !drawing.is_finished() && Instant::now() < until {
+                thread::sleep(EVERY / 10);
+            }
+        }
+        self.terminal.give_back();
+    }
+}
+
+/// The terminal without echo, whose Ctrl-C still is a signal.
+struct Borrowed {
+    before: Option<Termios>,
+}
+
+impl Borrowed {
+    fn take() -> Self {
+        let before = tcgetattr(io::stderr()).ok();
+        if let Some(before) = &before {
+            let mut quiet = before.clone();
+            quiet.local_modes -= LocalModes::ECHO | LocalModes::ICANON;
+            // Without it typed characters show in the picture, and no harm is done.
+            let _ = tcsetattr(io::stderr(), OptionalActions::Now, &quiet);
+        }
+        Self { before }
+    }
+
+    fn give_back(&self) {
+        if let Some(before) = &self.before {
+            let _ = tcsetattr(io::stderr(), OptionalActions::Now, before);
+        }
+    }
+}
+
+type Screen = Terminal<CrosstermBackend<BufWriter<Stderr>>>;
+
+fn size() -> Rect {
+    let size = tcgetwinsize(io::stderr()).ok();
+    let (columns, rows) = size.map_or((0, 0), |size| (size.ws_col, size.ws_row));
+    let or = |value: u16, usual: u16| if value == 0 { usual } else { value };
+    Rect::new(0, 0, or(columns, 80), or(rows, 24))
+}
+
+fn draw_until(live: &SharedLive, run: LiveRun, over: &AtomicBool) -> io::Result<()> {
+    let mut area = size();
+    let backend = CrosstermBackend::new(BufWriter::new(io::stderr()));
+    let viewport = Viewport::Fixed(area);
+    let mut screen: Screen = Terminal::with_options(backend, TerminalOptions { viewport })?;
+    let mut view = View::new(run);
+    while !over.load(Ordering::Relaxed) {
+        {
+            let live = live.lock().unwrap_or_else(PoisonError::into_inner);
+            view.follow(&live);
+        }
+        let now = size();
+        if now != area {
+            area = now;
+            screen.resize(area)?;
+        }
+        screen.draw(|frame| view.draw(frame))?;
+        thread::sleep(EVERY);
+    }
+    Ok(())
+}
