@@ -15,14 +15,16 @@
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
 //! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `motor` and
-//! `recording`; those use `board` and the `firmware_protocol` crate. Numbers cross rooms in SI.
+//! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is a crate of its own in
+//! src/motor, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
 pub mod board;
 pub mod cli;
 pub mod compare;
 pub mod diagnose;
 pub mod export;
-pub mod motor;
 pub mod recording;
 pub mod report;
 pub mod units;
+
+pub use motor_chain as motor;

@@ -2,6 +2,8 @@
 //!
 //! The motor simulation implements [`Bench`]; tests use benches of a few lines.
 
+use crate::motor::Plant;
+
 /// The mechanics behind a virtual board, stepped from outside in the board's true time.
 pub trait Bench: Send {
     /// Lets the bench run from where it is to `until_s` with `command` (V, A or N m) held.
@@ -32,6 +34,24 @@ impl<B: Bench + ?Sized> Bench for Box<B> {
 
     fn counts_per_rev(&self) -> f64 {
         (**self).counts_per_rev()
+    }
+}
+
+impl Bench for Plant {
+    fn hold(&mut self, command: f64, until_s: f64) {
+        Self::hold(self, command, until_s);
+    }
+
+    fn counts(&mut self) -> i64 {
+        Self::counts(self)
+    }
+
+    fn supply_v(&self) -> f64 {
+        Self::supply_v(self)
+    }
+
+    fn counts_per_rev(&self) -> f64 {
+        Self::counts_per_rev(self)
     }
 }
 

@@ -12,7 +12,7 @@ use super::sensor::Sensor;
 use super::timing::Timing;
 use super::transmission::Transmission;
 use super::{Model, Parameters};
-use crate::recording::CommandKind;
+use crate::CommandKind;
 
 /// The stages with their numbers, in the order in which a signal passes them.
 #[derive(Debug, Clone, Copy)]

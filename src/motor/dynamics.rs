@@ -14,7 +14,7 @@
 
 use super::chain::Chain;
 use super::scalar::Scalar;
-use crate::recording::CommandKind;
+use crate::CommandKind;
 
 /// Angle of the motor side in rad.
 pub(super) const TH1: usize = 0;

@@ -110,7 +110,7 @@ impl<S> Default for Engines<S> {
 #[derive(Debug, Clone)]
 pub struct Simulator {
     schedule: Schedule,
-    kind: crate::recording::CommandKind,
+    kind: crate::CommandKind,
     model: Model,
 }
 

@@ -2,6 +2,7 @@
 
 mod chain;
 mod command;
+mod command_kind;
 mod driver;
 mod dynamics;
 pub mod effects;
@@ -20,6 +21,7 @@ mod timing;
 mod transitions;
 mod transmission;
 
+pub use command_kind::CommandKind;
 pub use effects::{ActiveEffect, Effects};
 pub use file::{Motor, MotorFileError, read_motor};
 pub use parameters::Parameters;

@@ -7,8 +7,7 @@ use super::dynamics::Machine;
 use super::engine::Engine;
 use super::simulate::{Encoder, LONGEST_STEP_S, Lateness, SimulationError, check, encoder_shaft};
 use super::{Model, Motor};
-use crate::board::Bench;
-use crate::recording::CommandKind;
+use crate::CommandKind;
 
 /// A motor on a bench. Time starts at 0, at rest; how a run is split into calls changes no bit of it.
 #[derive(Debug, Clone)]
@@ -120,6 +119,16 @@ impl Plant {
         self.shaft.2
     }
 
+    /// Driver supply in V: the largest command.
+    pub fn supply_v(&self) -> f64 {
+        self.supply_v
+    }
+
+    /// Encoder counts per revolution that the motor file states.
+    pub fn counts_per_rev(&self) -> f64 {
+        self.stated_counts_per_rev
+    }
+
     /// Reads the encoder, late by a random time where samples are.
     pub fn counts(&mut self) -> i64 {
         let (angle, speed, _) = match &mut self.late {
@@ -173,28 +182,10 @@ fn reach<const N: usize>(
     (angle, speed, engine.machine.current(&engine.mode, &y))
 }
 
-impl Bench for Plant {
-    fn hold(&mut self, command: f64, until_s: f64) {
-        Self::hold(self, command, until_s);
-    }
-
-    fn counts(&mut self) -> i64 {
-        Self::counts(self)
-    }
-
-    fn supply_v(&self) -> f64 {
-        self.supply_v
-    }
-
-    fn counts_per_rev(&self) -> f64 {
-        self.stated_counts_per_rev
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motor::{ActiveEffect, Drive, SimulationOptions, simulate};
+    use crate::{ActiveEffect, Drive, SimulationOptions, simulate};
 
     fn motor(effects: &[(&str, &[f64])]) -> Motor {
         let mut motor = Motor::default();

@@ -9,7 +9,7 @@ use super::engine::{Engine, TICKS};
 use super::scalar::Scalar;
 use super::sensor::Sensor;
 use super::{Model, Motor};
-use crate::recording::CommandKind;
+use crate::CommandKind;
 
 /// What is commanded, and when the encoder is read: `command[k]` is in force from `t_s[k]` until `t_s[k + 1]`, and the
 /// samples are taken at `t_s` (zero-order hold).

@@ -7,7 +7,7 @@
 
 use super::dynamics::{CUR, Contact, Flow, Machine, Mode, TH1, TH2, W1};
 use super::scalar::Scalar;
-use crate::recording::CommandKind;
+use crate::CommandKind;
 
 /// What a mode can end with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -14,6 +14,7 @@ mod text_capture;
 mod velocity;
 mod writer;
 
+pub use crate::motor::CommandKind;
 pub use capture::{CaptureError, CaptureRequest, capture};
 pub use read_error::{ReadError, ReadNote, ReadProblem};
 pub use reader::{read_run, read_run_from};
@@ -21,7 +22,7 @@ pub use recorder::{Captured, Ending, Live, LivePoint, SharedLive};
 pub use replay::{ReplayError, Speed, replay};
 pub use replay_text::replay_text;
 pub use row::{Columns, Row, Time};
-pub use run::{CommandKind, Flags, Run, UnknownFlag};
+pub use run::{Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};
 pub use text_capture::{TextCaptured, TextError, TextRequest, capture_text};
 pub use velocity::{difference_velocities, velocity_rad_s};

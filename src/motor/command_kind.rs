@@ -1,0 +1,27 @@
+//! What a command is: a voltage, a current or a torque.
+
+use serde::{Deserialize, Serialize};
+
+/// What the command column commands; it names the column in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CommandKind {
+    /// `command_v`: volts asked of the driver.
+    #[default]
+    Voltage,
+    /// `command_a`: amperes, of an axis with current control.
+    Current,
+    /// `command_nm`: newton metres, of an axis with torque control.
+    Torque,
+}
+
+impl CommandKind {
+    /// The column of a run file that carries this kind of command.
+    pub fn column(self) -> &'static str {
+        match self {
+            Self::Voltage => "command_v",
+            Self::Current => "command_a",
+            Self::Torque => "command_nm",
+        }
+    }
+}
