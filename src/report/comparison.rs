@@ -52,21 +52,21 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
     // Where one count is much of the speed, the difference jumps so much that its mean is read instead.
     let averaged = (SMOOTH_S / run.sample_time_s).round() as usize;
     let coarse = one_count > COARSE * top && averaged > 1;
-    let stroke = if coarse {
-        Stroke::FaintStep
+    let (behind, above) = if coarse {
+        (Stroke::FaintStep, Stroke::FaintStep)
     } else {
-        Stroke::Step
+        (Stroke::BroadStep, Stroke::Step)
     };
     let mut speed = vec![
-        Series::new("recorded", stroke, RECORDED, t_s, &recorded),
-        Series::new("simulated", stroke, SIMULATED, t_s, &simulated),
+        Series::new("recorded", behind, RECORDED, t_s, &recorded),
+        Series::new("simulated", above, SIMULATED, t_s, &simulated),
     ];
     if coarse {
         let mean = |values: &[f64]| running_mean(values, averaged);
         let name = |what: &str| format!("{what}, mean of {averaged}");
         speed.push(Series::new(
             name("recorded"),
-            Stroke::Line,
+            Stroke::Broad,
             RECORDED,
             t_s,
             &mean(&recorded),
@@ -87,7 +87,7 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         &true_rpm,
     ));
     let position = vec![
-        Series::new("recorded", Stroke::Step, RECORDED, t_s, &counts),
+        Series::new("recorded", Stroke::Broad, RECORDED, t_s, &counts),
         Series::new(
             "simulated",
             Stroke::Line,
@@ -119,6 +119,16 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
             Panel::new(command_label, vec![command]).weighing(0.6),
         ],
     }
+}
+
+/// What a run is of, in a few words.
+fn what_ran(run: &Run) -> String {
+    let profile = run.header.get("profile").and_then(toml::Value::as_str);
+    format!(
+        "{}, sampled every {} ms",
+        profile.unwrap_or("recorded"),
+        (run.sample_time_s * 1e6).round() / 1e3
+    )
 }
 
 /// The figures of all runs as table rows, with the names of the columns.
@@ -192,7 +202,7 @@ pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
         }
         let one_count = speed_of_one_count(run.counts_per_rev, run.sample_time_s);
         page.figure(
-            &self::overlay(run, overlay, name),
+            &self::overlay(run, overlay, &what_ran(run)),
             Size {
                 width: 860,
                 height: 760,

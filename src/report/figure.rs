@@ -13,6 +13,10 @@ pub enum Stroke {
     Step,
     /// A step drawn faintly: raw data behind what is to be read.
     FaintStep,
+    /// A broad, pale line: what a thin line over it is to be told apart from.
+    Broad,
+    /// A broad, pale step.
+    BroadStep,
     /// A dot at each point.
     Dots,
 }

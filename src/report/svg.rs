@@ -160,10 +160,10 @@ fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
                     x + 11.0
                 );
             } else {
-                let dash = dashes(series.stroke);
+                let look = look(series.stroke);
                 let _ = write!(
                     out,
-                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{dash}/>"
+                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{look}/>"
                 );
             }
             let _ = write!(
@@ -177,10 +177,11 @@ fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
     }
 }
 
-fn dashes(stroke: Stroke) -> &'static str {
+fn look(stroke: Stroke) -> &'static str {
     match stroke {
         Stroke::Dashed => " stroke-dasharray=\"6 4\"",
         Stroke::FaintStep => " stroke-opacity=\".3\"",
+        Stroke::Broad | Stroke::BroadStep => " style=\"stroke-width:5;stroke-opacity:.5\"",
         Stroke::Line | Stroke::Step | Stroke::Dots => "",
     }
 }
@@ -294,7 +295,9 @@ impl Frame {
             let (px, py) = (self.x(x), self.y(y));
             let _ = match (pen_down, series.stroke) {
                 (false, _) => write!(path, "M{px:.1} {py:.1}"),
-                (true, Stroke::Step | Stroke::FaintStep) => write!(path, "H{px:.1}V{py:.1}"),
+                (true, Stroke::Step | Stroke::FaintStep | Stroke::BroadStep) => {
+                    write!(path, "H{px:.1}V{py:.1}")
+                }
                 (true, _) => write!(path, "L{px:.1} {py:.1}"),
             };
             pen_down = true;
@@ -302,7 +305,7 @@ impl Frame {
         let _ = write!(
             out,
             "<path class=\"curve\" d=\"{path}\" stroke=\"var(--c{colour})\"{}/>",
-            dashes(series.stroke)
+            look(series.stroke)
         );
     }
 }

@@ -45,7 +45,7 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
             let now = place(point);
             match (before, series.stroke) {
                 (None, _) | (_, Stroke::Dots) => canvas.dot(now, series.colour),
-                (Some(from), Stroke::Step | Stroke::FaintStep) => {
+                (Some(from), Stroke::Step | Stroke::FaintStep | Stroke::BroadStep) => {
                     canvas.line(from, (now.0, from.1), series.colour);
                     canvas.line((now.0, from.1), now, series.colour);
                 }
@@ -91,6 +91,7 @@ fn legend(panel: &Panel, colours: bool) -> String {
             let sign = match series.stroke {
                 Stroke::Dots => "••",
                 Stroke::Dashed => "╌╌",
+                Stroke::Broad | Stroke::BroadStep => "━━",
                 Stroke::Line | Stroke::Step | Stroke::FaintStep => "──",
             };
             painted(&format!("{sign} {}", series.name), series.colour, colours)

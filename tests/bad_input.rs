@@ -1,0 +1,160 @@
+//! Bad files and wrong use: what is wrong, where it is, what to do, and status 2.
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::path::Path;
+
+use command::{Finished, run};
+
+const HEADER: &str = "# format = \"motorlab-run/1\"\n# sample_time_s = 0.003\n# counts_per_rev = 720\n# supply_v = 4.5\n# complete = true\nt_s,command_v,counts\n";
+
+fn with_file(name: &str, text: &str, arguments: &[&str]) -> Finished {
+    let directory = tempfile::tempdir().expect("a directory");
+    write(directory.path(), name, text);
+    run(directory.path(), arguments)
+}
+
+fn write(directory: &Path, name: &str, text: &str) {
+    std::fs::write(directory.join(name), text).expect("a file");
+}
+
+#[test]
+fn a_bad_run_file_is_named_with_row_and_column() {
+    let text = format!("{HEADER}0,0,0\n0.003,4.5,twelve\n0.006,4.5,24\n");
+    for arguments in [
+        &["compare", "run.csv"][..],
+        &["compare", "run.csv", "--json"],
+    ] {
+        let done = with_file("run.csv", &text, arguments);
+        assert_eq!(done.status, Some(2));
+        assert!(
+            done.messages
+                .contains("error: run.csv: row 8, column `counts`: `twelve`"),
+            "{}",
+            done.messages
+        );
+        assert_eq!(done.output, "");
+    }
+}
+
+#[test]
+fn a_run_file_that_is_not_there_or_is_another_format_is_said() {
+    let done = with_file("other.csv", "", &["compare", "run.csv"]);
+    assert_eq!(done.status, Some(2));
+    assert!(done.messages.contains("run.csv: cannot be read"));
+    let newer = HEADER.replace("run/1", "run/2");
+    let done = with_file("run.csv", &newer, &["compare", "run.csv"]);
+    assert_eq!(done.status, Some(2));
+    assert!(
+        done.messages.contains("motorlab-run/2"),
+        "{}",
+        done.messages
+    );
+}
+
+#[test]
+fn an_unknown_motor_key_gets_the_nearest_known_one() {
+    for (text, line, wrong, nearest) in [
+        (
+            "resistance_ohm = 10.0\ninertia_kgm2 = 0.002\n",
+            "line 2",
+            "inertia_kgm2",
+            "'inertia_kg_m2'",
+        ),
+        (
+            "[tolerance]\nresistence_ohm = 0.05\n",
+            "line 2",
+            "resistence_ohm",
+            "'resistance_ohm'",
+        ),
+        (
+            "[effects.backlsh]\ngap_rad = 0.02\n",
+            "backlsh",
+            "backlsh",
+            "'backlash'",
+        ),
+        (
+            "[effects.backlash]\ngap_rd = 0.02\n",
+            "line 2",
+            "gap_rd",
+            "'gap_rad'",
+        ),
+    ] {
+        let arguments = ["simulate", "--motor", "motor.toml", "--duration", "0.1"];
+        let done = with_file("motor.toml", text, &arguments);
+        assert_eq!(done.status, Some(2), "{text}");
+        for part in ["motor.toml", line, wrong, nearest] {
+            assert!(done.messages.contains(part), "{part}: {}", done.messages);
+        }
+    }
+}
+
+#[test]
+fn a_gap_above_the_limit_is_status_one_and_one_below_it_is_none() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let simulated = ["simulate", "--duration", "0.6", "-o", "run.csv"];
+    assert_eq!(run(directory.path(), &simulated).status, Some(0));
+    write(directory.path(), "heavy.toml", "inertia_kg_m2 = 0.01\n");
+    let compare = |motor: &[&str]| {
+        let mut arguments = vec!["compare", "run.csv", "--fail-above", "1.0", "--json"];
+        arguments.extend(motor);
+        run(directory.path(), &arguments)
+    };
+    let good = compare(&[]);
+    assert_eq!(good.status, Some(0), "{}", good.messages);
+    let bad = compare(&["--motor", "heavy.toml"]);
+    assert_eq!(bad.status, Some(1));
+    assert!(bad.messages.contains("above --fail-above 1"));
+    // The document is whole either way.
+    let document: serde_json::Value = serde_json::from_str(&bad.output).expect("one document");
+    assert_eq!(document["shape"], "motorlab-comparison/1");
+    let figures = document["runs"][0].as_object().expect("an object");
+    for key in [
+        "path",
+        "sample_time_s",
+        "samples",
+        "lost",
+        "position_rmse_counts",
+        "velocity_rmse_rpm",
+        "velocity_nrmse",
+        "floor_counts",
+    ] {
+        assert!(figures.contains_key(key), "{key}");
+    }
+    let floor = document["runs"][0]["floor_counts"].as_f64();
+    assert!(floor.is_some_and(|floor| (floor - 1.0 / 12f64.sqrt()).abs() < 1e-12));
+}
+
+#[test]
+fn wrong_use_is_status_two_and_says_what_is_right() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (arguments, hint) in [
+        (&["captur", "virtual:"][..], "capture"),
+        (&["capture"], "PORT"),
+        (&["capture", "virtual:", "--ts", "0"], "sample time"),
+        (
+            &["capture", "virtual:", "--profile", "stp"],
+            "did you mean 'step'",
+        ),
+        (&["compare"], "RUN"),
+        (
+            &["replay", "x.log", "--speed", "fast"],
+            "a speed is a factor above 0, or max",
+        ),
+        (
+            &["simulate", "--ts", "1e-9"],
+            "lower --duration or raise --ts",
+        ),
+    ] {
+        let done = run(directory.path(), arguments);
+        assert_eq!(done.status, Some(2), "{arguments:?}");
+        assert!(
+            done.messages.contains(hint),
+            "{arguments:?}: {}",
+            done.messages
+        );
+    }
+    let files = std::fs::read_dir(directory.path()).expect("a directory");
+    assert_eq!(files.count(), 0, "nothing is left behind");
+}
