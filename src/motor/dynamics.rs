@@ -1,6 +1,6 @@
 //! The chain's equations of motion in the mode that is in force.
 //!
-//! State `[theta1, w1, i, P]` of a rigid motor, `[.., theta2, w2]` with a load of its own. Within a mode - which way
+//! State `[theta1, w1, i]`, then `P` where the winding warms up, then `theta2, w2` of a load of its own. Within a mode - which way
 //! current flows, which side slips which way or sticks, which flanks touch - the equations are smooth:
 //!
 //! ```text
@@ -24,8 +24,8 @@ pub(super) const W1: usize = 1;
 pub(super) const CUR: usize = 2;
 /// Filtered copper loss in W.
 pub(super) const HEAT: usize = 3;
-/// Angle of the load side in rad; the load side's speed follows and is the last.
-pub(super) const TH2: usize = 4;
+/// A state with more numbers than this ends with angle and speed of the load side.
+pub(super) const ONE_BODY: usize = 4;
 
 /// What the driver's current does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,6 +148,11 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
+    /// Whether the winding's loss is part of the state.
+    pub(super) fn warms(&self) -> bool {
+        self.chain.electrical.heating.is_some()
+    }
+
     /// The mode at rest before anything is commanded.
     pub(super) fn initial_mode(&self) -> Mode<S> {
         Mode {
@@ -177,7 +182,12 @@ impl<S: Scalar> Machine<S> {
     /// Resistance that the current meets.
     #[inline(always)]
     pub(super) fn resistance<const N: usize>(&self, y: &[S; N]) -> S {
-        self.chain.electrical.resistance(y[HEAT]) + self.added_resistance
+        let electrical = &self.chain.electrical;
+        let winding = match electrical.heating {
+            Some(_) => electrical.resistance(y[HEAT]),
+            None => electrical.resistance_ohm,
+        };
+        winding + self.added_resistance
     }
 
     /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
@@ -224,7 +234,7 @@ impl<S: Scalar> Machine<S> {
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);
         }
-        let (angle, speed) = if N > TH2 {
+        let (angle, speed) = if N > ONE_BODY {
             (y[N - 2], y[N - 1])
         } else {
             (y[TH1], y[W1])
@@ -245,7 +255,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
-    #[inline(always)]
+    #[inline]
     pub(super) fn friction<const N: usize>(
         &self,
         m: &Mode<S>,
@@ -277,7 +287,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Dahl's friction since the last reversal: `F = s T (1 - (1 - s F0 / T) exp(-|theta - theta0| / z))`.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn dahl(&self, m: &Mode<S>, side: usize, angle: S, break_in: S) -> S {
         let s = m.slip[side];
         let level = self.chain.mechanical.coulomb(s) * self.share[side] * s;
@@ -287,8 +297,14 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Rate of change of the state.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn rate<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
+        self.rate_inline(m, y)
+    }
+
+    /// The same, for the innermost loop.
+    #[inline(always)]
+    pub(super) fn rate_inline<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
         let mut d = [S::zero(); N];
         let electrical = &self.chain.electrical;
         if self.inductive && m.flow == Flow::Free {
@@ -301,7 +317,7 @@ impl<S: Scalar> Machine<S> {
                 (current * current * electrical.resistance_ohm - y[HEAT]) / heating.time_constant_s;
         }
         let (motor, load) = self.torques(m, y);
-        if N <= TH2 {
+        if N <= ONE_BODY {
             if m.slip[0] != 0.0 {
                 d[TH1] = y[W1];
                 let friction = self.friction(m, 0, y[TH1], y[W1], y);
@@ -354,6 +370,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Matrix of the equations' affine part in this mode.
+    #[inline(never)]
     pub(super) fn matrix<const N: usize>(&self, m: &Mode<S>) -> [[S; N]; N] {
         let mut affine = self.linearised();
         let loss_rate = affine.chain.electrical.heating.take();

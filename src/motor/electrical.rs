@@ -115,9 +115,10 @@ impl Effect for WindingHeating {
             EffectParameter::new(
                 "resistance_rise_per_w",
                 "1/W",
-                (0.05, 0.4),
+                // A motor that turns freely takes some 5 % of its stall power: 8 there is +40 %.
+                (0.05, 8.0),
                 Scale::PerStallPower,
-                Prior::Uniform,
+                Prior::LogUniform,
             ),
             EffectParameter::new(
                 "time_constant_s",

@@ -90,15 +90,19 @@ pub struct Workspace {
 
 #[derive(Debug)]
 struct Engines<S> {
-    rigid: Option<Box<Engine<S, 4>>>,
-    two: Option<Box<Engine<S, 6>>>,
+    rigid: Option<Box<Engine<S, 3>>>,
+    rigid_warm: Option<Box<Engine<S, 4>>>,
+    two: Option<Box<Engine<S, 5>>>,
+    two_warm: Option<Box<Engine<S, 6>>>,
 }
 
 impl<S> Default for Engines<S> {
     fn default() -> Self {
         Self {
             rigid: None,
+            rigid_warm: None,
             two: None,
+            two_warm: None,
         }
     }
 }
@@ -225,10 +229,11 @@ impl Simulator {
         emit: impl FnMut(usize, S),
     ) {
         let machine = Machine::new(chain);
-        if machine.two {
-            self.measure_with(machine, &mut engines.two, emit);
-        } else {
-            self.measure_with(machine, &mut engines.rigid, emit);
+        match (machine.two, machine.warms()) {
+            (false, false) => self.measure_with(machine, &mut engines.rigid, emit),
+            (false, true) => self.measure_with(machine, &mut engines.rigid_warm, emit),
+            (true, false) => self.measure_with(machine, &mut engines.two, emit),
+            (true, true) => self.measure_with(machine, &mut engines.two_warm, emit),
         }
     }
 

@@ -33,7 +33,7 @@ pub(super) struct Rung<S, const N: usize> {
 }
 
 /// `a b`.
-#[inline(always)]
+#[inline(never)]
 fn multiply<S: Scalar, const N: usize>(a: &Matrix<S, N>, b: &Matrix<S, N>) -> Matrix<S, N> {
     let mut c = [[S::zero(); N]; N];
     for i in 0..N {
@@ -69,6 +69,7 @@ pub(super) fn add<S: Scalar, const N: usize>(mut a: [S; N], b: &[S; N]) -> [S; N
     a
 }
 
+#[inline(never)]
 fn scaled<S: Scalar, const N: usize>(mut a: Matrix<S, N>, factor: f64) -> Matrix<S, N> {
     for x in a.iter_mut().flatten() {
         *x = *x * factor;
@@ -76,6 +77,7 @@ fn scaled<S: Scalar, const N: usize>(mut a: Matrix<S, N>, factor: f64) -> Matrix
     a
 }
 
+#[inline(never)]
 fn plus<S: Scalar, const N: usize>(mut a: Matrix<S, N>, b: &Matrix<S, N>) -> Matrix<S, N> {
     for (x, y) in a.iter_mut().flatten().zip(b.iter().flatten()) {
         *x += *y;
@@ -83,6 +85,7 @@ fn plus<S: Scalar, const N: usize>(mut a: Matrix<S, N>, b: &Matrix<S, N>) -> Mat
     a
 }
 
+#[inline(never)]
 fn plus_identity<S: Scalar, const N: usize>(mut a: Matrix<S, N>, factor: f64) -> Matrix<S, N> {
     for (i, row) in a.iter_mut().enumerate() {
         row[i] = row[i] + factor;

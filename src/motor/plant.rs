@@ -28,11 +28,13 @@ pub struct Plant {
     shaft: (f64, f64, f64),
 }
 
-/// One body or two.
+/// One body or two, and whether the winding warms up.
 #[derive(Debug, Clone)]
 enum AnyEngine {
-    Rigid(Box<Engine<f64, 4>>),
-    Two(Box<Engine<f64, 6>>),
+    Rigid(Box<Engine<f64, 3>>),
+    RigidWarm(Box<Engine<f64, 4>>),
+    Two(Box<Engine<f64, 5>>),
+    TwoWarm(Box<Engine<f64, 6>>),
 }
 
 impl AnyEngine {
@@ -40,7 +42,9 @@ impl AnyEngine {
     fn at(&mut self, on_their_way: &mut VecDeque<(f64, f64)>, real_s: f64) -> (f64, f64, f64) {
         match self {
             Self::Rigid(engine) => reach(engine, on_their_way, real_s),
+            Self::RigidWarm(engine) => reach(engine, on_their_way, real_s),
             Self::Two(engine) => reach(engine, on_their_way, real_s),
+            Self::TwoWarm(engine) => reach(engine, on_their_way, real_s),
         }
     }
 }
@@ -71,10 +75,11 @@ impl Plant {
         let longest_s = LONGEST_STEP_S * stretch;
         let jitter_s = chain.timing.jitter_s;
         Ok(Self {
-            engine: if machine.two {
-                AnyEngine::Two(Box::new(Engine::new(machine, longest_s)))
-            } else {
-                AnyEngine::Rigid(Box::new(Engine::new(machine, longest_s)))
+            engine: match (machine.two, machine.warms()) {
+                (false, false) => AnyEngine::Rigid(Box::new(Engine::new(machine, longest_s))),
+                (false, true) => AnyEngine::RigidWarm(Box::new(Engine::new(machine, longest_s))),
+                (true, false) => AnyEngine::Two(Box::new(Engine::new(machine, longest_s))),
+                (true, true) => AnyEngine::TwoWarm(Box::new(Engine::new(machine, longest_s))),
             },
             supply_v: motor.parameters.supply_v,
             stated_counts_per_rev: motor.parameters.counts_per_rev,

@@ -5,7 +5,7 @@
 //! voltage drop exceeds what drives it; current at its limit stays there while it would be driven further; flanks meet
 //! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side.
 
-use super::dynamics::{CUR, Contact, Flow, Machine, Mode, TH1, TH2, W1};
+use super::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
 use super::scalar::Scalar;
 use crate::CommandKind;
 
@@ -69,11 +69,17 @@ enum Holder {
 
 impl<S: Scalar> Machine<S> {
     /// The guards of the mode in force.
-    #[inline(always)]
+    #[inline(never)]
     pub(super) fn guards<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> Guards<S> {
+        self.guards_inline(m, y)
+    }
+
+    /// The same, for the innermost loop.
+    #[inline(always)]
+    pub(super) fn guards_inline<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> Guards<S> {
         let mut g = Guards::new();
         self.current_guards(m, y, &mut g);
-        if N <= TH2 {
+        if N <= ONE_BODY {
             if self.frictionless && !self.presliding() {
                 return g;
             }
@@ -231,14 +237,14 @@ impl<S: Scalar> Machine<S> {
                 self.excess(y).sign()
             };
         }
-        if N <= TH2 {
+        if N <= ONE_BODY {
             self.settle_rigid(m, y, fired);
         } else {
             self.settle_two(m, y, fired);
         }
         if let (Some(break_in), angles) = (
             self.chain.mechanical.break_in_angle_rad,
-            [y[TH1], if N > TH2 { y[N - 2] } else { y[TH1] }],
+            [y[TH1], if N > ONE_BODY { y[N - 2] } else { y[TH1] }],
         ) {
             for (side, angle) in angles.into_iter().enumerate() {
                 if m.slip[side] != before.slip[side] {

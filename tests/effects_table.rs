@@ -1,0 +1,174 @@
+//! docs/effects.md is the catalogue, written out. `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use motorlab::motor::effects::{Prior, Scale, Stage, catalogue, find};
+
+fn scale(scale: Scale) -> &'static str {
+    match scale {
+        Scale::Absolute => "",
+        Scale::SampleTime => " TS",
+        Scale::Count => " counts",
+        Scale::StallCurrent => " stall",
+        Scale::Resistance => " s times R",
+        Scale::PerStallPower => " / stall power",
+        Scale::CoulombTorque => " Tf",
+        Scale::ViscousCoefficient => " b",
+        Scale::Inertia => " J",
+        Scale::DragAtTopSpeed => " b / top speed",
+    }
+}
+
+fn table() -> String {
+    let mut out = String::from(
+        "# The catalogue of effects\n\n\
+         Written from the registry in `src/motor/effects.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
+         In a motor file an effect is a table `[effects.<id>]` with the parameters below; one that is left out takes the\n\
+         middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any effects can be\n\
+         combined, except backlash with compliance. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
+         motor file's, TS is the sample time. How the equations combine and are solved: [simulation.md](simulation.md).\n",
+    );
+    for stage in Stage::ALL {
+        let _ = writeln!(out, "\n## {stage}\n");
+        out.push_str("| effect | equation | parameters: plausible range | shows in | easily confused with |\n| --- | --- | --- | --- | --- |\n");
+        for kind in catalogue().iter().filter(|kind| kind.stage == stage) {
+            let mut parameters = Vec::new();
+            for p in kind.parameters {
+                let range = match p.prior {
+                    Prior::Phase => "0 .. 2 pi".to_owned(),
+                    Prior::OneOf(values) if values.len() < 3 => values
+                        .iter()
+                        .map(f64::to_string)
+                        .collect::<Vec<_>>()
+                        .join(" or "),
+                    Prior::OneOf(_) => "common resolutions".to_owned(),
+                    Prior::Uniform | Prior::LogUniform => {
+                        format!("{:.3} .. {:.3}{}", p.lo, p.hi, scale(p.scale))
+                    }
+                };
+                let unit = if p.unit.is_empty() {
+                    String::new()
+                } else {
+                    format!(" ({})", p.unit)
+                };
+                parameters.push(format!("`{}`{unit}: {range}", p.key));
+            }
+            let _ = writeln!(
+                out,
+                "| `{}`: {} | {} | {} | {} | {} |",
+                kind.id,
+                kind.summary,
+                kind.equation.replace('|', "\\|"),
+                if parameters.is_empty() {
+                    "none".to_owned()
+                } else {
+                    parameters.join("; ")
+                },
+                kind.excited_by,
+                kind.confounded_with.join(", "),
+            );
+        }
+    }
+    out.push_str("\n## Sources\n\n");
+    for kind in catalogue() {
+        let _ = writeln!(out, "- `{}`: {}.", kind.id, kind.source);
+    }
+    out
+}
+
+#[test]
+fn the_documented_table_is_the_registry() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/effects.md");
+    let table = table();
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, &table).unwrap();
+    }
+    let there = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        there == table,
+        "docs/effects.md is not the registry's: UPDATE_DOCS=1 cargo test --test effects_table"
+    );
+}
+
+#[test]
+fn the_catalogue_is_the_contract() {
+    let stages = [
+        ("command", &["transport_delay", "dead_zone"][..]),
+        (
+            "driver",
+            &[
+                "voltage_drop",
+                "supply_sag",
+                "supply_error",
+                "current_limit",
+                "coast_at_zero",
+            ],
+        ),
+        (
+            "electrical",
+            &["inductance", "winding_heating", "torque_ripple"],
+        ),
+        (
+            "mechanical",
+            &[
+                "coulomb_friction",
+                "viscous_friction",
+                "inertia",
+                "stribeck",
+                "asymmetric_friction",
+                "presliding",
+                "load_friction",
+                "quadratic_drag",
+                "gravity_load",
+                "cogging",
+            ],
+        ),
+        ("transmission", &["backlash", "compliance"]),
+        (
+            "sensor",
+            &["resolution_error", "missed_counts", "encoder_eccentricity"],
+        ),
+        ("timing", &["sample_jitter", "clock_error"]),
+    ];
+    let listed: Vec<_> = catalogue()
+        .iter()
+        .map(|kind| (kind.stage.id(), kind.id))
+        .collect();
+    let agreed: Vec<_> = stages
+        .iter()
+        .flat_map(|(stage, ids)| ids.iter().map(move |id| (*stage, *id)))
+        .collect();
+    assert_eq!(listed, agreed);
+    let parameters = motorlab::motor::Parameters::default();
+    for kind in catalogue() {
+        for p in kind.parameters {
+            let (lo, hi) = p.range(&parameters, 0.003);
+            let default = p.default(&parameters, 0.003);
+            assert!(
+                lo <= hi && (p.possible.0..=p.possible.1).contains(&default),
+                "{} {}",
+                kind.id,
+                p.key
+            );
+            assert!(
+                lo >= p.possible.0 && hi <= p.possible.1,
+                "{} {}",
+                kind.id,
+                p.key
+            );
+        }
+        for other in kind.confounded_with {
+            let known = find(other).is_some()
+                || parameters.get(other).is_some()
+                || *other == "process noise";
+            assert!(
+                known,
+                "{}: '{other}' is neither an effect nor a parameter",
+                kind.id
+            );
+        }
+    }
+}
