@@ -26,8 +26,8 @@ fn table() -> String {
         "# The catalogue of effects\n\n\
          Written from the registry in `src/motor/effects.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
          In a motor file an effect is a table `[effects.<id>]` with the parameters below; one that is left out takes the\n\
-         middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any effects can be\n\
-         combined, except backlash with compliance. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
+         middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any set of effects\n\
+         can be combined. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
          motor file's, TS is the sample time. How the equations combine and are solved: [simulation.md](simulation.md).\n",
     );
     for stage in Stage::ALL {

@@ -1,5 +1,7 @@
 //! The simulator against what must hold whatever the method: closed forms, conserved energy, rest that is rest.
 
+use std::f64::consts::TAU;
+
 use motorlab::motor::effects::catalogue;
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, SimulationOptions, Trajectory, simulate};
 use motorlab::recording::CommandKind;
@@ -219,12 +221,7 @@ fn any_two_effects_can_be_combined() {
                         model,
                         ..SimulationOptions::default()
                     };
-                    let outcome = simulate(&motor, &drive, &options);
-                    if (first.id, second.id) == ("backlash", "compliance") {
-                        assert!(outcome.is_err());
-                        continue;
-                    }
-                    let run = outcome.unwrap();
+                    let run = simulate(&motor, &drive, &options).unwrap();
                     // A dead zone in volts swallows every ampere and newton metre there is.
                     let moves = kind == CommandKind::Voltage;
                     let travel = run.angle_rad.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -272,4 +269,44 @@ fn uneven_sample_times_read_the_same_motion() {
             assert!(off < 0.001, "{effects:?} at {k}: {off} counts");
         }
     }
+}
+
+#[test]
+fn any_set_of_effects_moves_the_same_at_any_step() {
+    // Sets drawn from all 2^27, and all at once; half the sample time halves every step of the engine.
+    let n = 500;
+    let command: Vec<f64> = (0..n)
+        .map(|k| [4.5, -2.0, 0.0, 1.5, -0.9, 3.0][k / 43 % 6])
+        .collect();
+    let dense: Vec<f64> = command.iter().flat_map(|u| [*u; 2]).collect();
+    let all = (1_u32 << catalogue().len()) - 1;
+    let mut state = 0x2545_f491_u32;
+    let sets = std::iter::repeat_with(|| {
+        // xorshift
+        state ^= state << 13;
+        state ^= state >> 17;
+        state ^= state << 5;
+        state & all
+    });
+    let mut wrong = Vec::new();
+    for set in std::iter::once(all).chain(sets.take(120)) {
+        let mut motor = Motor::default();
+        let mut ids = Vec::new();
+        for (k, kind) in catalogue().iter().enumerate() {
+            if set >> k & 1 == 1 {
+                let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters).unwrap();
+                motor.effects.set(effect);
+                ids.push(kind.id);
+            }
+        }
+        let coarse = run(&motor, CommandKind::Voltage, 0.003, &command);
+        let fine = run(&motor, CommandKind::Voltage, 0.0015, &dense);
+        let worst = (0..n)
+            .map(|k| (coarse.angle_rad[k] - fine.angle_rad[2 * k]).abs() * 720.0 / TAU)
+            .fold(0.0, f64::max);
+        if worst.is_nan() || worst > 0.01 {
+            wrong.push(format!("{worst:.1e} counts: {ids:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }

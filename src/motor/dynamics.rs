@@ -40,7 +40,7 @@ pub(super) enum Flow {
     Open,
 }
 
-/// Which flanks touch.
+/// Which flanks touch; in a transmission with a spring, through it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Contact {
     /// There are none: rigid, or a spring.
@@ -92,6 +92,8 @@ pub(super) struct Machine<S> {
     pub share: [S; 2],
     /// Spring k in N m/rad and damper c in N m s/rad.
     pub spring: Option<(S, S)>,
+    /// Flanks meet on the bare metal, and sides that touch move as one.
+    pub welds: bool,
     /// Two bodies rather than one.
     pub two: bool,
     /// Nothing ever sticks.
@@ -131,6 +133,7 @@ impl<S: Scalar> Machine<S> {
             ],
             share,
             spring,
+            welds: spring.is_none(),
             two,
             frictionless: !two && !friction_torque,
             affine: m.stribeck.is_none()
@@ -246,12 +249,31 @@ impl<S: Scalar> Machine<S> {
         if let Some(drag) = mechanical.drag {
             load -= drag * speed * speed.abs();
         }
-        if let Some((k, c)) = self.spring {
-            let torque = k * (y[TH1] - angle) + c * (y[W1] - speed);
+        if self.spring.is_some() && m.contact != Contact::Apart {
+            let torque = self.spring_torque(m.contact, y);
             motor -= torque;
             load += torque;
         }
         (motor, load)
+    }
+
+    /// Torque of spring and damper on the load side: where there is play, of a spring that touches this flank.
+    #[inline(always)]
+    pub(super) fn spring_torque<const N: usize>(&self, contact: Contact, y: &[S; N]) -> S {
+        let Some((k, c)) = self.spring else {
+            return S::zero();
+        };
+        let mut twist = y[TH1] - y[N - 2];
+        if let Some(gap) = self.chain.transmission.gap_rad {
+            twist -= gap * (0.5 * contact.sign());
+        }
+        k * twist + c * (y[W1] - y[N - 1])
+    }
+
+    /// Whether both sides move as one.
+    #[inline(always)]
+    pub(super) fn joined(&self, m: &Mode<S>) -> bool {
+        self.welds && m.contact.sign() != 0.0
     }
 
     /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
@@ -329,7 +351,7 @@ impl<S: Scalar> Machine<S> {
                 self.friction(m, 0, y[TH1], y[W1], y),
                 self.friction(m, 1, y[th2], y[w2], y),
             ];
-            if m.contact.sign() != 0.0 {
+            if self.joined(m) {
                 if m.slip[0] != 0.0 {
                     d[TH1] = y[W1];
                     d[th2] = y[W1];

@@ -10,7 +10,7 @@ use super::dynamics::Machine;
 use super::effects::{self, EffectParameter};
 use super::engine::Engine;
 use super::scalar::{Dual, Scalar};
-use super::simulate::{Drive, MeanCounts, Schedule, SimulationError, check, encoder_shaft};
+use super::simulate::{Drive, MeanCounts, Schedule, SimulationError, encoder_shaft};
 use super::{Model, Motor, Parameters};
 
 /// One number of a model: a nominal parameter, or one of an effect.
@@ -136,14 +136,13 @@ impl Simulator {
     /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
     ///
     /// # Errors
-    /// Effects that exclude each other; an angle that is not finite.
+    /// An angle that is not finite.
     pub fn angles(
         &self,
         motor: &Motor,
         workspace: &mut Workspace,
         angles_rad: &mut [f64],
     ) -> Result<(), SimulationError> {
-        check(motor)?;
         let chain = Chain::new(
             &motor.parameters,
             &motor.effects,
@@ -170,7 +169,6 @@ impl Simulator {
         angles_rad: &mut [f64],
         columns: &mut [f64],
     ) -> Result<(), SimulationError> {
-        check(motor)?;
         if wanted.is_empty() {
             return self.angles(motor, workspace, angles_rad);
         }

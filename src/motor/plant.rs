@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use super::chain::Chain;
 use super::dynamics::Machine;
 use super::engine::Engine;
-use super::simulate::{Encoder, LONGEST_STEP_S, Lateness, SimulationError, check, encoder_shaft};
+use super::simulate::{Encoder, LONGEST_STEP_S, Lateness, SimulationError, encoder_shaft};
 use super::{Model, Motor};
 use crate::CommandKind;
 
@@ -62,7 +62,6 @@ impl Plant {
         seed: u64,
         start_count_fraction: f64,
     ) -> Result<Self, SimulationError> {
-        check(motor)?;
         let chain = Chain::new(
             &motor.parameters,
             &motor.effects,
@@ -74,7 +73,7 @@ impl Plant {
         let stretch = chain.timing.stretch;
         let longest_s = LONGEST_STEP_S * stretch;
         let jitter_s = chain.timing.jitter_s;
-        Ok(Self {
+        let plant = Self {
             engine: match (machine.two, machine.warms()) {
                 (false, false) => AnyEngine::Rigid(Box::new(Engine::new(machine, longest_s))),
                 (false, true) => AnyEngine::RigidWarm(Box::new(Engine::new(machine, longest_s))),
@@ -91,7 +90,19 @@ impl Plant {
             encoder: Encoder::new(chain.sensor, start_count_fraction, seed),
             late: (jitter_s > 0.0).then(|| Lateness::new(jitter_s, seed)),
             shaft: (0.0, 0.0, 0.0),
-        })
+        };
+        // A motor without inertia or with a parameter that is no number moves nowhere.
+        let (angle_rad, speed, current) = plant
+            .engine
+            .clone()
+            .at(&mut VecDeque::new(), LONGEST_STEP_S);
+        if !(angle_rad + speed + current).is_finite() {
+            return Err(SimulationError::Diverged {
+                sample: 0,
+                angle_rad,
+            });
+        }
+        Ok(plant)
     }
 
     /// Lets the motor run from where it is to `until_s` (on the board's clock) with `command` held.
@@ -190,6 +201,7 @@ fn reach<const N: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effects::catalogue;
     use crate::{ActiveEffect, Drive, SimulationOptions, simulate};
 
     fn motor(effects: &[(&str, &[f64])]) -> Motor {
@@ -206,7 +218,18 @@ mod tests {
 
     #[test]
     fn counts_do_not_depend_on_how_a_run_is_split() {
-        let motors = [
+        let all = || catalogue().iter().map(|kind| kind.id);
+        let by_default = |ids: &[&str]| {
+            let mut motor = Motor::default();
+            for id in ids {
+                let effect = ActiveEffect::from_keys(id, [], &motor.parameters).unwrap();
+                motor.effects.set(effect);
+            }
+            motor
+        };
+        let mut motors: Vec<Motor> = all().map(|id| by_default(&[id])).collect();
+        motors.push(by_default(&all().collect::<Vec<_>>()));
+        motors.extend([
             motor(&[]),
             motor(&[("stribeck", &[0.03, 0.3]), ("transport_delay", &[0.0047])]),
             motor(&[
@@ -214,7 +237,7 @@ mod tests {
                 ("missed_counts", &[0.1, 0.0]),
             ]),
             motor(&[("presliding", &[0.02]), ("voltage_drop", &[0.4])]),
-        ];
+        ]);
         for motor in motors {
             let mut whole = Plant::new(&motor, CommandKind::Voltage, 7).unwrap();
             let mut split = whole.clone();

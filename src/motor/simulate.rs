@@ -87,11 +87,6 @@ pub enum SimulationError {
         /// The command.
         command: f64,
     },
-    /// Two effects that exclude each other.
-    #[error(
-        "effects '{0}' and '{1}' cannot be combined: a transmission has either play or a spring"
-    )]
-    Exclusive(&'static str, &'static str),
     /// The motor's numbers leave the range of floating point.
     #[error("sample {sample}: the simulated angle is {angle_rad}; check the motor's parameters")]
     Diverged {
@@ -235,21 +230,12 @@ pub(super) fn encoder_shaft<S: Scalar, const N: usize>(machine: &Machine<S>, y: 
     }
 }
 
-/// Checks that these effects can be in one motor.
-pub(super) fn check(motor: &Motor) -> Result<(), SimulationError> {
-    if motor.effects.get("backlash").is_some() && motor.effects.get("compliance").is_some() {
-        return Err(SimulationError::Exclusive("backlash", "compliance"));
-    }
-    Ok(())
-}
-
 /// Simulates a motor from rest.
 pub fn simulate(
     motor: &Motor,
     drive: &Drive<'_>,
     options: &SimulationOptions,
 ) -> Result<Trajectory, SimulationError> {
-    check(motor)?;
     let schedule = Schedule::new(drive)?;
     let chain = Chain::new(
         &motor.parameters,

@@ -59,6 +59,10 @@ fn min<S: Scalar>(a: S, b: S) -> S {
     if b.value() < a.value() { b } else { a }
 }
 
+fn max<S: Scalar>(a: S, b: S) -> S {
+    if b.value() > a.value() { b } else { a }
+}
+
 /// What holds a limit of the flank torque of two sides at rest.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Holder {
@@ -84,7 +88,7 @@ impl<S: Scalar> Machine<S> {
                 return g;
             }
             self.side_guard(m, 0, y[W1], || self.sum_of_torques(m, y), y, &mut g);
-        } else if m.contact.sign() != 0.0 {
+        } else if self.joined(m) {
             if m.slip[0] != 0.0 {
                 g.push(Guard::StopJoint, y[W1] * m.slip[0]);
                 g.push(Guard::Part, self.flank_torque(m, y) * m.contact.sign());
@@ -94,14 +98,30 @@ impl<S: Scalar> Machine<S> {
             }
         } else {
             if let Some(gap) = self.chain.transmission.gap_rad {
-                let apart = y[TH1] - y[N - 2];
-                g.push(Guard::TouchUpper, gap * 0.5 - apart);
-                g.push(Guard::TouchLower, gap * 0.5 + apart);
+                self.play_guards(m, gap, y, &mut g);
             }
             self.side_guard(m, 0, y[W1], || self.torques(m, y).0, y, &mut g);
             self.side_guard(m, 1, y[N - 1], || self.torques(m, y).1, y, &mut g);
         }
         g
+    }
+
+    #[inline]
+    fn play_guards<const N: usize>(&self, m: &Mode<S>, gap: S, y: &[S; N], g: &mut Guards<S>) {
+        if m.contact.sign() != 0.0 {
+            let push = self.spring_torque(m.contact, y) * m.contact.sign();
+            g.push(Guard::Part, push);
+            return;
+        }
+        let apart = y[TH1] - y[N - 2];
+        let (mut upper, mut lower) = (gap * 0.5 - apart, gap * 0.5 + apart);
+        if !self.welds {
+            // A spring beyond its flank that springs back slower than the sides part touches again when it would push.
+            upper = max(upper, -self.spring_torque(Contact::Upper, y));
+            lower = max(lower, self.spring_torque(Contact::Lower, y));
+        }
+        g.push(Guard::TouchUpper, upper);
+        g.push(Guard::TouchLower, lower);
     }
 
     #[inline(always)]
@@ -334,6 +354,12 @@ impl<S: Scalar> Machine<S> {
                 } else {
                     Contact::Lower
                 };
+            }
+            Some(Guard::Part) if !self.welds => m.contact = Contact::Apart,
+            _ => {}
+        }
+        match fired {
+            Some(Guard::TouchUpper | Guard::TouchLower) if self.welds => {
                 let speed = self.share[0] * y[W1] + self.share[1] * y[w2];
                 (y[W1], y[w2]) = (speed, speed);
                 let gap = self.chain.transmission.gap_rad.unwrap_or_else(S::zero);
@@ -342,10 +368,10 @@ impl<S: Scalar> Machine<S> {
             Some(Guard::StopJoint) => (y[W1], y[w2]) = (S::zero(), S::zero()),
             _ => {}
         }
-        if m.contact.sign() != 0.0 {
+        if self.joined(m) {
             self.settle_contact(m, y, fired);
         }
-        if m.contact.sign() == 0.0 {
+        if !self.joined(m) {
             match fired {
                 Some(Guard::Stop(0)) => y[W1] = S::zero(),
                 Some(Guard::Stop(1)) => y[w2] = S::zero(),

@@ -3,6 +3,10 @@
 //! Rigid: one inertia. With backlash or compliance two, `(1 - f) J` at the motor and `f J` at the load, and viscous and
 //! Coulomb friction split in the same ratio. Between them a spring and a damper
 //! `k (theta1 - theta2) + c (w1 - w2)`, or a gap within which neither feels the other.
+//!
+//! With both the spring is in series with the gap: it pushes `k (theta1 - theta2 -+ gap / 2) + c (w1 - w2)` once a flank is
+//! reached, and lets go when it would have to pull (the dead-zone model of Nordin and Gutman). Load fraction and side of
+//! the encoder are then those of the compliance.
 
 use super::chain::Chain;
 use super::effects::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};

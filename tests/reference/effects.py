@@ -73,6 +73,9 @@ CASES = {
         "cogging": dict(torque_nm=0.03, cycles_per_rev=12.0, phase_rad=1.1), "voltage_drop": dict(drop_v=0.3)}),
     "backlash+asymmetric_friction": ("switching", {
         "backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=1), "asymmetric_friction": dict(ratio=0.35)}),
+    "backlash+compliance": ("switching", {
+        "backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=1),
+        "compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=1)}),
     "supply_sag+winding_heating+torque_ripple": ("switching", {
         "supply_sag": dict(source_resistance_ohm=4.0),
         "winding_heating": dict(resistance_rise_per_w=0.8, time_constant_s=5.0),

@@ -75,9 +75,10 @@ class Motor:
         self.lash = get("backlash", "gap_rad", None)
         self.compliant = "compliance" in fx
         self.two = self.lash is not None or self.compliant
+        self.sprung = self.lash is not None and self.compliant   # a gap in series with the spring: flanks never weld
         self.frictionless = not (self.two or self.Tf or self.extra or self.load_friction)
-        share = get("backlash", "load_fraction", get("compliance", "load_fraction", 0.0))
-        self.encoder_side = get("backlash", "encoder_side", get("compliance", "encoder_side", 0))
+        share = get("compliance", "load_fraction", get("backlash", "load_fraction", 0.0))
+        self.encoder_side = get("compliance", "encoder_side", get("backlash", "encoder_side", 0))
         self.share1, self.share2 = 1.0 - share, share
         self.J1, self.J2, self.J = self.share1 * J, self.share2 * J, J
         self.b1, self.b2 = self.share1 * b, self.share2 * b
@@ -115,10 +116,15 @@ class Motor:
         side_angle, side_speed = (x[TH2], x[W2]) if self.two else (x[TH1], x[W1])
         G, phase = self.gravity
         n2 = -(G * sin(side_angle + phase) if G else 0.0) - self.drag * side_speed * abs(side_speed)
-        if self.compliant:
-            spring = self.k * (x[TH1] - x[TH2]) + self.c * (x[W1] - x[W2])
+        if self.compliant and self.mode.contact != 0:
+            spring = self.spring_torque(x, self.mode.contact or 0)
             return n1 - spring, n2 + spring
         return n1, n2
+
+    def spring_torque(self, x, flank):
+        """Spring and damper, of a transmission with a gap at the upper (+1) or lower (-1) flank."""
+        free = flank * self.lash / 2 if self.sprung else 0.0
+        return self.k * (x[TH1] - x[TH2] - free) + self.c * (x[W1] - x[W2])
 
     def friction(self, direction, speed, torque, at_rest=False):
         """Coulomb level of the whole motor against motion in `direction`."""
@@ -152,7 +158,7 @@ class Motor:
                 d[W1] = (n1 + n2 - self.b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
             else:
                 d[TH1] = 0.0
-        elif m.contact:
+        elif m.contact and not self.sprung:
             if m.slip1:
                 d[TH1] = d[TH2] = w
                 d[W1] = d[W2] = self.joint_acceleration(x)
@@ -221,7 +227,7 @@ class Motor:
                 up, down = self.levels(x, 1.0)
                 g["break1"] = min(up - (n1 + n2), down + (n1 + n2))
             return g
-        if m.contact:
+        if m.contact and not self.sprung:
             if m.slip1:
                 g["stop joint"] = m.slip1 * x[W1]
                 g["part"] = m.contact * self.flank_torque(x)
@@ -229,10 +235,15 @@ class Motor:
                 (low, _), (high, _) = self.stuck_flank_range(x)
                 g["break joint"] = high - low
             return g
-        if self.lash is not None:
+        if self.sprung and m.contact:
+            g["part"] = m.contact * self.spring_torque(x, m.contact)
+        elif self.lash is not None:
             gap = x[TH1] - x[TH2]
             g["touch +"] = self.lash / 2 - gap
             g["touch -"] = self.lash / 2 + gap
+            if self.sprung:   # beyond the flank, but parting: the spring touches when it would push
+                g["touch +"] = max(g["touch +"], -self.spring_torque(x, 1))
+                g["touch -"] = max(g["touch -"], self.spring_torque(x, -1))
         n1, n2 = self.torques(x)
         for name, slip, speed, net, share in (("1", m.slip1, x[W1], n1, self.share1), ("2", m.slip2, x[W2], n2, self.share2)):
             if slip:
@@ -268,16 +279,19 @@ class Motor:
             n1, n2 = self.torques(x)
             m.slip1 = self.slip_after(x, m.slip1 if fired == "break1" else None, x[W1], n1 + n2, 1.0, m.slip1)
             return
-        if fired in ("touch +", "touch -"):
+        if self.sprung:
+            if fired in ("touch +", "touch -", "part"):
+                m.contact = {"touch +": 1, "touch -": -1, "part": 0}[fired]
+        elif fired in ("touch +", "touch -"):
             m.contact = 1 if fired == "touch +" else -1
             x[W1] = x[W2] = (self.J1 * x[W1] + self.J2 * x[W2]) / self.J
             x[TH2] = x[TH1] - m.contact * self.lash / 2
             m.slip1 = m.slip2 = int(copysign(1, x[W1]))
         if fired == "stop joint":
             x[W1] = x[W2] = 0.0
-        if m.contact:
+        if m.contact and not self.sprung:
             self.settle_contact(x, fired)
-        if not m.contact:
+        if not m.contact or self.sprung:
             if fired == "stop1":
                 x[W1] = 0.0
             if fired == "stop2":

@@ -1,0 +1,466 @@
+//! Every effect against a closed form or a conserved quantity: at least one each, none of them computed by the simulator.
+
+use std::collections::BTreeSet;
+use std::f64::consts::TAU;
+
+use motorlab::motor::effects::catalogue;
+use motorlab::motor::{ActiveEffect, Drive, Model, Motor, SimulationOptions, Trajectory, simulate};
+use motorlab::recording::CommandKind;
+
+/// Sample time in s.
+const TS: f64 = 0.003;
+/// Of modes that are affine: rounding alone.
+const EXACT: f64 = 1e-9;
+/// Of the others, in rad, rad/s, A or relative energy.
+const CONVERGED: f64 = 1e-6;
+
+const VOLT: CommandKind = CommandKind::Voltage;
+const TORQUE: CommandKind = CommandKind::Torque;
+
+/// The handout's motor with an effect, or several.
+fn motor(effects: &[(&str, &[f64])]) -> Motor {
+    let mut motor = Motor::default();
+    for (id, values) in effects {
+        motor.effects.set(ActiveEffect::new(id, values).unwrap());
+    }
+    motor
+}
+
+fn frictionless(effects: &[(&str, &[f64])]) -> Motor {
+    let mut motor = motor(effects);
+    motor.parameters.coulomb_friction_nm = 0.0;
+    motor.parameters.viscous_friction_nm_s_per_rad = 0.0;
+    motor
+}
+
+/// Without inductance.
+fn run(motor: &Motor, kind: CommandKind, command: &[f64]) -> Trajectory {
+    let t_s: Vec<f64> = (0..command.len()).map(|k| k as f64 * TS).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command,
+        kind,
+    };
+    let options = SimulationOptions {
+        model: Model::FirstOrder,
+        ..SimulationOptions::default()
+    };
+    simulate(motor, &drive, &options).unwrap()
+}
+
+/// Levels of 60 samples each.
+fn levels(values: &[f64]) -> Vec<f64> {
+    values.iter().flat_map(|u| [*u; 60]).collect()
+}
+
+/// R, K, b, J and Tf of the first-order motor, to be changed.
+#[derive(Clone, Copy)]
+struct FirstOrder {
+    r: f64,
+    k: f64,
+    b: f64,
+    j: f64,
+    tf: f64,
+}
+
+const NOMINAL: FirstOrder = FirstOrder {
+    r: 10.0,
+    k: 0.7,
+    b: 0.01,
+    j: 0.002,
+    tf: 0.02,
+};
+
+impl FirstOrder {
+    fn rate(&self) -> f64 {
+        (self.b + self.k * self.k / self.r) / self.j
+    }
+
+    /// Steady speed at `volts` where `torque` comes on top of what the current makes.
+    fn steady(&self, volts: f64, torque: f64) -> f64 {
+        (self.k * volts / self.r + torque - self.tf) / (self.b + self.k * self.k / self.r)
+    }
+
+    /// Angle and speed `t` after a step from rest.
+    fn step(&self, volts: f64, torque: f64, t: f64) -> (f64, f64) {
+        let (a, w) = (self.rate(), self.steady(volts, torque));
+        (w * (t + (-a * t).exp_m1() / a), -w * (-a * t).exp_m1())
+    }
+}
+
+#[track_caller]
+fn near(a: f64, b: f64, tolerance: f64) {
+    assert!(
+        (a - b).abs() < tolerance,
+        "{a} is not {b} within {tolerance}"
+    );
+}
+
+/// A step of 4.5 V from rest follows this first-order motor.
+#[track_caller]
+fn steps_like(motor: &Motor, expected: FirstOrder) {
+    let run = run(motor, VOLT, &[4.5; 400]);
+    for k in 0..400 {
+        let (angle, speed) = expected.step(4.5, 0.0, k as f64 * TS);
+        near(run.angle_rad[k], angle, EXACT);
+        near(run.speed_rad_s[k], speed, EXACT);
+    }
+}
+
+/// `J w^2 / 2` is the work of a torque that depends on the angle alone.
+#[track_caller]
+fn keeps_energy(run: &Trajectory, work: impl Fn(f64) -> f64) {
+    let most = run.speed_rad_s.iter().fold(0.0_f64, |m, w| m.max(w * w)) * 0.001;
+    assert!(most > 1e-4, "it moves: {most} J");
+    for (angle, speed) in run.angle_rad.iter().zip(&run.speed_rad_s) {
+        let off = 0.5 * NOMINAL.j * speed * speed - work(*angle);
+        assert!(
+            off.abs() < CONVERGED * most,
+            "{off} J of {most} J at {angle} rad"
+        );
+    }
+}
+
+#[test]
+fn command_effects() {
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.76, -0.74, 2.0]);
+    let nominal = run(&motor(&[]), VOLT, &u);
+    // Late by two samples: the same angles, two samples later.
+    let late = run(&motor(&[("transport_delay", &[2.0 * TS])]), VOLT, &u);
+    for k in 2..u.len() {
+        near(late.angle_rad[k], nominal.angle_rad[k - 2], EXACT);
+    }
+    // Small commands might as well be 0.
+    let zone = run(&motor(&[("dead_zone", &[0.75])]), VOLT, &u);
+    let cut: Vec<f64> = u
+        .iter()
+        .map(|u| if u.abs() <= 0.75 { 0.0 } else { *u })
+        .collect();
+    assert_eq!(zone, run(&motor(&[]), VOLT, &cut));
+}
+
+#[test]
+fn driver_effects() {
+    // A drop is a smaller voltage as long as current flows one way.
+    let run_drop = run(&motor(&[("voltage_drop", &[0.6])]), VOLT, &[4.5; 400]);
+    for k in 0..400 {
+        near(
+            run_drop.angle_rad[k],
+            NOMINAL.step(3.9, 0.0, k as f64 * TS).0,
+            EXACT,
+        );
+    }
+    // In an open circuit the motor coasts by its friction: J w' = -b w - Tf.
+    let coasting = |w0: f64, t: f64| (w0 + 2.0) * (-NOMINAL.b * t / NOMINAL.j).exp() - 2.0;
+    let mut off = vec![4.5; 300];
+    off.extend([0.0; 200]);
+    let open = run(&motor(&[("coast_at_zero", &[])]), VOLT, &off);
+    for k in 300..500 {
+        let speed = coasting(open.speed_rad_s[300], (k - 300) as f64 * TS).max(0.0);
+        near(open.speed_rad_s[k], speed, 1e-8);
+        assert_eq!(open.current_a[k], 0.0);
+    }
+    assert_eq!(open.speed_rad_s[499], 0.0);
+    let r = NOMINAL.r + 4.0 * (4.5_f64 / 4.5).powi(2);
+    steps_like(
+        &motor(&[("supply_sag", &[4.0])]),
+        FirstOrder { r, ..NOMINAL },
+    );
+    let weak = run(&motor(&[("supply_error", &[0.88])]), VOLT, &[4.5; 400]);
+    for k in 0..400 {
+        near(
+            weak.angle_rad[k],
+            NOMINAL.step(0.88 * 4.5, 0.0, k as f64 * TS).0,
+            EXACT,
+        );
+    }
+    // At the limit the torque is constant: w = (K I - Tf) / b (1 - e^(-b t / J)), until the back EMF takes over.
+    let limited = run(&motor(&[("current_limit", &[0.2])]), VOLT, &[4.5; 400]);
+    let top = (NOMINAL.k * 0.2 - NOMINAL.tf) / NOMINAL.b;
+    let over = (4.5 - 0.2 * NOMINAL.r) / NOMINAL.k;
+    let end = -NOMINAL.j / NOMINAL.b * (1.0 - over / top).ln();
+    let (mut held, a) = (0, NOMINAL.rate());
+    for k in 0..400 {
+        let t = k as f64 * TS;
+        if t < end {
+            held += 1;
+            near(limited.current_a[k], 0.2, EXACT);
+            near(
+                limited.speed_rad_s[k],
+                top * (1.0 - (-NOMINAL.b * t / NOMINAL.j).exp()),
+                EXACT,
+            );
+        } else {
+            let steady = NOMINAL.steady(4.5, 0.0);
+            let speed = steady + (over - steady) * (-a * (t - end)).exp();
+            near(limited.speed_rad_s[k], speed, 1e-7);
+        }
+    }
+    assert!(held > 10);
+}
+
+#[test]
+fn electrical_effects() {
+    // Blocked rotor: i = u / R (1 - e^(-R t / L)).
+    let mut blocked = motor(&[("inductance", &[0.1]), ("coulomb_friction", &[10.0])]);
+    let still = run(&blocked, VOLT, &[4.5; 50]);
+    for k in 0..50 {
+        near(
+            still.current_a[k],
+            -0.45 * (-100.0 * k as f64 * TS).exp_m1(),
+            EXACT,
+        );
+    }
+    // ... and when warm, where R (1 + k i^2 R) i = u.
+    blocked.effects.remove("inductance");
+    blocked
+        .effects
+        .set(ActiveEffect::new("winding_heating", &[0.8, 1.0]).unwrap());
+    let warm = run(&blocked, VOLT, &[4.5; 7000]);
+    let i = warm.current_a[6999];
+    near(10.0 * (1.0 + 0.8 * i * i * 10.0) * i, 4.5, CONVERGED);
+    near(warm.current_a[0], 0.45, EXACT);
+    // At a given current ripple is a potential: the work depends on the angle alone.
+    let (amplitude, n, phase) = (0.12, 11.0, 0.7);
+    let ripple = frictionless(&[("torque_ripple", &[amplitude, n, phase])]);
+    let turning = run(&ripple, CommandKind::Current, &[0.03; 200]);
+    keeps_energy(&turning, |x| {
+        0.7 * 0.03 * (x + amplitude / n * (phase.cos() - (n * x + phase).cos()))
+    });
+}
+
+#[test]
+fn friction_and_inertia() {
+    steps_like(
+        &motor(&[("coulomb_friction", &[0.05])]),
+        FirstOrder {
+            tf: 0.05,
+            ..NOMINAL
+        },
+    );
+    steps_like(
+        &motor(&[("viscous_friction", &[0.03])]),
+        FirstOrder { b: 0.03, ..NOMINAL },
+    );
+    steps_like(
+        &motor(&[("inertia", &[0.005])]),
+        FirstOrder {
+            j: 0.005,
+            ..NOMINAL
+        },
+    );
+    let r = 0.35;
+    let asymmetric = motor(&[("asymmetric_friction", &[r])]);
+    steps_like(
+        &asymmetric,
+        FirstOrder {
+            tf: 0.02 * (1.0 + r),
+            ..NOMINAL
+        },
+    );
+    let back = run(&asymmetric, VOLT, &[-4.5; 400]);
+    let easier = FirstOrder {
+        tf: 0.02 * (1.0 - r),
+        ..NOMINAL
+    };
+    near(
+        back.angle_rad[399],
+        -easier.step(4.5, 0.0, 399.0 * TS).0,
+        EXACT,
+    );
+    // Driving friction takes its share of the motor's torque.
+    let loaded = run(
+        &motor(&[("load_friction", &[0.2, 0.35])]),
+        VOLT,
+        &[4.5; 400],
+    );
+    let (drive, damping) = (0.8 * 0.7 * 4.5 / 10.0 - 0.02, 0.01 + 0.8 * 0.049);
+    for (k, speed) in loaded.speed_rad_s.iter().enumerate() {
+        let t = k as f64 * TS;
+        near(
+            *speed,
+            -drive / damping * (-damping * t / 0.002).exp_m1(),
+            EXACT,
+        );
+    }
+    // Breakaway at Tf + dT, to a microvolt, and a steady speed at which all torques are in balance.
+    let stribeck = motor(&[("stribeck", &[0.03, 0.5])]);
+    let breakaway = 0.05 * 10.0 / 0.7;
+    assert_eq!(
+        run(&stribeck, VOLT, &[breakaway - 1e-6; 500]).angle_rad[499],
+        0.0
+    );
+    assert!(run(&stribeck, VOLT, &[breakaway + 1e-6; 9000]).angle_rad[8999] > 1e-6);
+    let w = run(&stribeck, VOLT, &[1.0; 3000]).speed_rad_s[2999];
+    let balance =
+        0.7 * (1.0 - 0.7 * w) / 10.0 - 0.01 * w - 0.02 - 0.03 * (-(w / 0.5) * (w / 0.5)).exp();
+    assert!(w > 0.1);
+    near(balance, 0.0, CONVERGED);
+}
+
+#[test]
+fn torques_of_the_angle_and_the_speed() {
+    // A constant torque against Dahl's friction, which is one of the angle while the shaft turns one way.
+    let z = 0.035;
+    let mut dahl = frictionless(&[("presliding", &[z])]);
+    dahl.parameters.coulomb_friction_nm = 0.02;
+    keeps_energy(&run(&dahl, TORQUE, &[0.03; 200]), |x| {
+        0.03 * x - 0.02 * (x + z * (-x / z).exp_m1())
+    });
+    let (torque, n, phase) = (0.03, 12.0, 1.1);
+    let cogging = frictionless(&[("cogging", &[torque, n, phase])]);
+    keeps_energy(&run(&cogging, TORQUE, &[0.03; 200]), |x| {
+        0.03 * x + torque / n * (f64::cos(phase) - (n * x + phase).cos())
+    });
+    let gravity = frictionless(&[("gravity_load", &[0.04, 0.6])]);
+    keeps_energy(&run(&gravity, TORQUE, &[0.06; 200]), |x| {
+        0.06 * x - 0.04 * (f64::cos(0.6) - (x + 0.6).cos())
+    });
+    // Drag alone: 1 / w grows evenly.
+    let mut command = vec![0.02; 100];
+    command.extend([0.0; 400]);
+    let drag = frictionless(&[("quadratic_drag", &[0.002])]);
+    let coasting = run(&drag, TORQUE, &command);
+    let w0 = coasting.speed_rad_s[100];
+    assert!(w0 > 1.0);
+    for k in 100..500 {
+        let t = (k - 100) as f64 * TS;
+        near(
+            coasting.speed_rad_s[k],
+            w0 / (1.0 + 0.002 * w0 * t / 0.002),
+            CONVERGED,
+        );
+    }
+    // ... and speeding up: w = w1 tanh(t / T).
+    let top = (0.02_f64 / 0.002).sqrt();
+    for k in 0..100 {
+        let t = k as f64 * TS;
+        near(
+            coasting.speed_rad_s[k],
+            top * (t * 0.02 / (0.002 * top)).tanh(),
+            CONVERGED,
+        );
+    }
+}
+
+#[test]
+fn transmissions() {
+    let (torque, j, f) = (0.01, 0.002, 0.4);
+    let (j1, j2) = ((1.0 - f) * j, f * j);
+    // Across half the gap alone, then as one with the momentum of the motor side.
+    for encoder in [0.0, 1.0] {
+        let gap = 0.07;
+        let run = run(
+            &frictionless(&[("backlash", &[gap, f, encoder])]),
+            TORQUE,
+            &[torque; 150],
+        );
+        let touch = (gap * j1 / torque).sqrt();
+        let slow = torque * touch / j;
+        let mut touched = 0;
+        for k in 0..150 {
+            let t = k as f64 * TS;
+            let alone = 0.5 * torque / j1 * t * t;
+            let after = t - touch;
+            let as_one = slow * after + 0.5 * torque / j * after * after;
+            let expected = match (t < touch, encoder == 0.0) {
+                (true, true) => alone,
+                (true, false) => 0.0,
+                (false, true) => gap / 2.0 + as_one,
+                (false, false) => as_one,
+            };
+            touched += usize::from(t >= touch);
+            near(run.angle_rad[k], expected, 1e-8);
+        }
+        assert!((10..140).contains(&touched));
+    }
+    // On an undamped spring the twist swings about its mean, the centre of mass gains speed evenly.
+    let (frequency, gap) = (10.0, 0.07);
+    let omega = TAU * frequency;
+    let spring = |motor: &Motor, start: f64, twist0: f64, rate0: f64, (x0, v0): (f64, f64)| {
+        let run = run(motor, TORQUE, &[torque; 150]);
+        let mean = torque / (j1 * omega * omega);
+        for k in 0..150 {
+            let t = k as f64 * TS - start;
+            if t < 0.0 {
+                continue;
+            }
+            let twist =
+                mean + (twist0 - mean) * (omega * t).cos() + rate0 / omega * (omega * t).sin();
+            if twist < 0.0 {
+                return k;
+            }
+            let centre = x0 + v0 * t + 0.5 * torque / j * t * t;
+            let play = if motor.effects.get("backlash").is_some() {
+                gap / 2.0
+            } else {
+                0.0
+            };
+            near(run.angle_rad[k], centre + j2 / j * (twist + play), 1e-7);
+        }
+        150
+    };
+    let elastic = frictionless(&[("compliance", &[frequency, 0.0, f, 0.0])]);
+    assert_eq!(spring(&elastic, 0.0, 0.0, 0.0, (0.0, 0.0)), 150);
+    // With play in series the spring is met at speed, and let go of when it would have to pull.
+    let both = frictionless(&[
+        ("backlash", &[gap, f, 0.0]),
+        ("compliance", &[frequency, 0.0, f, 0.0]),
+    ]);
+    let touch = (gap * j1 / torque).sqrt();
+    let speed = torque * touch / j1;
+    let centre = (j1 * gap / 2.0 / j, j1 * speed / j);
+    let parted = spring(&both, touch, 0.0, speed, centre);
+    assert!(parted < 150, "it springs back");
+}
+
+#[test]
+fn sensor_and_timing() {
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0]);
+    let nominal = run(&motor(&[]), VOLT, &u);
+    let resolution = run(&motor(&[("resolution_error", &[1000.0])]), VOLT, &u);
+    let eccentric = run(&motor(&[("encoder_eccentricity", &[0.026, 0.4])]), VOLT, &u);
+    let deaf = run(&motor(&[("missed_counts", &[1.0, 0.0])]), VOLT, &u);
+    let deafer = run(&motor(&[("missed_counts", &[0.02, 0.0])]), VOLT, &u);
+    for (k, x) in nominal.angle_rad.iter().enumerate() {
+        near(resolution.measured_angle_rad[k], x * 1000.0 / 720.0, EXACT);
+        assert_eq!(
+            resolution.counts[k],
+            (1000.0 * x / TAU + 0.5).floor() as i64
+        );
+        near(
+            eccentric.measured_angle_rad[k],
+            x + 0.026 * (x + 0.4).sin(),
+            EXACT,
+        );
+        assert_eq!(deaf.counts[k], 0);
+        near(deafer.measured_angle_rad[k], 0.98 * x, EXACT);
+    }
+    // Late by half the spread on average.
+    let step = run(&motor(&[("sample_jitter", &[0.0012])]), VOLT, &[4.5; 400]);
+    let clock = run(&motor(&[("clock_error", &[0.03])]), VOLT, &[4.5; 400]);
+    for k in 0..400 {
+        let t = k as f64 * TS;
+        near(
+            step.measured_angle_rad[k],
+            NOMINAL.step(4.5, 0.0, t + 0.0006).0,
+            1e-8,
+        );
+        near(
+            clock.angle_rad[k],
+            NOMINAL.step(4.5, 0.0, 1.03 * t).0,
+            EXACT,
+        );
+    }
+}
+
+#[test]
+fn none_is_left_out() {
+    let here = include_str!("effects_closed_form.rs");
+    let missing: BTreeSet<_> = catalogue()
+        .iter()
+        .map(|kind| kind.id)
+        .filter(|id| !here.contains(&format!("(\"{id}\", ")))
+        .collect();
+    assert!(missing.is_empty(), "{missing:?}");
+}
