@@ -4,8 +4,10 @@
 mod command;
 
 use std::f64::consts::TAU;
+use std::process::Command;
+use std::time::Duration;
 
-use command::{RunFile, run};
+use command::{RunFile, finish, run, start};
 use motorlab::recording::difference_velocities;
 
 /// More than 10,000 samples at a sample time, none lost; every column as the format says.
@@ -156,4 +158,27 @@ fn a_profile_from_a_file_is_what_the_board_commands() {
     assert_eq!(file.rows[199][6], "");
     assert_eq!(file.rows[200][6], "saturated");
     assert_eq!(file.summary("saturated"), 100);
+}
+
+#[test]
+fn a_computer_that_stands_still_with_its_virtual_board_loses_nothing() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let arguments = ["capture", "virtual:", "--duration", "1.5"];
+    let child = start(directory.path(), &arguments);
+    let signal = |name: &str| {
+        let sent = Command::new("kill")
+            .args([name, &child.id().to_string()])
+            .status();
+        assert!(sent.is_ok_and(|status| status.success()));
+    };
+    while !directory.path().join("run.csv").exists() {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    signal("-STOP");
+    std::thread::sleep(Duration::from_millis(1200));
+    signal("-CONT");
+    let done = finish(child);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert_eq!((file.rows.len(), file.summary("lost")), (500, 0));
 }

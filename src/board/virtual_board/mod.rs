@@ -61,6 +61,10 @@ const SEND_BUFFER: usize = 256;
 /// Longest wait in one turn: how late a stopped board notices.
 const TURN: Duration = Duration::from_millis(20);
 
+/// Longest turn that counts. A longer one is this computer standing still, suspended or overloaded, with
+/// board and host alike: a real board would not, so that its time stands still too.
+const LONGEST_TURN: Duration = Duration::from_millis(50);
+
 /// A running virtual board; dropping it unplugs it.
 #[derive(Debug)]
 pub struct VirtualBoard {
@@ -139,7 +143,9 @@ struct Running<B> {
     /// When HELLO is due after a reset.
     hello_at: Option<Instant>,
     started_at: Instant,
-    heard_at: Instant,
+    /// How long the host has said nothing, as far as this board was there to hear it.
+    silence: Duration,
+    turned_at: Instant,
     hung_up: bool,
 }
 
@@ -158,7 +164,8 @@ impl<B: Bench> Running<B> {
             connected: false,
             hello_at: None,
             started_at: now,
-            heard_at: now,
+            silence: Duration::ZERO,
+            turned_at: now,
             hung_up: false,
         }
     }
@@ -173,6 +180,7 @@ impl<B: Bench> Running<B> {
             if !self.connected {
                 self.reset();
             }
+            self.begin_turn();
             if ready.readable {
                 self.listen()?;
             }
@@ -185,6 +193,14 @@ impl<B: Bench> Running<B> {
             self.send()?;
         }
         self.pty.let_it_drain(&mut self.outgoing, self.connected)
+    }
+
+    /// Time passes for the board and for what it hears, but not while this computer stands still.
+    fn begin_turn(&mut self) {
+        let turn = self.turned_at.elapsed();
+        self.turned_at += turn;
+        self.silence += turn.min(LONGEST_TURN);
+        self.started_at += turn.saturating_sub(LONGEST_TURN);
     }
 
     /// Nobody has the port open: the motor is off, and what was said is lost.
@@ -243,7 +259,7 @@ impl<B: Bench> Running<B> {
                 // Still in the boot loader.
                 continue;
             }
-            self.heard_at = Instant::now();
+            self.silence = Duration::ZERO;
             let was_recording = self.firmware.is_recording();
             let answer = self.firmware.answer(&message);
             if self.firmware.is_recording() && !was_recording {
@@ -257,9 +273,8 @@ impl<B: Bench> Running<B> {
     }
 
     fn take_samples(&mut self) -> io::Result<()> {
-        let silence = self.heard_at.elapsed();
         if self.firmware.is_recording()
-            && silence > Duration::from_millis(u64::from(LINK_TIMEOUT_MS))
+            && self.silence > Duration::from_millis(u64::from(LINK_TIMEOUT_MS))
             && let Some(end) = self.firmware.stop(EndReason::LinkLost)
         {
             return self.say(&end);
