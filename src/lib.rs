@@ -10,6 +10,7 @@
 //! | [`motor`] | parameters, the signal chain, the simulator |
 //! | [`compare`] | recorded against simulated |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
+//! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
@@ -23,6 +24,7 @@ pub mod cli;
 pub mod compare;
 pub mod diagnose;
 pub mod export;
+pub mod lab;
 pub mod recording;
 pub mod report;
 pub mod units;

@@ -141,8 +141,8 @@ impl Demo {
     }
 }
 
-/// A demo's own run from last time makes room for the new one.
-fn replace(file: &Path) -> Result<(), Failure> {
+/// A virtual board's run from last time makes room for the new one.
+pub(super) fn replace(file: &Path) -> Result<(), Failure> {
     match std::fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::device(
             format!("cannot replace {}: {error}", file.display()),

@@ -12,6 +12,7 @@ mod completions;
 mod demo;
 mod export;
 mod failure;
+mod lab;
 mod live;
 mod man;
 mod motor_choice;
@@ -58,6 +59,7 @@ enum Command {
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
     Compare(compare::Compare),
+    Lab(lab::Lab),
     Export(export::Export),
     Demo(demo::Demo),
     Completions(completions::Completions),
@@ -104,6 +106,7 @@ impl CommandLine {
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
+            Command::Lab(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Completions(command) => command.run(&output),

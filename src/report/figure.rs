@@ -148,8 +148,9 @@ pub fn ticks((low, high): (f64, f64), wanted: usize) -> Vec<f64> {
         .map(|factor| factor * power)
         .find(|step| *step >= rough * 0.999)
         .unwrap_or(10.0 * power);
-    let first = (low / step).ceil() as i64;
-    let last = (high / step).floor() as i64;
+    // A range that ends on a round value ends with its tick, though division may round it out.
+    let first = (low / step - 1e-9).ceil() as i64;
+    let last = (high / step + 1e-9).floor() as i64;
     (first..=last).take(1000).map(|k| k as f64 * step).collect()
 }
 
@@ -203,6 +204,7 @@ mod tests {
             [0.0, 0.2, 0.4, 0.6000000000000001, 0.8, 1.0]
         );
         assert_eq!(ticks((-48.0, 51.0), 4), [0.0, 50.0]);
+        assert_eq!(ticks((0.0, 0.3), 6).len(), 7);
         assert!(ticks((3.0, 3.0), 4).is_empty());
         assert_eq!(tick_label(0.6000000000000001, 0.2), "0.6");
         assert_eq!(tick_label(-50.0, 50.0), "\u{2212}50");

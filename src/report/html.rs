@@ -14,11 +14,11 @@ const STYLE: &str = "\
 *{box-sizing:border-box}body{margin:0 auto;padding:1.2rem;max-width:62rem;background:var(--paper);color:var(--ink);\
 font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
-.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}\
+.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
 figure{margin:1rem 0;overflow-x:auto}figure svg{width:100%;min-width:36rem;height:auto;display:block}figcaption{color:var(--faint);font-size:.9rem}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
-td.number,th.number{text-align:right}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
+td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
 footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}";
 
 /// A page under way.
@@ -57,6 +57,11 @@ impl Page {
         self.element("p", "p", text);
     }
 
+    /// The answer to the question in the heading above.
+    pub fn answer(&mut self, text: &str) {
+        self.element("p class=\"answer\"", "p", text);
+    }
+
     /// A paragraph in small voice: how something was made, what to mind.
     pub fn note(&mut self, text: &str) {
         self.element("p class=\"note\"", "p", text);
@@ -74,6 +79,17 @@ impl Page {
     /// Text kept as it is, such as a file or a formula.
     pub fn verbatim(&mut self, text: &str) {
         self.element("pre", "pre", text);
+    }
+
+    /// A formula on a line of its own: `left` and a fraction, set by the browser (MathML).
+    pub fn fraction(&mut self, left: &str, numerator: &str, denominator: &str) {
+        let _ = writeln!(
+            self.body,
+            "<p class=\"wide\">{} <math><mstyle displaystyle=\"true\"><mfrac><mtext>{}</mtext><mtext>{}</mtext></mfrac></mstyle></math></p>",
+            escaped(left),
+            escaped(numerator),
+            escaped(denominator)
+        );
     }
 
     /// A table; columns whose cells all begin like numbers are set flush right.
@@ -136,9 +152,14 @@ impl Page {
     }
 }
 
+/// Whether a cell is a number, alone or with its unit after a space.
 fn is_number(cell: &str) -> bool {
-    let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '±', '<', '>', ' ']);
-    cell.is_empty() || cell.starts_with(|c: char| c.is_ascii_digit()) || cell == "–"
+    let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '\u{b1}', '<', '>', ' ']);
+    let digits = cell.split(char::is_whitespace).next().unwrap_or("");
+    let of_a_number = |c: char| c.is_numeric() || ".,e-\u{2212}+\u{d7}\u{207b}%:".contains(c);
+    cell.is_empty()
+        || cell == "\u{2013}"
+        || (digits.starts_with(|c: char| c.is_ascii_digit()) && digits.chars().all(of_a_number))
 }
 
 #[cfg(test)]
@@ -157,5 +178,23 @@ mod tests {
         let addresses = html.replace("http://www.w3.org/2000/svg", "");
         assert!(!addresses.contains("http") && !html.contains("<script") && !html.contains("<img"));
         assert!(html.contains("<td class=\"number\">12</td>"));
+    }
+
+    #[test]
+    fn numbers_with_units_are_numbers_and_names_are_not() {
+        let numbers = [
+            "12",
+            "\u{2212}0.5",
+            "47.7\u{a0}RPM",
+            "3 of 4",
+            "8\u{d7}10\u{207b}\u{2076}",
+            "+4 %",
+        ];
+        assert!(numbers.into_iter().all(is_number));
+        assert!(
+            ["1st order", "2.a", "RPM", "0.03s"]
+                .into_iter()
+                .all(|cell| !is_number(cell))
+        );
     }
 }

@@ -1,0 +1,228 @@
+//! `motorlab lab`: the lab handout, computed and answered.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde_json::json;
+
+use super::demo::replace;
+use super::picture::write_file;
+use super::signals::StopSignal;
+use super::virtual_capture::{Order, record};
+use super::{Failure, Output, Status};
+use crate::lab::{Lab as Handout, Source, columns, page};
+use crate::motor::{Motor, read_motor};
+use crate::recording::{Run, read_run};
+use crate::report::{Figure, Size, svg};
+
+/// Work through the lab handout: curves, transfer functions, sampling, recorded against simulated, every question answered.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab lab\n  motorlab lab --motor motor.toml --run step30.csv --run step3.csv -o report\n  motorlab lab --board 'effect=stribeck&extra_torque_nm=0.05'"
+)]
+pub struct Lab {
+    /// Motor file; without it the lab handout's motor.
+    #[arg(long, value_name = "FILE")]
+    motor: Option<PathBuf>,
+    /// A recorded step response, one for each sample time; without any, a virtual board supplies them.
+    #[arg(long = "run", value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
+    #[arg(long, value_name = "KEYS", default_value = "", conflicts_with = "runs")]
+    board: String,
+    /// Folder for the page, drawings and tables.
+    #[arg(short, long, value_name = "DIR", default_value = "lab")]
+    output: PathBuf,
+}
+
+/// The handout's sample times in us, with the names of the virtual board's runs.
+const SAMPLE_TIMES: [(u32, &str); 2] =
+    [(30_000, "virtual-step30.csv"), (3_000, "virtual-step3.csv")];
+/// How long the virtual board is recorded in s: rest, step and a good second of steady speed.
+const DURATION_S: f64 = 1.8;
+/// Size of the drawings of recordings.
+const RECORDED: Size = Size {
+    width: 860,
+    height: 760,
+};
+
+impl Lab {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = match &self.motor {
+            Some(path) => read_motor(path).map_err(Failure::input)?,
+            None => {
+                output.message("no --motor: the lab handout's motor is simulated");
+                Motor::default()
+            }
+        };
+        std::fs::create_dir_all(&self.output).map_err(|error| {
+            Failure::device(format!("cannot make {}: {error}", self.output.display()))
+        })?;
+        let (paths, source) = if self.runs.is_empty() {
+            match self.supplied(output)? {
+                Some(paths) => (paths, Source::VirtualBoard(self.virtual_board())),
+                None => {
+                    output.message("stopped; the runs recorded so far are whole");
+                    return Ok(Status::FellShort);
+                }
+            }
+        } else {
+            (self.runs.clone(), Source::Recorded)
+        };
+        let runs = read_all(&paths, output)?;
+        let lab = Handout::of(motor, runs, source).map_err(Failure::input)?;
+        let files = self.write(&lab)?;
+        self.show(&lab, &files, output)?;
+        let lost = lab
+            .part_3
+            .iter()
+            .any(|recorded| recorded.overlay.figures.lost > 0);
+        Ok(if lost {
+            Status::FellShort
+        } else {
+            Status::Done
+        })
+    }
+
+    /// The virtual board's word: this motor, as fast as possible, and what `--board` says.
+    fn virtual_board(&self) -> String {
+        let mut word = "speed=max".to_owned();
+        if let Some(path) = &self.motor {
+            let escaped = path
+                .display()
+                .to_string()
+                .replace('%', "%25")
+                .replace('&', "%26");
+            word += &format!("&motor={escaped}");
+        }
+        if !self.board.is_empty() {
+            word += &format!("&{}", self.board.trim_start_matches('?'));
+        }
+        word
+    }
+
+    /// Records both sample times from the virtual board; `None` after Ctrl-C.
+    fn supplied(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        let recorded = runtime.block_on(self.record_all(output));
+        runtime.shutdown_background();
+        recorded
+    }
+
+    async fn record_all(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
+        let stop = StopSignal::install().map_err(Failure::device)?;
+        let board = self.virtual_board();
+        let mut paths = Vec::new();
+        for (sample_time_us, name) in SAMPLE_TIMES {
+            let file = self.output.join(name);
+            replace(&file)?;
+            output.message(&format!(
+                "no --run: recording {} from a virtual board",
+                file.display()
+            ));
+            let order = Order {
+                board: &board,
+                sample_time_us,
+                profile: "step",
+                duration_s: DURATION_S,
+                output: &file,
+            };
+            match record(order, stop.clone()).await? {
+                Some(captured) => paths.push(captured.path),
+                None => return Ok(None),
+            }
+        }
+        Ok(Some(paths))
+    }
+
+    /// Writes the page and the same as SVG, CSV and JSON; the paths, the page first.
+    fn write(&self, lab: &Handout) -> Result<Vec<PathBuf>, Failure> {
+        let mut files = Files::new(&self.output);
+        files.text("index.html", &page::page(lab))?;
+        let json = serde_json::to_string_pretty(lab).map_err(Failure::input)?;
+        files.text("lab.json", &json)?;
+        files.text("part1.csv", &columns::step_responses(lab))?;
+        files.drawing("part1.svg", &page::step_responses(lab), page::TALL)?;
+        for sampled in &lab.part_2.responses {
+            let name = format!("part2-ts{}", sampled.sample_time_s);
+            files.text(&format!("{name}.csv"), &columns::sampled(sampled))?;
+            let figure = page::sampled(sampled, &lab.part_1);
+            files.drawing(&format!("{name}.svg"), &figure, Size::SMALL)?;
+        }
+        for (k, recorded) in lab.part_3.iter().enumerate() {
+            let name = format!("part3-{}-ts{}", k + 1, recorded.sample_time_s);
+            files.text(&format!("{name}.csv"), &columns::recorded(recorded))?;
+            files.drawing(&format!("{name}.svg"), &page::recorded(recorded), RECORDED)?;
+            let step = page::step(recorded);
+            files.drawing(&format!("{name}-step.svg"), &step, Size::SMALL)?;
+            let gaps = page::residuals(recorded);
+            files.drawing(&format!("{name}-gaps.svg"), &gaps, Size::SMALL)?;
+        }
+        Ok(files.written)
+    }
+
+    fn show(&self, lab: &Handout, files: &[PathBuf], output: &Output) -> Result<(), Failure> {
+        if output.json {
+            return output.document(&json!({
+                "shape": "motorlab-lab-files/1",
+                "source": lab.source,
+                "answers": lab.answers,
+                "files": files,
+            }));
+        }
+        for answer in &lab.answers {
+            output.line(&format!(
+                "{}  {}\n     {}",
+                answer.number, answer.topic, answer.short
+            ))?;
+        }
+        if let Some(page) = files.first() {
+            output.line(&format!("the page: {}", page.display()))?;
+        }
+        Ok(())
+    }
+}
+
+/// The runs with what their reader has to say.
+fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)>, Failure> {
+    let mut runs = Vec::new();
+    for path in paths {
+        let (run, notes) = read_run(path).map_err(Failure::input)?;
+        let notes: Vec<String> = notes.iter().map(ToString::to_string).collect();
+        for note in &notes {
+            output.message(&format!("{}: {note}", path.display()));
+        }
+        runs.push((run, notes));
+    }
+    Ok(runs)
+}
+
+/// Files written into one folder; those of an earlier time are replaced.
+struct Files<'a> {
+    folder: &'a Path,
+    written: Vec<PathBuf>,
+}
+
+impl<'a> Files<'a> {
+    fn new(folder: &'a Path) -> Self {
+        Self {
+            folder,
+            written: Vec::new(),
+        }
+    }
+
+    fn text(&mut self, name: &str, text: &str) -> Result<(), Failure> {
+        let path = self.folder.join(name);
+        write_file(&path, text)?;
+        self.written.push(path);
+        Ok(())
+    }
+
+    fn drawing(&mut self, name: &str, figure: &Figure, size: Size) -> Result<(), Failure> {
+        self.text(name, &svg::document(figure, size))
+    }
+}

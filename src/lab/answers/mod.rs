@@ -1,0 +1,49 @@
+//! The questions of the handout by number and topic, in motorlab's words, answered with computed figures.
+//!
+//! The handout numbers no questions: `1.2` is the second one of Part 1. Letters are its objectives, which it
+//! names without asking.
+
+mod recorded;
+mod sampling;
+mod step_response;
+
+use serde::Serialize;
+
+use super::recorded::Recorded;
+use super::sampling::Sampling;
+use super::{Source, StepResponses};
+
+/// One question and its answer.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Answer {
+    /// Part and question, such as `1.2`; a letter for an objective.
+    pub number: &'static str,
+    /// What is asked, in our words.
+    pub topic: &'static str,
+    /// The answer in a sentence or two.
+    pub short: String,
+    /// What it rests on.
+    pub because: Vec<String>,
+}
+
+/// Every answer, in the handout's order.
+pub fn all(
+    part_1: &StepResponses,
+    part_2: &Sampling,
+    part_3: &[Recorded],
+    source: &Source,
+) -> Vec<Answer> {
+    vec![
+        step_response::first_order(part_1),
+        step_response::damping(part_1),
+        step_response::experiment(part_3, source),
+        sampling::plots(part_2),
+        sampling::quantisation(part_2),
+        sampling::delay(part_2),
+        sampling::int16(part_2),
+        sampling::smaller_sample_time(part_2),
+        recorded::plots(part_3, source),
+        recorded::match_now(part_3),
+        recorded::missing(part_3, source),
+    ]
+}

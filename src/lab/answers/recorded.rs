@@ -1,0 +1,145 @@
+//! Answers of Part 3.
+
+use super::Answer;
+use crate::lab::Source;
+use crate::lab::number::{change, figure, percent, rpm};
+use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
+use crate::lab::sampling::SAMPLE_TIMES_S;
+
+pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
+    let mut because = vec![
+        "Units: the recorder writes counts; both sides become rad/s by the same difference rule, (n[k] \u{2212} n[k\u{2212}1]) 2\u{3c0} / (N TS), and RPM by 60 / 2\u{3c0}.".to_owned(),
+    ];
+    for ts in SAMPLE_TIMES_S {
+        if !runs
+            .iter()
+            .any(|recorded| (recorded.sample_time_s / ts - 1.0).abs() < 0.01)
+        {
+            because.push(format!(
+                "No recording at TS = {ts} s was given; the handout asks for one."
+            ));
+        }
+    }
+    let short = match source {
+        Source::Recorded => format!("See the plots of the {} recordings.", runs.len()),
+        Source::VirtualBoard(_) => format!(
+            "See the plots of the {} recordings. No recording was given: a virtual board, which is itself a simulation, supplied them over the recorder's protocol.",
+            runs.len()
+        ),
+    };
+    Answer {
+        number: "3.1",
+        topic: "Plots of the recorded against the simulated discretised response at both sample times",
+        short,
+        because,
+    }
+}
+
+pub(super) fn match_now(runs: &[Recorded]) -> Answer {
+    let because = runs
+        .iter()
+        .flat_map(|recorded| {
+            let file = recorded.name();
+            recorded.models.iter().map(move |model| {
+                let figures = &model.figures;
+                format!(
+                    "{file}, {}: position {} counts RMS (rounding alone leaves {}), speed {} RPM RMS{}.",
+                    model.name,
+                    figure(figures.position_rmse_counts, 3),
+                    figure(figures.floor_counts, 3),
+                    figure(figures.velocity_rmse_rpm, 3),
+                    figures.velocity_nrmse.map_or_else(String::new, |relative| format!(
+                        ", {} of how much the recorded speed varies",
+                        percent(relative)
+                    ))
+                )
+            })
+        })
+        .collect();
+    let sentences: Vec<String> = runs
+        .iter()
+        .filter_map(|recorded| {
+            let without = recorded.model(MODELS[0].name)?;
+            let with = recorded.model(MODELS[3].name)?;
+            Some(format!(
+                "At TS = {} s the simulation with friction is off by {} counts RMS, without friction by {}.",
+                recorded.sample_time_s,
+                figure(with.figures.position_rmse_counts, 3),
+                figure(without.figures.position_rmse_counts, 3)
+            ))
+        })
+        .collect();
+    Answer {
+        number: "3.2",
+        topic: "How well does the simulated response match now, with and without friction?",
+        short: sentences.join(" "),
+        because,
+    }
+}
+
+pub(super) fn missing(runs: &[Recorded], source: &Source) -> Answer {
+    let open: Vec<&Recorded> = runs
+        .iter()
+        .filter(|recorded| !recorded.is_at_the_floor())
+        .collect();
+    let mut because = Vec::new();
+    for recorded in &open {
+        let Some(best) = recorded.best() else {
+            continue;
+        };
+        let figures = &best.figures;
+        let unexplained = (figures.position_rmse_counts.powi(2) - figures.floor_counts.powi(2))
+            .max(0.0)
+            .sqrt();
+        let mut text = format!(
+            "{}: beyond the rounding, \u{201c}{}\u{201d} leaves {} counts RMS, up to {} counts.",
+            recorded.name(),
+            best.name,
+            figure(unexplained, 3),
+            figure(figures.position_largest_counts, 3)
+        );
+        if let (Some(steady), Some(speed)) = (recorded.steady, best.steady_rad_s) {
+            text += &format!(
+                " Its steady speed is {} against {} recorded ({}).",
+                rpm(speed),
+                rpm(steady.speed_rad_s),
+                change(speed / steady.speed_rad_s - 1.0)
+            );
+        }
+        because.push(text);
+        because.push(format!(
+            "`motorlab diagnose {}` says which effect of the signal chain explains it.",
+            figures.path
+        ));
+    }
+    for recorded in runs {
+        if let (Some(plain), Some(with)) =
+            (recorded.model(MODELS[3].name), recorded.model(WITH_EFFECTS))
+        {
+            because.push(format!(
+                "{}: the motor file's effects bring the position error from {} to {} counts RMS.",
+                recorded.name(),
+                figure(plain.figures.position_rmse_counts, 3),
+                figure(with.figures.position_rmse_counts, 3)
+            ));
+        }
+    }
+    let short = if open.is_empty() {
+        match source {
+            Source::Recorded => "Nothing that these recordings show: what is left is the encoder's rounding.".to_owned(),
+            Source::VirtualBoard(_) => "Nothing that these recordings show: what is left is the encoder's rounding. (The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.)".to_owned(),
+        }
+    } else {
+        format!(
+            "Something is: {} of {} recordings differ from every model here by more than the encoder's rounding.",
+            open.len(),
+            runs.len()
+        )
+    };
+    Answer {
+        number: "3.a",
+        topic: "What is missing in the simulation?",
+        short,
+        because,
+    }
+}

@@ -1,0 +1,158 @@
+//! The lab handout, whole: its three parts computed for a motor, its questions answered with figures.
+//!
+//! | file | what is computed there |
+//! | --- | --- |
+//! | [`transfer`] | the transfer functions with numbers: poles, time constants, step response |
+//! | [`step_response`] | Part 1: five curves; first against second order |
+//! | [`damping`] | Part 1: what damps the motor |
+//! | [`sampling`] | Part 2: encoder, sampling, difference |
+//! | [`recorded`] | Part 3: recordings against simulations |
+//! | [`answers`] | every question of the handout, answered |
+//! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
+
+pub mod answers;
+pub mod columns;
+pub mod damping;
+mod number;
+pub mod page;
+pub mod recorded;
+pub mod sampling;
+pub mod step_response;
+pub mod transfer;
+
+use serde::Serialize;
+
+use crate::motor::{Motor, Parameters, SimulationError};
+use crate::recording::Run;
+
+use answers::Answer;
+use damping::Damping;
+use recorded::Recorded;
+use sampling::Sampling;
+use step_response::{CURVES, Curve, OrderDifference};
+
+/// Where the recordings of Part 3 come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Source {
+    /// Given: somebody recorded them.
+    Recorded,
+    /// From the virtual board named here: simulated, not measured.
+    VirtualBoard(String),
+}
+
+/// Part 1.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepResponses {
+    /// Times of the curves in s.
+    pub t_s: Vec<f64>,
+    /// The five curves.
+    pub curves: Vec<Curve>,
+    /// First against second order, with viscous friction.
+    pub order: OrderDifference,
+    /// What damps the motor.
+    pub damping: Damping,
+}
+
+/// The lab whole; serialises to the shape `motorlab-lab/1`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Lab {
+    /// Name of the shape.
+    pub shape: &'static str,
+    /// The motor's parameters.
+    pub parameters: Parameters,
+    /// Ids of the motor file's effects; they are part of Part 3 alone.
+    pub effects: Vec<&'static str>,
+    /// Part 1.
+    pub part_1: StepResponses,
+    /// Part 2.
+    pub part_2: Sampling,
+    /// Part 3.
+    pub part_3: Vec<Recorded>,
+    /// Where the recordings come from.
+    pub source: Source,
+    /// Every question of the handout, answered.
+    pub answers: Vec<Answer>,
+    #[serde(skip)]
+    motor: Motor,
+}
+
+/// Why the lab cannot be computed.
+#[derive(Debug, thiserror::Error)]
+pub enum LabError {
+    /// The motor cannot be simulated.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// A recording cannot be simulated.
+    #[error("{run}: {error}")]
+    Run {
+        /// The recording's file.
+        run: String,
+        /// Why not.
+        error: SimulationError,
+    },
+    /// A recording without samples.
+    #[error("{0}: the recording has fewer than two samples; record at least one whole step")]
+    Empty(String),
+}
+
+impl Lab {
+    /// Computes all three parts; `runs` come with what their reader had to say.
+    ///
+    /// # Errors
+    /// The motor's numbers or a recording cannot be simulated.
+    pub fn of(
+        motor: Motor,
+        runs: Vec<(Run, Vec<String>)>,
+        source: Source,
+    ) -> Result<Self, LabError> {
+        let p = motor.parameters;
+        let curves = CURVES
+            .iter()
+            .map(|contents| Curve::simulated(contents, &p))
+            .collect::<Result<Vec<_>, _>>()?;
+        let part_1 = StepResponses {
+            t_s: curves[0].t_s.clone(),
+            order: OrderDifference::between(&curves[0], &curves[1], &p),
+            damping: Damping::of(&p),
+            curves,
+        };
+        let part_2 = Sampling::of(&p)?;
+        let part_3 = runs
+            .into_iter()
+            .map(|(run, notes)| {
+                let name = run
+                    .path
+                    .as_ref()
+                    .map_or_else(String::new, |path| path.display().to_string());
+                if run.len() < 2 {
+                    return Err(LabError::Empty(name));
+                }
+                Recorded::of(run, &motor, &notes)
+                    .map_err(|error| LabError::Run { run: name, error })
+            })
+            .collect::<Result<Vec<_>, _>>()?;
+        let effects = motor
+            .effects
+            .iter()
+            .map(|effect| effect.kind().id)
+            .collect();
+        let answers = answers::all(&part_1, &part_2, &part_3, &source);
+        Ok(Self {
+            shape: "motorlab-lab/1",
+            parameters: p,
+            effects,
+            part_1,
+            part_2,
+            part_3,
+            source,
+            answers,
+            motor,
+        })
+    }
+
+    /// The motor.
+    pub fn motor(&self) -> &Motor {
+        &self.motor
+    }
+}
