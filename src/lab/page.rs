@@ -29,15 +29,12 @@ pub fn page(lab: &Lab) -> String {
         ));
     }
     page.table(
-        &["question", "topic", "answer"],
+        &["question", "answer"],
         &lab.answers
             .iter()
             .map(|answer| {
-                vec![
-                    answer.number.into(),
-                    answer.topic.into(),
-                    answer.short.clone(),
-                ]
+                let question = format!("{} {}", answer.number, answer.topic);
+                vec![question, answer.short.clone()]
             })
             .collect::<Vec<_>>(),
     );
