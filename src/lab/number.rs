@@ -4,7 +4,10 @@ use crate::units::rpm_from_rad_s;
 
 /// A number with this many significant digits; powers of ten for very small and very large ones.
 pub fn figure(value: f64, digits: usize) -> String {
-    if !value.is_finite() {
+    if value.is_nan() {
+        return "\u{2013}".to_owned();
+    }
+    if value.is_infinite() {
         return "unlimited".to_owned();
     }
     if value == 0.0 {

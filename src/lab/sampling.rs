@@ -154,7 +154,8 @@ impl Readings {
 /// Delay of a difference on the rise `1 - exp(-t / tau)`: the lag that gives the mean over one sample.
 fn delay_s(sample_time_s: f64, tau_s: f64) -> f64 {
     let x = sample_time_s / tau_s;
-    tau_s * (x.exp_m1() / x).ln()
+    // ln((e^x - 1) / x) without the overflow of a long sample.
+    tau_s * (x + (-(-x).exp_m1() / x).ln())
 }
 
 impl Sampled {

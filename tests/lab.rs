@@ -1,0 +1,215 @@
+//! `motorlab lab`: the handout's curves and samples against references, its answers, its page.
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::path::Path;
+
+use command::run;
+
+/// Columns of a CSV file by name; empty cells are NaN, comment lines are skipped.
+fn columns(path: &Path) -> Vec<(String, Vec<f64>)> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let names = lines.next().expect("column names").split(',');
+    let mut columns: Vec<(String, Vec<f64>)> =
+        names.map(|name| (name.to_owned(), Vec::new())).collect();
+    for line in lines {
+        for ((_, values), cell) in columns.iter_mut().zip(line.split(',')) {
+            values.push(cell.parse().unwrap_or(f64::NAN));
+        }
+    }
+    columns
+}
+
+fn column(path: &Path, name: &str) -> Vec<f64> {
+    let found = columns(path).into_iter().find(|(known, _)| known == name);
+    found.unwrap_or_else(|| panic!("no column {name}")).1
+}
+
+fn reference(name: &str, column_name: &str) -> Vec<f64> {
+    let path = format!("tests/reference/handout/{name}.csv");
+    column(Path::new(&path), column_name)
+}
+
+fn rpm(speeds: &[f64]) -> Vec<f64> {
+    let rpm = 60.0 / std::f64::consts::TAU;
+    speeds.iter().map(|w| w * rpm).collect()
+}
+
+/// Largest difference over the largest reference value; what is missing in one must be missing in the other.
+fn largest_relative(found: &[f64], expected: &[f64]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let top = expected.iter().fold(0.0, |m, v| f64::max(m, v.abs()));
+    let mut largest: f64 = 0.0;
+    for (found, expected) in found.iter().zip(expected) {
+        assert_eq!(found.is_nan(), expected.is_nan());
+        largest = largest.max((found - expected).abs() / top);
+    }
+    largest
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    let text = std::fs::read_to_string(path).expect("a JSON file");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn answer<'a>(lab: &'a serde_json::Value, number: &str) -> &'a serde_json::Value {
+    let answers = lab["answers"].as_array().expect("answers");
+    let found = answers.iter().find(|answer| answer["number"] == number);
+    found.unwrap_or_else(|| panic!("no answer {number}"))
+}
+
+#[test]
+fn curves_and_samples_are_those_of_the_references() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let finished = run(directory.path(), &["lab", "-o", "lab", "--json"]);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let folder = directory.path().join("lab");
+    for curve in [
+        "first_order_viscous",
+        "second_order_viscous",
+        "first_order_coulomb",
+        "first_order_frictionless",
+        "second_order_frictionless",
+    ] {
+        let found = column(&folder.join("part1.csv"), &format!("{curve}_rpm"));
+        let off = largest_relative(&found, &rpm(&reference(curve, "speed_rad_s")));
+        assert!(off < 1e-6, "{curve}: {off}");
+    }
+    for (file, name) in [
+        ("part2-ts0.03", "sampled_ts30"),
+        ("part2-ts0.003", "sampled_ts3"),
+    ] {
+        let path = folder.join(format!("{file}.csv"));
+        assert_eq!(column(&path, "counts"), reference(name, "counts"), "{name}");
+        for quantity in ["t_s", "speed_rpm", "true_speed_rpm"] {
+            let off = largest_relative(&column(&path, quantity), &reference(name, quantity));
+            assert!(off < 1e-6, "{name} {quantity}: {off}");
+        }
+    }
+    // First against second order, once more from the references alone.
+    let [first, second] = ["first_order_viscous", "second_order_viscous"]
+        .map(|curve| rpm(&reference(curve, "speed_rad_s")));
+    let differences: Vec<f64> = first
+        .iter()
+        .zip(&second)
+        .map(|(a, b)| (a - b).abs())
+        .collect();
+    let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
+    let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
+    let order = &json(&folder.join("lab.json"))["part_1"]["order"];
+    let is = |key: &str, expected: f64| {
+        let found = order[key].as_f64().expect("a number");
+        assert!(
+            (found / expected - 1.0).abs() < 1e-6,
+            "{key}: {found}, {expected}"
+        );
+    };
+    is("largest_rpm", largest);
+    is("rms_rpm", mean_square.sqrt());
+    is("electrical_s", 0.0004);
+    is("mechanical_s", 0.02 / 0.59);
+}
+
+#[test]
+fn without_recordings_the_virtual_board_supplies_them_and_the_page_says_so() {
+    let directory = tempfile::tempdir().expect("a folder");
+    // Twice into the same folder: the virtual board's own runs are replaced.
+    for _ in 0..2 {
+        let finished = run(directory.path(), &["lab"]);
+        assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    }
+    let folder = directory.path().join("lab");
+    let lab = json(&folder.join("lab.json"));
+    assert_eq!(lab["source"]["virtual_board"], "speed=max");
+    let recorded = lab["part_3"].as_array().expect("recordings");
+    let sample_times: Vec<_> = recorded
+        .iter()
+        .map(|run| run["sample_time_s"].as_f64())
+        .collect();
+    assert_eq!(sample_times, [Some(0.03), Some(0.003)]);
+    for recorded in recorded {
+        let error = |k: usize| recorded["models"][k]["figures"]["position_rmse_counts"].as_f64();
+        // Friction is what the simulation must have to meet the recording: down to the rounding, 1/sqrt(12).
+        assert!(error(0) > Some(50.0) && error(3) < Some(0.35), "{recorded}");
+    }
+    let page = std::fs::read_to_string(folder.join("index.html")).expect("the page");
+    assert!(page.contains("No recording was given"));
+    for number in ["1.1", "1.2", "1.3", "2.1", "3.1", "3.2"] {
+        assert!(page.contains(&format!("Question {number}:")), "{number}");
+    }
+    let addresses = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(
+        !addresses.contains("http")
+            && !addresses.contains("<script")
+            && !addresses.contains("src=")
+    );
+    assert!(!folder.join("virtual-step3-1.csv").exists());
+}
+
+#[test]
+fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let folder = directory.path();
+    let heavier = "[effects.coulomb_friction]\ntorque_nm = 0.05\n";
+    std::fs::write(folder.join("bench.toml"), heavier).expect("a motor file");
+    let name = "<b>step30.csv";
+    let simulated = run(
+        folder,
+        &[
+            "simulate",
+            "--motor",
+            "bench.toml",
+            "--ts",
+            "0.03",
+            "--duration",
+            "1.8",
+            "-o",
+            name,
+        ],
+    );
+    assert_eq!(simulated.status, Some(0), "{}", simulated.messages);
+    let plain = run(folder, &["lab", "--run", name, "-o", "plain"]);
+    assert_eq!(plain.status, Some(0), "{}", plain.messages);
+    let lab = json(&folder.join("plain/lab.json"));
+    assert_eq!(lab["source"], "recorded");
+    let short = answer(&lab, "3.a")["short"].as_str().expect("text");
+    assert!(short.starts_with("Something is"), "{short}");
+    assert!(
+        answer(&lab, "3.1")
+            .to_string()
+            .contains("No recording at TS = 0.003 s")
+    );
+    let page = std::fs::read_to_string(folder.join("plain/index.html")).expect("the page");
+    assert!(!page.contains("<b>") && !page.contains("No recording was given"));
+    // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: what was recorded, to one count in its mean.
+    let steady = &lab["part_3"][0]["steady"];
+    let value = |key: &str| steady[key].as_f64().expect("a number");
+    let expected = (0.315 - 0.05) / 0.059;
+    assert!((value("speed_rad_s") - expected).abs() <= value("one_count_rad_s"));
+
+    let told = run(
+        folder,
+        &["lab", "--motor", "bench.toml", "--run", name, "-o", "told"],
+    );
+    assert_eq!(told.status, Some(0), "{}", told.messages);
+    let lab = json(&folder.join("told/lab.json"));
+    let short = answer(&lab, "3.a")["short"].as_str().expect("text");
+    assert!(
+        short.starts_with("Nothing that these recordings show"),
+        "{short}"
+    );
+    assert_eq!(lab["effects"][0], "coulomb_friction");
+}
+
+#[test]
+fn a_run_that_is_none_is_bad_input() {
+    let directory = tempfile::tempdir().expect("a folder");
+    std::fs::write(directory.path().join("run.csv"), "t_s,command_v\n0,0\n").expect("a file");
+    for arguments in [["lab", "--run", "run.csv"], ["lab", "--run", "none.csv"]] {
+        let finished = run(directory.path(), &arguments);
+        assert_eq!(finished.status, Some(2), "{}", finished.messages);
+        assert!(finished.messages.contains(arguments[2]));
+    }
+}
