@@ -35,6 +35,10 @@ pub(super) struct Guards<S> {
     len: usize,
 }
 
+/// By how much of its level a load must exceed static friction to break away. A body that creeps into its equilibrium
+/// comes to rest exactly on the level, where rounding alone would make it stick and slip for ever.
+const BREAKAWAY_SLACK: f64 = 1e-9;
+
 impl<S: Scalar> Guards<S> {
     fn new() -> Self {
         Self {
@@ -169,7 +173,8 @@ impl<S: Scalar> Machine<S> {
             g.push(Guard::Stop(side), speed * m.slip[side]);
         } else {
             let (net, (up, down)) = (net(), self.levels(m, side, y));
-            g.push(Guard::Break(side), min(up - net, down + net));
+            let slack = (up + down) * BREAKAWAY_SLACK;
+            g.push(Guard::Break(side), min(up - net, down + net) + slack);
         }
     }
 
@@ -333,12 +338,14 @@ impl<S: Scalar> Machine<S> {
         } else {
             -down - net
         };
-        if m.slip[side] != 0.0 && edge.value().abs() < 1e-13 {
+        let stopped = fired == Some(Guard::Stop(side));
+        if !stopped && m.slip[side] != 0.0 && edge.value().abs() < 1e-13 {
             return m.slip[side];
         }
-        if net.value() > up.value() {
+        let slack = (up.value() + down.value()) * BREAKAWAY_SLACK;
+        if net.value() > up.value() + slack {
             1.0
-        } else if net.value() < -down.value() {
+        } else if net.value() < -down.value() - slack {
             -1.0
         } else {
             0.0

@@ -1,0 +1,115 @@
+//! A recorded run made ready for the likelihood.
+//!
+//! A count says nothing new while it stands still: the rounding error of a resting shaft is the same in
+//! every sample. Each sample's weight therefore follows the travel since the sample before,
+//! `R_k = (1/12) / min(1, travel_k + TS / 1 s)` in counts^2: white rounding (variance 1/12, Widrow)
+//! where the shaft passes a count a sample, one look a second where it rests. The travel is the
+//! recording's own, smoothed, so that the weights are the same for every model.
+
+use crate::motor::fit::Simulator;
+use crate::motor::{Drive, Model, SimulationError};
+use crate::recording::{CommandKind, Run};
+
+/// Half width in s of the window over which travel is measured.
+const WINDOW_S: f64 = 0.045;
+
+/// Columns of one run as the fit needs them.
+#[derive(Debug, Clone)]
+pub(super) struct RunData {
+    /// Sample times in s.
+    pub t_s: Vec<f64>,
+    /// Commands.
+    pub command: Vec<f64>,
+    /// What they command.
+    pub kind: CommandKind,
+    /// Counts from the first sample, with half a count of rounding put back.
+    pub counts: Vec<f64>,
+    /// Speed in counts/s, smoothed over the window, signed.
+    pub speed_counts_s: Vec<f64>,
+    /// Variance of the rounding error of each sample in counts^2.
+    pub rounding: Vec<f64>,
+    /// Whether the shaft moves there.
+    pub moving: Vec<bool>,
+    /// Nominal sample time in s.
+    pub sample_time_s: f64,
+    /// Counts per revolution that the file states.
+    pub counts_per_rev: f64,
+    /// Supply that the file states, in V.
+    pub supply_v: Option<f64>,
+    /// The simulator on this run's commands.
+    pub simulator: Simulator,
+}
+
+impl RunData {
+    /// Makes a run ready.
+    pub fn new(run: &Run) -> Result<Self, SimulationError> {
+        let first = run.counts.first().copied().unwrap_or(0);
+        let counts: Vec<f64> = run
+            .counts
+            .iter()
+            .map(|&n| (n - first) as f64 + 0.5)
+            .collect();
+        let half = ((WINDOW_S / run.sample_time_s).round() as usize).clamp(1, 1000);
+        let last = counts.len().saturating_sub(1);
+        let mut speed_counts_s = Vec::with_capacity(counts.len());
+        let mut rounding = Vec::with_capacity(counts.len());
+        let mut moving = Vec::with_capacity(counts.len());
+        for k in 0..counts.len() {
+            let (from, to) = (k.saturating_sub(half), (k + half).min(last));
+            let span_s = (run.t_s[to] - run.t_s[from]).max(run.sample_time_s);
+            let travelled = counts[to] - counts[from];
+            let speed = travelled / span_s;
+            let travel = speed.abs() * run.sample_time_s;
+            speed_counts_s.push(speed);
+            rounding.push((1.0 / 12.0) / (travel + run.sample_time_s).min(1.0));
+            moving.push(travelled.abs() >= 1.5);
+        }
+        let simulator = simulator(&run.t_s, &run.command, run.command_kind)?;
+        Ok(Self {
+            t_s: run.t_s.clone(),
+            command: run.command.clone(),
+            kind: run.command_kind,
+            counts,
+            speed_counts_s,
+            rounding,
+            moving,
+            sample_time_s: run.sample_time_s,
+            counts_per_rev: run.counts_per_rev,
+            supply_v: run.supply_v,
+            simulator,
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.counts.len()
+    }
+
+    /// The part up to sample `end`, for fits that keep the rest back.
+    ///
+    /// # Errors
+    /// None that the whole run did not have.
+    pub fn head(&self, end: usize) -> Result<Self, SimulationError> {
+        let end = end.min(self.len());
+        let (t_s, command) = (self.t_s[..end].to_vec(), self.command[..end].to_vec());
+        Ok(Self {
+            simulator: simulator(&t_s, &command, self.kind)?,
+            t_s,
+            command,
+            counts: self.counts[..end].to_vec(),
+            speed_counts_s: self.speed_counts_s[..end].to_vec(),
+            rounding: self.rounding[..end].to_vec(),
+            moving: self.moving[..end].to_vec(),
+            ..*self
+        })
+    }
+}
+
+fn simulator(
+    t_s: &[f64],
+    command: &[f64],
+    kind: CommandKind,
+) -> Result<Simulator, SimulationError> {
+    let drive = Drive { t_s, command, kind };
+    Simulator::new(&drive, Model::SecondOrder)
+}

@@ -1,0 +1,280 @@
+//! Fits a hypothesis: damped least squares on whitened innovations, and its evidence.
+//!
+//! Minimised is `1/2 |W (r(p) - J dp)|^2 + 1/2 (p - c)' P (p - c)` (Levenberg-Marquardt), where `W` is the
+//! filter of [`super::noise`]. The evidence is Laplace's: `ln Z = ln L + ln prior + d/2 ln 2 pi - 1/2 ln|H|`
+//! with `H = J'W'WJ + P`; `P` keeps a number that the runs do not tell from looking surer than its range.
+//! The wander's level is fitted too, on a grid, from strong (short horizons, a smooth objective) to weak.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::data::RunData;
+use super::hypothesis::{BASE, Hypothesis, predict, predict_with_derivatives};
+use super::noise::{NoiseLevel, Whitener};
+use crate::motor::Motor;
+use crate::motor::effects::catalogue;
+
+/// What does not change while hypotheses are fitted.
+#[derive(Debug)]
+pub(super) struct Problem<'a> {
+    /// The nominal motor.
+    pub nominal: &'a Motor,
+    /// The runs.
+    pub runs: &'a [RunData],
+    /// Rate at which a speed error dies away, 1/s.
+    pub damping: f64,
+    /// Levels of the wander in counts/s^2, strongest first.
+    pub levels: Vec<f64>,
+}
+
+/// A fitted hypothesis.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    /// What was fitted.
+    pub hypothesis: Hypothesis,
+    /// Its numbers.
+    pub p: Vec<f64>,
+    /// Level of the wander.
+    pub wander: f64,
+    /// Logarithm of the likelihood there.
+    pub log_likelihood: f64,
+    /// Logarithm of the evidence.
+    pub log_evidence: f64,
+    /// Covariance of the numbers.
+    pub covariance: DMatrix<f64>,
+    /// Whether the last step changed nothing that matters.
+    pub converged: bool,
+    /// The prediction of each run in counts.
+    pub predictions: Vec<Vec<f64>>,
+}
+
+impl Problem<'_> {
+    /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
+    pub fn noise(&self, hypothesis: &Hypothesis, p: &[f64], wander: f64) -> NoiseLevel {
+        let value = |id: &str| {
+            let m = hypothesis
+                .members
+                .iter()
+                .position(|m| catalogue()[m.index].id == id)?;
+            hypothesis.values(m, p).first().copied()
+        };
+        NoiseLevel {
+            wander,
+            damping: self.damping,
+            lost_share: value("missed_counts").unwrap_or(0.0).clamp(0.0, 0.5),
+            late_s: value("sample_jitter").unwrap_or(0.0),
+        }
+    }
+
+    fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
+        let motor = hypothesis.motor(self.nominal, p);
+        self.runs.iter().map(|run| predict(&motor, run)).collect()
+    }
+
+    /// The filters of all runs.
+    pub fn whiteners(&self, level: &NoiseLevel) -> Vec<Whitener> {
+        self.runs
+            .iter()
+            .map(|run| Whitener::new(run, level))
+            .collect()
+    }
+
+    /// Residuals of all runs end to end, whitened.
+    fn whitened(&self, predictions: &[Vec<f64>], whiteners: &[Whitener]) -> Vec<f64> {
+        let mut all = Vec::new();
+        for ((run, x), whitener) in self.runs.iter().zip(predictions).zip(whiteners) {
+            // The middle of the prior of the start inside a count is half a count.
+            let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
+            whitener.whiten(&mut r);
+            all.extend(r);
+        }
+        all
+    }
+
+    /// Fits from a start on one level of the wander.
+    pub fn fit_at(
+        &self,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+        wander: f64,
+        most_steps: usize,
+    ) -> Option<Fit> {
+        let d = hypothesis.len();
+        let mut p = start.to_vec();
+        hypothesis.clamp(&mut p);
+        let mut whiteners = self.whiteners(&self.noise(hypothesis, &p, wander));
+        let mut predictions = self.predictions(hypothesis, &p)?;
+        let mut r = self.whitened(&predictions, &whiteners);
+        let mut cost = self.cost(hypothesis, &p, &r, &whiteners);
+        let mut lambda = 1e-3;
+        let mut converged = false;
+        let mut jtj = DMatrix::zeros(d, d);
+        for step in 0..=most_steps {
+            let jacobian = self.jacobian(hypothesis, &p, &whiteners)?;
+            let gradient: DVector<f64>;
+            (jtj, gradient) = normal_equations(hypothesis, &jacobian, &r, &p);
+            if step == most_steps {
+                break;
+            }
+            let mut improved = false;
+            for _ in 0..6 {
+                let mut damped = jtj.clone();
+                for k in 0..d {
+                    damped[(k, k)] += lambda * jtj[(k, k)].max(1e-12);
+                }
+                let Some(delta) = damped.cholesky().map(|c| c.solve(&gradient)) else {
+                    lambda *= 10.0;
+                    continue;
+                };
+                let mut tried: Vec<f64> = p.iter().zip(delta.iter()).map(|(a, b)| a + b).collect();
+                hypothesis.clamp(&mut tried);
+                let Some(x) = self.predictions(hypothesis, &tried) else {
+                    lambda *= 10.0;
+                    continue;
+                };
+                let w = self.whiteners(&self.noise(hypothesis, &tried, wander));
+                let r_tried = self.whitened(&x, &w);
+                let cost_tried = self.cost(hypothesis, &tried, &r_tried, &w);
+                if cost_tried < cost {
+                    converged = cost - cost_tried < 0.05;
+                    (p, predictions, whiteners, r, cost) = (tried, x, w, r_tried, cost_tried);
+                    lambda = (lambda * 0.2).max(1e-9);
+                    improved = true;
+                    break;
+                }
+                lambda *= 10.0;
+            }
+            if !improved {
+                converged = true;
+                break;
+            }
+            if converged && step > 0 {
+                break;
+            }
+        }
+        let log_likelihood = log_likelihood(&r, &whiteners);
+        let cholesky = jtj.clone().cholesky()?;
+        let log_determinant = 2.0
+            * cholesky
+                .l_dirty()
+                .diagonal()
+                .iter()
+                .map(|x| x.ln())
+                .sum::<f64>();
+        // Numbers of the base that mean nothing have a prior of their own and no data: they cancel.
+        let log_evidence =
+            log_likelihood + hypothesis.log_prior(&p) + 0.5 * d as f64 * std::f64::consts::TAU.ln()
+                - 0.5 * log_determinant
+                - wander_penalty(wander, &self.levels);
+        Some(Fit {
+            hypothesis: hypothesis.clone(),
+            p,
+            wander,
+            log_likelihood,
+            log_evidence,
+            covariance: cholesky.inverse(),
+            converged,
+            predictions,
+        })
+    }
+
+    /// Fits from strong to weak wander and keeps the level with the best evidence.
+    pub fn fit(&self, hypothesis: &Hypothesis, start: &[f64], most_steps: usize) -> Option<Fit> {
+        let mut best: Option<Fit> = None;
+        let mut p = start.to_vec();
+        for &wander in &self.levels {
+            let Some(fit) = self.fit_at(hypothesis, &p, wander, most_steps) else {
+                continue;
+            };
+            p.clone_from(&fit.p);
+            let worse = best
+                .as_ref()
+                .is_some_and(|best| fit.log_evidence < best.log_evidence);
+            if worse {
+                // The evidence has one peak over the levels.
+                break;
+            }
+            best = Some(fit);
+        }
+        best
+    }
+
+    fn cost(&self, hypothesis: &Hypothesis, p: &[f64], r: &[f64], whiteners: &[Whitener]) -> f64 {
+        let d = hypothesis.len();
+        let mut quadratic = 0.0;
+        for i in 0..d {
+            for j in 0..d {
+                let precision = hypothesis.precision(i, j);
+                if precision != 0.0 {
+                    quadratic +=
+                        (p[i] - hypothesis.centre(i)) * precision * (p[j] - hypothesis.centre(j));
+                }
+            }
+        }
+        0.5 * quadratic - log_likelihood(r, whiteners)
+    }
+
+    /// Whitened derivatives of the prediction, a column a number.
+    fn jacobian(
+        &self,
+        hypothesis: &Hypothesis,
+        p: &[f64],
+        whiteners: &[Whitener],
+    ) -> Option<Vec<Vec<f64>>> {
+        let mut columns = vec![Vec::new(); hypothesis.len()];
+        for (run, whitener) in self.runs.iter().zip(whiteners) {
+            let (_, derivatives) = predict_with_derivatives(hypothesis, self.nominal, p, run)?;
+            for (all, mut column) in columns.iter_mut().zip(derivatives) {
+                whitener.whiten(&mut column);
+                all.extend(column);
+            }
+        }
+        Some(columns)
+    }
+
+    /// Whitened derivatives for the base alone, at a fit; the linear part of searches.
+    pub fn base_jacobian(&self, fit: &Fit) -> Option<Vec<Vec<f64>>> {
+        let level = self.noise(&fit.hypothesis, &fit.p, fit.wander);
+        let whiteners = self.whiteners(&level);
+        let mut columns = self.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
+        columns.truncate(BASE);
+        Some(columns)
+    }
+
+    /// Whitened residuals at a fit.
+    pub fn innovations(&self, fit: &Fit) -> Vec<f64> {
+        let level = self.noise(&fit.hypothesis, &fit.p, fit.wander);
+        self.whitened(&fit.predictions, &self.whiteners(&level))
+    }
+}
+
+/// A wander is plausible up to a few per cent of what the motor can do, and the less the likelier.
+fn wander_penalty(wander: f64, levels: &[f64]) -> f64 {
+    let weakest = levels.last().copied().unwrap_or(1.0);
+    (wander / weakest).max(1.0).ln()
+}
+
+fn log_likelihood(r: &[f64], whiteners: &[Whitener]) -> f64 {
+    let squares: f64 = r.iter().map(|x| x * x).sum();
+    let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
+    -0.5 * (squares + determinants)
+}
+
+fn normal_equations(
+    hypothesis: &Hypothesis,
+    jacobian: &[Vec<f64>],
+    r: &[f64],
+    p: &[f64],
+) -> (DMatrix<f64>, DVector<f64>) {
+    let d = jacobian.len();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let jtj = DMatrix::from_fn(d, d, |i, j| {
+        dot(&jacobian[i], &jacobian[j]) + hypothesis.precision(i, j)
+    });
+    let gradient = DVector::from_fn(d, |i, _| {
+        let prior: f64 = (0..d)
+            .map(|j| hypothesis.precision(i, j) * (hypothesis.centre(j) - p[j]))
+            .sum();
+        dot(&jacobian[i], r) + prior
+    });
+    (jtj, gradient)
+}

@@ -1,0 +1,418 @@
+//! A hypothesis: which effects are there, which of their numbers are free, and what is plausible.
+//!
+//! Voltage in and position out identify three numbers of the base model only: the inertia, the back EMF
+//! and the Coulomb friction as seen from the terminals (`J R/Kt`, `Kb + b R/Kt`, `Tf R/Kt`). These three
+//! are moved, through the logarithms of `J`, `Kb` and `Tf` with `R`, `Kt` and `b` held; their prior is the
+//! tolerance of everything that they stand for. Of an axis that commands current or torque they are
+//! `J`, `b` and `Tf`.
+
+use std::cell::RefCell;
+
+use crate::motor::effects::{EffectParameter, Prior, catalogue};
+use crate::motor::fit::{ParameterId, Workspace};
+use crate::motor::{ActiveEffect, Motor, Parameters};
+use crate::recording::CommandKind;
+
+use super::data::RunData;
+
+/// Relative tolerance of a key that the motor file gives none for.
+pub(super) const DEFAULT_TOLERANCE: f64 = 0.05;
+/// How many numbers of the base model are free.
+pub(super) const BASE: usize = 3;
+
+/// An effect of a hypothesis with the values that are not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Member {
+    /// Index in the catalogue.
+    pub index: usize,
+    /// Values of all its parameters; the free ones are overwritten by the fit.
+    pub values: Vec<f64>,
+}
+
+/// One free number and its prior.
+#[derive(Debug, Clone, Copy)]
+struct Free {
+    member: usize,
+    parameter: usize,
+    logarithmic: bool,
+    /// Plausible range of the number as it is fitted (its logarithm where that is so).
+    range: (f64, f64),
+    phase: bool,
+    possible: (f64, f64),
+}
+
+/// A set of effects on top of the nominal motor, with its free numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    /// Its effects.
+    pub members: Vec<Member>,
+    free: Vec<Free>,
+    base_precision: [[f64; BASE]; BASE],
+    base_free: [bool; BASE],
+    kind: CommandKind,
+    /// Logarithm of the prior density that does not depend on the numbers (choices among fixed values).
+    log_choice: f64,
+}
+
+impl Hypothesis {
+    /// The nominal motor with these effects added, for runs that command `kind`.
+    pub fn new(motor: &Motor, members: Vec<Member>, kind: CommandKind, sample_time_s: f64) -> Self {
+        let mut free = Vec::new();
+        let mut log_choice = 0.0;
+        for (m, member) in members.iter().enumerate() {
+            let parameters = catalogue()[member.index].parameters;
+            for (k, parameter) in parameters.iter().enumerate() {
+                match parameter.prior {
+                    Prior::OneOf(values) => log_choice -= (values.len() as f64).ln(),
+                    _ if !is_free(parameter) => {}
+                    _ => free.push(Free::new(m, k, parameter, motor, sample_time_s)),
+                }
+            }
+        }
+        Self {
+            members,
+            free,
+            base_precision: base_precision(motor, kind),
+            base_free: base_free(motor, kind),
+            kind,
+            log_choice,
+        }
+    }
+
+    /// Number of free numbers, those of the base first.
+    pub fn len(&self) -> usize {
+        BASE + self.free.len()
+    }
+
+    /// Where the fit starts: the nominal base and the members' own values.
+    pub fn start(&self) -> Vec<f64> {
+        let mut p = vec![0.0; BASE];
+        p.extend(self.free.iter().map(|free| {
+            let value = self.members[free.member].values[free.parameter];
+            if free.logarithmic {
+                value.max(1e-300).ln()
+            } else {
+                value
+            }
+        }));
+        p
+    }
+
+    /// Brings numbers back to what is possible at all and not wildly implausible.
+    pub fn clamp(&self, p: &mut [f64]) {
+        for (k, value) in p.iter_mut().take(BASE).enumerate() {
+            let widest = if self.base_free[k] { 1.5 } else { 0.0 };
+            *value = value.clamp(-widest, widest);
+        }
+        for (value, free) in p[BASE..].iter_mut().zip(&self.free) {
+            if free.phase {
+                *value = value.rem_euclid(std::f64::consts::TAU);
+                continue;
+            }
+            let (lo, hi) = free.range;
+            let room = 0.5 * (hi - lo);
+            *value = value.clamp(lo - room, hi + room);
+            if !free.logarithmic {
+                *value = value.clamp(free.possible.0, free.possible.1);
+            }
+        }
+    }
+
+    /// Whether number `k` is the logarithm of a parameter.
+    fn is_logarithmic(&self, k: usize) -> bool {
+        k.checked_sub(BASE).is_none_or(|k| self.free[k].logarithmic)
+    }
+
+    /// The simulator's name of each number.
+    fn parameter_ids(&self) -> Vec<ParameterId> {
+        let nominal = |key: &str| {
+            let place = Parameters::KEYS.iter().position(|known| *known == key);
+            ParameterId::Nominal(place.unwrap_or(0))
+        };
+        let second = match self.kind {
+            CommandKind::Voltage => "back_emf_v_s_per_rad",
+            _ => "viscous_friction_nm_s_per_rad",
+        };
+        let base = ["inertia_kg_m2", second, "coulomb_friction_nm"].map(nominal);
+        let free = self
+            .free
+            .iter()
+            .map(|free| ParameterId::Effect(self.members[free.member].index, free.parameter));
+        base.into_iter().chain(free).collect()
+    }
+
+    /// Whether number `k` can be moved at all.
+    pub fn movable(&self, k: usize) -> bool {
+        k >= BASE || self.base_free[k]
+    }
+
+    /// Precision of the prior: the tolerances of the base, and for the effects' numbers the width of
+    /// their range (so that no fit is surer than the range allows).
+    pub fn precision(&self, i: usize, j: usize) -> f64 {
+        if i < BASE && j < BASE {
+            return self.base_precision[i][j];
+        }
+        if i != j || i < BASE {
+            return 0.0;
+        }
+        let free = &self.free[i - BASE];
+        let width = free.range.1 - free.range.0;
+        if free.phase {
+            1e-6
+        } else {
+            1.0 / (width * width)
+        }
+    }
+
+    /// Middle of the prior of number `k`.
+    pub fn centre(&self, k: usize) -> f64 {
+        match k.checked_sub(BASE) {
+            None => 0.0,
+            Some(k) => 0.5 * (self.free[k].range.0 + self.free[k].range.1),
+        }
+    }
+
+    /// Logarithm of the prior density of the numbers: Gaussian for the base, even over its range for each
+    /// number of an effect, falling off steeply outside.
+    pub fn log_prior(&self, p: &[f64]) -> f64 {
+        let mut quadratic = 0.0;
+        for i in 0..BASE {
+            for j in 0..BASE {
+                quadratic += p[i] * self.base_precision[i][j] * p[j];
+            }
+        }
+        let determinant =
+            nalgebra::Matrix3::from_fn(|i, j| self.base_precision[i][j]).determinant();
+        let mut log = -0.5 * quadratic + 0.5 * determinant.max(1e-300).ln()
+            - 0.5 * BASE as f64 * std::f64::consts::TAU.ln()
+            + self.log_choice;
+        for (value, free) in p[BASE..].iter().zip(&self.free) {
+            let (lo, hi) = free.range;
+            log -= (hi - lo).ln();
+            if !free.phase {
+                let outside = (lo - value).max(value - hi).max(0.0) / (0.1 * (hi - lo));
+                log -= 0.5 * outside * outside;
+            }
+        }
+        log
+    }
+
+    /// The motor with these numbers in it.
+    pub fn motor(&self, nominal: &Motor, p: &[f64]) -> Motor {
+        let mut motor = nominal.clone();
+        let parameters = &mut motor.parameters;
+        parameters.inertia_kg_m2 *= p[0].exp();
+        if self.kind == CommandKind::Voltage {
+            parameters.back_emf_v_s_per_rad *= p[1].exp();
+        } else {
+            parameters.viscous_friction_nm_s_per_rad *= p[1].exp();
+        }
+        parameters.coulomb_friction_nm *= p[2].exp();
+        for (m, member) in self.members.iter().enumerate() {
+            let values = self.values(m, p);
+            let kind = &catalogue()[member.index];
+            if let Ok(effect) = ActiveEffect::new(kind.id, &values) {
+                motor.effects.set(effect);
+            }
+        }
+        motor
+    }
+
+    /// All values of member `m` with the free ones from `p`.
+    pub fn values(&self, m: usize, p: &[f64]) -> Vec<f64> {
+        let mut values = self.members[m].values.clone();
+        for (value, free) in p[BASE..].iter().zip(&self.free) {
+            if free.member == m {
+                let value = if free.logarithmic {
+                    value.exp()
+                } else {
+                    *value
+                };
+                values[free.parameter] = value.clamp(free.possible.0, free.possible.1);
+            }
+        }
+        values
+    }
+
+    /// For each parameter of member `m`: its number's place in `p` and whether that is a logarithm.
+    pub fn place(&self, m: usize, parameter: usize) -> Option<(usize, bool)> {
+        let found = self
+            .free
+            .iter()
+            .position(|free| free.member == m && free.parameter == parameter);
+        found.map(|k| (BASE + k, self.free[k].logarithmic))
+    }
+}
+
+/// Fitted are smooth numbers with a range; sides, switches and lists of values are tried one by one.
+fn is_free(parameter: &EffectParameter) -> bool {
+    parameter.hi > parameter.lo && parameter.smooth
+}
+
+impl Free {
+    fn new(
+        member: usize,
+        parameter: usize,
+        kind: &EffectParameter,
+        motor: &Motor,
+        sample_time_s: f64,
+    ) -> Self {
+        let (lo, hi) = kind.range(&motor.parameters, sample_time_s);
+        let logarithmic = kind.prior == Prior::LogUniform;
+        Self {
+            member,
+            parameter,
+            logarithmic,
+            range: if logarithmic {
+                (lo.ln(), hi.ln())
+            } else {
+                (lo, hi)
+            },
+            phase: kind.prior == Prior::Phase,
+            possible: kind.possible,
+        }
+    }
+}
+
+/// Which numbers of the base mean anything: no Coulomb friction to scale where the nominal has none.
+fn base_free(motor: &Motor, kind: CommandKind) -> [bool; BASE] {
+    let p = &motor.parameters;
+    [
+        true,
+        kind == CommandKind::Voltage || p.viscous_friction_nm_s_per_rad > 0.0,
+        p.coulomb_friction_nm > 0.0,
+    ]
+}
+
+/// Inverse of the prior covariance of the base's logarithms.
+fn base_precision(motor: &Motor, kind: CommandKind) -> [[f64; BASE]; BASE] {
+    let sigma = |key: &str| {
+        let given = motor.tolerance.get(key).copied();
+        given.unwrap_or(DEFAULT_TOLERANCE).clamp(1e-4, 3.0)
+    };
+    let p = &motor.parameters;
+    let (r, kt, kb) = (
+        sigma("resistance_ohm"),
+        sigma("torque_constant_nm_per_a"),
+        sigma("back_emf_v_s_per_rad"),
+    );
+    let (j, b, tf) = (
+        sigma("inertia_kg_m2"),
+        sigma("viscous_friction_nm_s_per_rad"),
+        sigma("coulomb_friction_nm"),
+    );
+    // What stands between torque and terminal: R/Kt for a voltage, Kt for a current, nothing for a torque.
+    let shared = match kind {
+        CommandKind::Voltage => r * r + kt * kt,
+        CommandKind::Current => kt * kt,
+        CommandKind::Torque => 0.0,
+    };
+    let second = match kind {
+        CommandKind::Voltage => {
+            let viscous =
+                p.resistance_ohm * p.viscous_friction_nm_s_per_rad / p.torque_constant_nm_per_a;
+            let share = viscous / (viscous + p.back_emf_v_s_per_rad);
+            ((share * share * (shared + b * b)) + (1.0 - share) * (1.0 - share) * kb * kb)
+                / (1.0 - share).powi(2)
+        }
+        _ => b * b + shared,
+    };
+    let cross = if kind == CommandKind::Voltage {
+        0.0
+    } else {
+        shared
+    };
+    let covariance = nalgebra::Matrix3::new(
+        j * j + shared,
+        cross,
+        shared,
+        cross,
+        second,
+        cross,
+        shared,
+        cross,
+        tf * tf + shared,
+    );
+    let precision = covariance
+        .try_inverse()
+        .unwrap_or_else(|| nalgebra::Matrix3::identity() * 400.0);
+    std::array::from_fn(|i| std::array::from_fn(|k| precision[(i, k)]))
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+}
+
+/// The motor as this run's file has it: its encoder and its supply.
+fn on_run(motor: &Motor, run: &RunData) -> Motor {
+    let mut motor = motor.clone();
+    motor.parameters.counts_per_rev = run.counts_per_rev;
+    if let Some(supply_v) = run.supply_v {
+        motor.parameters.supply_v = supply_v;
+    }
+    motor
+}
+
+/// The encoder's expected position in counts, not rounded, from the first sample; `None` where the
+/// numbers make no motion that can be simulated.
+pub(super) fn predict(motor: &Motor, run: &RunData) -> Option<Vec<f64>> {
+    let motor = on_run(motor, run);
+    let mut angles = vec![0.0; run.len()];
+    WORKSPACE
+        .with_borrow_mut(|workspace| run.simulator.angles(&motor, workspace, &mut angles))
+        .ok()?;
+    to_counts(&mut angles, run);
+    Some(angles)
+}
+
+/// The same with its derivatives by every number of the hypothesis, a column a number.
+pub(super) fn predict_with_derivatives(
+    hypothesis: &Hypothesis,
+    nominal: &Motor,
+    p: &[f64],
+    run: &RunData,
+) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let motor = on_run(&hypothesis.motor(nominal, p), run);
+    let ids = hypothesis.parameter_ids();
+    let mut angles = vec![0.0; run.len()];
+    let mut columns = vec![0.0; run.len() * ids.len()];
+    WORKSPACE
+        .with_borrow_mut(|workspace| {
+            run.simulator
+                .sensitivities(&motor, &ids, workspace, &mut angles, &mut columns)
+        })
+        .ok()?;
+    to_counts(&mut angles, run);
+    let derivatives = columns
+        .chunks_exact(run.len().max(1))
+        .enumerate()
+        .map(|(k, column)| {
+            let mut column = column.to_vec();
+            to_counts(&mut column, run);
+            let factor = if !hypothesis.movable(k) {
+                0.0
+            } else if hypothesis.is_logarithmic(k) {
+                ids[k].get(&motor).unwrap_or(0.0)
+            } else {
+                1.0
+            };
+            for value in &mut column {
+                *value = if value.is_finite() {
+                    *value * factor
+                } else {
+                    0.0
+                };
+            }
+            column
+        });
+    Some((angles, derivatives.collect()))
+}
+
+/// Angles in rad to counts from the first sample.
+fn to_counts(angles: &mut [f64], run: &RunData) {
+    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
+    let first = angles.first().copied().unwrap_or(0.0);
+    for angle in angles {
+        *angle = (*angle - first) * counts_per_rad;
+    }
+}

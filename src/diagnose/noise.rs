@@ -1,0 +1,180 @@
+//! What disturbs a recording besides the model: rounding, and a load that wanders.
+//!
+//! The difference between counts and model is a position error `p` (counts), driven by a speed error
+//! `v` and a wandering acceleration `d` (an Ornstein-Uhlenbeck process):
+//!
+//! `p' = v,  v' = -a v + d,  d' = -d/tau + white noise,  r_k = p(t_k) + rounding_k`
+//!
+//! While the shaft rests, friction holds it: `p` stays and `v` is nought. A Kalman filter turns `r` into
+//! innovations that are white when the model is right, in linear time; the same gains whiten every
+//! column of the Jacobian, so that least squares on innovations is maximum likelihood with correlated
+//! errors. A strong wander forgets quickly and judges a model on short horizons; none at all is the
+//! open loop through the whole run.
+
+use super::data::RunData;
+
+/// Correlation time of the wandering load in s.
+const WANDER_S: f64 = 1.0;
+
+/// Levels of the noise for one candidate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct NoiseLevel {
+    /// Standard deviation of the wandering acceleration in counts/s^2.
+    pub wander: f64,
+    /// Rate at which a speed error dies away, 1/s.
+    pub damping: f64,
+    /// Share of edges lost at random: the position walks by sqrt of the edges lost.
+    pub lost_share: f64,
+    /// Spread in s of samples taken late at random.
+    pub late_s: f64,
+}
+
+/// The gains of one run's filter.
+#[derive(Debug, Clone)]
+pub(super) struct Whitener {
+    steps: Vec<Step>,
+    /// Sum of ln(2 pi S) over the samples.
+    pub log_determinant: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Step {
+    /// Gains of p, v and d.
+    gain: [f64; 3],
+    /// 1 / sqrt of the innovation's variance.
+    scale: f64,
+    transition: Transition,
+}
+
+/// From one sample to the next: `p += pv v + pd d`, `v = vv v + vd d`, `d = dd d`.
+#[derive(Debug, Clone, Copy)]
+struct Transition {
+    pv: f64,
+    pd: f64,
+    vv: f64,
+    vd: f64,
+    dd: f64,
+}
+
+impl Transition {
+    fn new(dt_s: f64, damping: f64, moving: bool) -> Self {
+        let dd = (-dt_s / WANDER_S).exp();
+        if !moving {
+            return Self {
+                pv: 0.0,
+                pd: 0.0,
+                vv: 0.0,
+                vd: 0.0,
+                dd,
+            };
+        }
+        let a = damping.max(1e-3);
+        let vv = (-a * dt_s).exp();
+        let pv = -(-a * dt_s).exp_m1() / a;
+        Self {
+            pv,
+            pd: (dt_s - pv) / a,
+            vv,
+            vd: pv,
+            dd,
+        }
+    }
+
+    #[inline(always)]
+    fn apply(&self, m: [f64; 3]) -> [f64; 3] {
+        let [p, v, d] = m;
+        [
+            p + self.pv * v + self.pd * d,
+            self.vv * v + self.vd * d,
+            self.dd * d,
+        ]
+    }
+}
+
+impl Whitener {
+    /// Runs the filter's covariances through a run.
+    pub fn new(run: &RunData, level: &NoiseLevel) -> Self {
+        let variance = level.wander * level.wander;
+        // Where inside a count the shaft started: evenly in one count.
+        let mut c = [[1.0 / 12.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, variance]];
+        let mut steps = Vec::with_capacity(run.len());
+        let mut log_determinant = 0.0;
+        for k in 0..run.len() {
+            let dt_s = if k == 0 {
+                0.0
+            } else {
+                run.t_s[k] - run.t_s[k - 1]
+            };
+            let t = Transition::new(dt_s, level.damping, run.moving[k]);
+            if k > 0 {
+                c = propagate(&c, &t);
+                c[2][2] += variance * (1.0 - t.dd * t.dd);
+                let travel = run.speed_counts_s[k].abs() * dt_s;
+                c[0][0] += level.lost_share * (1.0 - level.lost_share) * travel;
+            }
+            let late = run.speed_counts_s[k] * level.late_s;
+            let s = c[0][0] + run.rounding[k] + late * late / 12.0;
+            let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s];
+            let row = c[0];
+            for (i, g) in gain.iter().enumerate() {
+                for j in 0..3 {
+                    c[i][j] -= g * row[j];
+                }
+            }
+            log_determinant += (std::f64::consts::TAU * s).ln();
+            steps.push(Step {
+                gain,
+                scale: 1.0 / s.sqrt(),
+                transition: t,
+            });
+        }
+        Self {
+            steps,
+            log_determinant,
+        }
+    }
+
+    /// Turns a column (residual, or a derivative of the prediction) into its whitened innovations.
+    pub fn whiten(&self, column: &mut [f64]) {
+        let mut m = [0.0; 3];
+        for (k, (value, step)) in column.iter_mut().zip(&self.steps).enumerate() {
+            if k > 0 {
+                m = step.transition.apply(m);
+            }
+            let innovation = *value - m[0];
+            for (state, gain) in m.iter_mut().zip(step.gain) {
+                *state += gain * innovation;
+            }
+            *value = innovation * step.scale;
+        }
+    }
+}
+
+/// `T C T'` for the sparse transition.
+fn propagate(c: &[[f64; 3]; 3], t: &Transition) -> [[f64; 3]; 3] {
+    let columns = [0, 1, 2].map(|j| t.apply([c[0][j], c[1][j], c[2][j]]));
+    let mut out = [[0.0; 3]; 3];
+    for i in 0..3 {
+        let row = t.apply([columns[0][i], columns[1][i], columns[2][i]]);
+        for (j, value) in row.into_iter().enumerate() {
+            out[j][i] = value;
+        }
+    }
+    out
+}
+
+/// How the position answers to an acceleration (counts/s^2) in force from each sample to the next: the
+/// columns of effects that are linear in their magnitude.
+pub(super) fn response(run: &RunData, damping: f64, acceleration: &[f64]) -> Vec<f64> {
+    let (mut p, mut v) = (0.0, 0.0);
+    let mut out = Vec::with_capacity(run.len());
+    for k in 0..run.len() {
+        if k > 0 {
+            let t = Transition::new(run.t_s[k] - run.t_s[k - 1], damping, run.moving[k]);
+            let d = acceleration[k - 1];
+            (p, v) = (p + t.pv * v + t.pd * d, t.vv * v + t.vd * d);
+        }
+        out.push(p);
+    }
+    out
+}

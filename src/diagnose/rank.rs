@@ -1,0 +1,263 @@
+//! Which effects explain the runs: nothing, each effect, pairs by growth, something unknown.
+//!
+//! Every hypothesis is weighed by its evidence and a prior (half the motors have no effect beyond their
+//! tolerances; more effects at once are rarer). The winner is grown by one more effect as long as that is
+//! worth it. An effect whose fit has not converged is said so, and keeps its place by its best evidence.
+
+use rayon::prelude::*;
+
+use super::fit::{Fit, Problem};
+use super::hypothesis::Hypothesis;
+use super::search::{Search, largest_acceleration};
+use super::unknown::{Flexible, flexible};
+use crate::motor::effects::{EffectKind, Stage, catalogue};
+use crate::recording::CommandKind;
+
+/// Prior probability that there is no effect.
+const PRIOR_NONE: f64 = 0.45;
+/// That there is something that the catalogue does not have.
+const PRIOR_UNKNOWN: f64 = 0.05;
+/// That there is exactly one effect.
+const PRIOR_SINGLE: f64 = 0.42;
+/// That there are two.
+const PRIOR_PAIR: f64 = 0.07;
+/// That there are three.
+const PRIOR_TRIPLE: f64 = 0.01;
+/// A wander up to this share of the largest acceleration is ordinary; more speaks for the unknown.
+const ORDINARY_WANDER: f64 = 0.003;
+/// Most steps of a first and of a final fit.
+const FIRST_STEPS: usize = 5;
+const FINAL_STEPS: usize = 10;
+/// How many effects of a round are fitted on long horizons too.
+const FULLY_FITTED: usize = 6;
+/// How many effects are fitted in each round of growth.
+const GROWN: usize = 8;
+/// A further effect must be worth this many nats.
+const WORTH: f64 = 3.0;
+
+/// A hypothesis that was fitted.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    /// Indices of its effects in the catalogue; none for the null.
+    pub effects: Vec<usize>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Evidence and prior together, in nats.
+    pub log_weight: f64,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// Everything that was weighed.
+#[derive(Debug)]
+pub(super) struct Ranking {
+    /// All hypotheses, likeliest first; the null among them.
+    pub candidates: Vec<Candidate>,
+    /// Probability of something that the catalogue does not have.
+    pub unknown: f64,
+    /// What a flexible acceleration would add to the winner.
+    pub flexible: Flexible,
+}
+
+impl Ranking {
+    /// The hypothesis without effects.
+    pub fn null(&self) -> Option<&Candidate> {
+        self.candidates.iter().find(|c| c.effects.is_empty())
+    }
+
+    /// Probability that effect `index` is there: of every hypothesis in equal shares to its effects.
+    pub fn share_of(&self, index: usize) -> f64 {
+        let with = self
+            .candidates
+            .iter()
+            .filter(|c| c.effects.contains(&index));
+        with.map(|c| c.probability / c.effects.len() as f64).sum()
+    }
+}
+
+/// Weighs all hypotheses; `None` where not even the nominal motor can be simulated.
+pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> Option<Ranking> {
+    let kind = problem.runs.first()?.kind;
+    let sample_time_s = problem
+        .runs
+        .iter()
+        .map(|run| run.sample_time_s)
+        .fold(f64::INFINITY, f64::min);
+    let scale = largest_acceleration(problem.nominal, problem.runs);
+    progress("fitting the nominal model");
+    let empty = Hypothesis::new(problem.nominal, Vec::new(), kind, sample_time_s);
+    let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
+    let mut candidates = vec![candidate(Vec::new(), null.clone(), scale)];
+
+    let applicable: Vec<usize> = (0..catalogue().len())
+        .filter(|&index| applies(&catalogue()[index], kind))
+        .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none())
+        .collect();
+    progress("trying every effect");
+    candidates.extend(with_one_more(
+        problem,
+        &candidates[0],
+        &applicable,
+        usize::MAX,
+        scale,
+    ));
+    candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+
+    for size in 1..3 {
+        let parents: Vec<Candidate> = candidates
+            .iter()
+            .filter(|c| c.effects.len() == size)
+            .take(2)
+            .cloned()
+            .collect();
+        let before = candidates
+            .first()
+            .map_or(f64::NEG_INFINITY, |c| c.log_weight);
+        for parent in parents {
+            if parent.log_weight < before - 30.0 {
+                continue;
+            }
+            progress("trying further effects beside the best");
+            let others: Vec<usize> = applicable
+                .iter()
+                .copied()
+                .filter(|index| !parent.effects.contains(index))
+                .collect();
+            let grown = with_one_more(problem, &parent, &others, GROWN, scale);
+            candidates.extend(
+                grown
+                    .into_iter()
+                    .filter(|new| new.fit.log_evidence > parent.fit.log_evidence + WORTH),
+            );
+        }
+        dedup(&mut candidates);
+        candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+        if candidates
+            .first()
+            .is_none_or(|c| c.log_weight <= before + WORTH)
+        {
+            break;
+        }
+    }
+    let best = &candidates[0];
+    let flexible = flexible(problem, &best.fit, scale);
+    let excess = excess_wander(best.fit.wander, scale);
+    // The unknown: the best named model, its wander as large as it likes, and a free acceleration.
+    let log_unknown = best.log_weight + excess + flexible.log_gain + PRIOR_UNKNOWN.ln();
+    let top = best.log_weight.max(log_unknown);
+    let mut total = (log_unknown - top).exp();
+    for c in &candidates {
+        total += (c.log_weight - top).exp();
+    }
+    for c in &mut candidates {
+        c.probability = (c.log_weight - top).exp() / total;
+    }
+    let unknown = (log_unknown - top).exp() / total;
+    Some(Ranking {
+        candidates,
+        unknown,
+        flexible,
+    })
+}
+
+/// How implausible a wander of this size is in an ordinary motor, in nats.
+fn excess_wander(wander: f64, scale: f64) -> f64 {
+    2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
+}
+
+fn candidate(effects: Vec<usize>, fit: Fit, scale: f64) -> Candidate {
+    let n = catalogue().len() as f64;
+    let log_prior = match effects.len() {
+        0 => PRIOR_NONE.ln(),
+        1 => (PRIOR_SINGLE / n).ln(),
+        2 => (PRIOR_PAIR / (n * (n - 1.0) / 2.0)).ln(),
+        _ => (PRIOR_TRIPLE / (n * (n - 1.0) * (n - 2.0) / 6.0)).ln(),
+    };
+    Candidate {
+        log_weight: fit.log_evidence + log_prior - excess_wander(fit.wander, scale),
+        effects,
+        fit,
+        probability: 0.0,
+    }
+}
+
+/// Fits the parent with each of these effects added; only the `most` promising where there are more.
+fn with_one_more(
+    problem: &Problem<'_>,
+    parent: &Candidate,
+    indices: &[usize],
+    most: usize,
+    scale: f64,
+) -> Vec<Candidate> {
+    let Some(search) = Search::new(problem, &parent.fit) else {
+        return Vec::new();
+    };
+    let mut starts: Vec<(usize, f64, Vec<(Hypothesis, Vec<f64>)>)> = indices
+        .par_iter()
+        .map(|&index| {
+            let (score, starts) = search.starts(index);
+            (index, score, starts)
+        })
+        .collect();
+    starts.sort_by(|a, b| a.1.total_cmp(&b.1));
+    starts.truncate(most);
+    let mut short: Vec<(usize, Fit)> = starts
+        .into_par_iter()
+        .filter_map(|(index, _, starts)| Some((index, short_fit(problem, starts)?)))
+        .collect();
+    short.sort_by(|a, b| b.1.log_evidence.total_cmp(&a.1.log_evidence));
+    short
+        .into_par_iter()
+        .enumerate()
+        .map(|(place, (index, fit))| {
+            // The long horizons decide between the best; the others keep what they have.
+            let full = if place < FULLY_FITTED {
+                problem.fit(&fit.hypothesis, &fit.p, FINAL_STEPS)
+            } else {
+                None
+            };
+            let fit = match full {
+                Some(full) if full.log_evidence > fit.log_evidence => full,
+                _ => fit,
+            };
+            let mut effects = parent.effects.clone();
+            effects.push(index);
+            candidate(effects, fit, scale)
+        })
+        .collect()
+}
+
+/// Short fits from every start on short horizons; the best of them.
+fn short_fit(problem: &Problem<'_>, starts: Vec<(Hypothesis, Vec<f64>)>) -> Option<Fit> {
+    let short = problem.levels.get(1).or(problem.levels.first()).copied()?;
+    starts
+        .into_iter()
+        .filter_map(|(hypothesis, start)| problem.fit_at(&hypothesis, &start, short, FIRST_STEPS))
+        .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+}
+
+/// Keeps the best fit of every set of effects.
+fn dedup(candidates: &mut Vec<Candidate>) {
+    candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+    let mut seen: Vec<Vec<usize>> = Vec::new();
+    candidates.retain(|c| {
+        let mut set = c.effects.clone();
+        set.sort_unstable();
+        let new = !seen.contains(&set);
+        if new {
+            seen.push(set);
+        }
+        new
+    });
+}
+
+/// Whether an effect means anything on an axis that commands this.
+fn applies(kind: &EffectKind, command: CommandKind) -> bool {
+    match command {
+        CommandKind::Voltage => true,
+        CommandKind::Current => {
+            kind.stage != Stage::Driver && !matches!(kind.id, "inductance" | "winding_heating")
+        }
+        CommandKind::Torque => !matches!(kind.stage, Stage::Driver | Stage::Electrical),
+    }
+}

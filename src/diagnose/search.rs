@@ -1,0 +1,318 @@
+//! Where fits of an effect start.
+//!
+//! A fit by least squares finds the nearest hollow; these searches find the right one. Every effect is
+//! tried over a grid of its plausible range, and the starts that leave least, after the base model has
+//! given way linearly, are fitted. For effects that repeat with the angle a grid would miss the order and
+//! the phase: there the recorded angle itself is known to a count, so that an acceleration
+//! `A sin(N theta) + B cos(N theta)` is linear in `A` and `B`, and every order is tried in one regression.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::data::RunData;
+use super::fit::{Fit, Problem};
+use super::hypothesis::{Hypothesis, Member, predict};
+use super::noise::{NoiseLevel, response};
+use crate::motor::Motor;
+use crate::motor::effects::{EffectParameter, Prior, catalogue};
+use crate::recording::CommandKind;
+
+/// How many starts of an effect are fitted.
+const STARTS: usize = 3;
+/// How many orders of an angle-periodic effect are fitted.
+const ORDERS: usize = 3;
+
+/// What a search looks at: the fit so far, and what is left of it on short horizons.
+pub(super) struct Search<'a> {
+    problem: &'a Problem<'a>,
+    members: Vec<Member>,
+    p: Vec<f64>,
+    level: NoiseLevel,
+    /// Whitened residual and base columns of the fit so far.
+    residual: Vec<f64>,
+    base: Vec<Vec<f64>>,
+}
+
+impl<'a> Search<'a> {
+    /// Looks from `fit` on; `None` where that cannot be simulated.
+    pub fn new(problem: &'a Problem<'a>, fit: &Fit) -> Option<Self> {
+        // Short horizons: the search must not depend on what happened seconds ago.
+        let strongest = problem.levels.get(1).or(problem.levels.first()).copied()?;
+        let mut at_level = fit.clone();
+        at_level.wander = strongest;
+        Some(Self {
+            problem,
+            members: fit.hypothesis.members.clone(),
+            p: fit.p.clone(),
+            level: problem.noise(&fit.hypothesis, &fit.p, strongest),
+            residual: problem.innovations(&at_level),
+            base: problem.base_jacobian(&at_level)?,
+        })
+    }
+
+    /// The most promising hypotheses with effect `index` added, each with its starting numbers, and what
+    /// the best of them leaves (less is better; of use beside other effects' only).
+    pub fn starts(&self, index: usize) -> (f64, Vec<(Hypothesis, Vec<f64>)>) {
+        let kind = &catalogue()[index];
+        let tried = match kind.id {
+            "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
+                self.periodic(index, kind.id)
+            }
+            "dead_zone" => self.thresholds(),
+            _ => self.grid(kind.parameters),
+        };
+        let sample_time_s = self.shortest_sample_time_s();
+        let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
+        for values in tried {
+            let mut members = self.members.clone();
+            members.push(Member { index, values });
+            let runs = self.problem.runs;
+            let voltage = runs.first().map_or(CommandKind::Voltage, |run| run.kind);
+            let hypothesis = Hypothesis::new(self.problem.nominal, members, voltage, sample_time_s);
+            let mut start = hypothesis.start();
+            start[..self.p.len()].copy_from_slice(&self.p);
+            hypothesis.clamp(&mut start);
+            let cost = self.cost(&hypothesis, &start).unwrap_or(f64::INFINITY);
+            scored.push((cost, hypothesis, start));
+        }
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        scored.truncate(STARTS);
+        let best = scored.first().map_or(f64::INFINITY, |first| first.0);
+        (best, scored.into_iter().map(|(_, h, p)| (h, p)).collect())
+    }
+
+    fn shortest_sample_time_s(&self) -> f64 {
+        let runs = self.problem.runs.iter();
+        runs.map(|run| run.sample_time_s)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// What is left on short horizons after the base has given way linearly.
+    fn cost(&self, hypothesis: &Hypothesis, start: &[f64]) -> Option<f64> {
+        let motor = hypothesis.motor(self.problem.nominal, start);
+        let level = NoiseLevel {
+            wander: self.level.wander,
+            ..self.problem.noise(hypothesis, start, self.level.wander)
+        };
+        let whiteners = self.problem.whiteners(&level);
+        let mut r = Vec::with_capacity(self.residual.len());
+        let mut determinants = 0.0;
+        for (run, whitener) in self.problem.runs.iter().zip(&whiteners) {
+            let x = predict(&motor, run)?;
+            let mut column: Vec<f64> = run
+                .counts
+                .iter()
+                .zip(&x)
+                .map(|(n, x)| n - x - 0.5)
+                .collect();
+            whitener.whiten(&mut column);
+            r.extend(column);
+            determinants += whitener.log_determinant;
+        }
+        Some(left_over(&r, &self.base) + determinants)
+    }
+
+    /// A grid over the plausible range: four values of the first number, two of the others.
+    fn grid(&self, parameters: &[EffectParameter]) -> Vec<Vec<f64>> {
+        let sample_time_s = self.shortest_sample_time_s();
+        let mut points = vec![Vec::new()];
+        for (k, parameter) in parameters.iter().enumerate() {
+            let (lo, hi) = parameter.range(&self.problem.nominal.parameters, sample_time_s);
+            let shares: &[f64] = match (k, parameters.len()) {
+                (0, 1) => &[0.03, 0.15, 0.3, 0.5, 0.7, 0.9],
+                (0, _) => &[0.1, 0.35, 0.6, 0.9],
+                _ => &[0.2, 0.7],
+            };
+            let values: Vec<f64> = match parameter.prior {
+                Prior::OneOf(values) => values.to_vec(),
+                Prior::Phase => [0.0, 0.5, 1.0, 1.5]
+                    .map(|x| x * std::f64::consts::PI)
+                    .to_vec(),
+                _ if hi <= lo => {
+                    vec![parameter.default(&self.problem.nominal.parameters, sample_time_s)]
+                }
+                Prior::LogUniform => shares.iter().map(|s| lo * (hi / lo).powf(*s)).collect(),
+                Prior::Uniform => shares.iter().map(|s| lo + (hi - lo) * s).collect(),
+            };
+            points = points
+                .into_iter()
+                .flat_map(|point: Vec<f64>| {
+                    values.iter().map(move |value| {
+                        let mut point = point.clone();
+                        point.push(*value);
+                        point
+                    })
+                })
+                .collect();
+        }
+        points
+    }
+
+    /// A dead zone swallows whole levels of the command: only which ones matters.
+    fn thresholds(&self) -> Vec<Vec<f64>> {
+        let mut levels: Vec<f64> = self
+            .problem
+            .runs
+            .iter()
+            .flat_map(|run| run.command.iter().map(|u| u.abs()))
+            .filter(|u| *u > 0.0)
+            .collect();
+        levels.sort_by(f64::total_cmp);
+        levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
+        let most = 24;
+        let every = levels.len().div_ceil(most).max(1);
+        let chosen: Vec<f64> = levels.iter().copied().step_by(every).collect();
+        let (lo, hi) = (0.05, 3.0);
+        let between = chosen.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let last = chosen.last().map(|level| level * 1.05);
+        between
+            .chain(last)
+            .filter(|v| (lo..=hi).contains(v))
+            .map(|v| vec![v])
+            .collect()
+    }
+
+    /// Effects that repeat with the angle: order by order, amplitude and phase by regression.
+    fn periodic(&self, index: usize, id: &str) -> Vec<Vec<f64>> {
+        let orders: Vec<f64> = match id {
+            "gravity_load" | "encoder_eccentricity" => vec![1.0],
+            _ => (2..=30).map(f64::from).collect(),
+        };
+        let motor = &self.problem.nominal.parameters;
+        let whiteners = self.problem.whiteners(&self.level);
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        for order in orders {
+            let mut columns = [Vec::new(), Vec::new()];
+            for (run, whitener) in self.problem.runs.iter().zip(&whiteners) {
+                for (column, quarter) in columns.iter_mut().zip([0.0, 0.25]) {
+                    let shift = quarter * std::f64::consts::TAU;
+                    let mut one = wave(self.problem, run, id, order, shift);
+                    whitener.whiten(&mut one);
+                    column.extend(one);
+                }
+            }
+            let Some((gain, [a, b])) = regress(&self.residual, &self.base, &columns) else {
+                continue;
+            };
+            // a sin(x) + b sin(x + pi/2) = c sin(x + phase).
+            let (amplitude, phase) = (a.hypot(b), b.atan2(a));
+            let values = match id {
+                "cogging" => vec![amplitude * motor.inertia_kg_m2, order, phase],
+                "torque_ripple" => vec![amplitude.min(0.5), order, phase],
+                // Gravity opposes: torque sin(theta + phase) is taken away.
+                "gravity_load" => vec![
+                    amplitude * motor.inertia_kg_m2,
+                    phase + std::f64::consts::PI,
+                ],
+                _ => vec![amplitude, phase],
+            };
+            found.push((gain, values));
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.truncate(ORDERS);
+        let parameters = catalogue()[index].parameters;
+        found
+            .into_iter()
+            .map(|(_, mut values)| {
+                for (value, parameter) in values.iter_mut().zip(parameters) {
+                    if parameter.prior == Prior::Phase {
+                        *value = value.rem_euclid(std::f64::consts::TAU);
+                    } else {
+                        let (lo, hi) = parameter.range(motor, self.shortest_sample_time_s());
+                        *value = value.clamp(0.5 * lo, 1.5 * hi);
+                    }
+                }
+                values
+            })
+            .collect()
+    }
+}
+
+/// The answer of the position in counts to a unit of an angle-periodic effect of this order and phase.
+fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) -> Vec<f64> {
+    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
+    let sine = |k: usize| (order * run.counts[k] / counts_per_rad + shift).sin();
+    if id == "encoder_eccentricity" {
+        return (0..run.len())
+            .map(|k| (sine(k) - sine(0)) * counts_per_rad)
+            .collect();
+    }
+    let p = &problem.nominal.parameters;
+    let torque = |k: usize| match (id, run.kind) {
+        ("torque_ripple", CommandKind::Voltage) => {
+            let speed = run.speed_counts_s[k] / counts_per_rad;
+            let (kt, kb, r) = (
+                p.torque_constant_nm_per_a,
+                p.back_emf_v_s_per_rad,
+                p.resistance_ohm,
+            );
+            kt * (run.command[k] - 2.0 * kb * speed) / (r * p.inertia_kg_m2)
+        }
+        ("torque_ripple", CommandKind::Current) => {
+            p.torque_constant_nm_per_a * run.command[k] / p.inertia_kg_m2
+        }
+        ("torque_ripple", CommandKind::Torque) => run.command[k] / p.inertia_kg_m2,
+        _ => 1.0,
+    };
+    let acceleration: Vec<f64> = (0..run.len())
+        .map(|k| sine(k) * torque(k) * counts_per_rad)
+        .collect();
+    response(run, problem.damping, &acceleration)
+}
+
+/// What is left of `r` in squares after the columns have been fitted away.
+fn left_over(r: &[f64], columns: &[Vec<f64>]) -> f64 {
+    let squares: f64 = r.iter().map(|x| x * x).sum();
+    match solve(r, columns) {
+        Some((gain, _)) => squares - gain,
+        None => squares,
+    }
+}
+
+/// By how many squares two more columns help beside the base, and their coefficients.
+fn regress(r: &[f64], base: &[Vec<f64>], columns: &[Vec<f64>; 2]) -> Option<(f64, [f64; 2])> {
+    let before = solve(r, base).map_or(0.0, |(gain, _)| gain);
+    let all: Vec<Vec<f64>> = base.iter().chain(columns).cloned().collect();
+    let (gain, x) = solve(r, &all)?;
+    let n = base.len();
+    Some((gain - before, [x[n], x[n + 1]]))
+}
+
+/// Least squares with a little ridge: the squares that the columns explain, and their coefficients.
+fn solve(r: &[f64], columns: &[Vec<f64>]) -> Option<(f64, DVector<f64>)> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let d = columns.len();
+    let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]));
+    for k in 0..d {
+        normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
+    }
+    let right = DVector::from_fn(d, |k, _| dot(&columns[k], r));
+    let x = normal.cholesky()?.solve(&right);
+    Some((x.dot(&right), x))
+}
+
+/// Rate at which a speed error of this motor dies away, 1/s, as its terminals are driven.
+pub(super) fn damping_of(motor: &Motor, kind: CommandKind) -> f64 {
+    let p = &motor.parameters;
+    let coupling = match kind {
+        CommandKind::Voltage => {
+            p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm
+        }
+        _ => 0.0,
+    };
+    (p.viscous_friction_nm_s_per_rad + coupling) / p.inertia_kg_m2
+}
+
+/// Largest acceleration that the commands of the runs ask for, in counts/s^2.
+pub(super) fn largest_acceleration(motor: &Motor, runs: &[RunData]) -> f64 {
+    let p = &motor.parameters;
+    let largest = runs.iter().map(|run| {
+        let command = run.command.iter().fold(0.0, |m, u| f64::max(m, u.abs()));
+        let torque = match run.kind {
+            CommandKind::Voltage => command * p.torque_constant_nm_per_a / p.resistance_ohm,
+            CommandKind::Current => command * p.torque_constant_nm_per_a,
+            CommandKind::Torque => command,
+        };
+        torque / p.inertia_kg_m2 * run.counts_per_rev / std::f64::consts::TAU
+    });
+    largest.fold(1.0, f64::max)
+}

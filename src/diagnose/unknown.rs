@@ -1,0 +1,155 @@
+//! A rival of every named effect: something that is not in the catalogue.
+//!
+//! Its model is the best named one plus an acceleration that nobody has written an equation for, a sum of
+//! bumps over speed, harmonics of the angle, slow waves of time and shapes of the command, each with a
+//! Gaussian prior. It is linear, so that its evidence beside the named model's is exact:
+//! `ln B = 1/2 b' A^-1 b - 1/2 ln|A| + 1/2 ln|P|`, `A = C'C + P`, `b = C'r`, with the whitened columns `C`.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::data::RunData;
+use super::fit::{Fit, Problem};
+use super::noise::response;
+
+/// On what the columns of a group depend.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Dependence {
+    /// Speed.
+    Speed,
+    /// Angle.
+    Angle,
+    /// Time.
+    Time,
+    /// Command.
+    Command,
+}
+
+impl Dependence {
+    const ALL: [Self; 4] = [Self::Speed, Self::Angle, Self::Time, Self::Command];
+
+    /// Its word in reports.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Speed => "speed",
+            Self::Angle => "angle",
+            Self::Time => "time",
+            Self::Command => "voltage",
+        }
+    }
+}
+
+/// What a flexible acceleration adds to a fit.
+#[derive(Debug, Clone)]
+pub(super) struct Flexible {
+    /// Logarithm of the Bayes factor for the best group of columns against none.
+    pub log_gain: f64,
+    /// On what that group depends.
+    pub depends_on: Dependence,
+    /// Gain of each group.
+    pub gains: Vec<(Dependence, f64)>,
+}
+
+/// Standard deviation of each column's coefficient, as a share of the largest acceleration.
+const PRIOR_SHARE: f64 = 0.03;
+
+/// How much each kind of flexible acceleration would explain of what a fit leaves.
+pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Flexible {
+    let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+    let whiteners = problem.whiteners(&level);
+    let residual = problem.innovations(fit);
+    let gains: Vec<(Dependence, f64)> = Dependence::ALL
+        .into_iter()
+        .map(|dependence| {
+            let count = shapes(dependence);
+            let mut columns = vec![Vec::new(); count];
+            for (run, whitener) in problem.runs.iter().zip(&whiteners) {
+                for (j, all) in columns.iter_mut().enumerate() {
+                    let acceleration: Vec<f64> = (0..run.len())
+                        .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
+                        .collect();
+                    let mut column = response(run, problem.damping, &acceleration);
+                    whitener.whiten(&mut column);
+                    all.extend(column);
+                }
+            }
+            (dependence, log_bayes_factor(&residual, &columns))
+        })
+        .collect();
+    let best = gains.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
+    let (depends_on, log_gain) = best.unwrap_or((Dependence::Time, 0.0));
+    Flexible {
+        log_gain,
+        depends_on,
+        gains,
+    }
+}
+
+fn shapes(dependence: Dependence) -> usize {
+    match dependence {
+        Dependence::Speed => 10,
+        Dependence::Angle => 12,
+        Dependence::Time => 8,
+        Dependence::Command => 4,
+    }
+}
+
+/// Shape `j` of a dependence at sample `k`, of size about 1.
+fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
+    match dependence {
+        Dependence::Speed => {
+            let top = run
+                .speed_counts_s
+                .iter()
+                .fold(1.0, |m, v| f64::max(m, v.abs()));
+            let x = run.speed_counts_s[k] / top;
+            // Closer together near standstill, where friction has its features.
+            const CENTRES: [f64; 10] = [-1.0, -0.5, -0.2, -0.07, -0.02, 0.02, 0.07, 0.2, 0.5, 1.0];
+            let centre = CENTRES[j];
+            let width = 0.5 * f64::abs(centre) + 0.02;
+            (-0.5 * ((x - centre) / width).powi(2)).exp()
+        }
+        Dependence::Angle => {
+            let angle = run.counts[k] * std::f64::consts::TAU / run.counts_per_rev;
+            let order = (j / 2 + 1) as f64;
+            if j.is_multiple_of(2) {
+                (order * angle).sin()
+            } else {
+                (order * angle).cos()
+            }
+        }
+        Dependence::Time => {
+            let x = run.t_s[k] / run.t_s.last().copied().unwrap_or(1.0).max(1e-9);
+            let direction = run.speed_counts_s[k].signum();
+            let wave = ((j / 2 + 1) as f64 * std::f64::consts::PI * x).cos();
+            if j.is_multiple_of(2) {
+                wave
+            } else {
+                wave * direction
+            }
+        }
+        Dependence::Command => {
+            let largest = run.command.iter().fold(1e-12, |m, u| f64::max(m, u.abs()));
+            let x = run.command[k] / largest;
+            match j {
+                0 => x * x.abs(),
+                1 => x.powi(3),
+                2 => x.signum() * f64::from(u8::from(x != 0.0)),
+                _ => x.abs(),
+            }
+        }
+    }
+}
+
+fn log_bayes_factor(r: &[f64], columns: &[Vec<f64>]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let d = columns.len();
+    let a = DMatrix::from_fn(d, d, |i, j| {
+        dot(&columns[i], &columns[j]) + f64::from(u8::from(i == j))
+    });
+    let b = DVector::from_fn(d, |k, _| dot(&columns[k], r));
+    let Some(cholesky) = a.cholesky() else {
+        return 0.0;
+    };
+    let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
+    0.5 * cholesky.solve(&b).dot(&b) - half_log_determinant
+}
