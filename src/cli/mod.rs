@@ -10,6 +10,7 @@ mod capture_text;
 mod compare;
 mod completions;
 mod demo;
+mod diagnose;
 mod export;
 mod failure;
 mod lab;
@@ -60,6 +61,7 @@ enum Command {
     Simulate(simulate::Simulate),
     Compare(compare::Compare),
     Lab(lab::Lab),
+    Diagnose(diagnose::Diagnose),
     Export(export::Export),
     Demo(demo::Demo),
     Completions(completions::Completions),
@@ -107,6 +109,7 @@ impl CommandLine {
             Command::Simulate(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
             Command::Lab(command) => command.run(&output),
+            Command::Diagnose(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Completions(command) => command.run(&output),

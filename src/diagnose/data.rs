@@ -26,6 +26,10 @@ pub(super) struct RunData {
     pub counts: Vec<f64>,
     /// Speed in counts/s, smoothed over the window, signed.
     pub speed_counts_s: Vec<f64>,
+    /// Largest of its sizes, at least 1 count/s.
+    pub top_speed_counts_s: f64,
+    /// Size of the largest command.
+    pub largest_command: f64,
     /// Variance of the rounding error of each sample in counts^2.
     pub rounding: Vec<f64>,
     /// Whether the shaft moves there.
@@ -70,6 +74,8 @@ impl RunData {
             command: run.command.clone(),
             kind: run.command_kind,
             counts,
+            top_speed_counts_s: largest(&speed_counts_s, 1.0),
+            largest_command: largest(&run.command, 1e-12),
             speed_counts_s,
             rounding,
             moving,
@@ -103,6 +109,11 @@ impl RunData {
             ..*self
         })
     }
+}
+
+/// Size of the largest value, `least` at least.
+fn largest(values: &[f64], least: f64) -> f64 {
+    values.iter().fold(least, |most, v| most.max(v.abs()))
 }
 
 fn simulator(

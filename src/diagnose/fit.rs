@@ -1,9 +1,11 @@
 //! Fits a hypothesis: damped least squares on whitened innovations, and its evidence.
 //!
 //! Minimised is `1/2 |W (r(p) - J dp)|^2 + 1/2 (p - c)' P (p - c)` (Levenberg-Marquardt), where `W` is the
-//! filter of [`super::noise`]. The evidence is Laplace's: `ln Z = ln L + ln prior + d/2 ln 2 pi - 1/2 ln|H|`
+//! filter of `noise`. The evidence is Laplace's: `ln Z = ln L + ln prior + d/2 ln 2 pi - 1/2 ln|H|`
 //! with `H = J'W'WJ + P`; `P` keeps a number that the runs do not tell from looking surer than its range.
 //! The wander's level is fitted too, on a grid, from strong (short horizons, a smooth objective) to weak.
+
+use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -24,7 +26,12 @@ pub(super) struct Problem<'a> {
     pub damping: f64,
     /// Levels of the wander in counts/s^2, strongest first.
     pub levels: Vec<f64>,
+    /// Filters of the levels without noise of an effect's own, made when first asked for.
+    filters: Mutex<Vec<(f64, Filters)>>,
 }
+
+/// The filters of all runs.
+pub(super) type Filters = Arc<Vec<Whitener>>;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -35,8 +42,6 @@ pub(super) struct Fit {
     pub p: Vec<f64>,
     /// Level of the wander.
     pub wander: f64,
-    /// Logarithm of the likelihood there.
-    pub log_likelihood: f64,
     /// Logarithm of the evidence.
     pub log_evidence: f64,
     /// Covariance of the numbers.
@@ -47,7 +52,18 @@ pub(super) struct Fit {
     pub predictions: Vec<Vec<f64>>,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The problem of these runs and this motor.
+    pub fn new(nominal: &'a Motor, runs: &'a [RunData], damping: f64, levels: Vec<f64>) -> Self {
+        Self {
+            nominal,
+            runs,
+            damping,
+            levels,
+            filters: Mutex::default(),
+        }
+    }
+
     /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
     pub fn noise(&self, hypothesis: &Hypothesis, p: &[f64], wander: f64) -> NoiseLevel {
         let value = |id: &str| {
@@ -71,11 +87,21 @@ impl Problem<'_> {
     }
 
     /// The filters of all runs.
-    pub fn whiteners(&self, level: &NoiseLevel) -> Vec<Whitener> {
-        self.runs
-            .iter()
-            .map(|run| Whitener::new(run, level))
-            .collect()
+    pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
+        let make = || {
+            let filters = self.runs.iter().map(|run| Whitener::new(run, level));
+            Arc::new(filters.collect::<Vec<_>>())
+        };
+        if level.lost_share != 0.0 || level.late_s != 0.0 {
+            return make();
+        }
+        let mut known = self.filters.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, filters)) = known.iter().find(|(wander, _)| *wander == level.wander) {
+            return filters.clone();
+        }
+        let filters = make();
+        known.push((level.wander, filters.clone()));
+        filters
     }
 
     /// Residuals of all runs end to end, whitened.
@@ -169,7 +195,6 @@ impl Problem<'_> {
             hypothesis: hypothesis.clone(),
             p,
             wander,
-            log_likelihood,
             log_evidence,
             covariance: cholesky.inverse(),
             converged,
@@ -214,7 +239,7 @@ impl Problem<'_> {
     }
 
     /// Whitened derivatives of the prediction, a column a number.
-    fn jacobian(
+    pub fn jacobian(
         &self,
         hypothesis: &Hypothesis,
         p: &[f64],
@@ -238,6 +263,26 @@ impl Problem<'_> {
         let mut columns = self.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
         columns.truncate(BASE);
         Some(columns)
+    }
+
+    /// The commanded levels next to a threshold: between them it makes no difference.
+    pub fn levels_around(&self, threshold: f64) -> (f64, f64) {
+        let commands = self.runs.iter().flat_map(|run| &run.command);
+        commands.fold((0.0, f64::INFINITY), |(lo, hi), u| {
+            let u = u.abs();
+            if u <= threshold {
+                (f64::max(lo, u), hi)
+            } else {
+                (lo, f64::min(hi, u))
+            }
+        })
+    }
+
+    /// The same for each run.
+    pub fn innovations_by_run(&self, fit: &Fit) -> Vec<Vec<f64>> {
+        let mut all = self.innovations(fit).into_iter();
+        let lengths = self.runs.iter().map(RunData::len);
+        lengths.map(|n| all.by_ref().take(n).collect()).collect()
     }
 
     /// Whitened residuals at a fit.

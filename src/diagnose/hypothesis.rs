@@ -1,10 +1,9 @@
 //! A hypothesis: which effects are there, which of their numbers are free, and what is plausible.
 //!
 //! Voltage in and position out identify three numbers of the base model only: the inertia, the back EMF
-//! and the Coulomb friction as seen from the terminals (`J R/Kt`, `Kb + b R/Kt`, `Tf R/Kt`). These three
-//! are moved, through the logarithms of `J`, `Kb` and `Tf` with `R`, `Kt` and `b` held; their prior is the
-//! tolerance of everything that they stand for. Of an axis that commands current or torque they are
-//! `J`, `b` and `Tf`.
+//! and the friction as seen from the terminals (`J R/Kt`, `Kb + b R/Kt`, `Tf R/Kt`); a motor that coasts
+//! shows `b` apart. Moved are the logarithms of `J`, `Kb`, `Tf` and `b`, with `R` and `Kt` held: their prior
+//! is the tolerance of everything that they stand for, and keeps what the runs do not tell.
 
 use std::cell::RefCell;
 
@@ -17,8 +16,21 @@ use super::data::RunData;
 
 /// Relative tolerance of a key that the motor file gives none for.
 pub(super) const DEFAULT_TOLERANCE: f64 = 0.05;
+/// Widest tolerance that means anything for a logarithm.
+const WIDEST: f64 = 3.0;
+/// How fast plausibility falls off outside a range, as a share of its width.
+const EDGE: f64 = 0.04;
+/// Standard deviations by which a value that changes nothing is implausible as an effect.
+const HOLE: f64 = 12.0;
 /// How many numbers of the base model are free.
-pub(super) const BASE: usize = 3;
+pub(super) const BASE: usize = 4;
+/// Their keys in a motor file.
+pub(super) const BASE_KEYS: [&str; BASE] = [
+    "inertia_kg_m2",
+    "back_emf_v_s_per_rad",
+    "coulomb_friction_nm",
+    "viscous_friction_nm_s_per_rad",
+];
 
 /// An effect of a hypothesis with the values that are not fitted.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,6 +51,8 @@ struct Free {
     range: (f64, f64),
     phase: bool,
     possible: (f64, f64),
+    /// Value that changes nothing, and the least plausible distance from it.
+    neutral: Option<(f64, f64)>,
 }
 
 /// A set of effects on top of the nominal motor, with its free numbers.
@@ -49,7 +63,6 @@ pub(super) struct Hypothesis {
     free: Vec<Free>,
     base_precision: [[f64; BASE]; BASE],
     base_free: [bool; BASE],
-    kind: CommandKind,
     /// Logarithm of the prior density that does not depend on the numbers (choices among fixed values).
     log_choice: f64,
 }
@@ -74,7 +87,6 @@ impl Hypothesis {
             free,
             base_precision: base_precision(motor, kind),
             base_free: base_free(motor, kind),
-            kind,
             log_choice,
         }
     }
@@ -129,11 +141,7 @@ impl Hypothesis {
             let place = Parameters::KEYS.iter().position(|known| *known == key);
             ParameterId::Nominal(place.unwrap_or(0))
         };
-        let second = match self.kind {
-            CommandKind::Voltage => "back_emf_v_s_per_rad",
-            _ => "viscous_friction_nm_s_per_rad",
-        };
-        let base = ["inertia_kg_m2", second, "coulomb_friction_nm"].map(nominal);
+        let base = BASE_KEYS.map(nominal);
         let free = self
             .free
             .iter()
@@ -182,7 +190,7 @@ impl Hypothesis {
             }
         }
         let determinant =
-            nalgebra::Matrix3::from_fn(|i, j| self.base_precision[i][j]).determinant();
+            nalgebra::Matrix4::from_fn(|i, j| self.base_precision[i][j]).determinant();
         let mut log = -0.5 * quadratic + 0.5 * determinant.max(1e-300).ln()
             - 0.5 * BASE as f64 * std::f64::consts::TAU.ln()
             + self.log_choice;
@@ -190,8 +198,11 @@ impl Hypothesis {
             let (lo, hi) = free.range;
             log -= (hi - lo).ln();
             if !free.phase {
-                let outside = (lo - value).max(value - hi).max(0.0) / (0.1 * (hi - lo));
-                log -= 0.5 * outside * outside;
+                let outside = (lo - value).max(value - hi).max(0.0) / (EDGE * (hi - lo));
+                let inside = free.neutral.map_or(0.0, |(neutral, least)| {
+                    (1.0 - (value - neutral).abs() / least).max(0.0) * HOLE
+                });
+                log -= 0.5 * (outside * outside + inside * inside);
             }
         }
         log
@@ -200,14 +211,11 @@ impl Hypothesis {
     /// The motor with these numbers in it.
     pub fn motor(&self, nominal: &Motor, p: &[f64]) -> Motor {
         let mut motor = nominal.clone();
-        let parameters = &mut motor.parameters;
-        parameters.inertia_kg_m2 *= p[0].exp();
-        if self.kind == CommandKind::Voltage {
-            parameters.back_emf_v_s_per_rad *= p[1].exp();
-        } else {
-            parameters.viscous_friction_nm_s_per_rad *= p[1].exp();
+        for (key, ln_ratio) in BASE_KEYS.iter().zip(p) {
+            if let Some(value) = motor.parameters.get_mut(key) {
+                *value *= ln_ratio.exp();
+            }
         }
-        parameters.coulomb_friction_nm *= p[2].exp();
         for (m, member) in self.members.iter().enumerate() {
             let values = self.values(m, p);
             let kind = &catalogue()[member.index];
@@ -270,72 +278,50 @@ impl Free {
             },
             phase: kind.prior == Prior::Phase,
             possible: kind.possible,
+            neutral: kind
+                .neutral(&motor.parameters)
+                .map(|(neutral, least)| match logarithmic {
+                    true => (neutral.ln(), least),
+                    false => (neutral, least),
+                }),
         }
     }
 }
 
-/// Which numbers of the base mean anything: no Coulomb friction to scale where the nominal has none.
+/// Which numbers of the base mean anything: none that is nought in the nominal motor can be scaled, and no
+/// back EMF is felt where the current or the torque is commanded.
 fn base_free(motor: &Motor, kind: CommandKind) -> [bool; BASE] {
-    let p = &motor.parameters;
-    [
-        true,
-        kind == CommandKind::Voltage || p.viscous_friction_nm_s_per_rad > 0.0,
-        p.coulomb_friction_nm > 0.0,
-    ]
+    BASE_KEYS.map(|key| {
+        let felt = key != "back_emf_v_s_per_rad" || kind == CommandKind::Voltage;
+        felt && motor.parameters.get(key).is_some_and(|value| value > 0.0)
+    })
 }
 
 /// Inverse of the prior covariance of the base's logarithms.
 fn base_precision(motor: &Motor, kind: CommandKind) -> [[f64; BASE]; BASE] {
-    let sigma = |key: &str| {
+    let variance = |key: &str| {
         let given = motor.tolerance.get(key).copied();
-        given.unwrap_or(DEFAULT_TOLERANCE).clamp(1e-4, 3.0)
+        given
+            .unwrap_or(DEFAULT_TOLERANCE)
+            .clamp(1e-4, WIDEST)
+            .powi(2)
     };
-    let p = &motor.parameters;
-    let (r, kt, kb) = (
-        sigma("resistance_ohm"),
-        sigma("torque_constant_nm_per_a"),
-        sigma("back_emf_v_s_per_rad"),
-    );
-    let (j, b, tf) = (
-        sigma("inertia_kg_m2"),
-        sigma("viscous_friction_nm_s_per_rad"),
-        sigma("coulomb_friction_nm"),
-    );
     // What stands between torque and terminal: R/Kt for a voltage, Kt for a current, nothing for a torque.
+    // It scales inertia and friction together as seen from there.
     let shared = match kind {
-        CommandKind::Voltage => r * r + kt * kt,
-        CommandKind::Current => kt * kt,
+        CommandKind::Voltage => variance("resistance_ohm") + variance("torque_constant_nm_per_a"),
+        CommandKind::Current => variance("torque_constant_nm_per_a"),
         CommandKind::Torque => 0.0,
     };
-    let second = match kind {
-        CommandKind::Voltage => {
-            let viscous =
-                p.resistance_ohm * p.viscous_friction_nm_s_per_rad / p.torque_constant_nm_per_a;
-            let share = viscous / (viscous + p.back_emf_v_s_per_rad);
-            ((share * share * (shared + b * b)) + (1.0 - share) * (1.0 - share) * kb * kb)
-                / (1.0 - share).powi(2)
-        }
-        _ => b * b + shared,
-    };
-    let cross = if kind == CommandKind::Voltage {
-        0.0
-    } else {
-        shared
-    };
-    let covariance = nalgebra::Matrix3::new(
-        j * j + shared,
-        cross,
-        shared,
-        cross,
-        second,
-        cross,
-        shared,
-        cross,
-        tf * tf + shared,
-    );
+    let alone = |k: usize| BASE_KEYS[k] == "back_emf_v_s_per_rad";
+    let covariance = nalgebra::Matrix4::from_fn(|i, j| {
+        let own = if i == j { variance(BASE_KEYS[i]) } else { 0.0 };
+        let common = if alone(i) || alone(j) { 0.0 } else { shared };
+        own + common
+    });
     let precision = covariance
         .try_inverse()
-        .unwrap_or_else(|| nalgebra::Matrix3::identity() * 400.0);
+        .unwrap_or_else(nalgebra::Matrix4::identity);
     std::array::from_fn(|i| std::array::from_fn(|k| precision[(i, k)]))
 }
 

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
-use super::search::{Search, largest_acceleration};
+use super::search::{Search, Start, largest_acceleration};
 use super::unknown::{Flexible, flexible};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
@@ -25,9 +25,12 @@ const PRIOR_PAIR: f64 = 0.07;
 const PRIOR_TRIPLE: f64 = 0.01;
 /// A wander up to this share of the largest acceleration is ordinary; more speaks for the unknown.
 const ORDINARY_WANDER: f64 = 0.003;
-/// Most steps of a first and of a final fit.
-const FIRST_STEPS: usize = 5;
+/// Most steps of a first fit, of its continuation, and of a final fit on each level.
+const FIRST_STEPS: usize = 2;
+const FURTHER_STEPS: usize = 5;
 const FINAL_STEPS: usize = 10;
+/// How many effects of a round are fitted on after the first steps.
+const FITTED_ON: usize = 12;
 /// How many effects of a round are fitted on long horizons too.
 const FULLY_FITTED: usize = 6;
 /// How many effects are fitted in each round of growth.
@@ -72,6 +75,15 @@ impl Ranking {
             .iter()
             .filter(|c| c.effects.contains(&index));
         with.map(|c| c.probability / c.effects.len() as f64).sum()
+    }
+
+    /// Probability that effect `index` is there, alone or with others.
+    pub fn inclusion_of(&self, index: usize) -> f64 {
+        let with = self
+            .candidates
+            .iter()
+            .filter(|c| c.effects.contains(&index));
+        with.map(|c| c.probability).sum()
     }
 }
 
@@ -192,7 +204,7 @@ fn with_one_more(
     let Some(search) = Search::new(problem, &parent.fit) else {
         return Vec::new();
     };
-    let mut starts: Vec<(usize, f64, Vec<(Hypothesis, Vec<f64>)>)> = indices
+    let mut starts: Vec<(usize, f64, Vec<Start>)> = indices
         .par_iter()
         .map(|&index| {
             let (score, starts) = search.starts(index);
@@ -203,9 +215,16 @@ fn with_one_more(
     starts.truncate(most);
     let mut short: Vec<(usize, Fit)> = starts
         .into_par_iter()
-        .filter_map(|(index, _, starts)| Some((index, short_fit(problem, starts)?)))
+        .filter_map(|(index, _, starts)| Some((index, first_fit(problem, starts)?)))
         .collect();
-    short.sort_by(|a, b| b.1.log_evidence.total_cmp(&a.1.log_evidence));
+    let by_evidence =
+        |a: &(usize, Fit), b: &(usize, Fit)| b.1.log_evidence.total_cmp(&a.1.log_evidence);
+    short.sort_by(by_evidence);
+    short
+        .par_iter_mut()
+        .take(FITTED_ON)
+        .for_each(|(_, fit)| continue_fit(problem, fit));
+    short.sort_by(by_evidence);
     short
         .into_par_iter()
         .enumerate()
@@ -227,13 +246,24 @@ fn with_one_more(
         .collect()
 }
 
-/// Short fits from every start on short horizons; the best of them.
-fn short_fit(problem: &Problem<'_>, starts: Vec<(Hypothesis, Vec<f64>)>) -> Option<Fit> {
+/// A few steps from every start on short horizons; the best of them.
+fn first_fit(problem: &Problem<'_>, starts: Vec<Start>) -> Option<Fit> {
     let short = problem.levels.get(1).or(problem.levels.first()).copied()?;
     starts
         .into_iter()
         .filter_map(|(hypothesis, start)| problem.fit_at(&hypothesis, &start, short, FIRST_STEPS))
         .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+}
+
+/// More steps from where a fit is, on the same horizons.
+fn continue_fit(problem: &Problem<'_>, fit: &mut Fit) {
+    if fit.converged {
+        return;
+    }
+    let further = problem.fit_at(&fit.hypothesis, &fit.p, fit.wander, FURTHER_STEPS);
+    if let Some(further) = further.filter(|new| new.log_evidence > fit.log_evidence) {
+        *fit = further;
+    }
 }
 
 /// Keeps the best fit of every set of effects.

@@ -21,6 +21,9 @@ const STARTS: usize = 3;
 /// How many orders of an angle-periodic effect are fitted.
 const ORDERS: usize = 3;
 
+/// A hypothesis and where its fit starts.
+pub(super) type Start = (Hypothesis, Vec<f64>);
+
 /// What a search looks at: the fit so far, and what is left of it on short horizons.
 pub(super) struct Search<'a> {
     problem: &'a Problem<'a>,
@@ -51,7 +54,7 @@ impl<'a> Search<'a> {
 
     /// The most promising hypotheses with effect `index` added, each with its starting numbers, and what
     /// the best of them leaves (less is better; of use beside other effects' only).
-    pub fn starts(&self, index: usize) -> (f64, Vec<(Hypothesis, Vec<f64>)>) {
+    pub fn starts(&self, index: usize) -> (f64, Vec<Start>) {
         let kind = &catalogue()[index];
         let tried = match kind.id {
             "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
@@ -96,7 +99,7 @@ impl<'a> Search<'a> {
         let whiteners = self.problem.whiteners(&level);
         let mut r = Vec::with_capacity(self.residual.len());
         let mut determinants = 0.0;
-        for (run, whitener) in self.problem.runs.iter().zip(&whiteners) {
+        for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
             let x = predict(&motor, run)?;
             let mut column: Vec<f64> = run
                 .counts
@@ -108,7 +111,7 @@ impl<'a> Search<'a> {
             r.extend(column);
             determinants += whitener.log_determinant;
         }
-        Some(left_over(&r, &self.base) + determinants)
+        Some(left_over(&r, &self.base, hypothesis, start) + determinants)
     }
 
     /// A grid over the plausible range: four values of the first number, two of the others.
@@ -123,7 +126,11 @@ impl<'a> Search<'a> {
                 _ => &[0.2, 0.7],
             };
             let values: Vec<f64> = match parameter.prior {
-                Prior::OneOf(values) => values.to_vec(),
+                Prior::OneOf(values) => {
+                    let stated = self.problem.nominal.parameters.get(parameter.key);
+                    let others = values.iter().copied().filter(|v| Some(*v) != stated);
+                    others.collect()
+                }
                 Prior::Phase => [0.0, 0.5, 1.0, 1.5]
                     .map(|x| x * std::f64::consts::PI)
                     .to_vec(),
@@ -182,7 +189,7 @@ impl<'a> Search<'a> {
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for order in orders {
             let mut columns = [Vec::new(), Vec::new()];
-            for (run, whitener) in self.problem.runs.iter().zip(&whiteners) {
+            for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
                 for (column, quarter) in columns.iter_mut().zip([0.0, 0.25]) {
                     let shift = quarter * std::f64::consts::TAU;
                     let mut one = wave(self.problem, run, id, order, shift);
@@ -259,13 +266,29 @@ fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) 
     response(run, problem.damping, &acceleration)
 }
 
-/// What is left of `r` in squares after the columns have been fitted away.
-fn left_over(r: &[f64], columns: &[Vec<f64>]) -> f64 {
-    let squares: f64 = r.iter().map(|x| x * x).sum();
-    match solve(r, columns) {
-        Some((gain, _)) => squares - gain,
-        None => squares,
+/// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
+fn left_over(r: &[f64], base: &[Vec<f64>], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
+    let d = base.len();
+    let mut normal = DMatrix::from_fn(d, d, |i, j| {
+        dot(&base[i], &base[j]) + hypothesis.precision(i, j)
+    });
+    let mut priced = dot(r, r);
+    let right = DVector::from_fn(d, |i, _| {
+        let pull: f64 = (0..d).map(|j| hypothesis.precision(i, j) * p[j]).sum();
+        priced += p[i] * pull;
+        dot(&base[i], r) - pull
+    });
+    for k in 0..d {
+        normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
     }
+    match normal.cholesky() {
+        Some(cholesky) => priced - cholesky.solve(&right).dot(&right),
+        None => priced,
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// By how many squares two more columns help beside the base, and their coefficients.
@@ -279,7 +302,6 @@ fn regress(r: &[f64], base: &[Vec<f64>], columns: &[Vec<f64>; 2]) -> Option<(f64
 
 /// Least squares with a little ridge: the squares that the columns explain, and their coefficients.
 fn solve(r: &[f64], columns: &[Vec<f64>]) -> Option<(f64, DVector<f64>)> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let d = columns.len();
     let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]));
     for k in 0..d {

@@ -27,6 +27,15 @@ pub(super) enum Dependence {
 impl Dependence {
     const ALL: [Self; 4] = [Self::Speed, Self::Angle, Self::Time, Self::Command];
 
+    /// The stage that an acceleration which depends on this points to.
+    pub fn stage(self) -> &'static str {
+        match self {
+            Self::Speed | Self::Angle => "mechanical",
+            Self::Time => "electrical",
+            Self::Command => "driver",
+        }
+    }
+
     /// Its word in reports.
     pub fn word(self) -> &'static str {
         match self {
@@ -62,7 +71,7 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
         .map(|dependence| {
             let count = shapes(dependence);
             let mut columns = vec![Vec::new(); count];
-            for (run, whitener) in problem.runs.iter().zip(&whiteners) {
+            for (run, whitener) in problem.runs.iter().zip(whiteners.iter()) {
                 for (j, all) in columns.iter_mut().enumerate() {
                     let acceleration: Vec<f64> = (0..run.len())
                         .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
@@ -97,11 +106,7 @@ fn shapes(dependence: Dependence) -> usize {
 fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
     match dependence {
         Dependence::Speed => {
-            let top = run
-                .speed_counts_s
-                .iter()
-                .fold(1.0, |m, v| f64::max(m, v.abs()));
-            let x = run.speed_counts_s[k] / top;
+            let x = run.speed_counts_s[k] / run.top_speed_counts_s;
             // Closer together near standstill, where friction has its features.
             const CENTRES: [f64; 10] = [-1.0, -0.5, -0.2, -0.07, -0.02, 0.02, 0.07, 0.2, 0.5, 1.0];
             let centre = CENTRES[j];
@@ -128,8 +133,7 @@ fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
             }
         }
         Dependence::Command => {
-            let largest = run.command.iter().fold(1e-12, |m, u| f64::max(m, u.abs()));
-            let x = run.command[k] / largest;
+            let x = run.command[k] / run.largest_command;
             match j {
                 0 => x * x.abs(),
                 1 => x.powi(3),

@@ -127,6 +127,7 @@ impl Effect for SupplyError {
             Scale::Absolute,
             Prior::Uniform,
         )
+        .away_from(1.0, 0.05)
         .possible(-f64::MAX, f64::MAX)],
         random: false,
     };

@@ -139,6 +139,9 @@ pub struct EffectParameter {
     pub lo: f64,
     /// Largest plausible value, in multiples of `scale`.
     pub hi: f64,
+    /// The value that changes nothing (in multiples of `scale`) and the least plausible distance from it (of the
+    /// logarithm where the prior is in the logarithm); less is scatter between motors of a kind, no effect.
+    pub neutral: Option<(f64, f64)>,
     /// What `lo` and `hi` are multiples of.
     pub scale: Scale,
     /// How plausible values spread between them.
@@ -161,6 +164,23 @@ pub enum Absent {
 }
 
 impl EffectParameter {
+    /// With a value that changes nothing and the least plausible distance from it.
+    pub(super) const fn away_from(mut self, neutral: f64, least: f64) -> Self {
+        self.neutral = Some((neutral, least));
+        self
+    }
+
+    /// The value that changes nothing, in SI, and the least plausible distance from it (of the logarithm where the
+    /// prior is in the logarithm).
+    pub fn neutral(&self, parameters: &Parameters) -> Option<(f64, f64)> {
+        let (neutral, least) = self.neutral?;
+        let scale = self.scale.of(parameters, 1.0);
+        Some(match self.prior {
+            Prior::LogUniform => (neutral * scale, least),
+            _ => (neutral * scale, least * scale),
+        })
+    }
+
     /// A smooth parameter, plausible from `lo` to `hi` (in `scale`), possible wherever it is positive.
     pub(super) const fn new(
         key: &'static str,
@@ -174,6 +194,7 @@ impl EffectParameter {
             unit,
             lo,
             hi,
+            neutral: None,
             scale,
             prior,
             default: Absent::Middle,

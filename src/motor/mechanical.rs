@@ -100,7 +100,8 @@ impl Effect for CoulombFriction {
             (0.5, 5.0),
             Scale::CoulombTorque,
             Prior::LogUniform,
-        )],
+        )
+        .away_from(1.0, 0.15)],
         random: false,
     };
 
@@ -127,7 +128,8 @@ impl Effect for ViscousFriction {
             (1.0, 10.0),
             Scale::ViscousCoefficient,
             Prior::LogUniform,
-        )],
+        )
+        .away_from(1.0, 0.15)],
         random: false,
     };
 
@@ -155,6 +157,7 @@ impl Effect for Inertia {
             Scale::Inertia,
             Prior::LogUniform,
         )
+        .away_from(1.0, 0.15)
         .possible(1e-12, f64::MAX)],
         random: false,
     };
@@ -223,6 +226,7 @@ impl Effect for AsymmetricFriction {
             Scale::Absolute,
             Prior::Uniform,
         )
+        .away_from(0.0, 0.05)
         .possible(-1.0, 1.0)
         .defaulting_to(0.3)],
         random: false,

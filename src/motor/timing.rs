@@ -71,6 +71,7 @@ impl Effect for ClockError {
             Scale::Absolute,
             Prior::Uniform,
         )
+        .away_from(0.0, 0.001)
         .possible(-0.9, 10.0)
         .defaulting_to(0.02)],
         random: false,

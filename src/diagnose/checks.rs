@@ -1,0 +1,191 @@
+//! What is wrong with a recording itself, before anything is fitted.
+
+use super::verdict::DataProblem;
+use crate::compare::lost_samples;
+use crate::recording::Run;
+
+/// Sample intervals may scatter by this share of the sample time.
+const JITTER: f64 = 0.05;
+/// The median interval, or the host's clock, may be off by this share.
+const CLOCK: f64 = 0.005;
+/// Fewer counts than this say nothing of the motor.
+const FEWEST_COUNTS: i64 = 50;
+/// Fewer samples than this say nothing either.
+const FEWEST_SAMPLES: usize = 20;
+
+/// Every problem of a run.
+pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
+    let mut found = Vec::new();
+    let mut say = |problem: &'static str, detail: String| {
+        found.push(DataProblem {
+            run: name.to_owned(),
+            problem,
+            detail,
+        });
+    };
+    if run.len() < FEWEST_SAMPLES {
+        say(
+            "too_short",
+            format!("{} samples only: record longer", run.len()),
+        );
+        return found;
+    }
+    let lost = lost_samples(run);
+    if lost > 0 {
+        say(
+            "lost_samples",
+            format!(
+                "{lost} samples are missing; times are the device's, so that the fit bridges them"
+            ),
+        );
+    }
+    if !run.complete {
+        say(
+            "incomplete",
+            "the file does not say that the recording ended properly".to_owned(),
+        );
+    }
+    intervals(run, &mut say);
+    host_clock(run, &mut say);
+    flags(run, &mut say);
+    motion(run, &mut say);
+    found
+}
+
+fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    let mut dt: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    dt.sort_by(f64::total_cmp);
+    let at = |share: f64| dt[((dt.len() - 1) as f64 * share) as usize];
+    let (median, low, high) = (at(0.5), at(0.05), at(0.95));
+    if (median / run.sample_time_s - 1.0).abs() > CLOCK {
+        say(
+            "wrong_sample_time",
+            format!(
+                "samples come every {:.3} ms, the file states {:.3} ms",
+                median * 1e3,
+                run.sample_time_s * 1e3
+            ),
+        );
+    }
+    if high - low > 2.0 * JITTER * run.sample_time_s {
+        say(
+            "jitter",
+            format!(
+                "nine in ten intervals lie between {:.3} and {:.3} ms",
+                low * 1e3,
+                high * 1e3
+            ),
+        );
+    }
+}
+
+fn host_clock(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    if run.header.get("timing").and_then(toml::Value::as_str) == Some("host") {
+        say(
+            "host_timing",
+            "times are arrival times at the host: timing effects are not to be trusted".to_owned(),
+        );
+        return;
+    }
+    let Some(host) = &run.host_t_s else { return };
+    // A line through the first and the last tenth: arrival is late by a scatter, the slope is the clock's.
+    let n = run.len();
+    let tenth = (n / 10).max(1);
+    let earliest = |range: std::ops::Range<usize>| {
+        let late = range.map(|k| (host[k] - run.t_s[k], run.t_s[k]));
+        late.min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let (Some(first), Some(last)) = (earliest(0..tenth), earliest(n - tenth..n)) else {
+        return;
+    };
+    let ratio = (last.0 - first.0) / (last.1 - first.1);
+    let span_s = last.1 - first.1;
+    // The earliest arrivals scatter by a millisecond or so.
+    if ratio.is_finite() && ratio.abs() > CLOCK.max(0.004 / span_s) {
+        say(
+            "clock",
+            format!(
+                "the host's clock says the board's seconds last {:.4} s: its crystal or its timer setting is off",
+                1.0 + ratio
+            ),
+        );
+    }
+}
+
+fn flags(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    let Some(flags) = &run.flags else { return };
+    let count =
+        |which: fn(&crate::recording::Flags) -> bool| flags.iter().filter(|f| which(f)).count();
+    for (problem, samples, meaning) in [
+        (
+            "overruns",
+            count(|f| f.overrun),
+            "were taken late by the board",
+        ),
+        (
+            "encoder_errors",
+            count(|f| f.encoder_error),
+            "follow an edge that the decoder missed",
+        ),
+        (
+            "saturated",
+            count(|f| f.saturated),
+            "had their command limited by the supply",
+        ),
+    ] {
+        if samples > 0 {
+            say(problem, format!("{samples} samples {meaning}"));
+        }
+    }
+}
+
+fn motion(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    let (least, most) = run
+        .counts
+        .iter()
+        .fold((i64::MAX, i64::MIN), |(lo, hi), &n| (lo.min(n), hi.max(n)));
+    if most.saturating_sub(least) < FEWEST_COUNTS {
+        say(
+            "no_motion",
+            format!(
+                "the shaft moved by {} counts in the whole run: is the encoder connected?",
+                most.saturating_sub(least)
+            ),
+        );
+        return;
+    }
+    let before_drive = run.command.iter().take_while(|u| **u == 0.0).count();
+    if before_drive > 1 {
+        let drift = run.counts[..before_drive]
+            .iter()
+            .any(|n| n.abs_diff(run.counts[0]) > 1);
+        if drift {
+            say(
+                "not_at_rest",
+                "the shaft moves before anything is commanded: the simulation starts from rest"
+                    .to_owned(),
+            );
+        }
+    }
+    let driven = run.command.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
+    // A long stretch of full command without a single count, after the shaft has moved.
+    let longest = run
+        .counts
+        .windows(2)
+        .zip(&run.command)
+        .fold((0usize, 0usize), |(now, most), (pair, u)| {
+            let stuck = pair[0] == pair[1] && u.abs() > 0.6 * driven;
+            let now = if stuck { now + 1 } else { 0 };
+            (now, most.max(now))
+        })
+        .1;
+    if longest as f64 * run.sample_time_s > 0.5 {
+        say(
+            "stale_counts",
+            format!(
+                "the count stands still for {:.2} s at more than half of the largest command",
+                longest as f64 * run.sample_time_s
+            ),
+        );
+    }
+}

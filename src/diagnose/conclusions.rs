@@ -1,0 +1,327 @@
+//! What the weighed hypotheses come to: the verdict, the causes, their numbers, the place, the sentence.
+
+use std::collections::BTreeMap;
+
+use super::fit::{Fit, Problem};
+use super::hypothesis::{BASE, BASE_KEYS};
+use super::rank::{Candidate, Ranking};
+use super::unknown::flexible;
+use super::verdict::{Cause, Diagnosis, EffectSet, Gap, Interval, Place, Regime, Region, Verdict};
+use super::{regimes, ties};
+use crate::motor::effects::catalogue;
+
+/// Below this gap above the floor in counts RMS the nominal model is as good as the encoder.
+const NO_GAP_COUNTS: f64 = 0.1;
+/// The likeliest set is named outright from this probability on.
+const NAMED: f64 = 0.7;
+/// Sets this many nats behind the best are looked at for ties.
+const IN_PLAY: f64 = 12.0;
+
+/// Ids of a hypothesis.
+pub(super) fn ids(candidate: &Candidate) -> Vec<&'static str> {
+    let mut ids: Vec<_> = candidate
+        .effects
+        .iter()
+        .map(|&index| catalogue()[index].id)
+        .collect();
+    ids.sort_unstable();
+    ids
+}
+
+/// What cannot be told apart: for each effect (or `none`) the others and the smallest separation.
+pub(super) struct Ties {
+    /// Pairs of ids with their separation.
+    pairs: Vec<(&'static str, &'static str, f64)>,
+    /// Whether a rival of the best set is tied with it.
+    of_the_best: bool,
+}
+
+impl Ties {
+    pub(super) fn among(problem: &Problem<'_>, ranking: &Ranking) -> Self {
+        let mut ties = Self {
+            pairs: Vec::new(),
+            of_the_best: false,
+        };
+        let best = &ranking.candidates[0];
+        for rival in &ranking.candidates[1..] {
+            if rival.log_weight < best.log_weight - IN_PLAY {
+                break;
+            }
+            let Some(d) = ties::separation(problem, &best.fit, &rival.fit) else {
+                continue;
+            };
+            if d >= ties::TIE {
+                continue;
+            }
+            let (mine, theirs) = (ids(best), ids(rival));
+            let only = |a: &[&'static str], b: &[&'static str]| -> Vec<&'static str> {
+                a.iter().copied().filter(|id| !b.contains(id)).collect()
+            };
+            let (mut left, mut right) = (only(&mine, &theirs), only(&theirs, &mine));
+            if left.is_empty() && best.effects.is_empty() {
+                left.push("none");
+            }
+            if right.is_empty() && rival.effects.is_empty() {
+                right.push("none");
+            }
+            for a in &left {
+                for b in &right {
+                    ties.of_the_best = true;
+                    ties.pairs.push((a, b, d));
+                    ties.pairs.push((b, a, d));
+                }
+            }
+        }
+        ties
+    }
+
+    fn of(&self, id: &str) -> (Vec<&'static str>, Option<f64>) {
+        let mut others = Vec::new();
+        let mut least: Option<f64> = None;
+        for (_, other, d) in self.pairs.iter().filter(|pair| pair.0 == id) {
+            if !others.contains(other) {
+                others.push(*other);
+            }
+            least = Some(least.map_or(*d, |least| least.min(*d)));
+        }
+        (others, least)
+    }
+}
+
+pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
+    let best = &ranking.candidates[0];
+    if ranking.unknown > best.probability {
+        return Verdict::OutsideCatalogue;
+    }
+    if best.effects.is_empty() {
+        return if gap.before - gap.floor < NO_GAP_COUNTS {
+            Verdict::NoGap
+        } else {
+            Verdict::Parameters
+        };
+    }
+    if best.probability >= NAMED || (best.probability >= 0.5 && !ties.of_the_best) {
+        Verdict::Effect
+    } else {
+        Verdict::Ambiguous
+    }
+}
+
+pub(super) fn causes(problem: &Problem<'_>, ranking: &Ranking, ties: &Ties) -> Vec<Cause> {
+    let null = ranking.null();
+    let mut causes = vec![
+        Cause {
+            effect: "none",
+            stage: None,
+            probability: null.map_or(0.0, |null| null.probability),
+            inclusion: null.map_or(0.0, |null| null.probability),
+            parameters: BTreeMap::new(),
+            indistinguishable_from: ties.of("none").0,
+            separation: ties.of("none").1,
+            converged: null.is_some_and(|null| null.fit.converged),
+        },
+        Cause {
+            effect: "unknown",
+            stage: None,
+            probability: ranking.unknown,
+            inclusion: ranking.unknown,
+            parameters: BTreeMap::new(),
+            indistinguishable_from: Vec::new(),
+            separation: None,
+            converged: true,
+        },
+    ];
+    for (index, kind) in catalogue().iter().enumerate() {
+        // Candidates are sorted: the first with the effect is the likeliest.
+        let Some(with) = ranking
+            .candidates
+            .iter()
+            .find(|c| c.effects.contains(&index))
+        else {
+            continue;
+        };
+        let (indistinguishable_from, separation) = ties.of(kind.id);
+        causes.push(Cause {
+            effect: kind.id,
+            stage: Some(kind.stage.id()),
+            probability: ranking.share_of(index),
+            inclusion: ranking.inclusion_of(index),
+            parameters: parameters(problem, &with.fit, index),
+            indistinguishable_from,
+            separation,
+            converged: with.fit.converged,
+        });
+    }
+    causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    causes
+}
+
+/// An effect's numbers in a fit, with their intervals.
+fn parameters(problem: &Problem<'_>, fit: &Fit, index: usize) -> BTreeMap<&'static str, Interval> {
+    let members = &fit.hypothesis.members;
+    let Some(m) = members.iter().position(|member| member.index == index) else {
+        return BTreeMap::new();
+    };
+    let values = fit.hypothesis.values(m, &fit.p);
+    let kind = &catalogue()[index];
+    let intervals = kind.parameters.iter().enumerate().map(|(k, parameter)| {
+        let value = values[k];
+        let (lo95, hi95) = match fit.hypothesis.place(m, k) {
+            Some((place, logarithmic)) => {
+                let half = 1.96 * fit.covariance[(place, place)].max(0.0).sqrt();
+                if logarithmic {
+                    (value * (-half).exp(), value * half.exp())
+                } else {
+                    (value - half, value + half)
+                }
+            }
+            None if kind.id == "dead_zone" => problem.levels_around(value),
+            None => (value, value),
+        };
+        let unit = parameter.unit;
+        (
+            parameter.key,
+            Interval {
+                value,
+                lo95,
+                hi95,
+                unit,
+            },
+        )
+    });
+    intervals.collect()
+}
+
+/// The base's numbers as multiples of the motor file's.
+pub(super) fn base(fit: &Fit) -> BTreeMap<&'static str, Interval> {
+    (0..BASE)
+        .map(|k| {
+            let half = 1.96 * fit.covariance[(k, k)].max(0.0).sqrt();
+            let interval = Interval {
+                value: fit.p[k].exp(),
+                lo95: (fit.p[k] - half).exp(),
+                hi95: (fit.p[k] + half).exp(),
+                unit: "",
+            };
+            (BASE_KEYS[k], interval)
+        })
+        .collect()
+}
+
+pub(super) fn sets(ranking: &Ranking) -> Vec<EffectSet> {
+    let best = ranking.candidates[0].log_weight;
+    let all = ranking.candidates.iter().map(|candidate| EffectSet {
+        effects: ids(candidate),
+        probability: candidate.probability,
+        behind_nats: best - candidate.log_weight,
+    });
+    all.take(20).collect()
+}
+
+pub(super) fn place(
+    problem: &Problem<'_>,
+    ranking: &Ranking,
+    names: &[String],
+    scale: f64,
+) -> Place {
+    let mut stages: BTreeMap<&'static str, f64> = BTreeMap::new();
+    for (index, kind) in catalogue().iter().enumerate() {
+        *stages.entry(kind.stage.id()).or_default() += ranking.share_of(index);
+    }
+    // Something unknown lies where what it depends on points.
+    *stages
+        .entry(ranking.flexible.depends_on.stage())
+        .or_default() += ranking.unknown;
+    let total: f64 = stages.values().sum();
+    for probability in stages.values_mut() {
+        *probability /= total.max(1e-300);
+    }
+    let is_gap = total > 0.5;
+    let stage = stages
+        .iter()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .map(|(stage, _)| *stage)
+        .filter(|_| is_gap);
+    let (mut regions, mut ordered_by) = (Vec::new(), BTreeMap::new());
+    if let Some(null) = ranking.null() {
+        let mut short = null.fit.clone();
+        short.wander = problem.levels.get(1).copied().unwrap_or(short.wander);
+        let runs: Vec<_> = names.iter().cloned().zip(problem.runs).collect();
+        regions = regimes::regions(&runs, &problem.innovations_by_run(&short));
+        let gains = flexible(problem, &null.fit, scale).gains;
+        ordered_by = gains
+            .into_iter()
+            .map(|(d, gain)| (d.word(), gain))
+            .collect();
+    }
+    Place {
+        stage,
+        stage_probabilities: stages,
+        regions,
+        ordered_by,
+    }
+}
+
+/// The regime with the largest share of the gap.
+fn largest_regime(regions: &[Region]) -> Option<(Regime, f64)> {
+    let mut shares: BTreeMap<Regime, f64> = BTreeMap::new();
+    for region in regions {
+        *shares.entry(region.regime).or_default() += region.share;
+    }
+    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// One sentence that a student understands.
+pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
+    let sure = 100.0 * diagnosis.probability;
+    let region = largest_regime(&diagnosis.place.regions)
+        .map(|(regime, share)| format!(", {:.0} % of it {}", 100.0 * share, regime.words()))
+        .unwrap_or_default();
+    match diagnosis.verdict {
+        Verdict::NoGap => format!(
+            "There is no gap to explain: the nominal model leaves {:.2} counts, the encoder's own floor is {:.2}.",
+            gap.before, gap.floor
+        ),
+        Verdict::Parameters => format!(
+            "The model is right and its numbers are a little off ({sure:.0} % sure): refitting them brings the gap from {:.2} to {:.2} counts; the encoder's own floor is {:.2}.",
+            gap.before, gap.after_parameters, gap.floor
+        ),
+        Verdict::Effect => format!(
+            "{:.0} % of the gap is {} ({sure:.0} % sure){region}; adding it brings {:.2} counts to {:.2}, the encoder's own floor is {:.2}.",
+            100.0 * gap.closed.max(0.0),
+            diagnosis.effects.join(" and ").replace('_', " "),
+            gap.before,
+            gap.after_effect,
+            gap.floor
+        ),
+        Verdict::Ambiguous => {
+            let mut rivals: Vec<&str> = Vec::new();
+            for cause in diagnosis
+                .causes
+                .iter()
+                .filter(|cause| cause.probability > 0.02)
+                .take(4)
+            {
+                rivals.push(cause.effect);
+            }
+            format!(
+                "These runs cannot tell which of {} it is{region}; the likeliest brings the gap from {:.2} to {:.2} counts.",
+                rivals.join(", ").replace('_', " "),
+                gap.before,
+                gap.after_effect
+            )
+        }
+        Verdict::OutsideCatalogue => format!(
+            "Something is there that no effect of the catalogue explains ({:.0} % sure){region}; refitting alone brings the gap from {:.2} to {:.2} counts.",
+            100.0
+                * diagnosis
+                    .causes
+                    .iter()
+                    .find(|cause| cause.effect == "unknown")
+                    .map_or(0.0, |cause| cause.probability),
+            gap.before,
+            gap.after_parameters
+        ),
+    }
+}

@@ -1,0 +1,152 @@
+//! How far the gap shrinks: nominal, refitted, refitted with the effects, floor, on data kept from the fit.
+//!
+//! A run without which at least half of the samples remain is kept whole and predicted by a fit on the
+//! others. The last part of one that holds most of the samples is kept, and predicted through the whole
+//! run by a fit on the others and on its first part. The interval is a bootstrap over half-second blocks.
+
+use rand::{RngExt, SeedableRng};
+
+use super::data::RunData;
+use super::fit::{Fit, Problem};
+use super::hypothesis::predict;
+use super::verdict::Gap;
+use crate::compare::{FLOOR_COUNTS, rms};
+use crate::motor::Motor;
+
+/// Share of a run that is fitted where it cannot be kept whole.
+const FITTED_SHARE: f64 = 0.6;
+/// Most steps of a refit.
+const STEPS: usize = 6;
+/// Length of a block of the bootstrap in s.
+const BLOCK_S: f64 = 0.5;
+/// Bootstrap samples.
+const RESAMPLES: usize = 400;
+
+/// Squared errors in counts^2 of one block under the three models, and its samples.
+type Block = ([f64; 3], usize);
+
+/// The rungs of the chosen fit beside the refitted model without effects.
+pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
+    let total: usize = problem.runs.iter().map(RunData::len).sum();
+    let mut blocks: Vec<Block> = Vec::new();
+    let (mut whole, mut parts) = (0, 0);
+    for (k, run) in problem.runs.iter().enumerate() {
+        let keep_whole = problem.runs.len() > 1 && 2 * (total - run.len()) >= total;
+        let from = if keep_whole {
+            0
+        } else {
+            (run.len() as f64 * FITTED_SHARE) as usize
+        };
+        let mut training: Vec<RunData> = Vec::new();
+        for (j, other) in problem.runs.iter().enumerate() {
+            if j != k {
+                training.push(other.clone());
+            } else if let (true, Ok(head)) = (from > 1, run.head(from)) {
+                training.push(head);
+            }
+        }
+        if keep_whole {
+            whole += 1;
+        } else {
+            parts += 1;
+        }
+        let refitted = refit(problem, &training, null);
+        let with_effects = if chosen.hypothesis.members.is_empty() {
+            refitted.clone()
+        } else {
+            refit(problem, &training, chosen)
+        };
+        let models = [problem.nominal.clone(), refitted, with_effects];
+        blocks.extend(errors(&models, run, from));
+    }
+    let held_out = match (whole, parts) {
+        (0, _) => "the last 40 % of each run, predicted by a fit on the first 60 %".to_owned(),
+        (_, 0) => "each run whole, predicted by a fit on the others".to_owned(),
+        _ => "each run whole, predicted by a fit on the others; of a run that holds more than half of \
+              the samples the last 40 %, predicted by a fit on the rest"
+            .to_owned(),
+    };
+    let [before, after_parameters, after_effect] = pooled(&blocks);
+    let (closed_lo95, closed_hi95) = interval(&blocks);
+    Gap {
+        metric: "position_rmse_counts",
+        floor: FLOOR_COUNTS,
+        before,
+        after_parameters,
+        after_effect,
+        closed: closed(before, after_effect),
+        closed_lo95,
+        closed_hi95,
+        held_out,
+    }
+}
+
+/// The motor of a hypothesis fitted to other data, from where it fitted before.
+fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
+    let levels = vec![3.0 * fit.wander, fit.wander];
+    let part = Problem::new(problem.nominal, training, problem.damping, levels);
+    let found = part.fit(&fit.hypothesis, &fit.p, STEPS);
+    let p = found.map_or_else(|| fit.p.clone(), |found| found.p);
+    fit.hypothesis.motor(problem.nominal, &p)
+}
+
+/// Squared errors from sample `from` on, block by block.
+fn errors(models: &[Motor; 3], run: &RunData, from: usize) -> Vec<Block> {
+    let residuals = models.each_ref().map(|motor| {
+        let x = predict(motor, run).unwrap_or_else(|| vec![f64::NAN; run.len()]);
+        let raw: Vec<f64> = run.counts.iter().zip(&x).map(|(n, x)| n - x).collect();
+        let kept = &raw[from..];
+        let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+        // Where inside a count the shaft started.
+        let start = mean.clamp(0.0, 1.0);
+        kept.iter().map(|r| r - start).collect::<Vec<f64>>()
+    });
+    let samples = run.len() - from;
+    let length = ((BLOCK_S / run.sample_time_s).round() as usize).max(1);
+    (0..samples)
+        .step_by(length)
+        .map(|first| {
+            let last = (first + length).min(samples);
+            let squares = residuals
+                .each_ref()
+                .map(|r| r[first..last].iter().map(|x| x * x).sum());
+            (squares, last - first)
+        })
+        .collect()
+}
+
+fn pooled(blocks: &[Block]) -> [f64; 3] {
+    let samples: usize = blocks.iter().map(|block| block.1).sum();
+    std::array::from_fn(|m| {
+        let squares: f64 = blocks.iter().map(|block| block.0[m]).sum();
+        rms([(squares / samples.max(1) as f64).sqrt()])
+    })
+}
+
+/// Share of the gap above the floor that is closed; 0 where there was none.
+fn closed(before: f64, after: f64) -> f64 {
+    let gap = before - FLOOR_COUNTS;
+    if gap <= 0.0 {
+        return 0.0;
+    }
+    (1.0 - (after - FLOOR_COUNTS).max(0.0) / gap).max(-1.0)
+}
+
+fn interval(blocks: &[Block]) -> (f64, f64) {
+    if blocks.is_empty() {
+        return (0.0, 0.0);
+    }
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
+    let mut found: Vec<f64> = (0..RESAMPLES)
+        .map(|_| {
+            let drawn: Vec<Block> = (0..blocks.len())
+                .map(|_| blocks[rng.random_range(0..blocks.len())])
+                .collect();
+            let [before, _, after] = pooled(&drawn);
+            closed(before, after)
+        })
+        .collect();
+    found.sort_by(f64::total_cmp);
+    let at = |share: f64| found[((found.len() - 1) as f64 * share).round() as usize];
+    (at(0.025), at(0.975))
+}

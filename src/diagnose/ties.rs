@@ -1,0 +1,41 @@
+//! Which hypotheses these runs cannot tell apart.
+//!
+//! The separation of `i` from `j` is what is left of the difference of their predictions when `j`'s
+//! numbers may give way, in standard deviations of the noise:
+//! `D^2 = min over dp of |W (x_i - x_j - J_j dp)|^2 + dp' P dp` (a linear re-fit from `j`'s best fit).
+//! Below [`TIE`] the two are one class.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fit::{Fit, Problem};
+
+/// Separation below which two hypotheses are not told apart.
+pub(super) const TIE: f64 = 3.0;
+
+/// The separation of `truth` from `rival`.
+pub(super) fn separation(problem: &Problem<'_>, truth: &Fit, rival: &Fit) -> Option<f64> {
+    let level = problem.noise(&truth.hypothesis, &truth.p, truth.wander);
+    let whiteners = problem.whiteners(&level);
+    let columns = problem.jacobian(&rival.hypothesis, &rival.p, &whiteners)?;
+    let mut r = Vec::new();
+    for ((x, y), whitener) in truth
+        .predictions
+        .iter()
+        .zip(&rival.predictions)
+        .zip(whiteners.iter())
+    {
+        let mut difference: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
+        whitener.whiten(&mut difference);
+        r.extend(difference);
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let d = columns.len();
+    let normal = DMatrix::from_fn(d, d, |i, j| {
+        dot(&columns[i], &columns[j])
+            + rival.hypothesis.precision(i, j)
+            + if i == j { 1e-12 } else { 0.0 }
+    });
+    let right = DVector::from_fn(d, |k, _| dot(&columns[k], &r));
+    let gain = normal.cholesky()?.solve(&right).dot(&right);
+    Some((dot(&r, &r) - gain).max(0.0).sqrt())
+}
