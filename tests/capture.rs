@@ -182,3 +182,41 @@ fn a_computer_that_stands_still_with_its_virtual_board_loses_nothing() {
     let file = RunFile::read(&directory.path().join("run.csv"));
     assert_eq!((file.rows.len(), file.summary("lost")), (500, 0));
 }
+
+#[test]
+fn arrivals_in_bunches_do_not_move_the_time_base() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let board = "virtual:?stall=0.0005&stall_ms=60&seed=1";
+    let done = run(directory.path(), &["capture", board, "--duration", "1.5"]);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    let host = file.column("host_t_s");
+    let longest = host.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(longest.fold(0.0, f64::max) > 0.05, "no stall");
+    for (k, row) in file.rows.iter().enumerate() {
+        let micros = k * 3000;
+        let text = format!("{}.{:06}", micros / 1_000_000, micros % 1_000_000);
+        assert_eq!(row[1], text);
+    }
+    assert_eq!(file.summary("device_dt_max_us"), 3000);
+}
+
+#[test]
+fn a_board_that_boots_slowly_or_at_once_is_asked_until_it_answers() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (boot_ms, name) in [(0, "fast.csv"), (800, "usual.csv"), (4000, "slow.csv")] {
+        let board = format!("virtual:?boot_ms={boot_ms}&banner=Motor lab ready\\n&speed=max");
+        let arguments = ["capture", &board, "--duration", "0.9", "-o", name];
+        let done = run(directory.path(), &arguments);
+        assert_eq!(done.status, Some(0), "{boot_ms}: {}", done.messages);
+        let file = RunFile::read(&directory.path().join(name));
+        assert_eq!(file.rows.len(), 300);
+        // What it printed before it was ready is no damaged frame.
+        assert_eq!((file.summary("lost"), file.summary("bad_frames")), (0, 0));
+    }
+    let board = "virtual:?boot_ms=4000";
+    let arguments = ["capture", board, "--patience", "1", "-o", "none.csv"];
+    let done = run(directory.path(), &arguments);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(!directory.path().join("none.csv").exists());
+}

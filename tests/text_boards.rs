@@ -205,3 +205,26 @@ fn a_board_that_is_reset_ends_the_run() {
     assert_eq!(file.rows.len(), 99);
     assert!(!file.complete());
 }
+
+#[test]
+fn a_line_in_between_that_is_no_sample_is_counted_and_shown() {
+    let line = |k: u32| match k {
+        30 | 60 => "Overrun! check the loop\r\n".to_owned(),
+        k => format!("{} {} 255\r\n", k * 5000, k),
+    };
+    let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
+    let (done, file) = capture_from(line, &arguments);
+    // Their two samples are missing, by the board's time.
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let file = file.expect("a file");
+    assert_eq!(
+        (file.summary("skipped_lines"), file.summary("lost")),
+        (2, 2)
+    );
+    assert!(
+        done.messages
+            .contains("2 lines were no samples and were passed over, the last one \"Overrun!"),
+        "{}",
+        done.messages
+    );
+}

@@ -19,7 +19,9 @@ use crate::board::{
     usb_identity,
 };
 use crate::motor::{Motor, read_motor};
-use crate::recording::{CaptureError, CaptureRequest, Ending, SharedLive, capture, next_free_name};
+use crate::recording::{
+    CaptureError, CaptureRequest, Captured, Ending, SharedLive, capture, next_free_name,
+};
 
 /// How long a built-in profile takes in s.
 pub(super) const DURATION_S: f64 = 4.0;
@@ -131,55 +133,105 @@ impl Capture {
             || PathBuf::from(&self.port),
             |board| board.path().to_owned(),
         );
-        let mut log = self.begin_log(output)?;
         if let Some(columns) = &self.columns {
+            let log = self.begin_log(output)?;
             return self.record_text(&path, columns, log, output, stop).await;
         }
         let mut segments = Segments::default();
+        let mut identity: Option<BoardIdentity> = None;
         let mut path = path;
         loop {
             let options = BoardOptions {
                 baud: self.baud,
                 patience: Duration::from_secs_f64(self.patience),
-                log: log.take(),
+                log: self.begin_log(output)?,
             };
-            let mut board = tokio::select! {
-                board = Board::open(&path, options) => board.map_err(board_failure)?,
-                () = stop.clone().asked() => {
-                    output.message("stopped before the board said who it is; nothing was recorded");
-                    return Ok(Status::FellShort);
+            let opened = tokio::select! {
+                board = Board::open(&path, options) => board,
+                () = stop.clone().asked() => return self.gone(segments, output),
+            };
+            let recorded = match opened {
+                Ok(board) => {
+                    identity.get_or_insert_with(|| {
+                        BoardIdentity::of(&self.port, usb_identity(&path), board.hello())
+                    });
+                    self.record_from(board, &path, &segments, output, &stop)
+                        .await?
                 }
+                Err(error) => Err(error),
             };
-            let mut request = self.request(&board, &path)?;
-            request.further = segments.header();
-            let identity = BoardIdentity::of(&self.port, request.usb.clone(), board.hello());
-            say_free_name(output, &request.output);
-            let live = SharedLive::default();
-            let counts_per_rev = self
-                .counts_per_rev
-                .unwrap_or(f64::from(board.hello().counts_per_rev));
-            let display = self.display(&live, counts_per_rev, &request.profile.name, output)?;
-            let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
-            drop(display);
-            drop(board);
-            let captured = captured.map_err(capture_failure)?;
-            let unplugged = matches!(captured.ending, Ending::Unplugged | Ending::BoardReset);
-            if !(self.reconnect && unplugged) || stop.is_asked() {
-                return report(output, &captured, self.duration != Some(0.0), &segments);
+            match recorded {
+                Ok(captured)
+                    if self.reconnect
+                        && !stop.is_asked()
+                        && matches!(captured.ending, Ending::Unplugged | Ending::BoardReset) =>
+                {
+                    output.message(&format!(
+                        "the board is gone; {} holds {} samples up to there. Waiting for it to come back (Ctrl-C ends)",
+                        captured.path.display(),
+                        captured.statistics.samples
+                    ));
+                    segments.add(captured);
+                }
+                Ok(captured) => {
+                    return report(output, &captured, self.duration != Some(0.0), &segments);
+                }
+                // It came back and is gone again.
+                Err(error) if !segments.is_empty() => output.message(&error.to_string()),
+                Err(error) => return Err(board_failure(error)),
             }
-            output.message(&format!(
-                "the board is gone; {} holds {} samples up to there. Waiting for it to come back (Ctrl-C ends)",
-                captured.path.display(),
-                captured.statistics.samples
-            ));
-            segments.add(captured);
+            let Some(identity) = &identity else {
+                return self.gone(segments, output);
+            };
             path = tokio::select! {
                 path = identity.come_back(self.baud, output) => path,
-                () = stop.clone().asked() => {
-                    output.message("stopped; the board did not come back");
-                    return Ok(Status::DeviceFailed);
-                }
+                () = stop.clone().asked() => return self.gone(segments, output),
             };
+        }
+    }
+
+    /// Records from a board that has said who it is. The inner error is the board's: another attempt
+    /// may do better.
+    async fn record_from(
+        &self,
+        mut board: Board,
+        path: &Path,
+        segments: &Segments,
+        output: &Output,
+        stop: &StopSignal,
+    ) -> Result<Result<Captured, BoardError>, Failure> {
+        let mut request = self.request(&board, path)?;
+        request.further = segments.header();
+        if !segments.is_empty() {
+            // It may have come back under another name.
+            request.port = path.display().to_string();
+        }
+        say_free_name(output, &request.output);
+        let live = SharedLive::default();
+        let counts_per_rev = self
+            .counts_per_rev
+            .unwrap_or(f64::from(board.hello().counts_per_rev));
+        let display = self.display(&live, counts_per_rev, &request.profile.name, output)?;
+        let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
+        drop(display);
+        match captured {
+            Ok(captured) => Ok(Ok(captured)),
+            Err(CaptureError::Board(error)) => Ok(Err(error)),
+            Err(error) => Err(capture_failure(error)),
+        }
+    }
+
+    /// Asked to stop while no board is there: the last segment is all there will be.
+    fn gone(&self, mut segments: Segments, output: &Output) -> Result<Status, Failure> {
+        match segments.take_last() {
+            Some(last) => {
+                output.message("stopped; the board did not come back");
+                report(output, &last, self.duration != Some(0.0), &segments)
+            }
+            None => {
+                output.message("stopped before the board said who it is; nothing was recorded");
+                Ok(Status::FellShort)
+            }
         }
     }
 

@@ -104,6 +104,11 @@ impl Segments {
         self.0.push(captured);
     }
 
+    /// The latest one, which then is none of these any more.
+    pub(super) fn take_last(&mut self) -> Option<Captured> {
+        self.0.pop()
+    }
+
     /// Header keys of the next one; nothing of the first.
     pub(super) fn header(&self) -> toml::Table {
         let mut header = toml::Table::new();

@@ -215,7 +215,14 @@ impl BoardRecorder {
 
     /// Takes one sample.
     pub(super) fn take(&mut self, sample: Sample) -> Result<(), CaptureError> {
-        let first_us = *self.first_us.get_or_insert(sample.device_us);
+        let first_us = match self.first_us {
+            Some(first_us) => first_us,
+            None => {
+                // START makes the numbers begin at 0.
+                self.recorder.lost_before_the_first(sample.number);
+                *self.first_us.insert(sample.device_us)
+            }
+        };
         let observation = Observation {
             seq: Some(sample.number),
             device_us: (sample.device_us - first_us) as i64,

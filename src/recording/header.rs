@@ -61,3 +61,32 @@ fn number(value: f64) -> toml::Value {
         toml::Value::Float(value)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_boards_identity_is_in_the_header() {
+        let usb = UsbIdentity {
+            vid: 0x2341,
+            pid: 0x43,
+            serial: Some("75330303".to_owned()),
+            product: None,
+        };
+        let facts = Facts {
+            sample_time_s: 0.003,
+            counts_per_rev: 720.0,
+            supply_v: 4.5,
+            profile: "step",
+            port: "/dev/ttyACM1",
+            usb: Some(&usb),
+        };
+        let header = header(facts, toml::Table::new());
+        let port = header["port"].as_table().expect("a table");
+        assert_eq!(port["name"].as_str(), Some("/dev/ttyACM1"));
+        assert_eq!(port["vid"].as_integer(), Some(0x2341));
+        assert_eq!(port["pid"].as_integer(), Some(0x43));
+        assert_eq!(port["serial"].as_str(), Some("75330303"));
+    }
+}

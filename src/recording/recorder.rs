@@ -175,6 +175,11 @@ impl Recorder {
         self.flush_if_due()
     }
 
+    /// Samples before the first one that came, which its number shows.
+    pub(super) fn lost_before_the_first(&mut self, samples: u64) {
+        self.gatherer.add_lost(samples);
+    }
+
     pub(super) fn flush_if_due(&mut self) -> Result<(), CaptureError> {
         let flushed = self.writer.flush_if_due();
         self.survive(flushed)?;
