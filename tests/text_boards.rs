@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use command::{Finished, RunFile, run};
 use motorlab::board::pty::Pty;
+use motorlab::recording::{ReadNote, read_run_from};
 
 /// Runs `capture` on a line on which a sketch prints `line(k)` every 5 ms.
 fn capture_from(
@@ -131,6 +132,48 @@ fn without_the_boards_time_the_file_says_that_its_timing_is_the_hosts() {
     // The profile tells what the lines do not: a rest, then the supply.
     let commands = file.column("command_v");
     assert_eq!((commands[0], commands[commands.len() - 1]), (0.0, 4.5));
+}
+
+#[test]
+fn a_host_timed_run_whose_lines_come_in_bunches_can_be_read_and_says_so() {
+    // Four lines to a write, as a USB serial chip hands them on.
+    let line = |k: u32| (4 * k..4 * k + 4).map(|n| format!("{n},2.5\n")).collect();
+    let arguments = [
+        "--columns",
+        "counts,command_v",
+        "--duration",
+        "0.5",
+        "--ts",
+        "0.00125",
+    ];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let text = file.expect("a file").text;
+    let (run, notes) = read_run_from(text.as_bytes(), "run.csv").expect("a run");
+    assert!(run.is_host_timed());
+    assert_eq!(notes, [ReadNote::HostTimed]);
+    assert!(run.t_s.windows(2).all(|pair| pair[1] > pair[0]));
+    // Not one line is missing.
+    assert!(run.counts.windows(2).all(|pair| pair[1] - pair[0] == 1));
+}
+
+#[test]
+fn a_line_that_comes_twice_is_recorded_once_and_counted() {
+    let line = |k: u32| {
+        let line = format!("{},{k},255\n", k * 5000);
+        line.repeat(if k == 50 { 2 } else { 1 })
+    };
+    let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(
+        done.messages
+            .contains("1 lines had the time of the line before"),
+        "{}",
+        done.messages
+    );
+    let file = file.expect("a file");
+    assert_eq!((file.rows.len(), file.summary("lost")), (100, 0));
 }
 
 #[test]

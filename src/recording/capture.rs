@@ -13,7 +13,7 @@ use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLi
 use crate::board::{Board, BoardError, BoardEvent, Profile, Sample, UsbIdentity};
 
 /// How often rows are handed to the operating system and silence is looked for.
-const TICK: Duration = Duration::from_millis(10);
+const TICK: Duration = Duration::from_millis(20);
 
 /// How long a recording board may say nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);

@@ -129,6 +129,8 @@ pub enum ReadNote {
         /// What was taken.
         sample_time_s: f64,
     },
+    /// The header says `timing = "host"`: times are when the host got the samples.
+    HostTimed,
     /// The first row's time was not 0 and was taken as the origin.
     OriginShifted {
         /// The first row's time.
@@ -149,6 +151,9 @@ impl fmt::Display for ReadNote {
             Self::SampleTimeGuessed { sample_time_s } => write!(
                 f,
                 "the header has no sample_time_s; took the median step of t_s, {sample_time_s} s"
+            ),
+            Self::HostTimed => f.write_str(
+                "its timing is the host's (`timing = \"host\"`), late by milliseconds and bunched: not to be trusted from sample to sample",
             ),
             Self::OriginShifted { first_s } => {
                 write!(f, "time begins at {first_s} s; took that as the origin")

@@ -480,6 +480,9 @@ fn finish(run: &mut Run, notes: &mut Vec<ReadNote>) -> Result<(), ReadProblem> {
             sample_time_s: run.sample_time_s,
         });
     }
+    if run.is_host_timed() {
+        notes.push(ReadNote::HostTimed);
+    }
     if !run.complete {
         notes.push(ReadNote::NotComplete);
     }

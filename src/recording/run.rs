@@ -132,6 +132,12 @@ impl Run {
         cut(&mut self.measured_current_a, length);
     }
 
+    /// Whether its times are the arrival times of a host (header key `timing = "host"`): late by
+    /// milliseconds and bunched, unlike those of a device.
+    pub fn is_host_timed(&self) -> bool {
+        self.header.get("timing").and_then(toml::Value::as_str) == Some("host")
+    }
+
     /// Whether the run has no sample at all.
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()

@@ -19,7 +19,7 @@ use crate::board::{Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdent
 const SAMPLES_TO_TIME: usize = 21;
 
 /// How often rows are handed to the operating system and silence is looked for.
-const TICK: Duration = Duration::from_millis(10);
+const TICK: Duration = Duration::from_millis(20);
 
 /// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
@@ -186,6 +186,7 @@ pub(super) struct TextRecording<'a> {
     first_line_over: bool,
     skipped: u64,
     last_skipped: Option<(String, Skipped)>,
+    damage: Damage,
 }
 
 /// What is known once the file has begun.
@@ -213,6 +214,7 @@ impl<'a> TextRecording<'a> {
             first_line_over: false,
             skipped: 0,
             last_skipped: None,
+            damage: Damage::default(),
         }
     }
 
@@ -326,12 +328,19 @@ impl<'a> TextRecording<'a> {
         let Some(running) = &mut self.running else {
             return Ok(None);
         };
-        let at_us = match sample.time_us {
+        let mut t_us = match sample.time_us {
             Some(time_us) if running.device_timed => time_us,
             _ => host_us as i64,
-        };
-        let t_us = at_us - running.first_us;
+        } - running.first_us;
         if let Some(last_us) = running.last_us {
+            if running.device_timed && t_us == last_us {
+                self.damage.repeated += 1;
+                return Ok(None);
+            }
+            if !running.device_timed {
+                // Lines that came with one read have one arrival time; that of a run rises.
+                t_us = t_us.max(last_us + 1);
+            }
             if t_us < last_us {
                 // Time that runs back is a board that was reset.
                 return Ok(Some(Ending::BoardReset));
@@ -417,8 +426,9 @@ impl<'a> TextRecording<'a> {
         let mut further = toml::Table::new();
         further.insert("skipped_lines".to_owned(), (skipped as i64).into());
         further.insert("longest_line_bytes".to_owned(), (longest as i64).into());
-        let damage = Damage::default();
-        let captured = running.recorder.finish(ending, None, damage, further)?;
+        let captured = running
+            .recorder
+            .finish(ending, None, self.damage, further)?;
         Ok(TextCaptured { captured, notes })
     }
 
@@ -450,6 +460,12 @@ impl<'a> TextRecording<'a> {
             notes.push(format!(
                 "{} lines were no samples and were passed over{example}",
                 self.skipped
+            ));
+        }
+        if self.damage.repeated > 0 {
+            notes.push(format!(
+                "{} lines had the time of the line before them and were passed over",
+                self.damage.repeated
             ));
         }
         if self.request.sample_time_us.is_none() {

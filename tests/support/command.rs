@@ -67,6 +67,8 @@ pub struct RunFile {
     pub columns: Vec<String>,
     /// Cells, row by row; a torn last row is left out.
     pub rows: Vec<Vec<String>>,
+    /// The whole file.
+    pub text: String,
 }
 
 impl RunFile {
@@ -92,6 +94,7 @@ impl RunFile {
             header: header.parse().expect("the header is TOML"),
             columns,
             rows,
+            text,
         }
     }
 
