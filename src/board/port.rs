@@ -127,25 +127,27 @@ impl Port {
         let high = self.port.write_data_terminal_ready(true);
         low.is_ok() && high.is_ok()
     }
+}
 
-    /// What is still queued of a device that has gone away: `read` through `poll` does not give it.
-    fn read_queued(&mut self, buffer: &mut [u8]) -> usize {
-        // SAFETY: the descriptor belongs to `self.port`, which outlives the borrow.
-        let descriptor = unsafe { BorrowedFd::borrow_raw(self.port.as_raw_fd()) };
-        let nonblocking = rustix::fs::fcntl_getfl(descriptor).and_then(|flags| {
-            rustix::fs::fcntl_setfl(descriptor, flags | rustix::fs::OFlags::NONBLOCK)
-        });
-        match nonblocking {
-            Ok(()) => rustix::io::read(descriptor, buffer).unwrap_or(0),
-            Err(_) => 0,
-        }
+/// What is still queued of a device that has gone away: a read that asks `poll` first does not give it.
+fn read_queued(descriptor: BorrowedFd<'_>, buffer: &mut [u8]) -> usize {
+    let nonblocking = rustix::fs::fcntl_getfl(descriptor).and_then(|flags| {
+        rustix::fs::fcntl_setfl(descriptor, flags | rustix::fs::OFlags::NONBLOCK)
+    });
+    match nonblocking {
+        Ok(()) => rustix::io::read(descriptor, buffer).unwrap_or(0),
+        Err(_) => 0,
     }
 }
 
 impl Read for Port {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.port.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(self.read_queued(buffer)),
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
+                // SAFETY: the descriptor belongs to `self.port`, which outlives the borrow.
+                let descriptor = unsafe { BorrowedFd::borrow_raw(self.port.as_raw_fd()) };
+                Ok(read_queued(descriptor, buffer))
+            }
             other => other,
         }
     }
@@ -284,14 +286,29 @@ fn holder_of(path: &Path) -> Option<(u32, String)> {
 mod tests {
     use super::*;
     use crate::board::pty::Pty;
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixStream;
 
     #[test]
-    fn what_is_queued_is_read_before_a_hang_up() {
+    fn what_is_queued_is_read_and_then_nothing_without_a_wait() {
+        let (near, mut far) = UnixStream::pair().expect("a pair");
+        far.write_all(&[7; 100]).expect("room");
+        let mut buffer = [0; 64];
+        assert_eq!(read_queued(near.as_fd(), &mut buffer), 64);
+        assert_eq!(read_queued(near.as_fd(), &mut buffer), 36);
+        // The far end is still there and says nothing: no wait for it either.
+        assert_eq!(read_queued(near.as_fd(), &mut buffer), 0);
+        drop(far);
+        assert_eq!(read_queued(near.as_fd(), &mut buffer), 0);
+    }
+
+    #[test]
+    fn a_hang_up_reads_as_no_bytes_for_ever_and_is_no_error() {
         let mut pty = Pty::open().expect("a pseudo-terminal");
         let mut port = Port::open(pty.path(), 115_200).expect("openable");
         assert_eq!(pty.write_some(&[7; 100]).expect("room"), 100);
         let mut buffer = [0; 64];
-        // The near end stays open until the bytes are there: closing it would drop them.
+        // Some kernels drop what is queued when the near end of a pseudo-terminal is closed.
         assert_eq!(port.read(&mut buffer).expect("bytes"), 64);
         drop(pty);
         let mut rest = 0;
