@@ -33,6 +33,7 @@ pub mod crc;
 mod fields;
 mod frame;
 pub mod host_message;
+pub mod sketch;
 mod text;
 mod unwrap;
 

@@ -71,3 +71,22 @@ fn the_header_holds_the_crates_constants_and_no_others() {
     }
     assert!(wanted.is_empty(), "the header lacks {wanted:?}");
 }
+
+#[test]
+fn the_crate_hands_out_every_file_of_the_sketch() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("arduino/motorlab");
+    let mut there: Vec<String> = std::fs::read_dir(folder)
+        .expect("the sketch")
+        .map(|entry| {
+            entry
+                .expect("a file")
+                .file_name()
+                .to_string_lossy()
+                .into_owned()
+        })
+        .collect();
+    let mut handed_out = firmware_protocol::sketch::FILES.map(|(name, _)| name.to_owned());
+    there.sort();
+    handed_out.sort();
+    assert_eq!(there, handed_out);
+}

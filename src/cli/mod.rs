@@ -13,6 +13,8 @@ mod demo;
 mod diagnose;
 mod export;
 mod failure;
+mod firmware;
+mod flash;
 mod lab;
 mod live;
 mod man;
@@ -64,6 +66,8 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Export(export::Export),
     Demo(demo::Demo),
+    Firmware(firmware::Firmware),
+    Flash(flash::Flash),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -112,6 +116,8 @@ impl CommandLine {
             Command::Diagnose(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
+            Command::Firmware(command) => command.run(&output),
+            Command::Flash(command) => command.run(&output),
             Command::Completions(command) => command.run(&output),
             Command::Man(command) => command.run(&output),
         };

@@ -1,7 +1,9 @@
 // Quadrature decoding, all four edges, by the external interrupts of pins 2 (A) and 3 (B).
 //
-// A leads B: counts go up. Where both channels have changed since the last interrupt an edge was missed;
-// the counts stay and the error is remembered until the next sample.
+// A leads B: counts go up. Where both channels have changed since the last interrupt an edge was missed,
+// and where none has, one channel went to and fro: the counts stay, and the error is remembered until the
+// next sample. Three edges missed look like one the other way, but then the other channel's interrupt
+// finds nothing changed: that is an error, too, so that no loss goes by in silence.
 #pragma once
 
 static volatile int32_t encoderCounts;
@@ -23,9 +25,9 @@ ISR(ENCODER_VECT_A) {
   uint8_t before = encoderState;
   encoderState = now;
   uint8_t changed = now ^ before;
-  if (changed == 3) {
+  if (changed == 3 || changed == 0) {
     encoderError = true;
-  } else if (changed != 0) {
+  } else {
     // Going up the states are 00, 01, 11, 10: A changes to differ from B, or B changes to equal A.
     bool equal = (now == 0) || (now == 3);
     if ((changed == 1) != equal) encoderCounts++;

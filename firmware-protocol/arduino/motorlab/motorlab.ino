@@ -60,8 +60,10 @@ static void sendNak(uint8_t of, uint8_t reason) {
   frame.send();
 }
 
+// Ends the recording: first the motor off and no more ticks, then all samples that wait, then END.
 static void sendEnd(uint8_t reason) {
   stopSampling();
+  flushSamples();
   FrameOut frame(MLAB_END);
   frame.u32(samplesTaken());
   frame.u32(samplesDropped());
@@ -124,13 +126,8 @@ static void obey(const FrameIn &frame) {
     case MLAB_IDENTIFY: return sendHello();
     case MLAB_ALIVE: return;
     case MLAB_STOP:
-      if (sampling()) {
-        drainSamples();
-        sendEnd(MLAB_END_STOPPED);
-      } else {
-        sendNak(MLAB_STOP, MLAB_REFUSED_STATE);
-      }
-      return;
+      if (sampling()) return sendEnd(MLAB_END_STOPPED);
+      return sendNak(MLAB_STOP, MLAB_REFUSED_STATE);
   }
   if (sampling()) return sendNak(frame.kind, MLAB_REFUSED_STATE);
   switch (frame.kind) {

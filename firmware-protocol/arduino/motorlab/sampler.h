@@ -1,8 +1,9 @@
 // Sampling by Timer1 in CTC mode: the counter restarts itself at each match, so that ticks never drift
 // and a late interrupt shows in the count that it finds.
 //
-// The tick takes counts and time and puts the next command out; loop() sends. Overrun (flag and pin 13):
-// the loop had not sent the sample before, or the tick itself came a quarter of a sample late or more.
+// The tick takes counts and time, lets the encoder's interrupts in again and puts the next command out;
+// loop() sends. Overrun (flag and pin 13): the loop had not sent the sample before, or the tick itself
+// came a quarter of a sample late or more.
 #pragma once
 
 struct Segment {
@@ -91,6 +92,9 @@ ISR(TIMER1_COMPA_vect) {
     encoderError = false;
     sample.flags |= MLAB_FLAG_ENCODER_ERROR;
   }
+  // What follows takes several edges' time: from here on they may interrupt, the next tick may not.
+  TIMSK1 = 0;
+  interrupts();
   advanceProfile();
   sample.commandMv = commandNow;
   if (drive(commandNow)) sample.flags |= MLAB_FLAG_SATURATED;
@@ -99,6 +103,7 @@ ISR(TIMER1_COMPA_vect) {
     sample.flags |= MLAB_FLAG_OVERRUN;
     digitalWrite(PIN_OVERRUN_LED, HIGH);
   }
+  noInterrupts();
   sample.sequence = taken++;
   uint8_t next = (waitingHead + 1) & (WAITING_SAMPLES - 1);
   if (next == waitingTail) {
@@ -108,7 +113,7 @@ ISR(TIMER1_COMPA_vect) {
     waiting[waitingHead] = sample;
     waitingHead = next;
   }
-  if (wanted != 0 && taken >= wanted) TIMSK1 = 0;
+  if (wanted == 0 || taken < wanted) TIMSK1 = _BV(OCIE1A);
 }
 
 static void startSampling(uint32_t sampleTimeUs, uint32_t samples) {
@@ -142,26 +147,42 @@ static void stopSampling() {
   running = false;
 }
 
-// All samples that START asked for have been taken and sent.
-static bool samplingComplete() { return wanted != 0 && samplesTaken() >= wanted && waitingHead == waitingTail; }
+// All samples that START asked for have been taken.
+static bool samplingComplete() { return wanted != 0 && samplesTaken() >= wanted; }
 
-// Sends the samples that wait. One that does not fit on the line is dropped whole, and counted.
-static void drainSamples() {
-  while (waitingTail != waitingHead) {
-    const Sample &sample = waiting[waitingTail];
-    uint8_t flags = sample.flags;
-    if (droppedSinceSent) flags |= MLAB_FLAG_DROPPED;
-    FrameOut frame(MLAB_DATA);
-    frame.u16(sample.sequence);
-    frame.u32(sample.timeUs);
-    frame.u32(sample.counts);
-    frame.u16(sample.commandMv);
-    frame.u8(flags);
-    bool sent = frame.sendIfRoom();
-    noInterrupts();
-    droppedSinceSent = !sent;
-    if (!sent) dropped++;
-    waitingTail = (waitingTail + 1) & (WAITING_SAMPLES - 1);
-    interrupts();
+// Sends the oldest waiting sample; without `mayWait` one that does not fit on the line is dropped whole,
+// and counted.
+static void sendSample(bool mayWait) {
+  const Sample &sample = waiting[waitingTail];
+  uint8_t flags = sample.flags;
+  noInterrupts();
+  if (droppedSinceSent) flags |= MLAB_FLAG_DROPPED;
+  droppedSinceSent = false;
+  interrupts();
+  FrameOut frame(MLAB_DATA);
+  frame.u16(sample.sequence);
+  frame.u32(sample.timeUs);
+  frame.u32(sample.counts);
+  frame.u16(sample.commandMv);
+  frame.u8(flags);
+  bool sent = true;
+  if (mayWait) frame.send();
+  else sent = frame.sendIfRoom();
+  noInterrupts();
+  if (!sent) {
+    droppedSinceSent = true;
+    dropped++;
   }
+  waitingTail = (waitingTail + 1) & (WAITING_SAMPLES - 1);
+  interrupts();
+}
+
+// Sends the samples that wait, as far as the line takes them at once.
+static void drainSamples() {
+  while (waitingTail != waitingHead) sendSample(false);
+}
+
+// Sends the samples that wait, however long that takes: when no more are taken.
+static void flushSamples() {
+  while (waitingTail != waitingHead) sendSample(true);
 }

@@ -101,6 +101,12 @@ impl Board {
         &self.truth
     }
 
+    /// Begins the log of truth anew.
+    pub fn clear_truth(&mut self) {
+        self.truth = Truth::default();
+        self.truth.drives.push((self.cycle(), self.drive));
+    }
+
     /// The wheel now.
     pub fn turn(&self) -> Turn {
         self.turn

@@ -11,6 +11,7 @@
 pub mod bench;
 pub mod board;
 pub mod host;
+pub mod line;
 pub mod mcu;
 pub mod truth;
 pub mod wiring;

@@ -1,0 +1,218 @@
+//! `motorlab capture` of the emulated boards, through a pseudo-terminal, against the truth.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+
+use emulated_board::bench::MotorShaft;
+use emulated_board::board::Board;
+use emulated_board::line::{Line, LineOptions, Pace};
+use emulated_board::truth::Truth;
+use emulated_board::wiring::BoardKind;
+use motorlab::board::faults::Faults;
+use motorlab::board::pty::Pty;
+use motorlab::motor::Motor;
+
+use crate::command::{Finished, RunFile, run};
+use crate::support::micros;
+
+/// A recording: what the command said, its file, and what really happened.
+struct Recorded {
+    finished: Finished,
+    file: RunFile,
+    truth: Truth,
+}
+
+impl Recorded {
+    fn json(&self) -> serde_json::Value {
+        serde_json::from_str(&self.finished.output).expect("one JSON document")
+    }
+}
+
+fn record(kind: BoardKind, options: LineOptions, arguments: &[&str]) -> Recorded {
+    let directory = tempfile::tempdir().expect("a directory");
+    record_into(directory.path(), kind, options, arguments)
+}
+
+fn record_into(
+    directory: &Path,
+    kind: BoardKind,
+    options: LineOptions,
+    arguments: &[&str],
+) -> Recorded {
+    let pty = Pty::open().expect("a pseudo-terminal");
+    let path = pty.path().display().to_string();
+    let stop = Arc::new(AtomicBool::new(false));
+    let line = thread::spawn({
+        let stop = Arc::clone(&stop);
+        move || {
+            let shaft = MotorShaft::new(&Motor::default()).expect("the default motor");
+            let board = Board::new(kind, shaft).expect("a board");
+            Line::new(board, pty, options).run(&stop)
+        }
+    });
+    let mut all = vec!["--json", "capture", &path, "-o", "run.csv"];
+    all.extend_from_slice(arguments);
+    let finished = run(directory, &all);
+    stop.store(true, Ordering::Relaxed);
+    let board = line.join().expect("no panic").expect("the board ran");
+    Recorded {
+        file: RunFile::read(&directory.join("run.csv")),
+        truth: board.truth().clone(),
+        finished,
+    }
+}
+
+/// Every row of the file is the true one; rows may be missing.
+fn assert_rows_true(recorded: &Recorded) {
+    let sequence = recorded.file.column("seq");
+    let counts = recorded.file.column("counts");
+    let t_s = recorded.file.column("t_s");
+    let first = recorded.truth.ticks[sequence[0] as usize];
+    assert!(!counts.is_empty());
+    for (row, number) in sequence.iter().enumerate() {
+        let tick = recorded.truth.ticks[*number as usize];
+        assert_eq!(counts[row] as i64, tick.count, "row {row}");
+        let true_us = micros(tick.entered - first.entered);
+        assert!((t_s[row] * 1e6 - true_us).abs() <= 12.0, "row {row}");
+    }
+}
+
+#[test]
+fn a_capture_equals_the_truth_count_by_count() {
+    for kind in BoardKind::ALL {
+        for (sample_time, samples) in [("0.003", 667), ("0.03", 67)] {
+            for profile in ["step", "reversing"] {
+                let arguments = ["--ts", sample_time, "--profile", profile, "--duration", "2"];
+                let recorded = record(kind, LineOptions::default(), &arguments);
+                assert_eq!(recorded.finished.status, Some(0), "{:?}", recorded.finished);
+                assert_eq!(recorded.file.rows.len(), samples);
+                assert_eq!(recorded.truth.ticks.len(), samples);
+                assert_rows_true(&recorded);
+                let json = recorded.json();
+                assert_eq!(json["lost"], 0);
+                assert_eq!(json["statistics"]["overruns"], 0);
+                println!(
+                    "{kind:?} {sample_time} {profile}: {}",
+                    json["statistics"]["device_dt"]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn an_overrun_is_reported_to_the_end() {
+    for kind in BoardKind::ALL {
+        let arguments = ["--ts", "0.0001", "--duration", "0.5"];
+        let recorded = record(kind, LineOptions::default(), &arguments);
+        assert_eq!(recorded.finished.status, Some(1), "samples were lost");
+        let json = recorded.json();
+        assert!(json["statistics"]["overruns"].as_u64() > Some(0), "{json}");
+        assert_eq!(json["samples_taken_by_board"], 5000);
+        let sent = json["samples"].as_u64().expect("a number");
+        let lost = json["lost"].as_u64().expect("a number");
+        assert_eq!(sent + lost, 5000);
+        let flags = recorded
+            .file
+            .rows
+            .iter()
+            .filter(|row| row.iter().any(|cell| cell.contains("overrun")));
+        assert!(flags.count() > 10);
+    }
+}
+
+#[test]
+fn a_reset_in_mid_run_ends_the_file() {
+    let options = LineOptions {
+        reset_after_s: Some(0.6),
+        ..LineOptions::default()
+    };
+    let recorded = record(BoardKind::Uno, options, &["--duration", "2"]);
+    assert_eq!(recorded.finished.status, Some(3));
+    assert_eq!(recorded.json()["ending"], "board_reset");
+    assert!(recorded.file.complete());
+    assert!((150..=200).contains(&recorded.file.rows.len()));
+    assert_rows_true(&recorded);
+    let (_, last) = recorded.truth.drives.last().expect("a drive");
+    assert_eq!(last.motor_v, 0.0);
+}
+
+#[test]
+fn bytes_hurt_on_the_line_cost_their_frames_and_no_more() {
+    for seed in 1..=3 {
+        let faults = Faults {
+            flip: 1e-3,
+            drop: 5e-4,
+            seed,
+            ..Faults::default()
+        };
+        let options = LineOptions {
+            faults,
+            ..LineOptions::default()
+        };
+        let recorded = record(BoardKind::Uno, options, &["--duration", "2"]);
+        assert_eq!(recorded.finished.status, Some(1), "{:?}", recorded.finished);
+        let json = recorded.json();
+        let lost = json["lost"].as_u64().expect("a number");
+        assert!((1..100).contains(&lost), "{lost}");
+        assert_eq!(json["samples"].as_u64().expect("a number") + lost, 667);
+        assert_rows_true(&recorded);
+    }
+}
+
+#[test]
+fn messages_hurt_on_the_way_to_the_board_are_sent_again() {
+    let options = LineOptions {
+        faults_to_board: Faults {
+            flip: 0.02,
+            seed: 3,
+            ..Faults::default()
+        },
+        ..LineOptions::default()
+    };
+    let arguments = ["--profile", "staircase", "--duration", "1"];
+    let recorded = record(BoardKind::Uno, options, &arguments);
+    assert_eq!(recorded.finished.status, Some(0), "{:?}", recorded.finished);
+    assert_rows_true(&recorded);
+}
+
+#[test]
+fn a_capture_goes_on_through_the_wrap_of_micros() {
+    for kind in BoardKind::ALL {
+        let options = LineOptions {
+            micros_at_start: Some(u32::MAX - 500_000),
+            ..LineOptions::default()
+        };
+        let recorded = record(kind, options, &["--duration", "1.5"]);
+        assert_eq!(recorded.finished.status, Some(0), "{:?}", recorded.finished);
+        assert_eq!(recorded.file.rows.len(), 500);
+        assert_rows_true(&recorded);
+    }
+}
+
+#[test]
+fn captures_of_a_held_start_are_the_same() {
+    let rows = || {
+        let recorded = record(
+            BoardKind::Mega,
+            LineOptions::default(),
+            &["--duration", "1"],
+        );
+        let columns = ["seq", "t_s", "command_v", "counts"];
+        columns.map(|name| recorded.file.column(name))
+    };
+    assert_eq!(rows(), rows());
+}
+
+#[test]
+fn real_time_is_recorded_too() {
+    let options = LineOptions {
+        pace: Pace::RealTime,
+        ..LineOptions::default()
+    };
+    let recorded = record(BoardKind::Uno, options, &["--duration", "1"]);
+    assert_rows_true(&recorded);
+    assert!(recorded.file.complete());
+}

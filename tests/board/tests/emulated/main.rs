@@ -1,0 +1,11 @@
+//! The sketch on emulated boards, held against what really happened on them.
+
+mod capture;
+mod faults;
+mod protocol;
+mod rates;
+mod recording;
+mod support;
+
+#[path = "../../../support/command.rs"]
+mod command;

@@ -1,0 +1,60 @@
+//! A board with the handout's motor, and what a recording of it must be like.
+
+use emulated_board::bench::{MotorShaft, Shaft};
+use emulated_board::board::Board;
+use emulated_board::host::Host;
+use emulated_board::mcu::CLOCK_HZ;
+use emulated_board::truth::Tick;
+use emulated_board::wiring::BoardKind;
+use firmware_protocol::{BoardMessage, EndReason, Sample};
+use motorlab::motor::Motor;
+
+/// A board that has said HELLO, with the handout's motor.
+pub fn with_motor(kind: BoardKind) -> Host {
+    with_shaft(
+        kind,
+        MotorShaft::new(&Motor::default()).expect("the default motor"),
+    )
+}
+
+/// A board that has said HELLO, with any shaft.
+pub fn with_shaft(kind: BoardKind, shaft: impl Shaft + 'static) -> Host {
+    let mut host = Host::new(Board::new(kind, shaft).expect("a board"));
+    host.hello().expect("HELLO");
+    host
+}
+
+/// END of a recording in which nothing was dropped.
+pub fn complete(samples: u32) -> BoardMessage {
+    BoardMessage::End {
+        taken: samples,
+        dropped: 0,
+        reason: EndReason::Complete,
+    }
+}
+
+/// Cycles in microseconds.
+pub fn micros(cycles: u64) -> f64 {
+    cycles as f64 * 1e6 / CLOCK_HZ as f64
+}
+
+/// Holds every sample against its tick: the count is exactly the true one, and time goes on as true time
+/// does, to micros()'s steps of 4 us and the few us after the tick at which it is read.
+pub fn assert_true(samples: &[Sample], ticks: &[Tick]) {
+    assert!(!samples.is_empty() && samples.len() <= ticks.len());
+    let mut index = usize::from(samples[0].sequence);
+    let (first, first_tick) = (samples[0], ticks[index]);
+    let mut before = first.sequence;
+    for sample in samples {
+        index += usize::from(sample.sequence.wrapping_sub(before));
+        before = sample.sequence;
+        let tick = &ticks[index];
+        assert_eq!(i64::from(sample.counts), tick.count, "{sample:?} {tick:?}");
+        let shown = tick.angle_counts.floor() as i64;
+        let near_edge = (tick.angle_counts - tick.angle_counts.round()).abs() < 1e-3;
+        assert!(shown == tick.count || near_edge, "{tick:?}");
+        let device_us = f64::from(sample.time_us.wrapping_sub(first.time_us));
+        let true_us = micros(tick.entered - first_tick.entered);
+        assert!((device_us - true_us).abs() <= 12.0, "{sample:?} {tick:?}");
+    }
+}
