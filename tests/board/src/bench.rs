@@ -62,7 +62,7 @@ impl Shaft for MotorShaft {
 #[derive(Debug, Clone)]
 pub struct SteadyShaft {
     counts_per_s: f64,
-    counts: f64,
+    turn: Turn,
     now_s: f64,
 }
 
@@ -71,25 +71,26 @@ impl SteadyShaft {
     pub fn new(counts_per_s: f64) -> Self {
         Self {
             counts_per_s,
-            counts: START_COUNT_FRACTION,
+            turn: Turn {
+                counts: START_COUNT_FRACTION,
+                counts_per_s: 0.0,
+            },
             now_s: 0.0,
         }
     }
 }
 
 impl Shaft for SteadyShaft {
+    /// A new voltage takes effect at the end of the call, so that the rate told before was true until then.
     fn run(&mut self, motor_v: f64, until_s: f64) -> Turn {
-        let counts_per_s = if motor_v == 0.0 {
+        self.turn.counts += self.turn.counts_per_s * (until_s - self.now_s);
+        self.turn.counts_per_s = if motor_v == 0.0 {
             0.0
         } else {
             self.counts_per_s * motor_v.signum()
         };
-        self.counts += counts_per_s * (until_s - self.now_s);
         self.now_s = until_s;
-        Turn {
-            counts: self.counts,
-            counts_per_s,
-        }
+        self.turn
     }
 
     fn supply_v(&self) -> f64 {

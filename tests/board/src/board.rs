@@ -200,6 +200,7 @@ impl Board {
                     entered: event.cycle,
                     count: event.count,
                     angle_counts: before.counts + before.counts_per_s * passed_s,
+                    counts_per_s: before.counts_per_s,
                 });
             }
         }

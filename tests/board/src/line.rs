@@ -120,6 +120,8 @@ pub struct Line {
     connected: bool,
     /// What the host has said and the board has not been told yet.
     said: Vec<u8>,
+    /// The message that the board was told last, and whether it has answered.
+    told: (Vec<u8>, bool),
     decoder: FrameDecoder,
     /// Board time until which a held board runs.
     runs_until: u64,
@@ -143,6 +145,7 @@ impl Line {
             outgoing: Vec::new(),
             connected: false,
             said: Vec::new(),
+            told: (Vec::new(), false),
             decoder: FrameDecoder::new(),
             runs_until: 0,
             recording: false,
@@ -210,6 +213,7 @@ impl Line {
         self.board.reset();
         self.board.take_sent();
         self.said.clear();
+        self.told = (Vec::new(), false);
         self.decoder.reset();
         self.recording = false;
         self.runs_until = self.board.cycle() + AFTER_RESET;
@@ -265,7 +269,8 @@ impl Line {
     }
 
     /// Tells a held board the host's next message. HELLO needs no asking after a reset, and how often the
-    /// host says ALIVE hangs on the wall clock: neither is passed on.
+    /// host says ALIVE hangs on the wall clock: neither is passed on. Nor is a message that a hurried host
+    /// says again though its answer is on the way, on a line where nothing goes lost.
     fn tell_next(&mut self) {
         let Some(end) = self.said.iter().position(|&byte| byte == 0) else {
             return;
@@ -279,6 +284,13 @@ impl Line {
         {
             return;
         }
+        let faultless = [&self.options.faults, &self.options.faults_to_board]
+            .iter()
+            .all(|faults| **faults == Faults::default());
+        if faultless && self.told == (frame.clone(), true) {
+            return;
+        }
+        self.told = (frame.clone(), false);
         self.tell(&frame);
         self.runs_until = self.board.cycle() + AFTER_MESSAGE;
     }
@@ -306,9 +318,11 @@ impl Line {
                 continue;
             };
             match BoardMessage::parse(frame, BoardFields::default()) {
-                Ok(BoardMessage::Ack { of, .. }) if of == host_kind::START => {
-                    self.recording = true;
+                Ok(BoardMessage::Ack { of, .. }) => {
+                    self.told.1 = true;
+                    self.recording |= of == host_kind::START;
                 }
+                Ok(BoardMessage::Nak { .. }) => self.told.1 = true,
                 Ok(BoardMessage::End { .. }) => {
                     self.recording = false;
                     self.runs_until = until + AFTER_MESSAGE;

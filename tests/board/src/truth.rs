@@ -15,6 +15,8 @@ pub struct Tick {
     pub count: i64,
     /// The wheel's true angle then, in counts; the count is the whole part of it.
     pub angle_counts: f64,
+    /// Its rate.
+    pub counts_per_s: f64,
 }
 
 /// The log of a board's life.

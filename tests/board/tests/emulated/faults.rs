@@ -183,7 +183,7 @@ fn a_line_that_is_too_slow_loses_whole_frames_and_says_so() {
 #[test]
 fn edges_that_come_too_fast_are_flagged_before_a_count_is_wrong() {
     for kind in BoardKind::ALL {
-        for counts_per_s in [90_000.0, 100_000.0, 110_000.0] {
+        for counts_per_s in [110_000.0, 115_000.0, 120_000.0] {
             let mut host = with_shaft(kind, SteadyShaft::new(counts_per_s));
             host.configure(3000, false, &[(10, 0), (1, 4500)])
                 .expect("configured");
