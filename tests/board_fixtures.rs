@@ -13,7 +13,7 @@ const FIXTURES: [(&str, usize, i64); 4] = [
     ("uno_step3", 667, 0),
     ("mega_step30", 67, 0),
     ("uno_reversing3", 667, 0),
-    ("mega_overrun", 5000, 4698),
+    ("mega_overrun", 1000, 908),
 ];
 
 fn fixture(name: &str) -> PathBuf {
@@ -60,7 +60,10 @@ fn logs_of_the_firmware_replay_to_the_truth() {
             let (instant_s, count) = truth[sequence[row] as usize];
             assert_eq!(counts[row] as i64, count, "{name}, row {row}");
             // micros() goes in steps of 4 us and is read some us after the tick.
-            assert!((t_s[row] - (instant_s - first_s)).abs() <= 12e-6, "{name}, row {row}");
+            assert!(
+                (t_s[row] - (instant_s - first_s)).abs() <= 12e-6,
+                "{name}, row {row}"
+            );
         }
     }
 }
@@ -71,5 +74,5 @@ fn overruns_of_the_firmware_are_in_the_run() {
     let log = fixture("mega_overrun.log").display().to_string();
     run(directory.path(), &["replay", &log]);
     let file = RunFile::read(&directory.path().join("run.csv"));
-    assert!(file.summary("overruns") > 100);
+    assert!(file.summary("overruns") > 50);
 }
