@@ -1,11 +1,10 @@
 //! `motorlab capture` of the emulated boards, through a pseudo-terminal, against the truth.
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use emulated_board::bench::MotorShaft;
+use emulated_board::bench::{MotorShaft, Shaft, SteadyShaft};
 use emulated_board::board::Board;
 use emulated_board::line::{Line, LineOptions, Pace};
 use emulated_board::truth::Truth;
@@ -31,23 +30,24 @@ impl Recorded {
 }
 
 fn record(kind: BoardKind, options: LineOptions, arguments: &[&str]) -> Recorded {
-    let directory = tempfile::tempdir().expect("a directory");
-    record_into(directory.path(), kind, options, arguments)
+    let shaft = MotorShaft::new(&Motor::default()).expect("the default motor");
+    record_shaft(kind, shaft, options, arguments)
 }
 
-fn record_into(
-    directory: &Path,
+fn record_shaft(
     kind: BoardKind,
+    shaft: impl Shaft + 'static,
     options: LineOptions,
     arguments: &[&str],
 ) -> Recorded {
+    let folder = tempfile::tempdir().expect("a directory");
+    let directory = folder.path();
     let pty = Pty::open().expect("a pseudo-terminal");
     let path = pty.path().display().to_string();
     let stop = Arc::new(AtomicBool::new(false));
     let line = thread::spawn({
         let stop = Arc::clone(&stop);
         move || {
-            let shaft = MotorShaft::new(&Motor::default()).expect("the default motor");
             let board = Board::new(kind, shaft).expect("a board");
             Line::new(board, pty, options).run(&stop)
         }
@@ -93,10 +93,13 @@ fn a_capture_equals_the_truth_count_by_count() {
                 let json = recorded.json();
                 assert_eq!(json["lost"], 0);
                 assert_eq!(json["statistics"]["overruns"], 0);
-                println!(
-                    "{kind:?} {sample_time} {profile}: {}",
-                    json["statistics"]["device_dt"]
-                );
+                let dt = &json["statistics"]["device_dt"];
+                let sample_time_us = 1e6 * sample_time.parse::<f64>().expect("seconds");
+                for (which, most_us) in [("min_us", 12.0), ("median_us", 4.0), ("max_us", 12.0)] {
+                    let dt_us = dt[which].as_f64().expect("a number");
+                    assert!((dt_us - sample_time_us).abs() <= most_us, "{dt}");
+                }
+                println!("{kind:?} {sample_time} {profile}: {dt}");
             }
         }
     }
@@ -120,6 +123,30 @@ fn an_overrun_is_reported_to_the_end() {
             .iter()
             .filter(|row| row.iter().any(|cell| cell.contains("overrun")));
         assert!(flags.count() > 10);
+    }
+}
+
+#[test]
+fn lost_edges_are_reported_to_the_end() {
+    for kind in BoardKind::ALL {
+        let arguments = ["--profile", "step", "--duration", "0.6"];
+        let shaft = SteadyShaft::new(115_000.0);
+        let recorded = record_shaft(kind, shaft, LineOptions::default(), &arguments);
+        let json = recorded.json();
+        let errors = json["statistics"]["encoder_errors"].as_u64();
+        assert!(errors > Some(0), "{json}");
+        let sequence = recorded.file.column("seq");
+        let counts = recorded.file.column("counts");
+        let wrong = (0..counts.len()).find(|&row| {
+            let tick = recorded.truth.ticks[sequence[row] as usize];
+            counts[row] as i64 != tick.count
+        });
+        let flagged = recorded
+            .file
+            .rows
+            .iter()
+            .position(|row| row.iter().any(|cell| cell.contains("encoder_error")));
+        assert!(flagged.is_some() && flagged <= wrong.or(flagged));
     }
 }
 

@@ -57,13 +57,21 @@ fn the_shared_vectors_of_the_host_are_understood() {
         assert!(
             matches!(hello[..], [BoardMessage::Hello(hello)] if hello.sample_time_us == 30_000)
         );
-        // The vectors' profile has more segments than an Uno's memory.
-        let long = answers(&mut host, &vector("profile"));
-        assert!(!long.is_empty());
         assert_eq!(
             answers(&mut host, &vector("stop")),
             nak(kind::STOP, Refusal::State)
         );
+        assert_eq!(
+            answers(&mut host, &vector("profile")),
+            ack(kind::PROFILE, 0)
+        );
+        // The last chunk is acknowledged only if the CRC over the whole profile is that of "profile".
+        assert_eq!(answers(&mut host, &vector("chunk")), ack(kind::CHUNK, 2));
+        let started = answers(&mut host, &vector("start"));
+        assert_eq!(started[..1], ack(kind::START, 0));
+        let ended = answers(&mut host, &vector("stop"));
+        let stopped = |message: &BoardMessage| matches!(message, BoardMessage::End { reason, .. } if *reason == EndReason::Stopped);
+        assert!(ended.iter().any(stopped), "{ended:?}");
     }
 }
 
