@@ -45,7 +45,6 @@ fn compile(sketch: &Path, out: &Path, board: (&str, &str, &str, &str)) -> PathBu
     let flags = [
         "-g".to_owned(),
         "-Os".to_owned(),
-        "-w".to_owned(),
         "-ffunction-sections".to_owned(),
         "-fdata-sections".to_owned(),
         format!("-mmcu={processor}"),
@@ -73,6 +72,11 @@ fn compile(sketch: &Path, out: &Path, board: (&str, &str, &str, &str)) -> PathBu
         let plain_c = source.extension().is_some_and(|end| end == "c");
         let mut compiler = Command::new(if plain_c { "avr-gcc" } else { "avr-g++" });
         compiler.arg("-c").args(&flags);
+        if source.starts_with(sketch) {
+            compiler.args(["-Wall", "-Wextra", "-Werror"]);
+        } else {
+            compiler.arg("-w");
+        }
         match source.extension().and_then(|end| end.to_str()) {
             Some("c") => compiler.arg("-std=gnu11"),
             Some("S") => compiler.args(["-x", "assembler-with-cpp"]),

@@ -168,6 +168,7 @@ impl Board {
         while self.incoming.front().is_some_and(|&(at, _)| at <= now) {
             if let Some((_, byte)) = self.incoming.pop_front() {
                 self.mcu.receive(byte);
+                self.truth.last_received = now;
             }
         }
         self.read_drive();

@@ -26,6 +26,8 @@ pub struct Truth {
     pub ticks: Vec<Tick>,
     /// Every change of the driver's pins with its cycle, known to 10 us.
     pub drives: Vec<(u64, Drive)>,
+    /// Cycle at which the latest byte reached the board.
+    pub last_received: u64,
     /// Cycles of the resets.
     pub resets: Vec<u64>,
 }

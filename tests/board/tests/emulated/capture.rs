@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use emulated_board::bench::{MotorShaft, Shaft, SteadyShaft};
-use emulated_board::board::Board;
-use emulated_board::line::{Line, LineOptions, Pace};
+use emulated_board::board::{Board, seconds};
+use emulated_board::line::{Line, LineError, LineOptions, Pace};
 use emulated_board::truth::Truth;
 use emulated_board::wiring::BoardKind;
 use motorlab::board::faults::Faults;
 use motorlab::board::pty::Pty;
 use motorlab::motor::Motor;
 
-use crate::command::{Finished, RunFile, run};
+use crate::command::{Finished, RunFile, run, start};
 use crate::support::micros;
 
 /// A recording: what the command said, its file, and what really happened.
@@ -42,25 +43,44 @@ fn record_shaft(
 ) -> Recorded {
     let folder = tempfile::tempdir().expect("a directory");
     let directory = folder.path();
-    let pty = Pty::open().expect("a pseudo-terminal");
-    let path = pty.path().display().to_string();
-    let stop = Arc::new(AtomicBool::new(false));
-    let line = thread::spawn({
-        let stop = Arc::clone(&stop);
-        move || {
-            let board = Board::new(kind, shaft).expect("a board");
-            Line::new(board, pty, options).run(&stop)
-        }
-    });
-    let mut all = vec!["--json", "capture", &path, "-o", "run.csv"];
+    let plugged = Plugged::new(kind, shaft, options);
+    let mut all = vec!["--json", "capture", &plugged.path, "-o", "run.csv"];
     all.extend_from_slice(arguments);
     let finished = run(directory, &all);
-    stop.store(true, Ordering::Relaxed);
-    let board = line.join().expect("no panic").expect("the board ran");
     Recorded {
         file: RunFile::read(&directory.join("run.csv")),
-        truth: board.truth().clone(),
+        truth: plugged.unplug(),
         finished,
+    }
+}
+
+/// A board on a line, in a thread of its own.
+struct Plugged {
+    path: String,
+    stop: Arc<AtomicBool>,
+    line: JoinHandle<Result<Board, LineError>>,
+}
+
+impl Plugged {
+    fn new(kind: BoardKind, shaft: impl Shaft + 'static, options: LineOptions) -> Self {
+        let pty = Pty::open().expect("a pseudo-terminal");
+        let path = pty.path().display().to_string();
+        let stop = Arc::new(AtomicBool::new(false));
+        let line = thread::spawn({
+            let stop = Arc::clone(&stop);
+            move || {
+                let board = Board::new(kind, shaft).expect("a board");
+                Line::new(board, pty, options).run(&stop)
+            }
+        });
+        Self { path, stop, line }
+    }
+
+    /// What really happened on the board.
+    fn unplug(self) -> Truth {
+        self.stop.store(true, Ordering::Relaxed);
+        let board = self.line.join().expect("no panic").expect("the board ran");
+        board.truth().clone()
     }
 }
 
@@ -243,6 +263,40 @@ fn captures_of_a_held_start_are_the_same() {
         rows
     };
     assert_eq!(rows(), rows());
+}
+
+/// In real time, since a held board stands still when nobody speaks.
+#[test]
+fn the_motor_stops_when_the_recorder_is_killed() {
+    let options = LineOptions {
+        pace: Pace::RealTime,
+        ..LineOptions::default()
+    };
+    let folder = tempfile::tempdir().expect("a directory");
+    let shaft = MotorShaft::new(&Motor::default()).expect("the default motor");
+    let plugged = Plugged::new(BoardKind::Uno, shaft, options);
+    let file = folder.path().join("run.csv");
+    let arguments = ["capture", &plugged.path, "--duration", "60", "-o"];
+    let mut capture = start(folder.path(), &[&arguments[..], &["run.csv"]].concat());
+    let turns = || {
+        let moving = |file: &RunFile| file.column("counts").last().is_some_and(|&n| n > 20.0);
+        file.exists() && moving(&RunFile::read(&file))
+    };
+    while !turns() {
+        assert_eq!(capture.try_wait().expect("a state"), None, "it ended");
+        thread::sleep(Duration::from_millis(50));
+    }
+    capture.kill().expect("killed");
+    capture.wait().expect("dead");
+    // Enough even where the board's time falls behind the wall's by half.
+    thread::sleep(Duration::from_millis(1500));
+    let truth = plugged.unplug();
+    let (stopped, drive) = *truth.drives.last().expect("a drive");
+    assert_eq!(drive.motor_v, 0.0);
+    let after_s = seconds(stopped) - seconds(truth.last_received);
+    assert!((0.4..0.5).contains(&after_s), "{after_s} s");
+    let (_, before) = truth.drives[truth.drives.len() - 2];
+    assert_eq!(before.motor_v, 4.5);
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod faults;
 mod protocol;
 mod rates;
 mod recording;
+mod sizes;
 mod support;
 
 #[path = "../../../support/command.rs"]
