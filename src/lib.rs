@@ -11,6 +11,7 @@
 //! | [`compare`] | recorded against simulated |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
+//! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
@@ -19,6 +20,7 @@
 //! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is a crate of its own in
 //! src/motor, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
+pub mod blind;
 pub mod board;
 pub mod cli;
 pub mod compare;

@@ -4,6 +4,7 @@
 //! With `--json` one JSON document goes to standard output and nothing else; messages and progress
 //! go to standard error.
 
+mod blind;
 mod capture;
 mod capture_report;
 mod capture_text;
@@ -65,6 +66,7 @@ enum Command {
     Lab(lab::Lab),
     Diagnose(diagnose::Diagnose),
     Export(export::Export),
+    Blind(blind::Blind),
     Demo(demo::Demo),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
@@ -115,6 +117,7 @@ impl CommandLine {
             Command::Lab(command) => command.run(&output),
             Command::Diagnose(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
+            Command::Blind(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Firmware(command) => command.run(&output),
             Command::Flash(command) => command.run(&output),

@@ -6,6 +6,7 @@ use std::fmt::Write;
 
 use super::escape::escaped;
 use super::figure::Figure;
+use super::matrix::Matrix;
 use super::svg::{self, Size};
 
 const STYLE: &str = "\
@@ -134,6 +135,16 @@ impl Page {
         );
     }
 
+    /// A table of counts as a drawing, with what it shows.
+    pub fn matrix(&mut self, matrix: &Matrix, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure>{}<figcaption>{}</figcaption></figure>",
+            matrix.inline(),
+            escaped(caption)
+        );
+    }
+
     fn element(&mut self, open: &str, close: &str, text: &str) {
         let _ = writeln!(self.body, "<{open}>{}</{close}>", escaped(text));
     }
@@ -153,7 +164,7 @@ impl Page {
 }
 
 /// Whether a cell is a number, alone or with its unit after a space.
-fn is_number(cell: &str) -> bool {
+pub(super) fn is_number(cell: &str) -> bool {
     let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '\u{b1}', '<', '>', ' ']);
     let digits = cell.split(char::is_whitespace).next().unwrap_or("");
     let of_a_number = |c: char| c.is_numeric() || ".,e-\u{2212}+\u{d7}\u{207b}%:".contains(c);

@@ -7,10 +7,13 @@ pub mod comparison;
 mod escape;
 pub mod figure;
 mod html;
+mod matrix;
 pub mod svg;
+pub mod table;
 pub mod terminal;
 
 pub use escape::escaped;
 pub use figure::{Figure, Panel, Series, Stroke};
 pub use html::Page;
+pub use matrix::Matrix;
 pub use svg::Size;

@@ -1,0 +1,194 @@
+//! What a diagnosis claims, read off a document `motorlab-diagnosis/1`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// The parts of a diagnosis that can be right or wrong.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Claim {
+    /// `no_gap`, `parameters`, `effect`, `ambiguous` or `outside_catalogue`.
+    pub verdict: Word,
+    /// Ids of the chosen set.
+    #[serde(default)]
+    pub effects: Vec<String>,
+    /// Best first; probabilities add to 1.
+    #[serde(default)]
+    pub causes: Vec<Cause>,
+    /// How far the gap is said to close.
+    #[serde(default)]
+    pub gap: ClaimedGap,
+    /// Seconds that it says it took.
+    #[serde(default)]
+    pub elapsed_s: Option<f64>,
+}
+
+/// The verdict in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Word {
+    /// The nominal model explains the runs.
+    NoGap,
+    /// The same model inside its tolerances does.
+    Parameters,
+    /// One or several named effects do.
+    Effect,
+    /// Several do, and the runs cannot tell which.
+    Ambiguous,
+    /// Something is there that no known effect explains.
+    OutsideCatalogue,
+    /// There is no diagnosis.
+    Failed,
+}
+
+/// One cause.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Cause {
+    /// An id, several joined by `+`, `none` or `unknown`.
+    pub effect: String,
+    /// Its probability.
+    pub probability: f64,
+    /// Its parameters as estimated.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Estimate>,
+    /// Names in the form of `effect` that these runs cannot tell from it.
+    #[serde(default)]
+    pub indistinguishable_from: Vec<String>,
+}
+
+/// An estimate with its interval.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+pub struct Estimate {
+    /// The value in SI.
+    pub value: Option<f64>,
+    /// Lower end of the 95 % interval.
+    pub lo95: Option<f64>,
+    /// Upper end of the 95 % interval.
+    pub hi95: Option<f64>,
+}
+
+/// The gap as claimed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(default)]
+pub struct ClaimedGap {
+    /// Share of the gap that closes.
+    pub closed: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub closed_lo95: Option<f64>,
+    /// Upper end of its 95 % interval.
+    pub closed_hi95: Option<f64>,
+}
+
+/// A set of effects: what a name such as `stribeck+inertia` stands for.
+pub(super) type Names = BTreeSet<String>;
+
+/// The set that a name stands for; `none` (and `parameters`) is the empty one.
+pub(super) fn names(text: &str) -> Names {
+    text.split('+')
+        .map(str::trim)
+        .filter(|name| !matches!(*name, "" | "none" | "parameters"))
+        .map(str::to_owned)
+        .collect()
+}
+
+impl Claim {
+    /// Reads a document.
+    ///
+    /// # Errors
+    /// In words: what the document lacks.
+    pub fn read(document: &Value) -> Result<Self, String> {
+        let claim: Self =
+            serde_json::from_value(document.clone()).map_err(|error| error.to_string())?;
+        let bad = |p: f64| !(0.0..=1.0 + 1e-6).contains(&p);
+        match claim.causes.iter().find(|cause| bad(cause.probability)) {
+            Some(cause) => Err(format!(
+                "the probability of {} is {}",
+                cause.effect, cause.probability
+            )),
+            None => Ok(claim),
+        }
+    }
+
+    /// The set that is named first.
+    pub(super) fn leading(&self) -> Names {
+        match self.verdict {
+            Word::NoGap | Word::Parameters | Word::Failed => Names::new(),
+            Word::OutsideCatalogue => names("unknown"),
+            Word::Effect | Word::Ambiguous if !self.effects.is_empty() => {
+                self.effects.iter().cloned().collect()
+            }
+            Word::Effect | Word::Ambiguous => self
+                .causes
+                .first()
+                .map_or(Names::new(), |cause| names(&cause.effect)),
+        }
+    }
+
+    /// Every set that the verdict leaves standing: the one named, and those stated to be a tie with it.
+    pub(super) fn standing(&self) -> Vec<Names> {
+        let leading = self.leading();
+        let mut standing = vec![leading.clone()];
+        let mut add = |set: Names| {
+            if !standing.contains(&set) {
+                standing.push(set);
+            }
+        };
+        if !matches!(self.verdict, Word::Effect | Word::Ambiguous) {
+            return standing;
+        }
+        for tied in self.ties(&leading) {
+            add(tied);
+        }
+        if leading.len() > 1 {
+            // One member changed for a name that it cannot be told from.
+            for member in &leading {
+                for tied in self.ties(&names(member)) {
+                    let mut other = leading.clone();
+                    other.remove(member);
+                    other.extend(tied);
+                    if other.len() == leading.len() {
+                        add(other);
+                    }
+                }
+            }
+        }
+        standing
+    }
+
+    fn ties(&self, of: &Names) -> Vec<Names> {
+        self.cause(of).map_or(Vec::new(), |cause| {
+            cause
+                .indistinguishable_from
+                .iter()
+                .map(|text| names(text))
+                .collect()
+        })
+    }
+
+    /// The cause that is this set.
+    pub(super) fn cause(&self, of: &Names) -> Option<&Cause> {
+        self.causes.iter().find(|cause| names(&cause.effect) == *of)
+    }
+
+    /// Probability given to a set.
+    pub(super) fn probability(&self, of: &Names) -> f64 {
+        self.causes
+            .iter()
+            .filter(|cause| names(&cause.effect) == *of)
+            .map(|cause| cause.probability)
+            .sum::<f64>()
+            .min(1.0)
+    }
+
+    /// The estimate of a parameter of an effect, in the fit of the set named first.
+    pub(super) fn estimate(&self, effect: &str, parameter: &str) -> Option<Estimate> {
+        let of = |cause: &Cause| {
+            let full = format!("{effect}.{parameter}");
+            let found = cause.parameters.get(&full);
+            found.or_else(|| cause.parameters.get(parameter)).copied()
+        };
+        let whole = self.cause(&self.leading()).and_then(of);
+        whole.or_else(|| self.cause(&names(effect)).and_then(of))
+    }
+}

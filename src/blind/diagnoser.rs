@@ -1,0 +1,168 @@
+//! Who judges: a program that keeps the contract of `motorlab diagnose`, on its own and in the dark.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::BlindError;
+use super::files::sha256_of;
+
+/// What a diagnoser says of one case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// The document `motorlab-diagnosis/1`; `null` where it failed.
+    pub diagnosis: Value,
+    /// The motor file with the effect in it, if it wrote one.
+    pub model: Option<String>,
+    /// Why there is no document.
+    pub failure: Option<String>,
+    /// Wall time from start to end in s.
+    pub wall_s: f64,
+}
+
+/// Anything that diagnoses runs.
+pub trait Diagnoser: Sync {
+    /// What it is, down to its version.
+    fn name(&self) -> String;
+
+    /// Judges the runs of one motor. A failure is part of the verdict.
+    ///
+    /// # Errors
+    /// Only where no case could be judged, such as a program that does not start.
+    fn diagnose(&self, runs: &[PathBuf], motor: &Path) -> Result<Verdict, BlindError>;
+}
+
+/// A program, called as `PROGRAM diagnose RUN... --motor MOTOR --model-out FILE --json`: a process of its
+/// own for every case, in a directory that holds copies of the case's runs and nominal motor and nothing
+/// else. Neither its arguments nor its directory say where the set is, let alone the labels.
+#[derive(Debug, Clone)]
+pub struct Program {
+    program: PathBuf,
+    threads: usize,
+    name: String,
+}
+
+impl Program {
+    /// A program whose processes may each use so many threads (as `RAYON_NUM_THREADS`).
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn new(program: &Path, threads: usize) -> Result<Self, BlindError> {
+        let program = program.canonicalize().map_err(BlindError::file(program))?;
+        let hash = sha256_of(&program)?;
+        let file = program.file_name().unwrap_or_default().to_string_lossy();
+        let version = version_of(&program);
+        Ok(Self {
+            name: format!(
+                "{} (sha256 {})",
+                version.unwrap_or(file.into()),
+                &hash[..16]
+            ),
+            program,
+            threads,
+        })
+    }
+}
+
+impl Diagnoser for Program {
+    fn name(&self) -> String {
+        self.name.clone()
+    }
+
+    fn diagnose(&self, runs: &[PathBuf], motor: &Path) -> Result<Verdict, BlindError> {
+        let room = Room::new().map_err(BlindError::file(&std::env::temp_dir()))?;
+        let mut names = Vec::with_capacity(runs.len());
+        for (k, run) in runs.iter().enumerate() {
+            let name = format!("run{}.csv", k + 1);
+            fs::copy(run, room.0.join(&name)).map_err(BlindError::file(run))?;
+            names.push(name);
+        }
+        fs::copy(motor, room.0.join("motor.toml")).map_err(BlindError::file(motor))?;
+        let started = Instant::now();
+        let mut command = Command::new(&self.program);
+        // Ctrl-C ends the run of the set after the cases under way; it must not end those.
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let output = command
+            .arg("diagnose")
+            .args(names)
+            .args([
+                "--motor",
+                "motor.toml",
+                "--model-out",
+                "diagnosed.toml",
+                "--json",
+            ])
+            .current_dir(&room.0)
+            .env("PWD", &room.0)
+            .env_remove("OLDPWD")
+            .env("RAYON_NUM_THREADS", self.threads.to_string())
+            .stdin(Stdio::null())
+            .output()
+            .map_err(|source| BlindError::Diagnoser {
+                program: self.program.display().to_string(),
+                source,
+            })?;
+        let wall_s = started.elapsed().as_secs_f64();
+        let model = fs::read_to_string(room.0.join("diagnosed.toml")).ok();
+        let document = serde_json::from_slice(&output.stdout);
+        // Status 1: done, but something fell short; the document is there.
+        let (diagnosis, failure) = match (output.status.code(), document) {
+            (Some(0 | 1), Ok(document)) => (document, None),
+            (Some(0 | 1), Err(error)) => (Value::Null, Some(format!("no JSON document: {error}"))),
+            (_, _) => {
+                let said = String::from_utf8_lossy(&output.stderr);
+                let said = said.trim();
+                (Value::Null, Some(format!("{}: {said}", output.status)))
+            }
+        };
+        Ok(Verdict {
+            diagnosis,
+            model,
+            failure,
+            wall_s,
+        })
+    }
+}
+
+/// The first line of `PROGRAM --version`.
+fn version_of(program: &Path) -> Option<String> {
+    let output = Command::new(program)
+        .arg("--version")
+        .stdin(Stdio::null())
+        .output()
+        .ok()?;
+    let text = String::from_utf8_lossy(&output.stdout);
+    let line = text.lines().next()?.trim();
+    (output.status.success() && !line.is_empty()).then(|| line.to_owned())
+}
+
+/// An empty directory that goes when this does.
+struct Room(PathBuf);
+
+impl Room {
+    fn new() -> io::Result<Self> {
+        let mut k = 0_u32;
+        loop {
+            let name = format!("motorlab-blind-{}-{k}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Self(path)),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => k += 1,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+impl Drop for Room {
+    fn drop(&mut self) {
+        // A directory left behind holds nothing but copies.
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,54 @@
+//! What can go wrong, and what is refused.
+
+use std::path::{Path, PathBuf};
+
+/// Why a blind set was not made, run or scored.
+#[derive(Debug, thiserror::Error)]
+pub enum BlindError {
+    /// A file or directory could not be read or written.
+    #[error("{}: {source}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A file is not what it should be.
+    #[error("{}: {what}", path.display())]
+    Content {
+        /// Which.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        what: String,
+    },
+    /// A rule of honesty is broken; nothing is scored.
+    #[error("refused: {0}")]
+    Refused(String),
+    /// A diagnoser could not be started.
+    #[error("the diagnoser '{program}' does not start: {source}; say another with --diagnoser")]
+    Diagnoser {
+        /// Its program.
+        program: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}
+
+impl BlindError {
+    pub(super) fn file(path: &Path) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::File { path, source }
+    }
+
+    pub(super) fn content(path: &Path, what: impl ToString) -> Self {
+        Self::Content {
+            path: path.to_owned(),
+            what: what.to_string(),
+        }
+    }
+
+    /// Whether the file system is to blame and not what was asked or found.
+    pub fn is_of_the_system(&self) -> bool {
+        matches!(self, Self::File { source, .. } if source.kind() != std::io::ErrorKind::NotFound)
+    }
+}

@@ -1,0 +1,82 @@
+//! Cases made by the generator, on all cores.
+
+use case_generator::{Kind, Options, UnknownKind, generate_with, plan};
+use rand::TryRng;
+use rand::rngs::SysRng;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::{BlindError, NewCase};
+
+/// How a set of cases is made; kept with the labels, because the seed gives every label away.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Recipe {
+    /// How many cases.
+    pub cases: usize,
+    /// Seed of all of them.
+    pub seed: u64,
+    /// `mixed`, `singles`, `pairs`, `none`, `outside`, an effect's id, or two joined by `+`.
+    pub kind: String,
+    /// Motors unlike the handout's.
+    pub other_motors: bool,
+    /// Multiplies the wander of load and friction.
+    pub wander_scale: f64,
+}
+
+/// Seeds below are for tuning: their cases may be looked at, and no figure of theirs is published.
+pub const FIRST_UNTOUCHED_SEED: u64 = 1_000_000;
+
+impl Recipe {
+    /// Whether its cases may have been looked at while the diagnosis was tuned.
+    pub fn is_for_tuning(&self) -> bool {
+        self.seed < FIRST_UNTOUCHED_SEED
+    }
+}
+
+/// A seed that nobody chose, and none for tuning.
+///
+/// # Errors
+/// The system gives no randomness.
+pub fn drawn_seed() -> Result<u64, BlindError> {
+    let drawn = SysRng.try_next_u64().map_err(|error| {
+        BlindError::Refused(format!(
+            "no randomness to draw a seed from: {error}; say --seed"
+        ))
+    })?;
+    // 53 bits: a JSON number holds them in every language.
+    Ok((drawn >> 11).max(FIRST_UNTOUCHED_SEED))
+}
+
+/// Makes the cases of a recipe; `made` is told after each how many are done.
+///
+/// # Errors
+/// The kind names nothing.
+pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, UnknownKind> {
+    let planned: Vec<(u64, Kind)> = match recipe.kind.parse() {
+        Ok(mix) => plan(recipe.cases, recipe.seed, mix),
+        Err(_) => {
+            let kind: Kind = recipe.kind.parse()?;
+            let cases = plan(recipe.cases, recipe.seed, case_generator::Mix::None);
+            cases
+                .into_iter()
+                .map(|(seed, _)| (seed, kind.clone()))
+                .collect()
+        }
+    };
+    let options = Options {
+        other_motors: recipe.other_motors,
+        wander_scale: recipe.wander_scale,
+        ..Options::default()
+    };
+    let cases = planned.par_iter().map(|(seed, kind)| {
+        let case = generate_with(*seed, kind, &options);
+        made();
+        NewCase {
+            runs: case.runs.iter().map(|run| run.to_csv()).collect(),
+            motor: case.nominal.to_toml(),
+            unseen: Some(case.unseen_run.to_csv()),
+            truth: case.label.into(),
+        }
+    });
+    Ok(cases.collect())
+}

@@ -1,0 +1,160 @@
+//! All cases diagnosed, several at a time; what is done stays done.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use serde::{Deserialize, Serialize};
+
+use super::files::{now, sha256, sha256_of, write_whole};
+use super::seal::SealedCase;
+use super::{BlindError, Diagnoser, Ledger, Manifest, Verdict};
+
+/// A verdict's file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct VerdictFile {
+    /// `motorlab-blind-verdict/1`.
+    pub(super) format: String,
+    pub(super) case: String,
+    /// The commitment of the case judged: ties the verdict to this set.
+    pub(super) commitment: String,
+    /// Who judged.
+    pub(super) diagnoser: String,
+    #[serde(flatten)]
+    pub(super) verdict: Verdict,
+}
+
+/// Format of a verdict's file.
+pub(super) const VERDICT: &str = "motorlab-blind-verdict/1";
+
+/// How far a run has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Verdicts there are.
+    pub done: usize,
+    /// Cases of the set.
+    pub cases: usize,
+    /// Verdicts of this call without a diagnosis.
+    pub failed: usize,
+}
+
+/// Where the verdict of a case is.
+pub(super) fn verdict_path(directory: &Path, case: &str) -> PathBuf {
+    directory.join("verdicts").join(format!("{case}.json"))
+}
+
+/// Diagnoses every case that has no verdict yet, `jobs` at a time, and chains the verdicts. `stop` ends it
+/// after the cases under way; the next call goes on from there.
+///
+/// # Errors
+/// A set that has been opened, a chain that is broken, files changed since they were sealed, or a
+/// diagnoser that does not start.
+pub fn run(
+    directory: &Path,
+    diagnoser: &dyn Diagnoser,
+    jobs: usize,
+    stop: &AtomicBool,
+    told: &(dyn Fn(Progress) + Sync),
+) -> Result<Ledger, BlindError> {
+    let manifest = Manifest::read(directory)?;
+    if super::opening::opened_path(directory).exists() {
+        return Err(BlindError::Refused(format!(
+            "{} has been opened: a verdict from now on would not be blind",
+            directory.display()
+        )));
+    }
+    let ledger = Ledger::read(directory)?;
+    let left: Vec<&SealedCase> = manifest
+        .cases
+        .iter()
+        .filter(|case| ledger.of(&case.name).is_none())
+        .collect();
+    let cases = manifest.cases.len();
+    told(Progress {
+        done: ledger.entries.len(),
+        cases,
+        failed: 0,
+    });
+    let failed_cases = AtomicUsize::new(0);
+    let next = AtomicUsize::new(0);
+    let shared = Mutex::new((ledger, None::<BlindError>));
+    let work = || {
+        loop {
+            let Some(case) = left.get(next.fetch_add(1, Ordering::Relaxed)) else {
+                return;
+            };
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let outcome = judge_one(directory, case, diagnoser);
+            let mut guard = shared.lock().unwrap_or_else(PoisonError::into_inner);
+            let (ledger, failed) = &mut *guard;
+            let written = outcome.and_then(|(bytes, has_failed)| {
+                failed_cases.fetch_add(usize::from(has_failed), Ordering::Relaxed);
+                write_whole(&verdict_path(directory, &case.name), &bytes)?;
+                ledger.append(&case.name, sha256(&bytes), now())
+            });
+            match written {
+                Ok(()) => told(Progress {
+                    done: ledger.entries.len(),
+                    cases,
+                    failed: failed_cases.load(Ordering::Relaxed),
+                }),
+                Err(error) => {
+                    failed.get_or_insert(error);
+                    stop.store(true, Ordering::Relaxed);
+                }
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..jobs.clamp(1, left.len().max(1)) {
+            scope.spawn(work);
+        }
+    });
+    let (ledger, failed) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
+    failed.map_or(Ok(ledger), Err)
+}
+
+/// Checks the files of a case, has it judged, and gives the bytes of the verdict's file and whether it failed.
+fn judge_one(
+    directory: &Path,
+    case: &SealedCase,
+    diagnoser: &dyn Diagnoser,
+) -> Result<(Vec<u8>, bool), BlindError> {
+    for file in case.runs.iter().chain([&case.motor]) {
+        check_file(directory, case, file)?;
+    }
+    let runs: Vec<PathBuf> = case.runs.iter().map(|file| directory.join(file)).collect();
+    let verdict = diagnoser.diagnose(&runs, &directory.join(&case.motor))?;
+    let file = VerdictFile {
+        format: VERDICT.to_owned(),
+        case: case.name.clone(),
+        commitment: case.commitment.clone(),
+        diagnoser: diagnoser.name(),
+        verdict,
+    };
+    serde_json::to_vec_pretty(&file)
+        .map(|bytes| (bytes, file.verdict.failure.is_some()))
+        .map_err(|error| BlindError::content(&verdict_path(directory, &case.name), error))
+}
+
+/// Refuses a file that is not what was sealed.
+pub(super) fn check_file(
+    directory: &Path,
+    case: &SealedCase,
+    file: &str,
+) -> Result<(), BlindError> {
+    let path = directory.join(file);
+    let found = sha256_of(&path)?;
+    match case.sha256.get(file) {
+        Some(expected) if *expected == found => Ok(()),
+        Some(_) => Err(BlindError::Refused(format!(
+            "{file} was changed after it was sealed"
+        ))),
+        None => Err(BlindError::Refused(format!(
+            "{file} has no hash in the manifest"
+        ))),
+    }
+}

@@ -1,0 +1,263 @@
+//! Sealing: what is published, and what is kept back.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use rand::TryRng;
+use rand::rngs::SysRng;
+use serde::{Deserialize, Serialize};
+use time::OffsetDateTime;
+
+use super::files::{hex, now, read_document, sha256, write_document, write_whole};
+use super::{BlindError, Truth};
+
+/// Format of the manifest.
+const MANIFEST: &str = "motorlab-blind/1";
+/// Format of the labels' file.
+const LABELS: &str = "motorlab-blind-labels/1";
+
+/// What is published of a set, `DIR/manifest.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// `motorlab-blind/1`.
+    pub format: String,
+    /// When it was last added to.
+    #[serde(with = "time::serde::rfc3339")]
+    pub sealed_at: OffsetDateTime,
+    /// The cases, in the order of their names.
+    pub cases: Vec<SealedCase>,
+}
+
+/// A case as published.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SealedCase {
+    /// Its name.
+    pub name: String,
+    /// Run files to diagnose, relative to the set.
+    pub runs: Vec<String>,
+    /// Nominal motor file, relative to the set.
+    pub motor: String,
+    /// A run that no diagnosis is given, for scoring what was promised.
+    pub unseen: Option<String>,
+    /// SHA-256 of every file above.
+    pub sha256: BTreeMap<String, String>,
+    /// `SHA-256(salt LF name LF label)`.
+    pub commitment: String,
+}
+
+/// The labels with their salts: the file that no diagnosis reads.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Labels {
+    /// `motorlab-blind-labels/1`.
+    pub format: String,
+    /// How the cases were made, if they were made and not recorded.
+    pub recipe: Option<super::Recipe>,
+    /// By name of the case.
+    pub cases: BTreeMap<String, SealedLabel>,
+}
+
+/// One label as committed to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SealedLabel {
+    /// 32 random bytes in hex.
+    pub salt: String,
+    /// The label's JSON, letter by letter as it was hashed.
+    pub label: String,
+}
+
+/// A case to be sealed: contents of its files, and the truth.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewCase {
+    /// Contents of the run files.
+    pub runs: Vec<String>,
+    /// Content of the nominal motor file.
+    pub motor: String,
+    /// Content of the unseen run's file.
+    pub unseen: Option<String>,
+    /// The truth.
+    pub truth: Truth,
+}
+
+/// The commitment to a label.
+pub fn commitment(name: &str, sealed: &SealedLabel) -> String {
+    sha256(format!("{}\n{name}\n{}", sealed.salt, sealed.label).as_bytes())
+}
+
+impl Manifest {
+    /// Reads the manifest of a set.
+    ///
+    /// # Errors
+    /// No manifest there, not one of this format, or paths that lead out of the set.
+    pub fn read(directory: &Path) -> Result<Self, BlindError> {
+        let path = manifest_path(directory);
+        let manifest: Self = read_document(&path)?;
+        if manifest.format != MANIFEST {
+            return Err(BlindError::content(
+                &path,
+                format!("format is '{}', expected {MANIFEST}", manifest.format),
+            ));
+        }
+        for file in manifest.cases.iter().flat_map(SealedCase::files) {
+            let inside = Path::new(file)
+                .components()
+                .all(|part| matches!(part, Component::Normal(_)));
+            if !inside {
+                return Err(BlindError::content(
+                    &path,
+                    format!("'{file}' leads out of the set"),
+                ));
+            }
+        }
+        Ok(manifest)
+    }
+}
+
+impl SealedCase {
+    /// All files of the case.
+    pub(super) fn files(&self) -> impl Iterator<Item = &String> {
+        self.runs.iter().chain([&self.motor]).chain(&self.unseen)
+    }
+}
+
+impl Labels {
+    /// Reads a labels' file.
+    ///
+    /// # Errors
+    /// It is not there or not of this format.
+    pub fn read(path: &Path) -> Result<Self, BlindError> {
+        let labels: Self = read_document(path)?;
+        if labels.format != LABELS {
+            return Err(BlindError::content(
+                path,
+                format!("format is '{}', expected {LABELS}", labels.format),
+            ));
+        }
+        Ok(labels)
+    }
+}
+
+/// Where the manifest is.
+pub(super) fn manifest_path(directory: &Path) -> PathBuf {
+    directory.join("manifest.json")
+}
+
+/// Writes cases into a set, new or begun, and their labels into the labels' file. Names count on.
+///
+/// # Errors
+/// Files that cannot be written; a set that has been opened; a labels' file inside the set, where a
+/// diagnosis could come across it.
+pub fn add_cases(
+    directory: &Path,
+    labels_path: &Path,
+    recipe: Option<super::Recipe>,
+    cases: impl IntoIterator<Item = NewCase>,
+) -> Result<Manifest, BlindError> {
+    fs::create_dir_all(directory).map_err(BlindError::file(directory))?;
+    if is_inside(labels_path, directory) {
+        return Err(BlindError::Refused(format!(
+            "the labels' file {} would lie inside the set {}; keep it elsewhere",
+            labels_path.display(),
+            directory.display()
+        )));
+    }
+    if super::opening::opened_path(directory).exists() {
+        return Err(BlindError::Refused(format!(
+            "{} has been opened; seal new cases in a new set",
+            directory.display()
+        )));
+    }
+    let (mut manifest, mut labels) = match (manifest_path(directory).exists(), labels_path.exists())
+    {
+        (true, true) => (Manifest::read(directory)?, Labels::read(labels_path)?),
+        (false, false) => (
+            Manifest {
+                format: MANIFEST.to_owned(),
+                sealed_at: now(),
+                cases: Vec::new(),
+            },
+            Labels {
+                format: LABELS.to_owned(),
+                recipe: None,
+                cases: BTreeMap::new(),
+            },
+        ),
+        (true, false) => {
+            return Err(BlindError::Refused(format!(
+                "{} is a set already, and its labels' file is not {}",
+                directory.display(),
+                labels_path.display()
+            )));
+        }
+        (false, true) => {
+            return Err(BlindError::Refused(format!(
+                "{} holds the labels of another set; say another file",
+                labels_path.display()
+            )));
+        }
+    };
+    labels.recipe = labels.recipe.or(recipe);
+    for case in cases {
+        let name = format!("case-{:04}", manifest.cases.len() + 1);
+        let (sealed, label) = seal(directory, &name, &case)?;
+        manifest.cases.push(sealed);
+        labels.cases.insert(name, label);
+    }
+    manifest.sealed_at = now();
+    // The labels first: a commitment without its label could never be opened.
+    write_document(labels_path, &labels)?;
+    write_document(&manifest_path(directory), &manifest)?;
+    Ok(manifest)
+}
+
+/// Whether a path lies under a directory that is there.
+fn is_inside(path: &Path, directory: &Path) -> bool {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    match (folder.canonicalize(), directory.canonicalize()) {
+        (Ok(folder), Ok(directory)) => folder.starts_with(directory),
+        _ => false,
+    }
+}
+
+fn seal(
+    directory: &Path,
+    name: &str,
+    case: &NewCase,
+) -> Result<(SealedCase, SealedLabel), BlindError> {
+    let mut hashes = BTreeMap::new();
+    let mut put = |file: String, content: &str| -> Result<String, BlindError> {
+        write_whole(&directory.join(&file), content.as_bytes())?;
+        hashes.insert(file.clone(), sha256(content.as_bytes()));
+        Ok(file)
+    };
+    let mut runs = Vec::new();
+    for (k, run) in case.runs.iter().enumerate() {
+        runs.push(put(format!("{name}/run{}.csv", k + 1), run)?);
+    }
+    let motor = put(format!("{name}/motor.toml"), &case.motor)?;
+    let unseen = match &case.unseen {
+        Some(run) => Some(put(format!("unseen/{name}.csv"), run)?),
+        None => None,
+    };
+    let mut salt = [0_u8; 32];
+    SysRng
+        .try_fill_bytes(&mut salt)
+        .map_err(|error| BlindError::content(directory, format!("no randomness: {error}")))?;
+    let label = SealedLabel {
+        salt: hex(&salt),
+        label: serde_json::to_string(&case.truth)
+            .map_err(|error| BlindError::content(directory, error))?,
+    };
+    let sealed = SealedCase {
+        name: name.to_owned(),
+        runs,
+        motor,
+        unseen,
+        sha256: hashes,
+        commitment: commitment(name, &label),
+    };
+    Ok((sealed, label))
+}

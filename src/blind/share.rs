@@ -1,0 +1,134 @@
+//! Shares of a number of cases, with what chance makes of them.
+
+use serde::{Deserialize, Serialize};
+use statrs::function::beta::ln_beta;
+use statrs::function::factorial::ln_binomial;
+
+/// So many of so many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Share {
+    /// How many are.
+    pub hits: u64,
+    /// How many could be.
+    pub of: u64,
+}
+
+impl Share {
+    /// The share of the items for which something holds.
+    pub fn count<T>(items: impl IntoIterator<Item = T>, holds: impl Fn(T) -> bool) -> Self {
+        items.into_iter().fold(Self::default(), |share, item| Self {
+            hits: share.hits + u64::from(holds(item)),
+            of: share.of + 1,
+        })
+    }
+
+    /// The share from 0 to 1; none of nothing.
+    pub fn value(self) -> Option<f64> {
+        (self.of > 0).then(|| self.hits as f64 / self.of as f64)
+    }
+
+    /// Wilson's 95 % interval for the share of all cases of which these are a sample (Wilson 1927):
+    /// `(p + z^2/2n +- z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n)`.
+    pub fn interval95(self) -> Option<(f64, f64)> {
+        const Z: f64 = 1.959_963_984_540_054;
+        let p = self.value()?;
+        let n = self.of as f64;
+        let centre = p + Z * Z / (2.0 * n);
+        let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+        let scale = 1.0 + Z * Z / n;
+        Some((
+            ((centre - half) / scale).max(0.0),
+            ((centre + half) / scale).min(1.0),
+        ))
+    }
+
+    /// How probable it is to see this share or a lower one, were nothing worse than when `published` was
+    /// drawn. What is known of the true share after `published` is Beta(h + 1, n - h + 1), which makes the
+    /// hits of a new sample beta-binomial: the chance of both samples is in it.
+    pub fn chance_of_so_few(self, published: Self) -> f64 {
+        let a = published.hits as f64 + 1.0;
+        let b = (published.of - published.hits.min(published.of)) as f64 + 1.0;
+        let probability = |k: u64| {
+            let (k_f, n) = (k as f64, self.of as f64);
+            (ln_binomial(self.of, k) + ln_beta(k_f + a, n - k_f + b) - ln_beta(a, b)).exp()
+        };
+        (0..=self.hits).map(probability).sum::<f64>().min(1.0)
+    }
+
+    /// In words: `47 of 54, 87 % (75 to 94)`.
+    pub fn words(self) -> String {
+        match (self.value(), self.interval95()) {
+            (Some(value), Some((low, high))) => format!(
+                "{} of {}, {:.0} % ({:.0} to {:.0})",
+                self.hits,
+                self.of,
+                100.0 * value,
+                100.0 * low,
+                100.0 * high
+            ),
+            _ => "no case".to_owned(),
+        }
+    }
+
+    /// In short: `87 %`.
+    pub fn percent(self) -> String {
+        self.value()
+            .map_or("–".to_owned(), |value| format!("{:.0} %", 100.0 * value))
+    }
+}
+
+/// The value that a share `q` of the values lie below, between neighbours by line; none of nothing.
+pub(super) fn quantile(values: &[f64], q: f64) -> Option<f64> {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let last = sorted.len().checked_sub(1)?;
+    let place = q * last as f64;
+    let below = place.floor() as usize;
+    let above = (below + 1).min(last);
+    Some(sorted[below] + (place - below as f64) * (sorted[above] - sorted[below]))
+}
+
+/// The mean; none of nothing.
+pub(super) fn mean(values: &[f64]) -> Option<f64> {
+    (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_are_those_published() {
+        // Newcombe (1998), Statistics in Medicine 17, table I, method 3: 81 of 263, 15 of 148, 0 of 20,
+        // 1 of 29.
+        for (hits, of, low, high) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let (l, h) = Share { hits, of }.interval95().expect("there are cases");
+            assert!(
+                (l - low).abs() < 6e-5 && (h - high).abs() < 6e-5,
+                "{hits}/{of}: {l} {h}"
+            );
+        }
+        assert_eq!(Share::default().interval95(), None);
+    }
+
+    #[test]
+    fn so_few_is_as_probable_as_rules_of_succession_say() {
+        // Laplace: after 8 of 10 one more case hits with (8 + 1)/(10 + 2).
+        let published = Share { hits: 8, of: 10 };
+        let missed = Share { hits: 0, of: 1 }.chance_of_so_few(published);
+        assert!((missed - 0.25).abs() < 1e-12);
+        let all = Share { hits: 7, of: 7 }.chance_of_so_few(published);
+        assert!((all - 1.0).abs() < 1e-12);
+        // Summed with Python's math.lgamma.
+        let published = Share { hits: 291, of: 300 };
+        for (hits, expected) in [(50, 2.173_689_289e-4), (55, 6.443_016_177e-2)] {
+            let few = Share { hits, of: 60 }.chance_of_so_few(published);
+            assert!((few / expected - 1.0).abs() < 1e-6, "{hits}: {few}");
+        }
+    }
+}

@@ -1,0 +1,366 @@
+//! A score in words and tables, for the terminal and for pages.
+
+use super::{Judgement, Score, Share, TruthKind};
+use crate::report::table::Table;
+
+/// The figures wanted, beside those reached: name, reached, wanted.
+pub(super) fn headline(score: &Score) -> Table {
+    let mut table = Table::new(["", "reached", "wanted"]);
+    let mut row = |name: &str, reached: String, wanted: &str| {
+        table.row([name.to_owned(), reached, wanted.to_owned()]);
+    };
+    row(
+        "single effects named outright",
+        score.singles.named.words(),
+        "90 %",
+    );
+    row(
+        "single effects right, ties stated included",
+        score.singles.right.words(),
+        "97 %",
+    );
+    row("pairs, both right", score.pairs.right.words(), "80 %");
+    row(
+        "pairs, one of two right",
+        score.pairs_half_right.words(),
+        "",
+    );
+    row(
+        "false alarms where nothing is",
+        score.false_alarms.words(),
+        "at most 2 %",
+    );
+    row(
+        "outside the catalogue, flagged",
+        score.outside.flagged.words(),
+        "90 %",
+    );
+    row(
+        "outside, taken for an effect",
+        score.outside.taken_for_an_effect.words(),
+        "",
+    );
+    row(
+        "Brier score of what is said",
+        number(score.probabilities.brier, 3),
+        "at most 0.05",
+    );
+    row(
+        "Brier score over all causes (0 to 2)",
+        number(score.probabilities.brier_all_causes, 3),
+        "",
+    );
+    row(
+        "log score of the truth (nats)",
+        number(score.probabilities.log_score, 2),
+        "",
+    );
+    row(
+        "verdicts of 90 % and more, right",
+        score.probabilities.right_from_90.words(),
+        "90 %",
+    );
+    row(
+        "95 % intervals that hold the truth",
+        score.coverage.intervals.words(),
+        "90 to 99 %",
+    );
+    row(
+        "whole numbers right (cycles, sides)",
+        score.coverage.whole_numbers.words(),
+        "",
+    );
+    let gap = &score.gap;
+    row(
+        "unseen run, single effects, median (counts RMS)",
+        format!(
+            "{} ({} of the floor; nominal {}, the truth itself {})",
+            number(gap.singles_after_counts, 3),
+            number(gap.singles_after_over_floor, 2),
+            number(gap.singles_before_counts, 1),
+            number(gap.singles_truth_counts, 3)
+        ),
+        "1.5 of the floor",
+    );
+    row(
+        "gap closed, median: said, on the unseen run",
+        format!(
+            "{}, {}",
+            percent(gap.claimed_median),
+            percent(gap.unseen_median)
+        ),
+        "",
+    );
+    row(
+        "gap closed lies in the interval said",
+        gap.in_interval.words(),
+        "",
+    );
+    row(
+        "time of a diagnosis (s): median, 90 %, longest",
+        format!(
+            "{}, {}, {}",
+            number(score.time.median_s, 2),
+            number(score.time.p90_s, 2),
+            number(score.time.most_s, 2)
+        ),
+        "at most 2",
+    );
+    row(
+        "ties stated (single effects)",
+        score.ties.stated.words(),
+        "",
+    );
+    row(
+        "names in a tie: mean, most",
+        format!(
+            "{}, {}",
+            number(score.ties.mean_names, 1),
+            score.ties.most_names
+        ),
+        "",
+    );
+    row("cases without a diagnosis", score.failed.to_string(), "0");
+    table
+}
+
+/// Right and named by effect.
+pub(super) fn effects(score: &Score) -> Table {
+    let mut table = Table::new([
+        "effect",
+        "cases",
+        "named",
+        "right",
+        "median strength",
+        "taken for",
+    ]);
+    for row in &score.by_effect {
+        let taken: Vec<String> = row
+            .taken_for
+            .iter()
+            .map(|(name, times)| format!("{name} {times}"))
+            .collect();
+        table.row([
+            row.effect.clone(),
+            row.standing.right.of.to_string(),
+            row.standing.named.percent(),
+            row.standing.right.percent(),
+            number(row.median_strength_counts, 1),
+            taken.join(", "),
+        ]);
+    }
+    table
+}
+
+/// Right and named by strength.
+pub(super) fn strengths(score: &Score) -> Table {
+    let mut table = Table::new(["strength (counts RMS)", "cases", "named", "right"]);
+    for row in &score.by_strength {
+        let band = match row.to_counts {
+            Some(to) => format!("{} to {to}", row.from_counts),
+            None => format!("{} and more", row.from_counts),
+        };
+        table.row([
+            band,
+            row.standing.right.of.to_string(),
+            row.standing.named.percent(),
+            row.standing.right.percent(),
+        ]);
+    }
+    table
+}
+
+/// Flagged by id.
+pub(super) fn outside(score: &Score) -> Table {
+    let mut table = Table::new(["outside the catalogue", "cases", "flagged"]);
+    for (id, share) in &score.outside.by_id {
+        table.row([id.clone(), share.of.to_string(), share.percent()]);
+    }
+    table
+}
+
+/// Probabilities said against shares right.
+pub(super) fn reliability(score: &Score) -> Table {
+    let mut table = Table::new(["probability said", "verdicts", "mean said", "right"]);
+    for row in &score.probabilities.reliability {
+        table.row([
+            format!("{:.2} to {:.2}", row.from, row.to),
+            row.right.of.to_string(),
+            format!("{:.3}", row.mean_probability),
+            row.right.words(),
+        ]);
+    }
+    table
+}
+
+/// Interval coverage by parameter.
+pub(super) fn coverage(score: &Score) -> Table {
+    let mut table = Table::new(["parameter", "estimates", "right"]);
+    for (name, share) in &score.coverage.by_parameter {
+        table.row([name.clone(), share.of.to_string(), share.percent()]);
+    }
+    table
+}
+
+/// The confusion matrix with numbered columns; rows and columns without a case are left out.
+pub(super) fn confusion(score: &Score) -> Table {
+    let confusion = &score.confusion;
+    let used_column = |c: usize| confusion.counts.iter().any(|row| row[c] > 0);
+    let columns: Vec<usize> = (0..confusion.columns.len())
+        .filter(|&c| used_column(c))
+        .collect();
+    let mut names = vec!["so it is \\ so it is said".to_owned()];
+    names.extend(columns.iter().map(|c| (c + 1).to_string()));
+    let mut table = Table::new(names);
+    for (r, row) in confusion.counts.iter().enumerate() {
+        if row.iter().all(|&count| count == 0) {
+            continue;
+        }
+        let name = &confusion.rows[r];
+        let number = confusion.columns.iter().position(|column| column == name);
+        let mut cells = vec![match number {
+            Some(number) => format!("{:>2} {name}", number + 1),
+            None => format!("   {name}"),
+        }];
+        cells.extend(columns.iter().map(|&c| match row[c] {
+            0 => "·".to_owned(),
+            count => count.to_string(),
+        }));
+        table.row(cells);
+    }
+    table
+}
+
+/// What the numbered columns beyond the effects are.
+pub(super) fn confusion_key(score: &Score) -> String {
+    let columns = score.confusion.columns.iter().enumerate();
+    let words: Vec<String> = columns
+        .map(|(k, name)| format!("{} {name}", k + 1))
+        .collect();
+    format!("Columns: {}.", words.join(", "))
+}
+
+/// Every case that is not right, with what is known of it.
+pub(super) fn misses(score: &Score) -> Vec<String> {
+    let missed = score.cases.iter().filter(|j| !j.is_right());
+    missed.map(miss).collect()
+}
+
+fn miss(j: &Judgement) -> String {
+    let mut text = format!("{}: {}", j.case, j.truth.words());
+    for effect in &j.truth.effects {
+        let mut facts: Vec<String> = Vec::new();
+        if let Some(strength) = j.truth.strength_counts.get(&effect.id) {
+            facts.push(format!("{strength:.1} counts"));
+        }
+        facts.extend(
+            effect
+                .parameters
+                .iter()
+                .map(|(name, value)| format!("{name} {value}")),
+        );
+        if !facts.is_empty() {
+            text += &format!(" [{}]", facts.join(", "));
+        }
+    }
+    if let Some(beyond) = j
+        .truth
+        .beyond_refit_counts
+        .filter(|_| j.truth.kind != TruthKind::None)
+    {
+        text += &format!(", {beyond:.2} counts beyond a refit");
+    }
+    if let Some(failure) = &j.failure {
+        return text + &format!(". No diagnosis: {failure}");
+    }
+    text += &format!(". Said: {} ({:.3})", j.said_in_words(), j.probability_said);
+    match j.rank_of_truth {
+        Some(rank) => text + &format!("; the truth has {:.2e}, place {rank}", j.probability_truth),
+        None => text + "; the truth is not among the causes",
+    }
+}
+
+/// The whole score as text.
+pub fn text(score: &Score) -> String {
+    let mut out = facts(score).join("\n") + "\n\n";
+    let mut part = |title: &str, table: Table| {
+        out += &format!("{title}\n{table}\n");
+    };
+    part("Figures", headline(score));
+    part("By strength", strengths(score));
+    part("By effect", effects(score));
+    part("Outside the catalogue", outside(score));
+    part("Confusion", confusion(score));
+    out += &format!("{}\n\n", confusion_key(score));
+    out += &format!("Reliability\n{}\n", reliability(score));
+    out += &format!("Estimates\n{}\n", coverage(score));
+    let misses = misses(score);
+    out += &format!("Missed ({})\n", misses.len());
+    for miss in misses {
+        out += &format!("  {miss}\n");
+    }
+    out
+}
+
+/// Which set it is, and what to mind of it.
+pub(super) fn facts(score: &Score) -> Vec<String> {
+    let set = &score.set;
+    let mut facts = vec![format!(
+        "{} cases, judged by {}",
+        set.cases,
+        set.diagnosers.join(" and ")
+    )];
+    if let Some(recipe) = &set.recipe {
+        let mut words = format!(
+            "made with --cases {} --seed {} --kind {}",
+            recipe.cases, recipe.seed, recipe.kind
+        );
+        if recipe.other_motors {
+            words += " --other-motors";
+        }
+        if recipe.wander_scale != 1.0 {
+            words += &format!(" --wander {}", recipe.wander_scale);
+        }
+        facts.push(words);
+    }
+    if set.for_tuning {
+        facts.push(
+            "a tuning set: its figures say how well tuning went and are not to be published"
+                .to_owned(),
+        );
+    }
+    if set.diagnosers.len() > 1 {
+        facts.push(
+            "the program was changed between verdicts: these figures are of no version".to_owned(),
+        );
+    }
+    facts.push(format!(
+        "labels opened {}; the chain of verdicts ended in {}",
+        set.opened_at, set.head
+    ));
+    facts
+}
+
+/// One sentence that says it all.
+pub(super) fn lead(score: &Score) -> String {
+    let mut parts = Vec::new();
+    let mut part = |share: Share, words: &str| {
+        if share.of > 0 {
+            parts.push(format!("{} {words}", share.percent()));
+        }
+    };
+    part(score.singles.right, "of single effects right");
+    part(score.singles.named, "named outright");
+    part(score.pairs.right, "of pairs right");
+    part(score.outside.flagged, "of unknown effects flagged");
+    part(score.false_alarms, "false alarms");
+    format!("{} cases: {}.", score.set.cases, parts.join(", "))
+}
+
+pub(super) fn number(value: Option<f64>, digits: usize) -> String {
+    value.map_or("–".to_owned(), |value| format!("{value:.digits$}"))
+}
+
+fn percent(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), |value| format!("{:.1} %", 100.0 * value))
+}

@@ -1,0 +1,176 @@
+//! What is sealed: the truth of a case, as far as whoever arranged it knows it.
+
+use std::collections::BTreeMap;
+
+use case_generator::{Label, OUTSIDE};
+use serde::{Deserialize, Serialize};
+
+use crate::motor::effects::{catalogue, find};
+
+/// The truth of a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// What is hidden.
+    pub kind: TruthKind,
+    /// The hidden effects; an id that the catalogue does not have where `kind` is `outside`.
+    pub effects: Vec<TrueEffect>,
+    /// Of each effect, where it is known: by how many counts (RMS over the runs) it changes the angle.
+    #[serde(default)]
+    pub strength_counts: BTreeMap<String, f64>,
+    /// What re-tuning the motor's figures within their tolerances leaves of all effects together, in
+    /// counts RMS (linear estimate).
+    #[serde(default)]
+    pub beyond_refit_counts: Option<f64>,
+    /// What the truth itself leaves of the unseen run, for want of its wander, in counts RMS.
+    #[serde(default)]
+    pub unseen_floor_counts: Option<f64>,
+}
+
+/// What a case hides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TruthKind {
+    /// Nothing beyond tolerances.
+    None,
+    /// One effect of the catalogue.
+    Single,
+    /// Two or more effects of the catalogue.
+    Pair,
+    /// Something that the catalogue does not have.
+    Outside,
+}
+
+/// An effect with what is known of its parameters, under the names of a motor file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrueEffect {
+    /// Its id.
+    pub id: String,
+    /// True values in SI.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, f64>,
+}
+
+/// A label that cannot be sealed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum BadLabel {
+    /// The name is no effect of the catalogue.
+    #[error(
+        "'{name}' is no effect of the catalogue{}; say 'none', an effect's id, several joined by '+', or \
+         'outside:WORDS' for something that the catalogue does not have", 
+        nearest.map_or(String::new(), |id| format!(", the nearest is '{id}'"))
+    )]
+    Unknown {
+        /// The name given.
+        name: String,
+        /// The nearest id.
+        nearest: Option<&'static str>,
+    },
+    /// An effect twice.
+    #[error("'{0}' is named twice")]
+    Twice(String),
+}
+
+impl Truth {
+    /// The truth in words: `none`, ids of the catalogue joined by `+`, or `outside:WORDS`.
+    ///
+    /// # Errors
+    /// A name that the catalogue does not have: a slip of the pen must not become an outside effect.
+    pub fn from_words(words: &str) -> Result<Self, BadLabel> {
+        let effect = |id: &str| TrueEffect {
+            id: id.to_owned(),
+            parameters: BTreeMap::new(),
+        };
+        let (kind, effects) = if words == "none" {
+            (TruthKind::None, Vec::new())
+        } else if let Some(outside) = words.strip_prefix("outside:") {
+            (TruthKind::Outside, vec![effect(outside.trim())])
+        } else {
+            let mut effects: Vec<TrueEffect> = Vec::new();
+            for id in words.split('+').map(str::trim) {
+                if find(id).is_none() {
+                    return Err(BadLabel::Unknown {
+                        name: id.to_owned(),
+                        nearest: nearest(id),
+                    });
+                }
+                if effects.iter().any(|known| known.id == id) {
+                    return Err(BadLabel::Twice(id.to_owned()));
+                }
+                effects.push(effect(id));
+            }
+            let kind = if effects.len() == 1 {
+                TruthKind::Single
+            } else {
+                TruthKind::Pair
+            };
+            (kind, effects)
+        };
+        Ok(Self {
+            kind,
+            effects,
+            strength_counts: BTreeMap::new(),
+            beyond_refit_counts: None,
+            unseen_floor_counts: None,
+        })
+    }
+
+    /// Ids of the hidden effects, in the order of the alphabet.
+    pub fn ids(&self) -> Vec<&str> {
+        let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
+        ids.sort_unstable();
+        ids
+    }
+
+    /// The truth in words, as [`Truth::from_words`] takes them.
+    pub fn words(&self) -> String {
+        match self.kind {
+            TruthKind::None => "none".to_owned(),
+            TruthKind::Outside => format!("outside:{}", self.ids().join("+")),
+            TruthKind::Single | TruthKind::Pair => self.ids().join("+"),
+        }
+    }
+
+    /// Strength of the weakest effect in counts RMS, where known.
+    pub fn weakest_counts(&self) -> Option<f64> {
+        self.strength_counts.values().copied().reduce(f64::min)
+    }
+}
+
+impl From<Label> for Truth {
+    fn from(label: Label) -> Self {
+        let outside = label
+            .effects
+            .iter()
+            .any(|e| OUTSIDE.contains(&e.id.as_str()));
+        let kind = match label.effects.len() {
+            _ if outside => TruthKind::Outside,
+            0 => TruthKind::None,
+            1 => TruthKind::Single,
+            _ => TruthKind::Pair,
+        };
+        Self {
+            kind,
+            effects: label
+                .effects
+                .into_iter()
+                .map(|effect| TrueEffect {
+                    id: effect.id,
+                    parameters: effect.parameters,
+                })
+                .collect(),
+            strength_counts: label.strength_counts,
+            beyond_refit_counts: Some(label.beyond_refit_counts),
+            unseen_floor_counts: Some(label.unseen_floor_counts),
+        }
+    }
+}
+
+fn nearest(name: &str) -> Option<&'static str> {
+    let close = |id: &'static str| (id, strsim::jaro_winkler(name, id));
+    catalogue()
+        .iter()
+        .map(|kind| close(kind.id))
+        .filter(|(_, closeness)| *closeness > 0.7)
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map(|(id, _)| id)
+}

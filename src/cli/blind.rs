@@ -1,0 +1,382 @@
+//! `motorlab blind`: cases whose cause is sealed, verdicts on them, and the score.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::{fs, io, thread};
+
+use clap::{Args, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::picture::write_file;
+use super::signals::StopSignal;
+use super::{Failure, Output, Status};
+use crate::blind::{
+    self, BlindError, Ledger, Manifest, NewCase, Program, Recipe, Truth, add_cases, judge,
+    measure_gap,
+};
+use crate::motor::read_motor;
+use crate::recording::read_run;
+
+/// Check diagnoses on cases whose cause is sealed: make or seal cases, run, then score.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab blind make --cases 100 set --labels away/labels.json\n  motorlab blind run set\n  motorlab blind score set --labels away/labels.json --html score.html\n\n  motorlab blind seal heavy1.csv heavy2.csv --motor motor.toml --label inertia --into exercise"
+)]
+pub struct Blind {
+    #[command(subcommand)]
+    step: Step,
+}
+
+#[derive(Debug, Subcommand)]
+enum Step {
+    Make(Make),
+    Seal(Seal),
+    Run(Run),
+    Score(Score),
+}
+
+/// Make cases of imagined motors and seal what they hide.
+#[derive(Debug, Args)]
+struct Make {
+    /// Directory of the set.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// How many cases.
+    #[arg(long, default_value_t = 100)]
+    cases: usize,
+    /// Seed of all of them (it gives every label away; below 1000000: for tuning). [default: drawn]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// mixed, singles, pairs, none, outside, an effect's id, or two joined by +.
+    #[arg(long, default_value = "mixed")]
+    kind: String,
+    /// Motors unlike the lab handout's.
+    #[arg(long)]
+    other_motors: bool,
+    /// Multiply the wander of load and friction.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    wander: f64,
+    /// File for the labels, outside the set. [default: DIR.labels.json]
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+}
+
+/// Seal recorded runs whose cause you arranged, as one case of a set.
+#[derive(Debug, Args)]
+struct Seal {
+    /// Run files, all of one motor.
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Motor file as it was before anything was arranged.
+    #[arg(long, value_name = "MOTOR")]
+    motor: PathBuf,
+    /// What was arranged: none, an effect's id, several joined by +, or outside:WORDS.
+    #[arg(long)]
+    label: String,
+    /// Another run of the same motor, kept from the diagnosis, to hold its promise against.
+    #[arg(long, value_name = "RUN")]
+    unseen: Option<PathBuf>,
+    /// Directory of the set, new or begun.
+    #[arg(long, value_name = "DIR")]
+    into: PathBuf,
+    /// File for the labels, outside the set. [default: DIR.labels.json]
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+}
+
+/// Diagnose every case that has no verdict yet; goes on where it was stopped.
+#[derive(Debug, Args)]
+struct Run {
+    /// Directory of the set.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// Cases at a time. [default: one a core]
+    #[arg(long)]
+    jobs: Option<usize>,
+    /// Another program that keeps the contract of `motorlab diagnose`. [default: this one]
+    #[arg(long, value_name = "PROGRAM")]
+    diagnoser: Option<PathBuf>,
+}
+
+/// Open the labels and score the verdicts; refuses where anything was changed.
+#[derive(Debug, Args)]
+struct Score {
+    /// Directory of the set.
+    #[arg(value_name = "DIR")]
+    directory: PathBuf,
+    /// The labels.
+    #[arg(long, value_name = "FILE")]
+    labels: PathBuf,
+    /// Hash of the verdicts as `blind run` printed it and you wrote it down.
+    #[arg(long, value_name = "HASH")]
+    head: Option<String>,
+    /// Write everything as one HTML file that needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+}
+
+impl Blind {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        match &self.step {
+            Step::Make(make) => make.run(output),
+            Step::Seal(seal) => seal.run(output),
+            Step::Run(run) => run.run(output),
+            Step::Score(score) => score.run(output),
+        }
+    }
+}
+
+/// What `make` and `seal` print.
+#[derive(Debug, Serialize)]
+struct Sealed<'a> {
+    shape: &'static str,
+    directory: &'a Path,
+    labels: &'a Path,
+    cases: usize,
+}
+
+impl Sealed<'_> {
+    fn say(&self, output: &Output) -> Result<Status, Failure> {
+        let labels = self.labels.display();
+        if output.json {
+            output.document(self)?;
+        } else {
+            output.line(&format!(
+                "{} cases in {}; labels in {labels}: keep that file from whoever diagnoses",
+                self.cases,
+                self.directory.display()
+            ))?;
+        }
+        Ok(Status::Done)
+    }
+}
+
+impl Make {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        if !(self.wander.is_finite() && self.wander >= 0.0) {
+            return Err(Failure::input("--wander must be 0 or more"));
+        }
+        let labels = labels_path(&self.directory, self.labels.as_deref());
+        if self.directory.join("manifest.json").exists() {
+            return Err(Failure::input(format!(
+                "{} is a set already; say another directory",
+                self.directory.display()
+            )));
+        }
+        let recipe = Recipe {
+            cases: self.cases,
+            seed: match self.seed {
+                Some(seed) => seed,
+                None => blind::drawn_seed().map_err(failure)?,
+            },
+            kind: self.kind.clone(),
+            other_motors: self.other_motors,
+            wander_scale: self.wander,
+        };
+        let bar = bar(self.cases as u64, "made");
+        let cases = blind::make(&recipe, &|| bar.inc(1))
+            .map_err(|error| Failure::input(error.to_string()))?;
+        bar.finish_and_clear();
+        let manifest = add_cases(&self.directory, &labels, Some(recipe), cases).map_err(failure)?;
+        Sealed {
+            shape: "motorlab-blind-sealed/1",
+            directory: &self.directory,
+            labels: &labels,
+            cases: manifest.cases.len(),
+        }
+        .say(output)
+    }
+}
+
+impl Seal {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let truth = Truth::from_words(&self.label).map_err(Failure::input)?;
+        // A file that no diagnosis could read must not be sealed.
+        for path in self.runs.iter().chain(&self.unseen) {
+            read_run(path).map_err(Failure::input)?;
+        }
+        read_motor(&self.motor).map_err(Failure::input)?;
+        let text = |path: &PathBuf| {
+            fs::read_to_string(path)
+                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+        };
+        let case = NewCase {
+            runs: self.runs.iter().map(text).collect::<Result<_, _>>()?,
+            motor: text(&self.motor)?,
+            unseen: self.unseen.as_ref().map(text).transpose()?,
+            truth,
+        };
+        let labels = labels_path(&self.into, self.labels.as_deref());
+        let manifest = add_cases(&self.into, &labels, None, [case]).map_err(failure)?;
+        output.message(
+            "the runs are copied as they are: see that no header or name in them tells the cause",
+        );
+        Sealed {
+            shape: "motorlab-blind-sealed/1",
+            directory: &self.into,
+            labels: &labels,
+            cases: manifest.cases.len(),
+        }
+        .say(output)
+    }
+}
+
+/// What `run` prints.
+#[derive(Debug, Serialize)]
+struct Judged<'a> {
+    shape: &'static str,
+    directory: &'a Path,
+    cases: usize,
+    verdicts: usize,
+    failed: u64,
+    head: &'a str,
+}
+
+impl Run {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let jobs = self.jobs.unwrap_or(cores).max(1);
+        let program = match &self.diagnoser {
+            Some(program) => program.clone(),
+            None => std::env::current_exe().map_err(Failure::device)?,
+        };
+        let program = Program::new(&program, cores.div_ceil(jobs)).map_err(failure)?;
+        let cases = Manifest::read(&self.directory)
+            .map_err(failure)?
+            .cases
+            .len();
+        let (stop, _runtime) = stop_flag().map_err(Failure::device)?;
+        let bar = bar(cases as u64, "judged");
+        let failed = AtomicU64::new(0);
+        let ledger = blind::run(&self.directory, &program, jobs, &stop, &|progress| {
+            bar.set_position(progress.done as u64);
+            failed.store(progress.failed as u64, Ordering::Relaxed);
+        });
+        bar.finish_and_clear();
+        self.say(
+            &ledger.map_err(failure)?,
+            cases,
+            failed.into_inner(),
+            output,
+        )
+    }
+
+    fn say(
+        &self,
+        ledger: &Ledger,
+        cases: usize,
+        failed: u64,
+        output: &Output,
+    ) -> Result<Status, Failure> {
+        let verdicts = ledger.entries.len();
+        let head = ledger.head();
+        if output.json {
+            output.document(&Judged {
+                shape: "motorlab-blind-run/1",
+                directory: &self.directory,
+                cases,
+                verdicts,
+                failed,
+                head,
+            })?;
+        } else {
+            output.line(&format!(
+                "{verdicts} of {cases} cases judged; hash of all verdicts, to be written down before the \
+                 labels are opened:\n{head}"
+            ))?;
+        }
+        if failed > 0 {
+            output.message(&format!(
+                "{failed} diagnoses failed; verdicts/*.json says why"
+            ));
+        }
+        if verdicts < cases {
+            output.message("stopped; the same command goes on from here");
+            return Ok(Status::FellShort);
+        }
+        Ok(if failed > 0 {
+            Status::FellShort
+        } else {
+            Status::Done
+        })
+    }
+}
+
+impl Score {
+    fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let opened =
+            blind::open(&self.directory, &self.labels, self.head.as_deref()).map_err(failure)?;
+        let bar = bar(opened.cases.len() as u64, "unseen runs");
+        let judged = opened.cases.par_iter().map(|case| {
+            let gap = measure_gap(&self.directory, case)?;
+            bar.inc(1);
+            Ok(judge(case, gap))
+        });
+        let judged: Result<Vec<_>, BlindError> = judged.collect();
+        bar.finish_and_clear();
+        let score = blind::score(&opened, judged.map_err(failure)?);
+        if let Some(path) = &self.html {
+            write_file(path, &blind::page(&score))?;
+            output.message(&format!("wrote {}", path.display()));
+        }
+        if output.json {
+            output.document(&score)?;
+        } else {
+            output.line(&blind::text(&score))?;
+        }
+        Ok(if score.failed > 0 {
+            Status::FellShort
+        } else {
+            Status::Done
+        })
+    }
+}
+
+/// The labels' file as said, or beside the set.
+fn labels_path(directory: &Path, said: Option<&Path>) -> PathBuf {
+    said.map_or_else(
+        || {
+            let mut name = directory.file_name().unwrap_or_default().to_owned();
+            name.push(".labels.json");
+            directory.with_file_name(name)
+        },
+        Path::to_owned,
+    )
+}
+
+fn failure(error: BlindError) -> Failure {
+    if error.is_of_the_system() {
+        Failure::device(error)
+    } else {
+        Failure::input(error)
+    }
+}
+
+/// A bar on standard error; none where that is no terminal.
+fn bar(length: u64, what: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:32} {pos} of {len} {msg}, {eta} left");
+    ProgressBar::new(length)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        .with_message(what)
+}
+
+/// A flag that Ctrl-C sets; holds as long as the runtime is kept.
+fn stop_flag() -> io::Result<(Arc<AtomicBool>, tokio::runtime::Runtime)> {
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(1)
+        .enable_all()
+        .build()?;
+    let flag = Arc::new(AtomicBool::new(false));
+    let signal = runtime.block_on(async { StopSignal::install() })?;
+    runtime.spawn({
+        let flag = Arc::clone(&flag);
+        async move {
+            signal.asked().await;
+            flag.store(true, Ordering::Relaxed);
+        }
+    });
+    Ok((flag, runtime))
+}

@@ -1,0 +1,99 @@
+//! Tables as text: columns as wide as they need, numbers flush right.
+
+use std::fmt;
+
+use super::html::is_number;
+
+/// Names and rows of cells.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Table {
+    names: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new<T: Into<String>>(names: impl IntoIterator<Item = T>) -> Self {
+        Self {
+            names: names.into_iter().map(Into::into).collect(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// Adds a row.
+    pub fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+    }
+
+    /// Names of the columns.
+    pub fn names(&self) -> Vec<&str> {
+        self.names.iter().map(String::as_str).collect()
+    }
+
+    /// The rows.
+    pub fn rows(&self) -> &[Vec<String>] {
+        &self.rows
+    }
+
+    /// The table in Markdown.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule: Vec<String> = self.names.iter().map(|_| "---".to_owned()).collect();
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        line(&self.names) + &line(&rule) + &rows
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cell = |row: &[String], k: usize| row.get(k).cloned().unwrap_or_default();
+        let columns: Vec<(usize, bool)> = (0..self.names.len())
+            .map(|k| {
+                let cells = self.rows.iter().map(|row| cell(row, k));
+                let widest = cells.clone().map(|c| c.chars().count()).max().unwrap_or(0);
+                let numbers = cells.clone().all(|c| c == "·" || is_short_number(&c));
+                (widest.max(self.names[k].chars().count()), numbers)
+            })
+            .collect();
+        for row in std::iter::once(&self.names).chain(&self.rows) {
+            let mut line = String::from(" ");
+            for (k, &(width, right)) in columns.iter().enumerate() {
+                let text = cell(row, k);
+                line += &if right {
+                    format!(" {text:>width$}")
+                } else {
+                    format!(" {text:<width$}")
+                };
+            }
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}
+
+/// A number, perhaps with a unit, and no sentence that begins with one.
+fn is_short_number(cell: &str) -> bool {
+    is_number(cell) && cell.chars().count() <= 8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stand_flush_right_and_words_flush_left() {
+        let mut table = Table::new(["effect", "cases"]);
+        table.row(["stribeck", "7"]);
+        table.row(["drag", "12"]);
+        let text = table.to_string();
+        assert_eq!(
+            text,
+            "  effect   cases\n  stribeck     7\n  drag        12\n"
+        );
+        assert!(
+            table
+                .markdown()
+                .starts_with("| effect | cases |\n| --- | --- |\n| stribeck | 7 |")
+        );
+    }
+}
