@@ -241,13 +241,14 @@ fn outside<'a>(judgements: impl Iterator<Item = &'a Judgement> + Clone) -> Outsi
 }
 
 fn ties(singles: &[&Judgement]) -> Ties {
+    let is_tie = |j: &Judgement| j.standing > 1 || j.verdict == Word::Ambiguous;
     let names: Vec<f64> = singles
         .iter()
-        .filter(|j| j.standing > 1)
+        .filter(|j| is_tie(j))
         .map(|j| j.standing as f64)
         .collect();
     Ties {
-        stated: Share::count(singles, |j| j.standing > 1),
+        stated: Share::count(singles, |j| is_tie(j)),
         mean_names: mean(&names),
         most_names: singles.iter().map(|j| j.standing).max().unwrap_or(0),
     }

@@ -1,5 +1,8 @@
 //! A score in words and tables, for the terminal and for pages.
 
+use time::OffsetDateTime;
+use time::format_description::well_known::Rfc3339;
+
 use super::{Judgement, Score, Share, TruthKind};
 use crate::report::table::Table;
 
@@ -336,9 +339,14 @@ pub(super) fn facts(score: &Score) -> Vec<String> {
     }
     facts.push(format!(
         "labels opened {}; the chain of verdicts ended in {}",
-        set.opened_at, set.head
+        rfc3339(set.opened_at),
+        set.head
     ));
     facts
+}
+
+fn rfc3339(time: OffsetDateTime) -> String {
+    time.format(&Rfc3339).unwrap_or_else(|_| time.to_string())
 }
 
 /// One sentence that says it all.

@@ -1,0 +1,63 @@
+//! Two programs, one law: what the case generator records of a motor is what this simulator, given the
+//! same motor and effect, predicts, down to rounding and wander.
+//!
+//! The two share no code, no integrator and no friction law. Left out are effects whose laws differ on
+//! purpose (backlash with flanks that bend, stick-slip on bristles) or that throw dice.
+
+use case_generator::{Effect, Kind, Options, generate_with};
+use motorlab::compare::compare;
+use motorlab::motor::{Model, Motor};
+use motorlab::recording::read_run_from;
+use rayon::prelude::*;
+
+const BY_OTHER_LAWS: [&str; 4] = ["backlash", "stribeck", "missed_counts", "sample_jitter"];
+
+/// How much of an effect may be apart: bristles turn about where Coulomb friction jumps.
+const SHARE_OF_STRENGTH: f64 = 0.01;
+
+/// The true motor with its effect, in this project's terms.
+fn truth(motor: &case_generator::Motor, effects: &[Effect]) -> Motor {
+    let mut text = motor.to_toml();
+    for effect in effects {
+        text += &format!("[effects.{}]\n", effect.id);
+        for (name, value) in &effect.parameters {
+            text += &format!("{name} = {value:?}\n");
+        }
+    }
+    Motor::from_toml(&text).expect("a motor file")
+}
+
+#[test]
+fn the_truth_explains_what_the_generator_records() {
+    let options = Options {
+        wander_scale: 0.03,
+        ..Options::default()
+    };
+    let compared: Vec<&str> = case_generator::CATALOGUE
+        .into_iter()
+        .filter(|id| !BY_OTHER_LAWS.contains(id))
+        .collect();
+    let apart: Vec<String> = compared
+        .par_iter()
+        .filter_map(|id| apart(id, &options))
+        .collect();
+    assert!(apart.is_empty(), "{}", apart.join("\n"));
+}
+
+/// What is wrong with an effect, if anything.
+fn apart(id: &str, options: &Options) -> Option<String> {
+    let kind: Kind = id.parse().expect("an id of the catalogue");
+    let case = generate_with(71, &kind, options);
+    let csv = case.unseen_run.to_csv();
+    let (run, _) = read_run_from(csv.as_bytes(), id).expect("a run file");
+    let motor = truth(&case.label.motor, &case.label.effects);
+    let overlay = compare(&run, &motor, Model::SecondOrder).expect("simulated");
+    let left = overlay.figures.position_rmse_counts;
+    let floor = case.label.unseen_floor_counts;
+    let strength = case.label.strength_counts[id];
+    (left > 1.2 * floor + 0.05 + SHARE_OF_STRENGTH * strength).then(|| {
+        format!(
+            "{id} ({strength:.1} counts): {left:.3} counts RMS left, the wander leaves {floor:.3}"
+        )
+    })
+}
