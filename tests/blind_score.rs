@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use motorlab::blind::{
     Bearing, GapCheck, Judgement, Opened, OpenedCase, Score, SealedCase, Share, Truth, Verdict,
-    judge, page, score, text,
+    judge, markdown, page, score, text,
 };
 use serde_json::{Value, json};
 use time::OffsetDateTime;
@@ -131,9 +131,12 @@ fn stories() -> Vec<Story> {
                 "stribeck+inertia",
                 json!({"verdict": "effect", "effects": ["inertia", "stribeck"],
                     "gap": {"closed": 0.9, "closed_lo95": 0.85, "closed_hi95": 0.95},
+                    "sets": [
+                        {"effects": ["inertia", "stribeck"], "probability": 0.8},
+                        {"effects": ["stribeck"], "probability": 0.2}],
                     "causes": [
-                        {"effect": "inertia+stribeck", "probability": 0.8},
-                        {"effect": "stribeck", "probability": 0.2}]}),
+                        {"effect": "stribeck", "probability": 0.6},
+                        {"effect": "inertia", "probability": 0.4}]}),
             )
         },
         Story {
@@ -276,10 +279,10 @@ fn probabilities_are_scored_as_defined() {
         probabilities.brier,
         (0.01 + 0.01 + 0.49 + 0.04 + 1.0 + 0.0025 + 0.36 + 0.09) / 8.0,
     );
-    // By case: .1^2 + .1^2; .5^2 + .6^2 + .1^2; .7^2 + .8^2 + .1^2; .2^2 + .2^2; 1 + 1; ...
+    // By case: .1^2 + .1^2; .5^2 + .6^2 + .1^2; .7^2 + .8^2 + .1^2; of pairs .1^2 + .1^2 and .5^2 + .5^2; ...
     near(
         probabilities.brier_all_causes,
-        (0.02 + 0.62 + 1.14 + 0.08 + 2.0 + 0.005 + 0.72 + 0.18) / 8.0,
+        (0.02 + 0.62 + 1.14 + 0.02 + 0.5 + 0.005 + 0.72 + 0.18) / 8.0,
     );
     // -ln of .9 .4 .2 .8 1e-6 .95 .4 .7.
     near(probabilities.log_score, 2.249_250_28);
@@ -327,11 +330,13 @@ fn text_and_page_account_for_every_miss() {
         .map(|j| j.case.as_str())
         .collect();
     assert_eq!(missed, ["case-3", "case-5", "case-7", "case-9"]);
-    let (text, page) = (text(&score), page(&score));
+    let (text, page, markdown) = (text(&score), page(&score), markdown(&score));
     for case in missed {
+        assert!(markdown.contains(&format!("\n- {case}: ")));
         assert!(text.contains(&format!("  {case}: ")) && page.contains(&format!("<li>{case}: ")));
     }
     assert!(text.contains(
-        "backlash [50.0 counts]. Said: compliance (0.700); the truth has 2.00e-1, place 2"
+        "backlash [50.0 counts]. Said: compliance (0.700); the truth has 2.00e-1, place 2; \
+         likeliest: compliance 0.700, backlash 0.200, unknown 0.100"
     ));
 }

@@ -16,6 +16,10 @@ pub struct Claim {
     /// Best first; probabilities add to 1.
     #[serde(default)]
     pub causes: Vec<Cause>,
+    /// Whole sets with their probabilities, where the document lists them. Where it does, an effect's
+    /// probability among the causes is its share: of a set of two, half the set's.
+    #[serde(default)]
+    pub sets: Vec<EffectSet>,
     /// How far the gap is said to close.
     #[serde(default)]
     pub gap: ClaimedGap,
@@ -55,6 +59,15 @@ pub struct Cause {
     /// Names in the form of `effect` that these runs cannot tell from it.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
+}
+
+/// A set of effects as weighed.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct EffectSet {
+    /// Ids; none for the model without effects.
+    pub effects: Vec<String>,
+    /// Probability of exactly this set.
+    pub probability: f64,
 }
 
 /// An estimate with its interval.
@@ -100,12 +113,19 @@ impl Claim {
     pub fn read(document: &Value) -> Result<Self, String> {
         let claim: Self =
             serde_json::from_value(document.clone()).map_err(|error| error.to_string())?;
-        let bad = |p: f64| !(0.0..=1.0 + 1e-6).contains(&p);
-        match claim.causes.iter().find(|cause| bad(cause.probability)) {
-            Some(cause) => Err(format!(
-                "the probability of {} is {}",
-                cause.effect, cause.probability
-            )),
+        let causes = claim
+            .causes
+            .iter()
+            .map(|c| (c.effect.clone(), c.probability));
+        let sets = claim
+            .sets
+            .iter()
+            .map(|s| (s.effects.join("+"), s.probability));
+        match causes
+            .chain(sets)
+            .find(|(_, p)| !(0.0..=1.0 + 1e-6).contains(p))
+        {
+            Some((name, p)) => Err(format!("the probability of '{name}' is {p}")),
             None => Ok(claim),
         }
     }
@@ -171,14 +191,27 @@ impl Claim {
         self.causes.iter().find(|cause| names(&cause.effect) == *of)
     }
 
-    /// Probability given to a set.
+    /// Every set with its probability, likeliest first. `unknown` is always among the causes.
+    pub(super) fn weighed(&self) -> Vec<(Names, f64)> {
+        let of_cause = |cause: &Cause| (names(&cause.effect), cause.probability);
+        let mut weighed: Vec<(Names, f64)> = if self.sets.is_empty() {
+            self.causes.iter().map(of_cause).collect()
+        } else {
+            let unknown = names("unknown");
+            let sets = self.sets.iter();
+            sets.map(|set| (set.effects.iter().cloned().collect(), set.probability))
+                .chain(self.causes.iter().map(of_cause).filter(|c| c.0 == unknown))
+                .collect()
+        };
+        weighed.sort_by(|a, b| b.1.total_cmp(&a.1));
+        weighed
+    }
+
+    /// Probability given to exactly a set.
     pub(super) fn probability(&self, of: &Names) -> f64 {
-        self.causes
-            .iter()
-            .filter(|cause| names(&cause.effect) == *of)
-            .map(|cause| cause.probability)
-            .sum::<f64>()
-            .min(1.0)
+        let weighed = self.weighed();
+        let of_it = weighed.iter().filter(|(set, _)| set == of);
+        of_it.map(|(_, p)| p).sum::<f64>().min(1.0)
     }
 
     /// The estimate of a parameter of an effect, in the fit of the set named first.

@@ -44,10 +44,13 @@ pub struct Judgement {
     pub probability_said: f64,
     /// Probability given to the truth alone.
     pub probability_truth: f64,
-    /// Sum over all causes of the squared difference between probability and what is so.
+    /// Sum over all causes of the squared difference between probability and what is so; of a pair each
+    /// effect is half of what is so.
     pub brier_all_causes: f64,
-    /// Place of the truth in the list of causes, from 1; none where it is not there.
+    /// Place of the truth among the sets weighed, from 1; none where it is not there.
     pub rank_of_truth: Option<usize>,
+    /// The likeliest sets and their probabilities, as many as help to see what went wrong.
+    pub likeliest: Vec<(String, f64)>,
     /// Estimates of the effects that are named rightly.
     pub parameters: Vec<ParameterCheck>,
     /// The gap as promised and as found on the unseen run.
@@ -111,6 +114,7 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
         // The worst there is: certain of something that is not so.
         brier_all_causes: 2.0,
         rank_of_truth: None,
+        likeliest: Vec::new(),
         parameters: Vec::new(),
         gap: None,
         wall_s: verdict.wall_s,
@@ -138,11 +142,12 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
         .min(1.0);
     judgement.probability_truth = claim.probability(&truth_set);
     judgement.brier_all_causes = brier_all_causes(&claim, &truth_set);
-    judgement.rank_of_truth = claim
-        .causes
+    let weighed = claim.weighed();
+    judgement.rank_of_truth = weighed
         .iter()
-        .position(|cause| names(&cause.effect) == truth_set)
+        .position(|(set, _)| *set == truth_set)
         .map(|k| k + 1);
+    judgement.likeliest = weighed.iter().take(LIKELIEST).map(in_words).collect();
     judgement.parameters = check_parameters(&claim, &case.truth, &leading);
     judgement.standing = standing.len();
     judgement.said = leading.into_iter().collect();
@@ -152,6 +157,19 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
         ..gap
     });
     judgement
+}
+
+/// How many of the likeliest sets are kept.
+const LIKELIEST: usize = 4;
+
+fn in_words((set, probability): &(Names, f64)) -> (String, f64) {
+    let ids: Vec<&str> = set.iter().map(String::as_str).collect();
+    let name = if ids.is_empty() {
+        "none".to_owned()
+    } else {
+        ids.join("+")
+    };
+    (name, *probability)
 }
 
 /// The set that a diagnosis should name.
@@ -179,17 +197,23 @@ fn bearing(claim: &Claim, truth: &Names, standing: &[Names]) -> Bearing {
     }
 }
 
-/// `sum over causes of (p - o)^2`, o = 1 for the truth; a truth that is not listed has p = 0.
+/// `sum over causes of (p - o)^2`, o = 1/n for each of the n effects that are there; a set among the causes
+/// counts for its effects in equal shares.
 fn brier_all_causes(claim: &Claim, truth: &Names) -> f64 {
-    let mut by_set: BTreeMap<Names, f64> = BTreeMap::new();
+    let mut off: BTreeMap<String, f64> = BTreeMap::new();
+    let mut share = |set: &Names, amount: f64| {
+        if set.is_empty() {
+            *off.entry("none".to_owned()).or_default() += amount;
+        }
+        for name in set {
+            *off.entry(name.clone()).or_default() += amount / set.len() as f64;
+        }
+    };
     for cause in &claim.causes {
-        *by_set.entry(names(&cause.effect)).or_default() += cause.probability;
+        share(&names(&cause.effect), cause.probability);
     }
-    by_set.entry(truth.clone()).or_default();
-    by_set
-        .iter()
-        .map(|(set, p)| (p - f64::from(u8::from(set == truth))).powi(2))
-        .sum()
+    share(truth, -1.0);
+    off.values().map(|off| off.powi(2)).sum()
 }
 
 /// Parameters that are whole numbers, or one of a few values: an interval says nothing of them.

@@ -46,6 +46,6 @@ pub use score::{
 };
 pub use seal::{Labels, Manifest, NewCase, SealedCase, SealedLabel, add_cases, commitment};
 pub use share::Share;
-pub use text::text;
+pub use text::{markdown, text};
 pub use truth::{BadLabel, TrueEffect, Truth, TruthKind};
 pub use unseen::{GapCheck, measure_gap};

@@ -277,30 +277,64 @@ fn miss(j: &Judgement) -> String {
         return text + &format!(". No diagnosis: {failure}");
     }
     text += &format!(". Said: {} ({:.3})", j.said_in_words(), j.probability_said);
-    match j.rank_of_truth {
-        Some(rank) => text + &format!("; the truth has {:.2e}, place {rank}", j.probability_truth),
-        None => text + "; the truth is not among the causes",
-    }
+    text += &match j.rank_of_truth {
+        Some(rank) => format!("; the truth has {:.2e}, place {rank}", j.probability_truth),
+        None => "; the truth is not among the sets weighed".to_owned(),
+    };
+    let likeliest: Vec<String> = j
+        .likeliest
+        .iter()
+        .map(|(name, p)| format!("{name} {p:.3}"))
+        .collect();
+    text + &format!("; likeliest: {}", likeliest.join(", "))
+}
+
+/// The tables with their titles, in the order of every form.
+fn tables(score: &Score) -> [(&'static str, Table); 7] {
+    [
+        ("Figures", headline(score)),
+        ("By strength", strengths(score)),
+        ("By effect", effects(score)),
+        ("Outside the catalogue", outside(score)),
+        ("Confusion", confusion(score)),
+        ("Reliability", reliability(score)),
+        ("Estimates", coverage(score)),
+    ]
 }
 
 /// The whole score as text.
 pub fn text(score: &Score) -> String {
     let mut out = facts(score).join("\n") + "\n\n";
-    let mut part = |title: &str, table: Table| {
+    for (title, table) in tables(score) {
         out += &format!("{title}\n{table}\n");
-    };
-    part("Figures", headline(score));
-    part("By strength", strengths(score));
-    part("By effect", effects(score));
-    part("Outside the catalogue", outside(score));
-    part("Confusion", confusion(score));
-    out += &format!("{}\n\n", confusion_key(score));
-    out += &format!("Reliability\n{}\n", reliability(score));
-    out += &format!("Estimates\n{}\n", coverage(score));
+        if title == "Confusion" {
+            out += &format!("{}\n\n", confusion_key(score));
+        }
+    }
     let misses = misses(score);
     out += &format!("Missed ({})\n", misses.len());
     for miss in misses {
         out += &format!("  {miss}\n");
+    }
+    out
+}
+
+/// The whole score in Markdown, to be put into a document.
+pub fn markdown(score: &Score) -> String {
+    let mut out = lead(score) + "\n\n";
+    for fact in facts(score) {
+        out += &format!("- {fact}\n");
+    }
+    for (title, table) in tables(score) {
+        out += &format!("\n## {title}\n\n{}", table.markdown());
+        if title == "Confusion" {
+            out += &format!("\n{}\n", confusion_key(score));
+        }
+    }
+    let misses = misses(score);
+    out += &format!("\n## Missed ({})\n\n", misses.len());
+    for miss in misses {
+        out += &format!("- {miss}\n");
     }
     out
 }

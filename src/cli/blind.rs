@@ -116,6 +116,9 @@ struct Score {
     /// Write everything as one HTML file that needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Write everything in Markdown, for a document.
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
 }
 
 impl Blind {
@@ -318,9 +321,15 @@ impl Score {
         let judged: Result<Vec<_>, BlindError> = judged.collect();
         bar.finish_and_clear();
         let score = blind::score(&opened, judged.map_err(failure)?);
-        if let Some(path) = &self.html {
-            write_file(path, &blind::page(&score))?;
-            output.message(&format!("wrote {}", path.display()));
+        let files = [
+            (&self.html, blind::page as fn(&blind::Score) -> String),
+            (&self.markdown, blind::markdown),
+        ];
+        for (path, form) in files {
+            if let Some(path) = path {
+                write_file(path, &form(&score))?;
+                output.message(&format!("wrote {}", path.display()));
+            }
         }
         if output.json {
             output.document(&score)?;
