@@ -112,6 +112,43 @@ fn an_existing_file_stays_and_the_name_taken_is_said() {
 }
 
 #[test]
+fn the_summary_counts_what_is_in_the_file() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let board = "virtual:?drop=0.0005&seed=3";
+    let done = run(directory.path(), &["capture", board, "--duration", "3"]);
+    // Something was lost: that is what status 1 says.
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    let (seq, t_s) = (file.column("seq"), file.column("t_s"));
+    let (rows, lost) = (file.rows.len(), 1000 - file.rows.len());
+    assert!(lost > 0);
+    let whole: Vec<i64> = (1..rows)
+        .filter(|&k| seq[k] - seq[k - 1] == 1.0)
+        .map(|k| ((t_s[k] - t_s[k - 1]) * 1e6).round() as i64)
+        .collect();
+    let (min, max) = (whole.iter().min(), whole.iter().max());
+    let duration = t_s[rows - 1] - t_s[0];
+    // The handout's motor at 4.5 V: (Kt V / R - Tf) / (b + Kt Kb / R), in RPM.
+    let rpm = (0.7 * 4.5 / 10.0 - 0.02) / (0.01 + 0.049) * 60.0 / TAU;
+    for line in [
+        "wrote run.csv".to_owned(),
+        format!("  {rows} samples in {duration:.3} s, {lost} lost, 0 overruns"),
+        format!(
+            "  device dt {} / 3000 / {} us (min / median / max)",
+            min.expect("an interval"),
+            max.expect("an interval")
+        ),
+        format!("  steady speed {rpm:.1}"),
+        "ppm against the host's".to_owned(),
+    ] {
+        assert!(done.output.contains(&line), "{line}: {}", done.output);
+    }
+    let said = format!("{lost} of 1000 samples were lost");
+    assert!(done.messages.contains(&said), "{}", done.messages);
+    assert_eq!(file.summary("lost"), lost as i64);
+}
+
+#[test]
 fn wrapping_microseconds_and_sixteen_bit_counts_run_on() {
     let directory = tempfile::tempdir().expect("a directory");
     let capture = |board: &str, name: &str| {

@@ -5,6 +5,7 @@ mod command;
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
+use std::time::Instant;
 
 use command::{RunFile, finish, run, start};
 
@@ -85,6 +86,26 @@ fn a_log_as_a_serial_device_is_captured_again() {
     }
     device.kill().expect("it runs");
     finish(device);
+}
+
+#[test]
+fn a_factor_keeps_the_log_to_its_own_time() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let log = std::fs::read_to_string(directory.path().join("raw.log")).expect("a log");
+    let arrivals: Vec<u64> = log
+        .lines()
+        .filter_map(|line| line.split_once(" <")?.0.trim().parse().ok())
+        .collect();
+    let from_first_s = (arrivals[arrivals.len() - 1] - arrivals[0]) as f64 * 1e-6;
+    // No faster than asked: a busy computer makes it later, nothing makes it earlier.
+    let begun = Instant::now();
+    let arguments = ["replay", "raw.log", "--speed", "0.5", "-o", "slow.csv"];
+    let done = run(directory.path(), &arguments);
+    assert!(begun.elapsed().as_secs_f64() > from_first_s / 0.5);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let slow = RunFile::read(&directory.path().join("slow.csv"));
+    assert_eq!(slow.rows, first.rows);
 }
 
 #[test]

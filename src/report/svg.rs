@@ -160,7 +160,11 @@ fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
                     x + 11.0
                 );
             } else {
-                let look = look(series.stroke);
+                // A faint curve shows by its many strokes; one stroke in the legend needs full strength.
+                let look = match series.stroke {
+                    Stroke::FaintStep => " style=\"stroke-width:1;stroke-opacity:.8\"",
+                    stroke => look(stroke),
+                };
                 let _ = write!(
                     out,
                     "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{look}/>"

@@ -172,7 +172,8 @@ impl<B: Bench> Running<B> {
 
     fn run(mut self, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) && !self.hung_up {
-            let ready = self.pty.wait(self.patience(), !self.outgoing.is_empty())?;
+            let patience = self.patience();
+            let ready = self.pty.wait(patience, !self.outgoing.is_empty())?;
             if !ready.connected {
                 self.nobody_there();
                 continue;
@@ -180,7 +181,7 @@ impl<B: Bench> Running<B> {
             if !self.connected {
                 self.reset();
             }
-            self.begin_turn();
+            self.begin_turn(patience);
             if ready.readable {
                 self.listen()?;
             }
@@ -195,11 +196,16 @@ impl<B: Bench> Running<B> {
         self.pty.let_it_drain(&mut self.outgoing, self.connected)
     }
 
-    /// Time passes for the board and for what it hears, but not while this computer stands still.
-    fn begin_turn(&mut self) {
+    /// Time passes for the board and for what it hears, but not while this computer stands still. A board
+    /// whose time is not the computer's hears silence only while it waits for the line: a host that has
+    /// to share the processor with a board in a hurry gets no time for it, and is not to blame.
+    fn begin_turn(&mut self, patience: Duration) {
         let turn = self.turned_at.elapsed();
         self.turned_at += turn;
-        self.silence += turn.min(LONGEST_TURN);
+        self.silence += match self.options.pace {
+            Pace::RealTime => turn.min(LONGEST_TURN),
+            Pace::Times(_) | Pace::AsFastAsPossible => turn.min(patience),
+        };
         self.started_at += turn.saturating_sub(LONGEST_TURN);
     }
 

@@ -1,0 +1,83 @@
+//! `compare` on several runs at once: what it draws on the terminal, as SVG and as one page.
+
+#[path = "support/command.rs"]
+mod command;
+
+use command::run;
+
+#[test]
+fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (ts, name) in [("0.03", "a&b.csv"), ("0.003", "fast.csv")] {
+        let arguments = [
+            "simulate",
+            "--ts",
+            ts,
+            "--profile",
+            "reversing",
+            "--duration",
+            "3",
+            "-o",
+            name,
+        ];
+        let done = run(directory.path(), &arguments);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+    }
+    // A motor file of one key: the rest is the handout's.
+    let file = |name: &str| std::fs::read_to_string(directory.path().join(name)).expect("a file");
+    std::fs::write(directory.path().join("heavy.toml"), "inertia_kg_m2 = 0.004").expect("room");
+    let compare = [
+        "compare",
+        "a&b.csv",
+        "fast.csv",
+        "--motor",
+        "heavy.toml",
+        "--html",
+        "gap.html",
+        "--svg",
+        "gap.svg",
+    ];
+    let done = run(directory.path(), &compare);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+
+    // Without a terminal: no colours, 80 columns, every panel of both runs with its name.
+    assert!(!done.output.contains('\u{1b}'));
+    let is_drawn = |c: char| ('\u{2801}'..='\u{28ff}').contains(&c);
+    assert!(done.output.contains(is_drawn));
+    for label in ["speed (RPM)", "position (counts)", "gap (counts)"] {
+        assert_eq!(done.output.matches(label).count(), 2, "{label}");
+    }
+    let plotted = done.output.lines().filter(|line| line.contains('┤'));
+    assert!(plotted.map(|line| line.chars().count()).max() <= Some(80));
+
+    let svg = file("gap.svg");
+    assert!(svg.contains("<svg ") && svg.trim_end().ends_with("</svg>"));
+    assert!(svg.contains("a&amp;b.csv") && !svg.contains("a&b"));
+    for label in [
+        "recorded",
+        "simulated",
+        "recorded \u{2212} simulated",
+        "speed (RPM)",
+        "position (counts)",
+        "command (V)",
+        "time (s)",
+    ] {
+        assert!(svg.contains(&format!(">{label}<")), "{label}");
+    }
+
+    let page = file("gap.html");
+    assert_eq!(page.matches("<svg").count(), 2);
+    assert!(page.contains("inertia_kg_m2 = 0.004") && page.contains("fast.csv"));
+    let addresses = page.replace("http://www.w3.org/2000/svg", "");
+    assert!(!addresses.contains("http") && !page.contains("<script"));
+
+    // The figures on the page are those of the document.
+    let json = run(directory.path(), &[&compare[..5], &["--json"]].concat());
+    let json: serde_json::Value = serde_json::from_str(&json.output).expect("one document");
+    for shown in json["runs"].as_array().expect("a list") {
+        let rmse = shown["position_rmse_counts"].as_f64().expect("a number");
+        assert!(rmse > 1.0, "{rmse}");
+        assert!(page.contains(&format!(">{rmse:.3}<")), "{rmse}");
+        assert!(done.output.contains(&format!("{rmse:.3}")), "{rmse}");
+    }
+}
