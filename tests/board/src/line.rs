@@ -221,8 +221,12 @@ impl Line {
 
     fn write_truth(&self) -> Result<(), LineError> {
         if let Some(path) = &self.options.truth {
-            let file = std::fs::File::create(path)?;
+            // Put in place whole: whoever kills this finds the old one or the new one.
+            let mut part = path.clone().into_os_string();
+            part.push(".part");
+            let file = std::fs::File::create(&part)?;
             self.board.truth().write_csv(io::BufWriter::new(file))?;
+            std::fs::rename(&part, path)?;
         }
         Ok(())
     }
@@ -284,9 +288,9 @@ impl Line {
         {
             return;
         }
-        let faultless = [&self.options.faults, &self.options.faults_to_board]
-            .iter()
-            .all(|faults| **faults == Faults::default());
+        let faultless = [self.options.faults, self.options.faults_to_board]
+            .into_iter()
+            .all(|faults| Faults { seed: 0, ..faults } == Faults::default());
         if faultless && self.told == (frame.clone(), true) {
             return;
         }
