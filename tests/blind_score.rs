@@ -120,7 +120,7 @@ fn stories() -> Vec<Story> {
             ..Story::new(
                 "backlash",
                 json!({"verdict": "effect", "effects": ["compliance"], "causes": [
-                    {"effect": "compliance", "probability": 0.7},
+                    {"effect": "compliance", "probability": 0.7, "indistinguishable_from": ["backlash"]},
                     {"effect": "backlash", "probability": 0.2},
                     {"effect": "unknown", "probability": 0.1}]}),
             )

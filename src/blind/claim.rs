@@ -145,7 +145,8 @@ impl Claim {
         }
     }
 
-    /// Every set that the verdict leaves standing: the one named, and those stated to be a tie with it.
+    /// Every set that the verdict leaves standing: the one named, and where it says `ambiguous` those stated to
+    /// be a tie with it.
     pub(super) fn standing(&self) -> Vec<Names> {
         let leading = self.leading();
         let mut standing = vec![leading.clone()];
@@ -154,7 +155,8 @@ impl Claim {
                 standing.push(set);
             }
         };
-        if !matches!(self.verdict, Word::Effect | Word::Ambiguous) {
+        // Who says "effect" has decided, whatever else the document says of that cause.
+        if self.verdict != Word::Ambiguous {
             return standing;
         }
         for tied in self.ties(&leading) {
