@@ -86,6 +86,12 @@ impl<'a> Problem<'a> {
         self.runs.iter().map(|run| predict(&motor, run)).collect()
     }
 
+    /// What a fit would predict without its member `m`, all else equal.
+    pub fn predictions_without(&self, fit: &Fit, m: usize) -> Option<Vec<Vec<f64>>> {
+        let motor = fit.hypothesis.motor_without(self.nominal, &fit.p, m);
+        self.runs.iter().map(|run| predict(&motor, run)).collect()
+    }
+
     /// The filters of all runs.
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
         let make = || {

@@ -180,15 +180,21 @@ impl Hypothesis {
         }
     }
 
-    /// Logarithm of the prior density of the numbers: Gaussian for the base, even over its range for each
-    /// number of an effect, falling off steeply outside.
-    pub fn log_prior(&self, p: &[f64]) -> f64 {
+    /// How far the base is from the nominal motor, in squares of the prior's standard deviations.
+    pub fn strain(&self, p: &[f64]) -> f64 {
         let mut quadratic = 0.0;
         for i in 0..BASE {
             for j in 0..BASE {
                 quadratic += p[i] * self.base_precision[i][j] * p[j];
             }
         }
+        quadratic
+    }
+
+    /// Logarithm of the prior density of the numbers: Gaussian for the base, even over its range for each
+    /// number of an effect, falling off steeply outside.
+    pub fn log_prior(&self, p: &[f64]) -> f64 {
+        let quadratic = self.strain(p);
         let determinant =
             nalgebra::Matrix4::from_fn(|i, j| self.base_precision[i][j]).determinant();
         let mut log = -0.5 * quadratic + 0.5 * determinant.max(1e-300).ln()
@@ -223,6 +229,13 @@ impl Hypothesis {
                 motor.effects.set(effect);
             }
         }
+        motor
+    }
+
+    /// The motor with these numbers in it but without member `m`.
+    pub fn motor_without(&self, nominal: &Motor, p: &[f64], m: usize) -> Motor {
+        let mut motor = self.motor(nominal, p);
+        motor.effects.remove(catalogue()[self.members[m].index].id);
         motor
     }
 

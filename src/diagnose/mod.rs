@@ -11,6 +11,7 @@ mod conclusions;
 mod data;
 mod fit;
 mod hypothesis;
+mod matter;
 mod noise;
 mod rank;
 mod regimes;

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
+use super::matter;
 use super::search::{Search, Start, largest_acceleration};
 use super::unknown::{Flexible, flexible};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
@@ -99,7 +100,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     progress("fitting the nominal model");
     let empty = Hypothesis::new(problem.nominal, Vec::new(), kind, sample_time_s);
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
-    let mut candidates = vec![candidate(Vec::new(), null.clone(), scale)];
+    let mut candidates = vec![candidate(problem, Vec::new(), null.clone(), scale)];
 
     let applicable: Vec<usize> = (0..catalogue().len())
         .filter(|&index| applies(&catalogue()[index], kind))
@@ -177,7 +178,7 @@ fn excess_wander(wander: f64, scale: f64) -> f64 {
     2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
 }
 
-fn candidate(effects: Vec<usize>, fit: Fit, scale: f64) -> Candidate {
+fn candidate(problem: &Problem<'_>, effects: Vec<usize>, fit: Fit, scale: f64) -> Candidate {
     let n = catalogue().len() as f64;
     let log_prior = match effects.len() {
         0 => PRIOR_NONE.ln(),
@@ -186,7 +187,9 @@ fn candidate(effects: Vec<usize>, fit: Fit, scale: f64) -> Candidate {
         _ => (PRIOR_TRIPLE / (n * (n - 1.0) * (n - 2.0) / 6.0)).ln(),
     };
     Candidate {
-        log_weight: fit.log_evidence + log_prior - excess_wander(fit.wander, scale),
+        log_weight: fit.log_evidence + log_prior
+            - excess_wander(fit.wander, scale)
+            - matter::discount(problem, &fit),
         effects,
         fit,
         probability: 0.0,
@@ -241,7 +244,7 @@ fn with_one_more(
             };
             let mut effects = parent.effects.clone();
             effects.push(index);
-            candidate(effects, fit, scale)
+            candidate(problem, effects, fit, scale)
         })
         .collect()
 }

@@ -17,9 +17,12 @@ use crate::motor::effects::{EffectParameter, Prior, catalogue};
 use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
-const STARTS: usize = 3;
+const STARTS: usize = 4;
 /// How many orders of an angle-periodic effect are fitted.
-const ORDERS: usize = 3;
+const ORDERS: usize = 4;
+
+/// Squares of the prior's standard deviations from which on a base counts as bent.
+const STRAINED: f64 = 6.0;
 
 /// A hypothesis and where its fit starts.
 pub(super) type Start = (Hypothesis, Vec<f64>);
@@ -28,11 +31,26 @@ pub(super) type Start = (Hypothesis, Vec<f64>);
 pub(super) struct Search<'a> {
     problem: &'a Problem<'a>,
     members: Vec<Member>,
-    p: Vec<f64>,
     level: NoiseLevel,
-    /// Whitened residual and base columns of the fit so far.
+    anchors: Vec<Anchor>,
+}
+
+/// A point around which the base gives way linearly.
+struct Anchor {
+    p: Vec<f64>,
+    /// Whitened residual and base columns there.
     residual: Vec<f64>,
     base: Vec<Vec<f64>>,
+}
+
+impl Anchor {
+    fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
+        Some(Self {
+            p: fit.p.clone(),
+            residual: problem.innovations(fit),
+            base: problem.base_jacobian(fit)?,
+        })
+    }
 }
 
 impl<'a> Search<'a> {
@@ -42,13 +60,18 @@ impl<'a> Search<'a> {
         let strongest = problem.levels.get(1).or(problem.levels.first()).copied()?;
         let mut at_level = fit.clone();
         at_level.wander = strongest;
+        let mut anchors = vec![Anchor::new(problem, &at_level)?];
+        // A base that bent itself far to explain an effect is a bad place to look for it from.
+        if fit.hypothesis.members.is_empty() && fit.hypothesis.strain(&fit.p) > STRAINED {
+            let start = fit.hypothesis.start();
+            let nominal = problem.fit_at(&fit.hypothesis, &start, strongest, 0);
+            anchors.extend(nominal.and_then(|fit| Anchor::new(problem, &fit)));
+        }
         Some(Self {
             problem,
             members: fit.hypothesis.members.clone(),
-            p: fit.p.clone(),
             level: problem.noise(&fit.hypothesis, &fit.p, strongest),
-            residual: problem.innovations(&at_level),
-            base: problem.base_jacobian(&at_level)?,
+            anchors,
         })
     }
 
@@ -56,26 +79,29 @@ impl<'a> Search<'a> {
     /// the best of them leaves (less is better; of use beside other effects' only).
     pub fn starts(&self, index: usize) -> (f64, Vec<Start>) {
         let kind = &catalogue()[index];
-        let tried = match kind.id {
-            "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
-                self.periodic(index, kind.id)
-            }
-            "dead_zone" => self.thresholds(),
-            _ => self.grid(kind.parameters),
-        };
         let sample_time_s = self.shortest_sample_time_s();
+        let runs = self.problem.runs;
+        let command = runs.first().map_or(CommandKind::Voltage, |run| run.kind);
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
-        for values in tried {
-            let mut members = self.members.clone();
-            members.push(Member { index, values });
-            let runs = self.problem.runs;
-            let voltage = runs.first().map_or(CommandKind::Voltage, |run| run.kind);
-            let hypothesis = Hypothesis::new(self.problem.nominal, members, voltage, sample_time_s);
-            let mut start = hypothesis.start();
-            start[..self.p.len()].copy_from_slice(&self.p);
-            hypothesis.clamp(&mut start);
-            let cost = self.cost(&hypothesis, &start).unwrap_or(f64::INFINITY);
-            scored.push((cost, hypothesis, start));
+        for anchor in &self.anchors {
+            let tried = match kind.id {
+                "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
+                    self.periodic(anchor, index, kind.id)
+                }
+                "dead_zone" => self.thresholds(),
+                _ => self.grid(kind.parameters),
+            };
+            for values in tried {
+                let mut members = self.members.clone();
+                members.push(Member { index, values });
+                let nominal = self.problem.nominal;
+                let hypothesis = Hypothesis::new(nominal, members, command, sample_time_s);
+                let mut start = hypothesis.start();
+                start[..anchor.p.len()].copy_from_slice(&anchor.p);
+                hypothesis.clamp(&mut start);
+                let cost = self.cost(anchor, &hypothesis, &start);
+                scored.push((cost.unwrap_or(f64::INFINITY), hypothesis, start));
+            }
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
         scored.truncate(STARTS);
@@ -90,14 +116,14 @@ impl<'a> Search<'a> {
     }
 
     /// What is left on short horizons after the base has given way linearly.
-    fn cost(&self, hypothesis: &Hypothesis, start: &[f64]) -> Option<f64> {
+    fn cost(&self, anchor: &Anchor, hypothesis: &Hypothesis, start: &[f64]) -> Option<f64> {
         let motor = hypothesis.motor(self.problem.nominal, start);
         let level = NoiseLevel {
             wander: self.level.wander,
             ..self.problem.noise(hypothesis, start, self.level.wander)
         };
         let whiteners = self.problem.whiteners(&level);
-        let mut r = Vec::with_capacity(self.residual.len());
+        let mut r = Vec::with_capacity(anchor.residual.len());
         let mut determinants = 0.0;
         for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
             let x = predict(&motor, run)?;
@@ -111,7 +137,7 @@ impl<'a> Search<'a> {
             r.extend(column);
             determinants += whitener.log_determinant;
         }
-        Some(left_over(&r, &self.base, hypothesis, start) + determinants)
+        Some(left_over(&r, &anchor.base, hypothesis, start) + determinants)
     }
 
     /// A grid over the plausible range: four values of the first number, two of the others.
@@ -179,10 +205,10 @@ impl<'a> Search<'a> {
     }
 
     /// Effects that repeat with the angle: order by order, amplitude and phase by regression.
-    fn periodic(&self, index: usize, id: &str) -> Vec<Vec<f64>> {
+    fn periodic(&self, anchor: &Anchor, index: usize, id: &str) -> Vec<Vec<f64>> {
         let orders: Vec<f64> = match id {
             "gravity_load" | "encoder_eccentricity" => vec![1.0],
-            _ => (2..=30).map(f64::from).collect(),
+            _ => (8..=120).map(|quarter| f64::from(quarter) * 0.25).collect(),
         };
         let motor = &self.problem.nominal.parameters;
         let whiteners = self.problem.whiteners(&self.level);
@@ -197,7 +223,7 @@ impl<'a> Search<'a> {
                     column.extend(one);
                 }
             }
-            let Some((gain, [a, b])) = regress(&self.residual, &self.base, &columns) else {
+            let Some((gain, [a, b])) = regress(&anchor.residual, &anchor.base, &columns) else {
                 continue;
             };
             // a sin(x) + b sin(x + pi/2) = c sin(x + phase).
@@ -214,12 +240,11 @@ impl<'a> Search<'a> {
             };
             found.push((gain, values));
         }
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        found.truncate(ORDERS);
+        let found = peaks(found, id);
         let parameters = catalogue()[index].parameters;
         found
             .into_iter()
-            .map(|(_, mut values)| {
+            .map(|mut values| {
                 for (value, parameter) in values.iter_mut().zip(parameters) {
                     if parameter.prior == Prior::Phase {
                         *value = value.rem_euclid(std::f64::consts::TAU);
@@ -232,6 +257,20 @@ impl<'a> Search<'a> {
             })
             .collect()
     }
+}
+
+/// The best orders that are not neighbours of a better one.
+fn peaks(mut found: Vec<(f64, Vec<f64>)>, id: &str) -> Vec<Vec<f64>> {
+    found.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut kept: Vec<Vec<f64>> = Vec::new();
+    for (_, values) in found {
+        let scanned = matches!(id, "cogging" | "torque_ripple");
+        let apart = |other: &Vec<f64>| !scanned || (other[1] - values[1]).abs() > 0.4;
+        if kept.len() < ORDERS && kept.iter().all(apart) {
+            kept.push(values);
+        }
+    }
+    kept
 }
 
 /// The answer of the position in counts to a unit of an angle-periodic effect of this order and phase.

@@ -364,6 +364,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline(never)]
     fn cross(&mut self, mut left: S) {
         for _ in 0..MOST_EVENTS_A_TICK {
+            self.steps += 1;
             let (mut end, _) = self.propagate(FINEST);
             for (end, y) in end.iter_mut().zip(self.y) {
                 *end = y + (*end - y) * left.value();

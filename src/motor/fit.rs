@@ -80,6 +80,9 @@ impl ParameterId {
     }
 }
 
+/// Most steps for each longest step of a run: a fit has many more motors to try than one that chatters.
+const MOST_STEPS: u64 = 100;
+
 /// Memory that one thread's simulations use again and again.
 #[derive(Debug, Default)]
 pub struct Workspace {
@@ -136,7 +139,7 @@ impl Simulator {
     /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
     ///
     /// # Errors
-    /// An angle that is not finite.
+    /// An angle that is not finite; a motor too stiff for a fit, with over 100 steps in every 3 ms.
     pub fn angles(
         &self,
         motor: &Motor,
@@ -152,7 +155,7 @@ impl Simulator {
         );
         self.measure(chain, &mut workspace.plain, |k, angle| {
             angles_rad[k] = angle
-        });
+        })?;
         finite(angles_rad)
     }
 
@@ -175,9 +178,9 @@ impl Simulator {
         let samples = self.samples();
         for (ids, block) in wanted.chunks(8).zip(columns.chunks_mut(8 * samples.max(1))) {
             if ids.len() <= 4 {
-                self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block);
+                self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block)?;
             } else {
-                self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block);
+                self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block)?;
             }
         }
         finite(angles_rad)
@@ -190,7 +193,7 @@ impl Simulator {
         engines: &mut Engines<Dual<D>>,
         angles_rad: &mut [f64],
         columns: &mut [f64],
-    ) {
+    ) -> Result<(), SimulationError> {
         let samples = self.samples();
         // Numbers are asked for in this order: nominal parameters, then each effect's.
         let mut order = (0..Parameters::KEYS.len()).map(ParameterId::Nominal).chain(
@@ -217,7 +220,7 @@ impl Simulator {
             for (j, _) in ids.iter().enumerate() {
                 columns[j * samples + k] = angle.d[j];
             }
-        });
+        })
     }
 
     fn measure<S: Scalar>(
@@ -225,7 +228,7 @@ impl Simulator {
         chain: Chain<S>,
         engines: &mut Engines<S>,
         emit: impl FnMut(usize, S),
-    ) {
+    ) -> Result<(), SimulationError> {
         let machine = Machine::new(chain);
         match (machine.two, machine.warms()) {
             (false, false) => self.measure_with(machine, &mut engines.rigid, emit),
@@ -240,7 +243,7 @@ impl Simulator {
         machine: Machine<S>,
         slot: &mut Option<Box<Engine<S, N>>>,
         mut emit: impl FnMut(usize, S),
-    ) {
+    ) -> Result<(), SimulationError> {
         let longest_s = self
             .schedule
             .longest_s(machine.chain.timing.stretch.value());
@@ -256,12 +259,13 @@ impl Simulator {
         let late_s = machine.chain.timing.jitter_s * 0.5;
         self.schedule.run(
             engine,
+            MOST_STEPS,
             |_| late_s,
             |k, engine, y| {
                 let (angle, speed) = encoder_shaft(&engine.machine, y);
                 emit(k, mean.read(angle, speed) * per_count);
             },
-        );
+        )
     }
 
     /// Angles of many motors, on all cores: row `m` of `angles_rad` (`samples` long, one after the other) is motor `m`'s.
