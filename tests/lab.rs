@@ -176,13 +176,22 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     assert_eq!(lab["source"], "recorded");
     let short = answer(&lab, "3.a")["short"].as_str().expect("text");
     assert!(short.starts_with("Something is"), "{short}");
+    let diagnosis = &lab["missing"]["diagnosed"];
+    assert!(short.ends_with(diagnosis["sentence"].as_str().expect("text")));
+    assert_ne!(diagnosis["verdict"], "no_gap");
+    let causes = diagnosis["causes"].as_array().expect("causes");
+    let probabilities = causes
+        .iter()
+        .filter_map(|cause| cause["probability"].as_f64());
+    assert!((probabilities.sum::<f64>() - 1.0).abs() < 1e-6);
     assert!(
         answer(&lab, "3.1")
             .to_string()
-            .contains("No recording at TS = 0.003 s")
+            .contains("No recording at TS\u{a0}=\u{a0}0.003\u{a0}s")
     );
     let page = std::fs::read_to_string(folder.join("plain/index.html")).expect("the page");
     assert!(!page.contains("<b>") && !page.contains("No recording was given"));
+    assert!(page.contains("What would explain the gap") && page.contains("coulomb_friction"));
     // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: what was recorded, to one count in its mean.
     let steady = &lab["part_3"][0]["steady"];
     let value = |key: &str| steady[key].as_f64().expect("a number");
@@ -201,6 +210,16 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
         "{short}"
     );
     assert_eq!(lab["effects"][0], "coulomb_friction");
+    assert_eq!(lab["missing"]["diagnosed"]["verdict"], "no_gap");
+
+    let hurried = run(
+        folder,
+        &["lab", "--run", name, "--no-diagnosis", "-o", "hurried"],
+    );
+    assert_eq!(hurried.status, Some(0), "{}", hurried.messages);
+    let lab = json(&folder.join("hurried/lab.json"));
+    assert!(lab["missing"]["undiagnosed"].is_string());
+    assert!(answer(&lab, "3.a").to_string().contains("No diagnosis"));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::demo::replace;
@@ -18,7 +19,7 @@ use crate::report::{Figure, Size, svg};
 /// Work through the lab handout: curves, transfer functions, sampling, recorded against simulated, every question answered.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab lab\n  motorlab lab --motor motor.toml --run step30.csv --run step3.csv -o report\n  motorlab lab --board 'effect=stribeck&extra_torque_nm=0.05'"
+    after_help = "Examples:\n  motorlab lab\n  motorlab lab --motor motor.toml --run step30.csv --run step3.csv -o report\n  motorlab lab --board 'effect=voltage_drop'"
 )]
 pub struct Lab {
     /// Motor file; without it the lab handout's motor.
@@ -30,6 +31,9 @@ pub struct Lab {
     /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
     #[arg(long, value_name = "KEYS", default_value = "", conflicts_with = "runs")]
     board: String,
+    /// Do not diagnose what is missing in the simulation; for fast motors that takes minutes.
+    #[arg(long)]
+    no_diagnosis: bool,
     /// Folder for the page, drawings and tables.
     #[arg(short, long, value_name = "DIR", default_value = "lab")]
     output: PathBuf,
@@ -58,19 +62,17 @@ impl Lab {
         std::fs::create_dir_all(&self.output).map_err(|error| {
             Failure::device(format!("cannot make {}: {error}", self.output.display()))
         })?;
-        let (paths, source) = if self.runs.is_empty() {
-            match self.supplied(output)? {
-                Some(paths) => (paths, Source::VirtualBoard(self.virtual_board())),
-                None => {
-                    output.message("stopped; the runs recorded so far are whole");
-                    return Ok(Status::FellShort);
-                }
-            }
-        } else {
-            (self.runs.clone(), Source::Recorded)
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(2)
+            .enable_all()
+            .build()
+            .map_err(Failure::device)?;
+        let worked = runtime.block_on(self.work(motor, output));
+        runtime.shutdown_background();
+        let Some(lab) = worked? else {
+            output.message("stopped; the runs recorded so far are whole");
+            return Ok(Status::FellShort);
         };
-        let runs = read_all(&paths, output)?;
-        let lab = Handout::of(motor, runs, source).map_err(Failure::input)?;
         let files = self.write(&lab)?;
         self.show(&lab, &files, output)?;
         let lost = lab
@@ -101,20 +103,44 @@ impl Lab {
         word
     }
 
-    /// Records both sample times from the virtual board; `None` after Ctrl-C.
-    fn supplied(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
-        let runtime = tokio::runtime::Builder::new_multi_thread()
-            .worker_threads(2)
-            .enable_all()
-            .build()
-            .map_err(Failure::device)?;
-        let recorded = runtime.block_on(self.record_all(output));
-        runtime.shutdown_background();
-        recorded
+    /// Records where nothing was given, and computes; `None` after Ctrl-C.
+    async fn work(&self, motor: Motor, output: &Output) -> Result<Option<Handout>, Failure> {
+        let stop = StopSignal::install().map_err(Failure::device)?;
+        let (paths, source) = if self.runs.is_empty() {
+            match self.record_all(&stop, output).await? {
+                Some(paths) => (paths, Source::VirtualBoard(self.virtual_board())),
+                None => return Ok(None),
+            }
+        } else {
+            (self.runs.clone(), Source::Recorded)
+        };
+        let runs = read_all(&paths, output)?;
+        let spinner = ProgressBar::new_spinner();
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            spinner.set_style(style);
+        }
+        spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+        let shown = spinner.clone();
+        let diagnosed = !self.no_diagnosis;
+        let computing = tokio::task::spawn_blocking(move || {
+            let progress = |what: &str| shown.set_message(what.to_owned());
+            let progress: &(dyn Fn(&str) + Sync) = &progress;
+            Handout::of(motor, runs, source, diagnosed.then_some(progress))
+        });
+        let computed = tokio::select! {
+            computed = computing => computed.map_err(Failure::device)?,
+            () = stop.asked() => return Ok(None),
+        };
+        spinner.finish_and_clear();
+        computed.map(Some).map_err(Failure::input)
     }
 
-    async fn record_all(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
-        let stop = StopSignal::install().map_err(Failure::device)?;
+    /// Records both sample times from the virtual board; `None` after Ctrl-C.
+    async fn record_all(
+        &self,
+        stop: &StopSignal,
+        output: &Output,
+    ) -> Result<Option<Vec<PathBuf>>, Failure> {
         let board = self.virtual_board();
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {

@@ -7,12 +7,14 @@
 //! | [`damping`] | Part 1: what damps the motor |
 //! | [`sampling`] | Part 2: encoder, sampling, difference |
 //! | [`recorded`] | Part 3: recordings against simulations |
+//! | [`missing`] | Part 3: what explains the gap between them |
 //! | [`answers`] | every question of the handout, answered |
 //! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
 
 pub mod answers;
 pub mod columns;
 pub mod damping;
+pub mod missing;
 mod number;
 pub mod page;
 pub mod recorded;
@@ -27,6 +29,7 @@ use crate::recording::Run;
 
 use answers::Answer;
 use damping::Damping;
+use missing::Missing;
 use recorded::Recorded;
 use sampling::Sampling;
 use step_response::{CURVES, Curve, OrderDifference};
@@ -55,7 +58,7 @@ pub struct StepResponses {
 }
 
 /// The lab whole; serialises to the shape `motorlab-lab/1`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct Lab {
     /// Name of the shape.
     pub shape: &'static str,
@@ -69,6 +72,8 @@ pub struct Lab {
     pub part_2: Sampling,
     /// Part 3.
     pub part_3: Vec<Recorded>,
+    /// What explains the gap in Part 3.
+    pub missing: Missing,
     /// Where the recordings come from.
     pub source: Source,
     /// Every question of the handout, answered.
@@ -97,7 +102,8 @@ pub enum LabError {
 }
 
 impl Lab {
-    /// Computes all three parts; `runs` come with what their reader had to say.
+    /// Computes all three parts; `runs` come with what their reader had to say, `progress` is told what the
+    /// diagnosis of Part 3 is doing; without it there is none.
     ///
     /// # Errors
     /// The motor's numbers or a recording cannot be simulated.
@@ -105,6 +111,7 @@ impl Lab {
         motor: Motor,
         runs: Vec<(Run, Vec<String>)>,
         source: Source,
+        progress: Option<&(dyn Fn(&str) + Sync)>,
     ) -> Result<Self, LabError> {
         let p = motor.parameters;
         let curves = CURVES
@@ -137,7 +144,11 @@ impl Lab {
             .iter()
             .map(|effect| effect.kind().id)
             .collect();
-        let answers = answers::all(&part_1, &part_2, &part_3, &source);
+        let missing = match progress {
+            Some(progress) => Missing::in_simulation_of(&motor, &part_3, &source, progress),
+            None => Missing::Undiagnosed("it was not asked for".to_owned()),
+        };
+        let answers = answers::all(&part_1, &part_2, &part_3, &missing, &source);
         Ok(Self {
             shape: "motorlab-lab/1",
             parameters: p,
@@ -145,6 +156,7 @@ impl Lab {
             part_1,
             part_2,
             part_3,
+            missing,
             source,
             answers,
             motor,

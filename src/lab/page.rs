@@ -4,10 +4,12 @@ mod figures;
 
 pub use figures::{recorded, residuals, sampled, step, step_responses};
 
+use super::missing::{cause_numbers, cause_words};
 use super::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use super::step_response::Curve;
 use super::transfer::Pole;
 use super::{Answer, Lab, Source};
+use crate::diagnose::Diagnosis;
 use crate::export::{EQUATIONS, PARAMETERS};
 use crate::report::comparison::figures_table;
 use crate::report::{Page, Size};
@@ -348,5 +350,41 @@ fn part_3(page: &mut Page, lab: &Lab) {
         }
         page.table(&names, &rows);
     }
+    if let Some(diagnosis) = lab.missing.diagnosis() {
+        ranking(page, diagnosis);
+    }
     answers(page, lab, '3');
+}
+
+/// How many causes the report lists.
+const LISTED: usize = 8;
+
+fn ranking(page: &mut Page, diagnosis: &Diagnosis) {
+    page.subsection("What would explain the gap");
+    page.paragraph(&diagnosis.sentence);
+    let rows: Vec<Vec<String>> = diagnosis
+        .causes
+        .iter()
+        .take(LISTED)
+        .map(|cause| {
+            vec![
+                cause_words(cause).to_owned(),
+                percent(cause.probability),
+                cause_numbers(cause),
+                cause.indistinguishable_from.join(", "),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "cause",
+            "probability",
+            "numbers [95\u{a0}% interval]",
+            "not told from",
+        ],
+        &rows,
+    );
+    page.note(
+        "Every effect of the catalogue, none and something unknown, weighed on all recordings together, as motorlab diagnose does. Steps of one voltage tell few causes apart; a reversing profile tells more.",
+    );
 }

@@ -16,11 +16,18 @@ const STYLE: &str = "\
 font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
 .lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
-figure{margin:1rem 0;overflow-x:auto}figure svg{width:100%;min-width:36rem;height:auto;display:block}figcaption{color:var(--faint);font-size:.9rem}\
+figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figcaption{color:var(--faint);font-size:.9rem}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
 td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
-footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}";
+footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}\
+@media(max-width:40rem){figure .broad{display:none}figure .narrow{display:block}\
+td:first-child:not(.number),td:last-child:not(.number){min-width:8.5rem}\
+.prose thead{display:none}.prose tr{display:block;padding:.4rem 0;border-bottom:1px solid var(--grid)}\
+.prose td{display:block;border:0;padding:0}.prose td:first-child{font-weight:600}}";
+
+/// Width of a drawing on a phone in pixels.
+const PHONE: u32 = 360;
 
 /// A page under way.
 #[derive(Debug, Clone)]
@@ -93,7 +100,8 @@ impl Page {
         );
     }
 
-    /// A table; columns whose cells all begin like numbers are set flush right.
+    /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words stand
+    /// one above the other on a phone.
     pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
         let numeric: Vec<bool> = (0..names.len())
             .map(|k| {
@@ -110,7 +118,12 @@ impl Page {
                 ""
             }
         };
-        self.body.push_str("<div class=\"wide\"><table><thead><tr>");
+        let prose = names.len() == 2 && !numeric.contains(&true);
+        let _ = write!(
+            self.body,
+            "<div class=\"wide\"><table{}><thead><tr>",
+            if prose { " class=\"prose\"" } else { "" }
+        );
         for (k, name) in names.iter().enumerate() {
             let _ = write!(self.body, "<th{}>{}</th>", class(k), escaped(name));
         }
@@ -125,12 +138,19 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// A drawing with what it shows.
+    /// A drawing with what it shows; drawn a second time for a phone, so that its text stays readable there.
     pub fn figure(&mut self, figure: &Figure, size: Size, caption: &str) {
         let _ = writeln!(
             self.body,
-            "<figure>{}<figcaption>{}</figcaption></figure>",
+            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
             svg::inline(figure, size),
+            svg::inline(
+                figure,
+                Size {
+                    width: PHONE,
+                    ..size
+                }
+            ),
             escaped(caption)
         );
     }

@@ -44,9 +44,10 @@ impl Size {
     };
 }
 
-const LEFT: f64 = 70.0;
+const LEFT: f64 = 64.0;
 const RIGHT: f64 = 16.0;
 const TITLE: f64 = 30.0;
+const TITLE_LINE: f64 = 18.0;
 const LEGEND_ROW: f64 = 18.0;
 const BOTTOM: f64 = 44.0;
 const BETWEEN: f64 = 16.0;
@@ -75,15 +76,20 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
             "<style>{STYLE}</style><rect width=\"100%\" height=\"100%\" fill=\"var(--paper)\"/>"
         );
     }
-    let _ = write!(
-        out,
-        "<text class=\"title\" x=\"{LEFT}\" y=\"19\">{}</text>",
-        escaped(&figure.title)
-    );
+    let title = lines(&figure.title, width - LEFT - RIGHT);
+    for (k, line) in title.iter().enumerate() {
+        let _ = write!(
+            out,
+            "<text class=\"title\" x=\"{LEFT}\" y=\"{}\">{}</text>",
+            19.0 + TITLE_LINE * k as f64,
+            escaped(line)
+        );
+    }
+    let title_height = TITLE + TITLE_LINE * title.len().saturating_sub(1) as f64;
     let legends: Vec<Vec<&Series>> = figure.panels.iter().map(legend_entries).collect();
     let legend_height =
         |entries: &[&Series]| LEGEND_ROW * legend_rows(entries, width - LEFT - RIGHT).len() as f64;
-    let fixed: f64 = TITLE
+    let fixed: f64 = title_height
         + BOTTOM
         + legends
             .iter()
@@ -97,7 +103,7 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
     } else {
         widened(x_range)
     };
-    let mut top = TITLE;
+    let mut top = title_height;
     for (k, (panel, entries)) in figure.panels.iter().zip(&legends).enumerate() {
         draw_legend(&mut out, entries, top, width - LEFT - RIGHT);
         top += legend_height(entries);
@@ -122,6 +128,22 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
         escaped(&figure.x_label)
     );
     out
+}
+
+/// A title in lines that fit the width, broken between words. Letters are taken as 8 px wide.
+fn lines(title: &str, width: f64) -> Vec<String> {
+    let letters = (width / 8.0) as usize;
+    let mut lines: Vec<String> = Vec::new();
+    for word in title.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
 }
 
 /// Series that the legend names: those with a name, each once.
@@ -213,7 +235,7 @@ impl Frame {
 
     fn draw(&self, out: &mut String, panel: &Panel, with_x_labels: bool) {
         let (bottom, right) = (self.top + self.height, self.left + self.width);
-        let x_ticks = ticks(self.x_range, 8);
+        let x_ticks = ticks(self.x_range, ((self.width / 60.0) as usize).clamp(3, 8));
         let x_step = x_ticks.get(1).map_or(1.0, |second| second - x_ticks[0]);
         for &tick in &x_ticks {
             let x = self.x(tick);
@@ -348,6 +370,24 @@ mod tests {
         let svg = inline(&figure("a"), Size::PAGE);
         let right = f64::from(Size::PAGE.width) - RIGHT;
         assert!(svg.contains(&format!("M{LEFT:.1} ")) && svg.contains(&format!("M{right:.1} ")));
+    }
+
+    #[test]
+    fn a_title_too_long_for_the_width_goes_on_in_the_next_line() {
+        assert_eq!(lines("one two three", 64.0), ["one two", "three"]);
+        assert_eq!(lines("unbreakable", 8.0), ["unbreakable"]);
+        let both = figure("a");
+        let narrow = Size {
+            width: 150,
+            height: 300,
+        };
+        assert_eq!(inline(&both, narrow).matches("class=\"title\"").count(), 2);
+        assert_eq!(
+            inline(&both, Size::SMALL)
+                .matches("class=\"title\"")
+                .count(),
+            1
+        );
     }
 
     #[test]

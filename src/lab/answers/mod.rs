@@ -9,6 +9,7 @@ mod step_response;
 
 use serde::Serialize;
 
+use super::missing::Missing;
 use super::recorded::Recorded;
 use super::sampling::Sampling;
 use super::{Source, StepResponses};
@@ -31,6 +32,7 @@ pub fn all(
     part_1: &StepResponses,
     part_2: &Sampling,
     part_3: &[Recorded],
+    missing: &Missing,
     source: &Source,
 ) -> Vec<Answer> {
     vec![
@@ -44,6 +46,6 @@ pub fn all(
         sampling::smaller_sample_time(part_2),
         recorded::plots(part_3, source),
         recorded::match_now(part_3),
-        recorded::missing(part_3, source),
+        recorded::missing(part_3, missing, source),
     ]
 }

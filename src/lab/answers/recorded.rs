@@ -1,8 +1,10 @@
 //! Answers of Part 3.
 
 use super::Answer;
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::Source;
-use crate::lab::number::{change, figure, percent, rpm};
+use crate::lab::missing::Missing;
+use crate::lab::number::{change, figure, percent, rpm, time};
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
 
@@ -16,15 +18,18 @@ pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
             .any(|recorded| (recorded.sample_time_s / ts - 1.0).abs() < 0.01)
         {
             because.push(format!(
-                "No recording at TS = {ts} s was given; the handout asks for one."
+                "No recording at TS\u{a0}=\u{a0}{ts}\u{a0}s was given; the handout asks for one."
             ));
         }
     }
+    let recordings = match runs.len() {
+        1 => "the recording".to_owned(),
+        several => format!("the {several} recordings"),
+    };
     let short = match source {
-        Source::Recorded => format!("See the plots of the {} recordings.", runs.len()),
+        Source::Recorded => format!("See the plots of {recordings}."),
         Source::VirtualBoard(_) => format!(
-            "See the plots of the {} recordings. No recording was given: a virtual board, which is itself a simulation, supplied them over the recorder's protocol.",
-            runs.len()
+            "See the plots of {recordings}. No recording was given: a virtual board, which is itself a simulation, supplied them over the recorder's protocol."
         ),
     };
     Answer {
@@ -62,10 +67,12 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
             let without = recorded.model(MODELS[0].name)?;
             let with = recorded.model(MODELS[3].name)?;
             Some(format!(
-                "At TS = {} s the simulation with friction is off by {} counts RMS, without friction by {}.",
+                "At TS\u{a0}=\u{a0}{}\u{a0}s the simulation with friction is off by {} counts and {} RPM RMS, without friction by {} counts and {} RPM.",
                 recorded.sample_time_s,
                 figure(with.figures.position_rmse_counts, 3),
-                figure(without.figures.position_rmse_counts, 3)
+                figure(with.figures.velocity_rmse_rpm, 3),
+                figure(without.figures.position_rmse_counts, 3),
+                figure(without.figures.velocity_rmse_rpm, 3)
             ))
         })
         .collect();
@@ -77,7 +84,7 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
     }
 }
 
-pub(super) fn missing(runs: &[Recorded], source: &Source) -> Answer {
+pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> Answer {
     let open: Vec<&Recorded> = runs
         .iter()
         .filter(|recorded| !recorded.is_at_the_floor())
@@ -107,10 +114,6 @@ pub(super) fn missing(runs: &[Recorded], source: &Source) -> Answer {
             );
         }
         because.push(text);
-        because.push(format!(
-            "`motorlab diagnose {}` says which effect of the signal chain explains it.",
-            figures.path
-        ));
     }
     for recorded in runs {
         if let (Some(plain), Some(with)) =
@@ -124,7 +127,7 @@ pub(super) fn missing(runs: &[Recorded], source: &Source) -> Answer {
             ));
         }
     }
-    let short = if open.is_empty() {
+    let seen = if open.is_empty() {
         match source {
             Source::Recorded => "Nothing that these recordings show: what is left is the encoder's rounding.".to_owned(),
             Source::VirtualBoard(_) => "Nothing that these recordings show: what is left is the encoder's rounding. (The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.)".to_owned(),
@@ -136,10 +139,57 @@ pub(super) fn missing(runs: &[Recorded], source: &Source) -> Answer {
             runs.len()
         )
     };
+    let short = match missing {
+        Missing::Diagnosed(diagnosis) => {
+            because.extend(diagnosed(diagnosis));
+            format!("{seen} The diagnosis: {}", diagnosis.sentence)
+        }
+        Missing::Undiagnosed(why) => {
+            because.push(format!("No diagnosis: {why}."));
+            seen
+        }
+    };
     Answer {
         number: "3.a",
         topic: "What is missing in the simulation?",
         short,
         because,
     }
+}
+
+/// What the diagnosis rests on, in sentences; the ranking is a table of its own.
+fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
+    let gap = &diagnosis.gap;
+    let mut sentences = vec![format!(
+        "The gap on data kept from the fit ({}): {} counts RMS with the motor file's numbers, {} with the same model refitted, {} with the likeliest explanation; the encoder's rounding alone leaves {}.",
+        gap.held_out,
+        figure(gap.before, 3),
+        figure(gap.after_parameters, 3),
+        figure(gap.after_effect, 3),
+        figure(gap.floor, 3)
+    )];
+    let gap_is_there = diagnosis.verdict != Verdict::NoGap;
+    if let Some(region) = diagnosis.place.regions.first().filter(|_| gap_is_there) {
+        sentences.push(format!(
+            "Where: {} of the gap lies {}, from {} to {} of {}.",
+            percent(region.share),
+            region.regime.words(),
+            time(region.from_s),
+            time(region.to_s),
+            file_name(&region.run)
+        ));
+    }
+    for problem in &diagnosis.data {
+        sentences.push(format!(
+            "The recording {} itself: {}.",
+            file_name(&problem.run),
+            problem.detail
+        ));
+    }
+    sentences
+}
+
+/// A path's last part.
+fn file_name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
 }

@@ -13,7 +13,7 @@ fn each(part: &Sampling, sentence: impl Fn(&Sampled) -> String) -> Vec<String> {
 pub(super) fn plots(part: &Sampling) -> Answer {
     let steps: Vec<String> = each(part, |sampled| {
         format!(
-            "in steps of {} at TS = {} s",
+            "in steps of {} at TS\u{a0}=\u{a0}{}\u{a0}s",
             rpm(sampled.figures.one_count_rad_s),
             sampled.sample_time_s
         )
@@ -27,7 +27,7 @@ pub(super) fn plots(part: &Sampling) -> Answer {
         ),
         because: each(part, |sampled| {
             format!(
-                "TS = {} s: {} samples; RMS error against the true speed over the step {}.",
+                "TS\u{a0}=\u{a0}{}\u{a0}s: {} samples; RMS error against the true speed over the step {}.",
                 sampled.sample_time_s,
                 sampled.t_s.len(),
                 rpm(sampled.figures.error_rad_s)
@@ -37,28 +37,28 @@ pub(super) fn plots(part: &Sampling) -> Answer {
 }
 
 pub(super) fn quantisation(part: &Sampling) -> Answer {
-    let worst = part.responses.iter().max_by(|a, b| {
-        let one_count = |sampled: &Sampled| sampled.figures.one_count_rad_s;
-        one_count(a).total_cmp(&one_count(b))
-    });
-    let short = worst.map_or_else(String::new, |sampled| {
+    let sizes = each(part, |sampled| {
+        let figures = &sampled.figures;
         format!(
-            "One count in one sample is 2\u{3c0} / (N TS). At TS = {} s that is {} rad/s{}.",
+            "{} rad/s at TS\u{a0}=\u{a0}{}\u{a0}s{}",
+            figure(figures.one_count_rad_s, 3),
             sampled.sample_time_s,
-            figure(sampled.figures.one_count_rad_s, 3),
-            sampled
-                .figures
+            figures
                 .one_count_of_steady
                 .map_or_else(String::new, |share| format!(
-                    ", {} of the steady speed",
+                    " ({} of the steady speed)",
                     percent(share)
                 ))
         )
     });
+    let short = format!(
+        "One count in one sample is 2\u{3c0} / (N TS): {}. The speed comes in steps of that size.",
+        sizes.join(", ")
+    );
     let because = each(part, |sampled| {
         let figures = &sampled.figures;
         let mut text = format!(
-            "TS = {} s: one count is {} rad/s = {}",
+            "TS\u{a0}=\u{a0}{}\u{a0}s: one count is {} rad/s = {}",
             sampled.sample_time_s,
             figure(figures.one_count_rad_s, 4),
             rpm(figures.one_count_rad_s)
@@ -87,7 +87,7 @@ pub(super) fn quantisation(part: &Sampling) -> Answer {
 pub(super) fn delay(part: &Sampling) -> Answer {
     let halves: Vec<String> = each(part, |sampled| {
         format!(
-            "{} at TS = {} s",
+            "{} at TS\u{a0}=\u{a0}{}\u{a0}s",
             time(sampled.figures.half_sample_s),
             sampled.sample_time_s
         )
@@ -95,7 +95,7 @@ pub(super) fn delay(part: &Sampling) -> Answer {
     let mut because = each(part, |sampled| {
         let figures = &sampled.figures;
         format!(
-            "TS = {} s: half a sample is {}{}. The delay alone puts the speed off by up to {} during the rise.",
+            "TS\u{a0}=\u{a0}{}\u{a0}s: half a sample is {}{}. The delay alone puts the speed off by up to {} during the rise.",
             sampled.sample_time_s,
             time(figures.half_sample_s),
             figures.delay_s.map_or_else(String::new, |delay_s| format!(
@@ -125,7 +125,7 @@ pub(super) fn int16(part: &Sampling) -> Answer {
     because.extend(each(part, |sampled| {
         let figures = &sampled.figures;
         format!(
-            "TS = {} s: an int16 difference holds up to {}. Converted to a wider type before it is subtracted, the wrap is one false speed of {}.",
+            "TS\u{a0}=\u{a0}{}\u{a0}s: an int16 difference holds up to {}. Converted to a wider type before it is subtracted, the wrap is one false speed of {}.",
             sampled.sample_time_s,
             rpm(figures.largest_int16_speed_rad_s),
             rpm(-figures.wrap_spike_rad_s)
@@ -159,13 +159,13 @@ pub(super) fn smaller_sample_time(part: &Sampling) -> Answer {
     let ratio = error(short_ts) / error(long);
     let short = if ratio > 1.0 {
         format!(
-            "The size of a count in the speed grows with 1/TS while the delay shrinks with TS. Here the count dominates: over the step the RMS error is {} at TS = {short_ts} s against {} at TS = {long} s. Take the difference over several samples.",
+            "The size of a count in the speed grows with 1/TS while the delay shrinks with TS. Here the count dominates: over the step the RMS error is {} at TS\u{a0}=\u{a0}{short_ts}\u{a0}s against {} at TS\u{a0}=\u{a0}{long}\u{a0}s. Take the difference over several samples.",
             rpm(error(short_ts)),
             rpm(error(long)),
         )
     } else {
         format!(
-            "For this motor it is not: over the step the RMS error is {} at TS = {short_ts} s against {} at TS = {long} s, because the delay weighs more than the count.",
+            "For this motor it is not: over the step the RMS error is {} at TS\u{a0}=\u{a0}{short_ts}\u{a0}s against {} at TS\u{a0}=\u{a0}{long}\u{a0}s, because the delay weighs more than the count.",
             rpm(error(short_ts)),
             rpm(error(long)),
         )
@@ -173,10 +173,10 @@ pub(super) fn smaller_sample_time(part: &Sampling) -> Answer {
     let sweep: Vec<String> = part
         .errors_by_sample_time
         .iter()
-        .map(|(ts, error)| format!("{} RPM at {ts} s", figure(rpm_from_rad_s(*error), 3)))
+        .map(|(ts, error)| format!("{} RPM at {ts}\u{a0}s", figure(rpm_from_rad_s(*error), 3)))
         .collect();
     let mut because = vec![format!(
-        "RMS error of the speed over the step by TS: {}. Of these, TS = {} s is best.",
+        "RMS error of the speed over the step by TS: {}. Of these, TS\u{a0}=\u{a0}{}\u{a0}s is best.",
         sweep.join(", "),
         part.best_sample_time_s
     )];

@@ -30,6 +30,10 @@ pub(super) fn first_order(part: &StepResponses) -> Answer {
         percent(order.largest_relative)
     );
     let short = match (visible, below_a_count) {
+        _ if order.electrical_s == 0.0 => {
+            "The motor file has no inductance: the first order is the whole of this motor."
+                .to_owned()
+        }
         (false, true) => format!(
             "A first-order model is good enough: {at_most}, and by {} counts of position, which the encoder cannot show.",
             figure(order.largest_counts, 2)
@@ -194,7 +198,7 @@ pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
                 })
                 .collect();
             Some(format!(
-                "{}, TS = {} s: steady at {} \u{b1} {} RPM from {} to {}. Predicted: {}.",
+                "{}, TS\u{a0}=\u{a0}{}\u{a0}s: steady at {} \u{b1} {} RPM from {} to {}. Predicted: {}.",
                 recorded.name(),
                 recorded.sample_time_s,
                 rpm(steady.speed_rad_s),
@@ -213,21 +217,31 @@ pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
         .iter()
         .filter(|recorded| recorded.is_at_the_floor())
         .count();
-    let best = runs.first().and_then(Recorded::best);
-    let short = match best {
+    let short = match runs.first().and_then(Recorded::best) {
         None => "There is no recording to compare with.".to_owned(),
-        Some(best) => format!(
-            "{} of {} recordings {} met down to the encoder's rounding; the best model of the first one is \u{201c}{}\u{201d}.{}",
-            met,
-            runs.len(),
-            if met == 1 { "is" } else { "are" },
-            best.name,
-            match source {
+        Some(best) => {
+            let verdict = if met == runs.len() {
+                "Yes: every recording is met down to the encoder's rounding".to_owned()
+            } else if met == 0 {
+                "No: no recording is met down to the encoder's rounding".to_owned()
+            } else {
+                format!(
+                    "In part: {met} of {} recordings are met down to the encoder's rounding",
+                    runs.len()
+                )
+            };
+            let source = match source {
                 Source::Recorded => "",
-                Source::VirtualBoard(_) =>
-                    " The recordings are the virtual board's, not an experiment.",
-            }
-        ),
+                Source::VirtualBoard(_) => {
+                    " The recordings are the virtual board's, not an experiment."
+                }
+            };
+            format!(
+                "{verdict}; closest is \u{201c}{}\u{201d}, off by {} counts RMS.{source}",
+                best.name,
+                figure(best.figures.position_rmse_counts, 3)
+            )
+        }
     };
     Answer {
         number: "1.3",

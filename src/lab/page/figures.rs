@@ -119,17 +119,16 @@ pub fn step(recorded: &Recorded) -> Figure {
     };
     let mut drawn = Vec::new();
     if let Some(without) = recorded.models.first() {
-        let name = format!("simulated: {}", without.name);
-        drawn.push(series(
-            &name,
-            Stroke::FaintStep,
-            3,
-            &without.simulated_speed_rad_s,
-        ));
+        let speeds = &without.simulated_speed_rad_s;
+        drawn.push(series(without.name, Stroke::Step, 3, speeds));
     }
     if let Some(with) = recorded.models.last() {
-        let name = format!("simulated: {}", with.name);
-        drawn.push(series(&name, Stroke::Step, 1, &with.simulated_speed_rad_s));
+        drawn.push(series(
+            with.name,
+            Stroke::Step,
+            1,
+            &with.simulated_speed_rad_s,
+        ));
     }
     drawn.push(series(
         "recorded",

@@ -1,0 +1,75 @@
+//! Part 3: what is missing in the simulation, as [`crate::diagnose`] finds it in all recordings together.
+
+use serde::Serialize;
+
+use super::Source;
+use super::number::figure;
+use super::recorded::Recorded;
+use crate::diagnose::{Cause, Diagnosis, Interval, diagnose};
+use crate::motor::Motor;
+use crate::recording::Run;
+
+/// What the recordings say of the simulation's gaps.
+#[derive(Debug, Clone, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Missing {
+    /// They were diagnosed.
+    Diagnosed(Box<Diagnosis>),
+    /// They cannot be; why not.
+    Undiagnosed(String),
+}
+
+impl Missing {
+    /// Diagnoses all recordings together; `progress` is told what is being done.
+    ///
+    /// The virtual board plays faster than time passes: when its samples arrive says nothing of its clock,
+    /// and is left out.
+    pub fn in_simulation_of(
+        motor: &Motor,
+        recorded: &[Recorded],
+        source: &Source,
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Self {
+        let mut runs: Vec<Run> = recorded.iter().map(|laid| laid.run.clone()).collect();
+        if matches!(source, Source::VirtualBoard(_)) {
+            for run in &mut runs {
+                run.host_t_s = None;
+            }
+        }
+        match diagnose(&runs, motor, progress) {
+            Ok(diagnosis) => Self::Diagnosed(Box::new(diagnosis)),
+            Err(why) => Self::Undiagnosed(why.to_string()),
+        }
+    }
+
+    /// The diagnosis, where there is one.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        match self {
+            Self::Diagnosed(diagnosis) => Some(diagnosis),
+            Self::Undiagnosed(_) => None,
+        }
+    }
+}
+
+/// A cause's name as the report says it.
+pub fn cause_words(cause: &Cause) -> &str {
+    match cause.effect {
+        "none" => "no effect: the same model with other numbers",
+        "unknown" => "something that no effect of the catalogue explains",
+        effect => effect,
+    }
+}
+
+/// A cause's numbers with their 95 % intervals.
+pub fn cause_numbers(cause: &Cause) -> String {
+    let number = |(key, interval): (&&str, &Interval)| {
+        format!(
+            "{key} {} [{}, {}]",
+            figure(interval.value, 3),
+            figure(interval.lo95, 3),
+            figure(interval.hi95, 3)
+        )
+    };
+    let numbers: Vec<String> = cause.parameters.iter().map(number).collect();
+    numbers.join(", ")
+}
