@@ -90,6 +90,7 @@ fn errors_name_file_row_and_column() {
         "run.csv: row 8 has 2 cells where the columns are 3"
     );
     assert!(message(&table("0,0,0\n0.003,0,1\n0.003,0,2\n")).contains("row 10, column `t_s`"));
+    assert!(message(&table("0,0,0\n3601,0,1\n")).contains("row 9, column `t_s`: time leaps"));
     assert!(matches!(read(&table("")), Err(ReadProblem::Empty)));
     assert!(matches!(read(HEADER), Err(ReadProblem::NoColumns)));
     assert!(

@@ -271,3 +271,32 @@ fn a_line_in_between_that_is_no_sample_is_counted_and_shown() {
         done.messages
     );
 }
+
+#[test]
+fn a_line_whose_time_leaps_is_passed_over_and_counted() {
+    let line = |k: u32| match k {
+        // A digit too many.
+        30 => "1500000000,30,255\n".to_owned(),
+        k => format!("{},{k},255\n", k * 5000),
+    };
+    let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let file = file.expect("a file");
+    assert_eq!((file.summary("implausible"), file.summary("lost")), (1, 1));
+    assert!(file.column("t_s").windows(2).all(|t| t[1] - t[0] < 0.0101));
+}
+
+#[test]
+fn a_clock_that_leaps_for_good_ends_the_run() {
+    let line = |k: u32| {
+        format!(
+            "{},{k},255\n",
+            k * 5000 + u32::from(k >= 60) * 3_000_000_000
+        )
+    };
+    let (done, file) = capture_from(line, &["--columns", "t_us,counts,pwm", "--duration", "2"]);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    let file = file.expect("a file");
+    assert!(!file.complete() && file.column("t_s").iter().all(|t| *t < 0.3));
+}

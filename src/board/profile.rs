@@ -31,6 +31,9 @@ pub const BUILT_IN: [(&str, &str); 6] = [
     ("rest", "0 V all the time"),
 ];
 
+/// Longest profile file in bytes.
+const MOST_BYTES: u64 = 1 << 24;
+
 /// One held command.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
@@ -85,6 +88,14 @@ pub enum ProfileError {
         found: String,
         /// What is wrong with it.
         problem: &'static str,
+    },
+    /// It is longer than any profile.
+    #[error(
+        "{path} is longer than {MOST_BYTES} bytes: a profile has a row for each change of the command"
+    )]
+    TooLong {
+        /// The file.
+        path: PathBuf,
     },
     /// There is no row at all.
     #[error("{path} has no row `t_s,command_v`")]
@@ -179,12 +190,13 @@ impl Profile {
     }
 
     fn read_from(input: impl Read, path: &Path) -> Result<Self, ProfileError> {
+        let mut input = input.take(MOST_BYTES);
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .comment(Some(b'#'))
             .flexible(true)
             .trim(csv::Trim::All)
-            .from_reader(input);
+            .from_reader(&mut input);
         let mut points: Vec<(f64, f64)> = Vec::new();
         for (index, record) in reader.records().enumerate() {
             let record = record.map_err(|error| ProfileError::Read {
@@ -203,7 +215,7 @@ impl Profile {
                         path: path.to_owned(),
                         row,
                         column: name,
-                        found: text.to_owned(),
+                        found: text.chars().take(40).collect(),
                         problem: "is no finite number",
                     }),
                 }
@@ -219,6 +231,12 @@ impl Profile {
                 });
             }
             points.push((t_s, command));
+        }
+        drop(reader);
+        if input.limit() == 0 {
+            return Err(ProfileError::TooLong {
+                path: path.to_owned(),
+            });
         }
         let (Some(first), Some(last)) = (points.first().copied(), points.last().copied()) else {
             return Err(ProfileError::Empty {

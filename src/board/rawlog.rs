@@ -22,6 +22,12 @@ pub const FORMAT: &str = "motorlab-rawlog/1";
 /// Longest line that a reader takes in: a read of the serial port is at most 4096 bytes.
 const LONGEST_LINE: usize = 1 << 16;
 
+/// Longest header that a reader takes in, in bytes.
+const LONGEST_HEADER: usize = 1 << 20;
+
+/// Latest time that a reader takes in, in microseconds: 285 years. Times can be added and subtracted.
+const LATEST_US: u64 = 1 << 53;
+
 /// What happened on the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Event {
@@ -181,6 +187,12 @@ impl<R: BufRead> Reader<R> {
             };
             header.push_str(String::from_utf8_lossy(rest).trim_start_matches(' '));
             header.push('\n');
+            if header.len() > LONGEST_HEADER {
+                return Err(ReadError::Line {
+                    line: reader.line_number,
+                    problem: "the header is longer than 1,048,576 bytes",
+                });
+            }
         }
         let table = header.parse::<toml::Table>();
         if let Ok(table) = &table
@@ -257,7 +269,9 @@ fn parse_line(text: &[u8]) -> Result<(u64, Event), &'static str> {
     let (time, rest) = text.split_once(' ').ok_or("it has no arrow")?;
     let at_us: u64 = time
         .parse()
-        .map_err(|_| "its time is no number of microseconds")?;
+        .ok()
+        .filter(|&at_us| at_us <= LATEST_US)
+        .ok_or("its time is no number of microseconds")?;
     let rest = rest.trim_start();
     let arrow = rest.chars().next().ok_or("it has no arrow")?;
     let bytes = rest[arrow.len_utf8()..].trim();
@@ -381,6 +395,7 @@ mod tests {
         };
         assert!(message("12 < 0g").starts_with("line 2 of the raw log: a byte is not hex"));
         assert!(message("x < 00").contains("no number of microseconds"));
+        assert!(message("18446744073709551615 < 00").contains("no number of microseconds"));
         assert!(message("5 = 00").contains("arrow"));
         assert!(message("5 < \"abc").contains("closing quote"));
         assert!(message("5 < \"\\x1é\"").contains("two hexadecimal digits"));
@@ -406,7 +421,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_reads_back(events in prop::collection::vec((any::<u64>(), any_event()), 0..20)) {
+        fn what_is_written_reads_back(events in prop::collection::vec((0..=LATEST_US, any_event()), 0..20)) {
             prop_assert_eq!(read_all(&a_log(&events)).expect("own log"), (events, false));
         }
 

@@ -190,7 +190,9 @@ impl Playing {
         let (begun, index) = self.playing?;
         let (at_us, _) = self.script.played.get(index)?;
         let at = match self.faster {
-            Some(factor) => Duration::from_secs_f64(*at_us as f64 * 1e-6 / factor),
+            Some(factor) => {
+                Duration::try_from_secs_f64(*at_us as f64 * 1e-6 / factor).unwrap_or(Duration::MAX)
+            }
             None => Duration::ZERO,
         };
         Some(at.saturating_sub(begun.elapsed()))

@@ -58,7 +58,7 @@ pub struct Capture {
     #[arg(long, value_name = "VOLTS", value_parser = positive)]
     pub(super) supply: Option<f64>,
     /// How long a board may take to say who it is, in s.
-    #[arg(long, value_name = "SECONDS", default_value = "6", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value = "6", value_parser = duration)]
     pub(super) patience: f64,
     /// Read the text lines of a plain sketch: what its columns mean, such as `t_us,counts,pwm`, or
     /// `auto` where it prints a header line or `label:value` pairs.

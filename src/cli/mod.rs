@@ -97,8 +97,17 @@ impl Output {
         }
     }
 
-    /// A message for people, on standard error; one that cannot be said is not.
+    /// A message for people, on standard error; one that cannot be said is not. What a file or a device
+    /// put into it cannot steer the terminal.
     pub fn message(&self, text: &str) {
+        let harmless = |c: char| {
+            if c.is_control() && !matches!(c, '\n' | '\t') {
+                '\u{FFFD}'
+            } else {
+                c
+            }
+        };
+        let text: String = text.chars().map(harmless).collect();
         let _ = writeln!(io::stderr().lock(), "{text}");
     }
 }

@@ -20,6 +20,9 @@ use crate::recording::{
     CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, replay, replay_text,
 };
 
+/// Most events of a log that is played as a device: it is held in memory.
+const MOST_PLAYED: usize = 4_000_000;
+
 /// Play a raw serial log: into a run file, or as a serial device that `capture` opens.
 #[derive(Debug, Args)]
 #[command(
@@ -179,6 +182,12 @@ impl Replay {
         let mut events = Vec::new();
         while let Some(event) = log.next_event().map_err(|e| self.in_log(&e.into()))? {
             events.push(event);
+            if events.len() > MOST_PLAYED {
+                let log = self.log.display();
+                let message =
+                    format!("{log} has more than {MOST_PLAYED} events, as many as --pty plays");
+                return Err(Failure::input(message));
+            }
         }
         let faster = match self.speed {
             None => Some(1.0),

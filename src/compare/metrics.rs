@@ -29,7 +29,7 @@ pub fn align(recorded: &[i64], simulated: &[f64]) -> Alignment {
     let raw: Vec<f64> = recorded
         .iter()
         .zip(simulated)
-        .map(|(&n, x)| (n - first) as f64 + 0.5 - x)
+        .map(|(&n, x)| (i128::from(n) - i128::from(first)) as f64 + 0.5 - x)
         .collect();
     let mean = raw.iter().sum::<f64>() / raw.len().max(1) as f64;
     let start_fraction = mean.clamp(0.0, 1.0 - f64::EPSILON);

@@ -51,7 +51,7 @@ impl RunData {
         let counts: Vec<f64> = run
             .counts
             .iter()
-            .map(|&n| (n - first) as f64 + 0.5)
+            .map(|&n| (i128::from(n) - i128::from(first)) as f64 + 0.5)
             .collect();
         let half = ((WINDOW_S / run.sample_time_s).round() as usize).clamp(1, 1000);
         let last = counts.len().saturating_sub(1);

@@ -128,7 +128,7 @@ fn steady_speed(run: &Run) -> Option<SteadySpeed> {
             command: run.command[from],
             from_s,
             to_s,
-            speed_rad_s: (run.counts[to] - run.counts[middle]) as f64 * one_count_rad_s,
+            speed_rad_s: (run.counts[to] as f64 - run.counts[middle] as f64) * one_count_rad_s,
             one_count_rad_s,
         }
     })

@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use super::effects::{ActiveEffect, EffectError, did_you_mean, find, nearest};
 use super::{Effects, Parameters};
+
+/// Longest motor file in bytes.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// A motor: what a motor file says.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -80,7 +85,7 @@ pub enum MotorFileError {
 /// Reads a motor file; keys that it leaves out are the lab handout's.
 pub fn read_motor(path: impl AsRef<Path>) -> Result<Motor, MotorFileError> {
     let path = path.as_ref();
-    let text = std::fs::read_to_string(path).map_err(|source| MotorFileError::Io {
+    let text = read_bounded(path).map_err(|source| MotorFileError::Io {
         path: path.to_owned(),
         source,
     })?;
@@ -88,6 +93,18 @@ pub fn read_motor(path: impl AsRef<Path>) -> Result<Motor, MotorFileError> {
         path: path.to_owned(),
         error: Box::new(error),
     })
+}
+
+/// The whole file, unless it is longer than any motor file.
+fn read_bounded(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let file = File::open(path)?.take(MOST_BYTES + 1);
+    io::BufReader::new(file).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_BYTES {
+        let message = format!("it is longer than {MOST_BYTES} bytes: this is no motor file");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+    }
+    Ok(text)
 }
 
 impl Motor {

@@ -109,6 +109,24 @@ pub enum ReadProblem {
         /// Time of this row.
         after: f64,
     },
+    /// Time makes a leap.
+    #[error(
+        "row {row}, column `t_s`: time leaps from {before} s to {after} s; a recording with a gap of more than an hour is two: cut the file there"
+    )]
+    TimeJumps {
+        /// Line of the file.
+        row: u64,
+        /// Time of the row before.
+        before: f64,
+        /// Time of this row.
+        after: f64,
+    },
+    /// More rows than are taken into memory.
+    #[error("has more than {rows} rows, as many as are read: cut it into pieces")]
+    TooLong {
+        /// Rows that are read.
+        rows: usize,
+    },
     /// Only a header and column names.
     #[error("has column names, but not one whole row")]
     Empty,
@@ -159,7 +177,12 @@ impl fmt::Display for ReadNote {
                 write!(f, "time begins at {first_s} s; took that as the origin")
             }
             Self::ColumnsLeftOut { names } => {
-                write!(f, "columns without a meaning here were left out: {}", names.join(", "))
+                let shown = &names[..names.len().min(20)];
+                write!(f, "columns without a meaning here were left out: {}", shown.join(", "))?;
+                match names.len() - shown.len() {
+                    0 => Ok(()),
+                    more => write!(f, " and {more} more"),
+                }
             }
         }
     }

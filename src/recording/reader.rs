@@ -5,6 +5,7 @@
 //! (`/dev/zero`, a gigabyte without a line end) fails early instead of filling the memory.
 
 use std::cell::Cell;
+use std::collections::HashSet;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -14,6 +15,10 @@ use super::{CommandKind, RUN_FORMAT, Run};
 
 /// Longest line of a run file in bytes.
 const MAX_LINE_BYTES: usize = 1 << 16;
+/// Most rows of a run: four hours at 333 Hz, 400 MB in memory.
+const MAX_ROWS: usize = 5_000_000;
+/// Longest time between two rows in s. Whoever simulates a run simulates its gaps too.
+pub(super) const LONGEST_GAP_S: f64 = 3600.0;
 /// Longest header in bytes.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 
@@ -132,7 +137,7 @@ fn run_from_header(header: toml::Table) -> Result<Run, ReadProblem> {
             .as_str()
             .map_or_else(|| format.to_string(), str::to_owned);
         if format != RUN_FORMAT {
-            return Err(ReadProblem::Format(format));
+            return Err(ReadProblem::Format(shortened(&format, 40)));
         }
     }
     let counts_per_rev = positive(&header, "counts_per_rev")?.ok_or(ReadProblem::MissingKey {
@@ -164,7 +169,7 @@ fn positive(header: &toml::Table, key: &'static str) -> Result<Option<f64>, Read
     } else {
         Err(ReadProblem::BadKey {
             key,
-            found: value.to_string(),
+            found: shortened(&value.to_string(), 40),
             expected: "a number above 0",
         })
     }
@@ -206,8 +211,9 @@ impl<'a, R: BufRead> Table<'a, R> {
         if names.iter().all(String::is_empty) {
             return Err(ReadProblem::NoColumns);
         }
-        if let Some(k) = (1..names.len()).find(|&k| names[..k].contains(&names[k])) {
-            let column = names[k].clone();
+        let mut seen = HashSet::new();
+        if let Some(twice) = names.iter().find(|name| !seen.insert(name.as_str())) {
+            let column = shortened(twice, 40);
             return Err(ReadProblem::ColumnTwice { line, column });
         }
         Ok(Self {
@@ -225,7 +231,7 @@ impl<'a, R: BufRead> Table<'a, R> {
         self.place(name).ok_or_else(|| ReadProblem::MissingColumn {
             line: self.header_lines as u64 + 1,
             column: name,
-            found: self.names.join(", "),
+            found: shortened(&self.names.join(", "), 400),
         })
     }
 }
@@ -243,6 +249,15 @@ fn csv_problem(error: csv::Error, header_lines: usize) -> ReadProblem {
     }
 }
 
+/// What a message shows of a text that may be long.
+fn shortened(text: &str, most_chars: usize) -> String {
+    let mut short: String = text.chars().take(most_chars).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
+}
+
 /// One cell and where it stands, for messages.
 struct TextCell<'a> {
     text: &'a str,
@@ -252,14 +267,10 @@ struct TextCell<'a> {
 
 impl TextCell<'_> {
     fn bad(&self, expected: &'static str) -> ReadProblem {
-        let mut found: String = self.text.chars().take(40).collect();
-        if found.len() < self.text.len() {
-            found.push('…');
-        }
         ReadProblem::BadCell {
             row: self.row,
             column: self.column,
-            found,
+            found: shortened(self.text, 40),
             expected,
         }
     }
@@ -348,6 +359,9 @@ fn fill<R: BufRead>(
             return Err(problem);
         }
         let line = record.position().map_or(0, csv::Position::line) + table.header_lines as u64;
+        if run.len() == MAX_ROWS {
+            return Err(ReadProblem::TooLong { rows: MAX_ROWS });
+        }
         match places.push(run, &record, table.names.len(), line) {
             Ok(()) => last_row = Some(line),
             Err(problem) => waiting = Some(problem),
@@ -440,6 +454,15 @@ impl Places {
                 after: time,
             });
         }
+        if let Some(&before) = run.t_s.last()
+            && time - before > LONGEST_GAP_S
+        {
+            return Err(ReadProblem::TimeJumps {
+                row,
+                before,
+                after: time,
+            });
+        }
         run.t_s.push(time);
         run.command.push(command);
         run.counts.push(counts);
@@ -489,11 +512,14 @@ fn finish(run: &mut Run, notes: &mut Vec<ReadNote>) -> Result<(), ReadProblem> {
     Ok(())
 }
 
-/// Fails on a line longer than [`MAX_LINE_BYTES`], before anything gathers it in memory.
+/// Fails on a line longer than [`MAX_LINE_BYTES`], before anything gathers it in memory. Line ends within
+/// quotes end no line.
 struct LineLimit<'a, R> {
     source: R,
     line: u64,
     length: usize,
+    quoted: bool,
+    comment: bool,
     last_byte: &'a Cell<u8>,
 }
 
@@ -503,6 +529,8 @@ impl<'a, R: Read> LineLimit<'a, R> {
             source,
             line: 1,
             length: 0,
+            quoted: false,
+            comment: false,
             last_byte,
         }
     }
@@ -516,9 +544,13 @@ impl<R: Read> Read for LineLimit<'_, R> {
         }
         for &byte in &buffer[..count] {
             self.length += 1;
-            if byte == b'\n' {
+            // Header lines may hold single quotation marks.
+            self.comment |= self.length == 1 && byte == b'#';
+            self.quoted ^= byte == b'"' && !self.comment;
+            if byte == b'\n' && !self.quoted {
                 self.line += 1;
                 self.length = 0;
+                self.comment = false;
             } else if self.length > MAX_LINE_BYTES {
                 let line = self.line;
                 return Err(io::Error::new(

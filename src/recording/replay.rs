@@ -106,6 +106,10 @@ pub fn replay(
                     let Some(hello) = &hello else {
                         return Err(ReplayError::NoRecording("no HELLO comes before START"));
                     };
+                    if told.sample_time_us == 0 {
+                        let missing = "no sample time is said before START";
+                        return Err(ReplayError::NoRecording(missing));
+                    }
                     let request = CaptureRequest {
                         sample_time_us: told.sample_time_us,
                         samples: told.samples,
@@ -167,7 +171,8 @@ pub(super) fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &imp
     let Speed::Times(factor) = speed else {
         return;
     };
-    let due = Duration::from_secs_f64(at_us as f64 * 1e-6 / factor);
+    // A log that is played slowly enough never ends.
+    let due = Duration::try_from_secs_f64(at_us as f64 * 1e-6 / factor).unwrap_or(Duration::MAX);
     while let Some(left) = due.checked_sub(begun.elapsed()) {
         if stopped() {
             return;

@@ -125,7 +125,7 @@ impl StatisticsGatherer {
                     (Some(before), Some(seq)) => seq.saturating_sub(before + 1),
                     _ => 0,
                 };
-                self.lost += missing;
+                self.lost = self.lost.saturating_add(missing);
                 if missing == 0 {
                     self.intervals.add(sample.device_us - last.device_us);
                 }

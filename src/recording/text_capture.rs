@@ -24,6 +24,10 @@ const TICK: Duration = Duration::from_millis(20);
 /// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 
+/// Most that the board's time may advance from line to line: one that prints nothing for so long is given
+/// up before.
+const LONGEST_STEP_US: i64 = 300_000_000;
+
 /// What to record from a sketch.
 #[derive(Debug, Clone)]
 pub struct TextRequest {
@@ -198,6 +202,8 @@ struct Running {
     numbered: bool,
     first_us: i64,
     last_us: Option<i64>,
+    /// Time of the line before, if that was passed over because its time leapt.
+    suspect_us: Option<i64>,
     seq: u64,
 }
 
@@ -314,6 +320,7 @@ impl<'a> TextRecording<'a> {
             numbered,
             first_us: first.time_us.unwrap_or(first_host_us as i64),
             last_us: None,
+            suspect_us: None,
             seq: 0,
         });
         for (sample, host_us) in waiting {
@@ -328,10 +335,12 @@ impl<'a> TextRecording<'a> {
         let Some(running) = &mut self.running else {
             return Ok(None);
         };
-        let mut t_us = match sample.time_us {
+        let at_us = match sample.time_us {
             Some(time_us) if running.device_timed => time_us,
             _ => host_us as i64,
-        } - running.first_us;
+        };
+        // What a sketch prints as its time may be anything.
+        let mut t_us = at_us.saturating_sub(running.first_us);
         if let Some(last_us) = running.last_us {
             if running.device_timed && t_us == last_us {
                 self.damage.repeated += 1;
@@ -345,11 +354,22 @@ impl<'a> TextRecording<'a> {
                 // Time that runs back is a board that was reset.
                 return Ok(Some(Ending::BoardReset));
             }
-            let steps =
-                (t_us - last_us + running.sample_time_us / 2) / running.sample_time_us.max(1);
+            if running.device_timed && t_us - last_us > LONGEST_STEP_US {
+                let agrees =
+                    |suspect_us: i64| t_us.abs_diff(suspect_us) <= LONGEST_STEP_US.unsigned_abs();
+                if running.suspect_us.replace(t_us).is_some_and(agrees) {
+                    // Two lines in a row agree: the board's clock did leap.
+                    return Ok(Some(Ending::BoardReset));
+                }
+                self.damage.implausible += 1;
+                return Ok(None);
+            }
+            let steps = (t_us - last_us).saturating_add(running.sample_time_us / 2)
+                / running.sample_time_us.max(1);
             running.seq += steps.max(1) as u64;
         }
         running.last_us = Some(t_us);
+        running.suspect_us = None;
         let command = sample
             .command_v
             .or(sample
@@ -377,7 +397,7 @@ impl<'a> TextRecording<'a> {
             current_a: sample.current_a,
         };
         running.recorder.append(observation, host_us, measured)?;
-        let next_us = (t_us + running.sample_time_us) as f64;
+        let next_us = t_us as f64 + running.sample_time_us as f64;
         let over = self.request.duration_s > 0.0 && next_us >= self.request.duration_s * 1e6;
         Ok(over.then_some(Ending::Complete))
     }
@@ -482,7 +502,10 @@ fn sample_time_of(samples: &[(TextSample, u64)]) -> i64 {
     let device: Option<Vec<i64>> = samples.iter().map(|(sample, _)| sample.time_us).collect();
     let interval = match device {
         Some(times) => {
-            let mut intervals: Vec<i64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let mut intervals: Vec<i64> = times
+                .windows(2)
+                .map(|pair| pair[1].saturating_sub(pair[0]))
+                .collect();
             intervals.sort_unstable();
             intervals.get(intervals.len() / 2).copied().unwrap_or(0)
         }

@@ -104,7 +104,7 @@ impl View {
         plant.hold(self.last_command, point.t_s);
         self.last_command = point.command;
         let counts = Bench::counts(plant);
-        let delta = (counts - self.simulated_counts) as f64;
+        let delta = counts as f64 - self.simulated_counts as f64;
         self.simulated_counts = counts;
         let (sample_time_s, counts_per_rev) = (self.status.sample_time_s, self.run.counts_per_rev);
         let before_s = self.recorded.back().map_or(0.0, |before| before.t_s);
@@ -177,7 +177,7 @@ impl View {
             frame.render_widget(Paragraph::new(" waiting for the first sample"), area);
             return;
         };
-        let counts = last.counts - self.first_counts;
+        let counts = last.counts.saturating_sub(self.first_counts);
         let mean = |speeds: &mut dyn Iterator<Item = f64>| {
             let (sum, count) = speeds.fold((0.0, 0), |(sum, n), speed| (sum + speed, n + 1));
             rpm_from_rad_s(sum / f64::from(count.max(1)))
@@ -205,7 +205,7 @@ impl View {
                 " counts {:9}   simulated {:9}   difference {:6}",
                 counts,
                 self.simulated_counts,
-                counts - self.simulated_counts
+                counts.saturating_sub(self.simulated_counts)
             )),
             Line::from(format!(
                 " RPM    {recorded:9.1}   simulated {simulated:9.1}   Ctrl-C stops and keeps the file"
