@@ -1,0 +1,63 @@
+//! Any bytes as what a plain sketch prints: nothing panics, no sample is made of a line that is none,
+//! and what is recorded of it is a run file that can be read.
+//!
+//! The first byte chooses what the recorder is told (columns, sample time, profile), the second how the
+//! rest arrives.
+#![no_main]
+
+use std::fs;
+use std::time::Duration;
+
+use motorlab::board::Profile;
+use motorlab::board::rawlog::{Reader, Writer};
+use motorlab::board::text_lines::{Columns, TextDecoder};
+use motorlab::recording::{SharedLive, Speed, TextRequest, read_run, replay_text};
+
+const COLUMNS: [Option<&str>; 4] = [
+    None,
+    Some("t_us,counts,pwm"),
+    Some("t_ms,counts,command_v,supply_v,current_a"),
+    Some("counts"),
+];
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let &[told, pieces, ref text @ ..] = bytes else {
+        return;
+    };
+    let columns = COLUMNS[usize::from(told % 4)].and_then(|list| Columns::parse(list).ok());
+    let mut decoder = TextDecoder::new(columns.clone());
+    let lines = text.iter().filter(|&&byte| byte == b'\n').count();
+    let events = text.iter().filter_map(|&byte| decoder.push(byte)).count();
+    assert!(events <= lines);
+
+    let mut log = Vec::new();
+    let mut writer = Writer::new(&mut log, &toml::Table::new()).expect("memory");
+    for (k, piece) in text.chunks(usize::from(pieces) + 1).enumerate() {
+        writer.from_board(k as u64 * 3000, piece).expect("memory");
+    }
+    let output = std::env::temp_dir().join(format!("text-board-fuzz-{}.csv", std::process::id()));
+    let request = TextRequest {
+        columns,
+        sample_time_us: (told & 4 != 0).then_some(3000),
+        counts_per_rev: 720.0,
+        supply_v: 9.0,
+        profile: (told & 8 != 0)
+            .then(|| Profile::named("step", 9.0, 4.0).ok())
+            .flatten(),
+        duration_s: 0.0,
+        baud: 115_200,
+        patience: Duration::from_secs(1),
+        output: output.clone(),
+        port: "replayed".to_owned(),
+        usb: None,
+    };
+    let mut reader = Reader::new(log.as_slice()).expect("a log of our own");
+    let live = SharedLive::default();
+    if let Ok(recorded) = replay_text(&mut reader, request, Speed::Max, &live, || false)
+        && recorded.captured.statistics.samples > 0
+    {
+        let (run, _) = read_run(&output).expect("a run file of our own");
+        assert_eq!(run.len() as u64, recorded.captured.statistics.samples);
+    }
+    let _ = fs::remove_file(&output);
+});
