@@ -124,6 +124,24 @@ fn arranged_recordings_are_sealed_judged_and_scored() {
 }
 
 #[test]
+fn sealing_needs_no_more_than_runs_and_a_label() {
+    let keep = tempfile::tempdir().expect("a directory");
+    let done = run(keep.path(), &["simulate", "-o", "run.csv"]);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let seal = ["blind", "seal", "run.csv", "--label", "stribeck"];
+    let done = run(keep.path(), &seal);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let sealed = keep.path().join("sealed/case-0001");
+    let motor = fs::read_to_string(sealed.join("motor.toml")).expect("the handout's motor");
+    assert_eq!(
+        motorlab::motor::Motor::from_toml(&motor).expect("a motor file"),
+        motorlab::motor::Motor::default()
+    );
+    let labels = fs::read_to_string(keep.path().join("sealed.labels.json")).expect("labels");
+    assert!(labels.contains("stribeck"));
+}
+
+#[test]
 fn made_cases_come_again_from_their_seed_and_do_not_tell_it() {
     let keep = tempfile::tempdir().expect("a directory");
     let make = |name: &str| {

@@ -17,7 +17,7 @@ use crate::blind::{
     self, BlindError, Ledger, Manifest, NewCase, Program, Recipe, Truth, add_cases, judge,
     measure_gap,
 };
-use crate::motor::read_motor;
+use crate::motor::{Motor, read_motor};
 use crate::recording::read_run;
 
 /// Check diagnoses on cases whose cause is sealed: make or seal cases, run, then score.
@@ -70,9 +70,9 @@ struct Seal {
     /// Run files, all of one motor.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Motor file as it was before anything was arranged.
-    #[arg(long, value_name = "MOTOR")]
-    motor: PathBuf,
+    /// Motor file as it was before anything was arranged; without it the lab handout's motor.
+    #[arg(long, value_name = "FILE")]
+    motor: Option<PathBuf>,
     /// What was arranged: none, an effect's id, several joined by +, or outside:WORDS.
     #[arg(long)]
     label: String,
@@ -80,7 +80,7 @@ struct Seal {
     #[arg(long, value_name = "RUN")]
     unseen: Option<PathBuf>,
     /// Directory of the set, new or begun.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", default_value = "sealed")]
     into: PathBuf,
     /// File for the labels, outside the set. [default: DIR.labels.json]
     #[arg(long, value_name = "FILE")]
@@ -201,14 +201,19 @@ impl Seal {
         for path in self.runs.iter().chain(&self.unseen) {
             read_run(path).map_err(Failure::input)?;
         }
-        read_motor(&self.motor).map_err(Failure::input)?;
+        if let Some(path) = &self.motor {
+            read_motor(path).map_err(Failure::input)?;
+        }
         let text = |path: &PathBuf| {
             fs::read_to_string(path)
                 .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
         };
         let case = NewCase {
             runs: self.runs.iter().map(text).collect::<Result<_, _>>()?,
-            motor: text(&self.motor)?,
+            motor: match &self.motor {
+                Some(path) => text(path)?,
+                None => Motor::default().to_toml(),
+            },
             unseen: self.unseen.as_ref().map(text).transpose()?,
             truth,
         };
