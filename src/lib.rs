@@ -7,6 +7,7 @@
 //! | --- | --- |
 //! | [`board`] | serial ports, the reader thread, the board's clock, the virtual board |
 //! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
+//! | [`import`] | other programs' logs into run files, by a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
 //! | [`compare`] | recorded against simulated |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
@@ -26,6 +27,7 @@ pub mod cli;
 pub mod compare;
 pub mod diagnose;
 pub mod export;
+pub mod import;
 pub mod lab;
 pub mod recording;
 pub mod report;

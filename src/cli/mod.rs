@@ -16,6 +16,7 @@ mod export;
 mod failure;
 mod firmware;
 mod flash;
+mod import;
 mod lab;
 mod live;
 mod man;
@@ -67,6 +68,7 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Export(export::Export),
     Blind(blind::Blind),
+    Import(import::Import),
     Demo(demo::Demo),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
@@ -127,6 +129,7 @@ impl CommandLine {
             Command::Diagnose(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Blind(command) => command.run(&output),
+            Command::Import(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Firmware(command) => command.run(&output),
             Command::Flash(command) => command.run(&output),

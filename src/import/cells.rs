@@ -1,0 +1,195 @@
+//! The cells of one line.
+
+use std::borrow::Cow;
+
+use super::error::RowProblem;
+
+/// What separates cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Separator {
+    /// One byte.
+    Byte(u8),
+    /// Any number of spaces and tabs.
+    Blanks,
+}
+
+impl Separator {
+    /// What a line (of names, or the first row) looks separated by.
+    pub fn guess(line: &[u8], decimal_comma: bool) -> Self {
+        let commas: &[u8] = if decimal_comma { b"\t;" } else { b"\t;," };
+        let found = commas.iter().find(|byte| line.contains(byte));
+        found.map_or(Self::Blanks, |&byte| Self::Byte(byte))
+    }
+}
+
+/// Where the cells of the present line stand. Kept between lines, so that a line allocates nothing.
+#[derive(Debug, Default)]
+pub(super) struct Cells {
+    text: Vec<u8>,
+    ends: Vec<(usize, usize)>,
+}
+
+impl Cells {
+    /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote.
+    pub fn split(&mut self, line: &[u8], separator: Separator) {
+        self.text.clear();
+        self.ends.clear();
+        let byte = match separator {
+            Separator::Blanks => {
+                self.text.extend_from_slice(line);
+                let mut start = None;
+                for (at, byte) in line.iter().chain(b" ").enumerate() {
+                    match (byte.is_ascii_whitespace(), start) {
+                        (true, Some(from)) => {
+                            self.ends.push((from, at));
+                            start = None;
+                        }
+                        (false, None) => start = Some(at),
+                        _ => {}
+                    }
+                }
+                return;
+            }
+            Separator::Byte(byte) => byte,
+        };
+        let (mut start, mut quoted) = (0, false);
+        let mut bytes = line.iter().copied().peekable();
+        while let Some(next) = bytes.next() {
+            match next {
+                b'"' if quoted && bytes.peek() == Some(&b'"') => {
+                    bytes.next();
+                    self.text.push(b'"');
+                }
+                b'"' => quoted = !quoted,
+                _ if next == byte && !quoted => {
+                    self.ends.push((start, self.text.len()));
+                    start = self.text.len();
+                }
+                _ => self.text.push(next),
+            }
+        }
+        self.ends.push((start, self.text.len()));
+    }
+
+    /// How many cells there are.
+    pub fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Takes empty cells at the end off, down to `count`: lines that end in separators.
+    pub fn trim_to(&mut self, count: usize) {
+        while self.len() > count
+            && self
+                .ends
+                .last()
+                .is_some_and(|&(a, b)| blank(&self.text[a..b]))
+        {
+            self.ends.pop();
+        }
+    }
+
+    /// A cell without the blanks around it; empty where there is none.
+    pub fn get(&self, at: usize) -> &[u8] {
+        self.ends
+            .get(at)
+            .map_or(b"", |&(from, to)| self.text[from..to].trim_ascii())
+    }
+
+    /// A cell as text, whatever its encoding.
+    pub fn text(&self, at: usize) -> Cow<'_, str> {
+        decode(self.get(at))
+    }
+}
+
+fn blank(bytes: &[u8]) -> bool {
+    bytes.trim_ascii().is_empty()
+}
+
+/// Bytes as UTF-8, or else as Latin-1.
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => Cow::Owned(bytes.iter().map(|&byte| char::from(byte)).collect()),
+    }
+}
+
+/// A cell as a finite number. `column` is for the message.
+pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f64, RowProblem> {
+    let parsed = match std::str::from_utf8(cell) {
+        Ok(text) if decimal_comma && text.contains(',') && !text.contains('.') => {
+            text.replace(',', ".").parse::<f64>()
+        }
+        Ok(text) => text.parse::<f64>(),
+        Err(_) => "".parse::<f64>(),
+    };
+    match parsed {
+        Ok(number) if number.is_finite() => Ok(number),
+        _ => Err(RowProblem::NotANumber {
+            column: column.to_owned(),
+            found: shortened(&decode(cell)),
+        }),
+    }
+}
+
+/// For messages.
+pub(super) fn shortened(text: &str) -> String {
+    let mut found: String = text.chars().take(40).collect();
+    if found.len() < text.len() {
+        found.push('…');
+    }
+    found.escape_debug().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cells(line: &str, separator: Separator) -> Vec<String> {
+        let mut cells = Cells::default();
+        cells.split(line.as_bytes(), separator);
+        (0..cells.len())
+            .map(|k| cells.text(k).into_owned())
+            .collect()
+    }
+
+    #[test]
+    fn separators_are_guessed_and_kept_to() {
+        for (line, separator, expected) in [
+            ("1,2 , 3", Separator::Byte(b','), vec!["1", "2", "3"]),
+            ("1;2,5;", Separator::Byte(b';'), vec!["1", "2,5", ""]),
+            ("1\t2\t", Separator::Byte(b'\t'), vec!["1", "2", ""]),
+            ("  1   2 \t 3 ", Separator::Byte(b'\t'), vec!["1   2", "3"]),
+            ("  1   2  3 ", Separator::Blanks, vec!["1", "2", "3"]),
+        ] {
+            assert_eq!(Separator::guess(line.as_bytes(), false), separator);
+            assert_eq!(cells(line, separator), expected);
+        }
+        let comma = Separator::Byte(b',');
+        assert_eq!(
+            cells(r#""a, b","say ""x""",3"#, comma),
+            ["a, b", "say \"x\"", "3"]
+        );
+        assert_eq!(Separator::guess(b"1,5 2,5", true), Separator::Blanks);
+    }
+
+    #[test]
+    fn only_finite_numbers_are_numbers() {
+        assert_eq!(number(b"-1.5e3", false, "x"), Ok(-1500.0));
+        assert_eq!(number(b"-1,5", true, "x"), Ok(-1.5));
+        for bad in [
+            "",
+            "NaN",
+            "inf",
+            "-Infinity",
+            "1e999",
+            "1,5",
+            "0x10",
+            "1 2",
+            "\u{fffd}",
+        ] {
+            let error = number(bad.as_bytes(), false, "speed").expect_err(bad);
+            assert!(error.to_string().contains("column speed"), "{error}");
+        }
+        assert!(number(b"\xb0\xff", false, "x").is_err());
+    }
+}

@@ -1,0 +1,190 @@
+//! Why a log cannot be imported, and why one of its rows cannot be used.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
+use crate::recording::WriteError;
+
+/// What is wrong with a mapping file.
+#[derive(Debug, Error)]
+pub enum MapError {
+    /// It cannot be read.
+    #[error("{path}: {source}")]
+    Io {
+        /// The mapping file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is not TOML, or has a key that means nothing.
+    #[error("{place}: {message}")]
+    Toml {
+        /// File and line.
+        place: String,
+        /// What the TOML reader says.
+        message: String,
+    },
+    /// A key that is missing.
+    #[error("{section} lacks `{key}`: {why}")]
+    Missing {
+        /// The section.
+        section: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What it is needed for.
+        why: &'static str,
+    },
+    /// A value that cannot be.
+    #[error("{section}: `{key}` is {found}, but must be {expected}")]
+    Value {
+        /// The section.
+        section: &'static str,
+        /// The key.
+        key: &'static str,
+        /// Its value.
+        found: String,
+        /// What it must be.
+        expected: String,
+    },
+    /// Keys that exclude each other.
+    #[error("{section}: {what}")]
+    Conflict {
+        /// The section.
+        section: &'static str,
+        /// What excludes what.
+        what: &'static str,
+    },
+}
+
+/// Why a log cannot be imported.
+#[derive(Debug, Error)]
+#[error("{file}: {problem}")]
+pub struct ImportError {
+    /// The log, as it was named.
+    pub file: String,
+    /// What is wrong.
+    pub problem: ImportProblem,
+}
+
+/// What is wrong with a log. Lines are counted from 1.
+#[derive(Debug, Error)]
+pub enum ImportProblem {
+    /// It cannot be opened or read, or its compressed data are broken.
+    #[error("cannot be read beyond line {line}: {source}")]
+    Read {
+        /// The last line that could be read.
+        line: u64,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is no text.
+    #[error("is no text: {0}")]
+    NoText(&'static str),
+    /// A line without an end.
+    #[error("line {line} is longer than {MOST_LINE_BYTES} bytes: this is no log of text lines")]
+    EndlessLine {
+        /// The line.
+        line: u64,
+    },
+    /// A column that the mapping names is not there.
+    #[error("line {line} names no column `{column}`{nearest}; it names: {found}")]
+    NoSuchColumn {
+        /// Line of the column names.
+        line: u64,
+        /// The column that the mapping asks for.
+        column: String,
+        /// A name like it.
+        nearest: String,
+        /// The names that there are.
+        found: String,
+    },
+    /// A column asked for by its number is not there.
+    #[error("line {line} has {found} columns; the mapping asks for column {column}")]
+    NoSuchNumber {
+        /// The line.
+        line: u64,
+        /// The column that the mapping asks for, from 1.
+        column: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A column asked for by name where the log has no names.
+    #[error(
+        "the mapping asks for column `{0}` by name, but says `names = false`: give its number (the first is 1)"
+    )]
+    NameWithoutNames(String),
+    /// There is no row that can be used.
+    #[error("{}", no_rows(.rows, .first))]
+    NoRows {
+        /// Rows there were.
+        rows: u64,
+        /// The first of them and why it cannot be used.
+        first: Option<Box<BadRow>>,
+    },
+    /// Nothing but bad rows for long.
+    #[error(
+        "the first {rows} rows cannot be used, so the mapping does not fit this log; the first of them: {first}"
+    )]
+    AllBad {
+        /// How many.
+        rows: u64,
+        /// The first of them and why.
+        first: Box<BadRow>,
+    },
+    /// More runs than any log has.
+    #[error("line {line} would begin run {runs}: `split_by` names a column that changes too often")]
+    TooManyRuns {
+        /// The line.
+        line: u64,
+        /// How many.
+        runs: usize,
+    },
+    /// The run cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The file of rejected rows cannot be written.
+    #[error("the file of rejected rows {path} cannot be written: {source}")]
+    Rejected {
+        /// That file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+fn no_rows(rows: &u64, first: &Option<Box<BadRow>>) -> String {
+    match first {
+        Some(first) => format!("none of its {rows} rows can be used; the first of them: {first}"),
+        None => "has no rows".to_owned(),
+    }
+}
+
+/// A row that was left out, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Error, serde::Serialize)]
+#[error("line {line}: {why}")]
+pub struct BadRow {
+    /// Line of the log.
+    pub line: u64,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+/// Why a row cannot be used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(super) enum RowProblem {
+    #[error("the line is longer than {MAX_LINE_BYTES} bytes")]
+    TooLong,
+    #[error("{found} cells where the columns are {expected}")]
+    CellCount { found: usize, expected: usize },
+    #[error("column {column}: `{found}` is not a finite number")]
+    NotANumber { column: String, found: String },
+    #[error("time goes from {before} s to {after} s; it must rise from row to row")]
+    TimeNotRising { before: f64, after: f64 },
+    #[error("the position, {counts:e} counts, is beyond 64 bits")]
+    CountsTooLarge { counts: f64 },
+    #[error("the {what}, {value:e}, is too large once it is in SI units")]
+    TooLarge { what: &'static str, value: f64 },
+}

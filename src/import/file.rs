@@ -1,0 +1,263 @@
+//! A whole log: lines to rows to runs.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::cells::{Cells, Separator};
+use super::convert::Converter;
+use super::error::RowProblem;
+use super::layout::Layout;
+use super::lines::{Line, Lines, lines};
+use super::map::Map;
+use super::rejected::{Rejected, for_file_name};
+use super::segment::Segment;
+use super::{BadRow, ImportError, ImportProblem};
+
+pub use super::segment::ImportedRun;
+
+/// So many bad rows before the first good one mean that the mapping is wrong.
+const HOPELESS_ROWS: u64 = 1000;
+/// Most runs of one log.
+const MOST_RUNS: usize = 10_000;
+
+/// What became of a log.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Imported {
+    /// The runs, in the log's order.
+    pub runs: Vec<ImportedRun>,
+    /// Rows of the log: all lines after the names that are neither empty nor comments.
+    pub rows: u64,
+    /// Those that could not be used.
+    pub bad_rows: u64,
+    /// The first of them.
+    pub first_bad: Vec<BadRow>,
+    /// The file with all of them.
+    pub rejected: Option<PathBuf>,
+    /// The last line has no line end, so its last number may have been cut off.
+    pub unended: bool,
+}
+
+/// Reads a log and writes its run, or runs, to `output` or the next free name.
+///
+/// `name` stands for the log in messages and in the runs' headers. An import that is killed leaves a
+/// file of whole rows that is not marked complete.
+///
+/// # Errors
+/// The log cannot be read, does not fit the mapping, or the run cannot be written.
+pub fn import(
+    source: impl Read,
+    name: &str,
+    map: &Map,
+    output: &Path,
+) -> Result<Imported, ImportError> {
+    let mut rejected = Rejected::beside(output);
+    let result = lines(source).and_then(|lines| {
+        let mut log = Log::new(lines, map);
+        log.runs(name, output, &mut rejected)
+    });
+    let finished = match result {
+        Ok(imported) => rejected.finish().map(|path| Imported {
+            rejected: path,
+            ..imported
+        }),
+        Err(problem) => {
+            rejected.forget();
+            Err(problem)
+        }
+    };
+    finished.map_err(|problem| ImportError {
+        file: name.to_owned(),
+        problem,
+    })
+}
+
+/// A log under way.
+struct Log<'a, R> {
+    lines: Lines<R>,
+    map: &'a Map,
+    cells: Cells,
+    separator: Separator,
+}
+
+/// What a line of the log gave.
+enum Next {
+    /// Cells to be converted; they are in [`Log::cells`].
+    Row,
+    /// A row that is too long, and its beginning.
+    TooLong(Vec<u8>),
+    End,
+}
+
+impl<'a, R: std::io::BufRead> Log<'a, R> {
+    fn new(lines: Lines<R>, map: &'a Map) -> Self {
+        Self {
+            lines,
+            map,
+            cells: Cells::default(),
+            separator: map.shape.separator.unwrap_or(Separator::Blanks),
+        }
+    }
+
+    fn runs(
+        &mut self,
+        name: &str,
+        output: &Path,
+        rejected: &mut Rejected,
+    ) -> Result<Imported, ImportProblem> {
+        let mut imported = Imported {
+            runs: Vec::new(),
+            rows: 0,
+            bad_rows: 0,
+            first_bad: Vec::new(),
+            rejected: None,
+            unended: false,
+        };
+        let Some((layout, mut next)) = self.layout()? else {
+            return Err(ImportProblem::NoRows {
+                rows: 0,
+                first: None,
+            });
+        };
+        let mut split_value = None;
+        let mut converter = Converter::new(self.map, &layout);
+        let mut segment = Segment::new(self.map, name, output);
+        let mut bad_in_run = 0;
+        let mut used = 0_u64;
+        loop {
+            let line = self.lines.number();
+            let converted = match &next {
+                Next::End => break,
+                Next::TooLong(_) => {
+                    converter.skip();
+                    Err(RowProblem::TooLong)
+                }
+                Next::Row => {
+                    self.cells.trim_to(layout.columns);
+                    if let Some(place) = &layout.split_by
+                        && self.cells.len() == layout.columns
+                        && split_value.as_deref() != Some(&*self.cells.text(place.at))
+                    {
+                        let value = self.cells.text(place.at).into_owned();
+                        if imported.runs.len() >= MOST_RUNS {
+                            let runs = imported.runs.len() + 1;
+                            return Err(ImportProblem::TooManyRuns { line, runs });
+                        }
+                        let path = split_name(output, &value);
+                        let ended =
+                            std::mem::replace(&mut segment, Segment::new(self.map, name, &path));
+                        imported.runs.extend(ended.finish(bad_in_run)?);
+                        converter = Converter::new(self.map, &layout);
+                        bad_in_run = 0;
+                        split_value = Some(value);
+                    }
+                    converter.convert(&self.cells)
+                }
+            };
+            imported.rows += 1;
+            match converted {
+                Ok(sample) => {
+                    used += 1;
+                    segment.push(sample)?;
+                }
+                Err(problem) => {
+                    bad_in_run += 1;
+                    let content = match &next {
+                        Next::TooLong(beginning) => beginning.as_slice(),
+                        _ => self.lines.last(),
+                    };
+                    rejected.push(line, &problem, content)?;
+                    if used == 0
+                        && rejected.count >= HOPELESS_ROWS
+                        && let Some(first) = rejected.first.first()
+                    {
+                        return Err(ImportProblem::AllBad {
+                            rows: rejected.count,
+                            first: Box::new(first.clone()),
+                        });
+                    }
+                }
+            }
+            next = self.next()?;
+        }
+        imported.unended = !self.lines.ended() && used > 0;
+        imported.runs.extend(segment.finish(bad_in_run)?);
+        imported.bad_rows = rejected.count;
+        imported.first_bad = rejected.first.clone();
+        if imported.runs.is_empty() {
+            return Err(ImportProblem::NoRows {
+                rows: imported.rows,
+                first: rejected.first.first().cloned().map(Box::new),
+            });
+        }
+        Ok(imported)
+    }
+
+    /// Reads up to the first row: its layout, and the row itself.
+    fn layout(&mut self) -> Result<Option<(Layout, Next)>, ImportProblem> {
+        for _ in 0..self.map.shape.skip_lines {
+            if self.lines.next()?.is_none() {
+                return Ok(None);
+            }
+        }
+        let mut next = self.next_guessing(self.map.shape.separator.is_none())?;
+        if let Next::TooLong(_) = next {
+            return Err(ImportProblem::NoText(
+                "its first line is longer than 65536 bytes",
+            ));
+        }
+        if let Next::End = next {
+            return Ok(None);
+        }
+        if self.map.shape.names {
+            while self.cells.len() > 1 && self.cells.get(self.cells.len() - 1).is_empty() {
+                self.cells.trim_to(self.cells.len() - 1);
+            }
+        }
+        let layout = Layout::new(self.map, self.lines.number(), &self.cells)?;
+        if self.map.shape.names {
+            for _ in 0..=self.map.shape.unit_lines {
+                next = self.next()?;
+            }
+        }
+        Ok(Some((layout, next)))
+    }
+
+    fn next(&mut self) -> Result<Next, ImportProblem> {
+        self.next_guessing(false)
+    }
+
+    /// The next line that is neither empty nor a comment, taken apart.
+    fn next_guessing(&mut self, guess: bool) -> Result<Next, ImportProblem> {
+        let shape = &self.map.shape;
+        loop {
+            match self.lines.next()? {
+                None => return Ok(Next::End),
+                Some(Line::TooLong(beginning)) => return Ok(Next::TooLong(beginning.to_vec())),
+                Some(Line::Whole(line)) => {
+                    let start = line.trim_ascii_start();
+                    let comment = shape.comment.as_bytes();
+                    if start.is_empty() || (!comment.is_empty() && start.starts_with(comment)) {
+                        continue;
+                    }
+                    if guess {
+                        self.separator = Separator::guess(line, shape.decimal_comma);
+                    }
+                    self.cells.split(line, self.separator);
+                    return Ok(Next::Row);
+                }
+            }
+        }
+    }
+}
+
+/// `spinup-3.csv` for the value 3 of the split column and `spinup.csv`.
+fn split_name(output: &Path, value: &str) -> PathBuf {
+    let mut name = output.file_stem().unwrap_or_default().to_os_string();
+    name.push("-");
+    name.push(for_file_name(value));
+    if let Some(extension) = output.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    output.with_file_name(name)
+}

@@ -1,0 +1,129 @@
+//! Where the columns that a mapping asks for stand in this log.
+
+use super::ImportProblem;
+use super::cells::{Cells, shortened};
+use super::map::{ColumnRef, CommandSource, Map, PositionSource, TimeSource};
+
+/// Places of the columns in a row, from 0.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Layout {
+    /// Cells of a row.
+    pub columns: usize,
+    pub time: Option<Place>,
+    pub command: Option<Place>,
+    pub motion: Option<Place>,
+    pub current: Option<Place>,
+    pub supply: Option<Place>,
+    pub split_by: Option<Place>,
+}
+
+/// One column.
+#[derive(Debug, Clone)]
+pub(super) struct Place {
+    /// From 0.
+    pub at: usize,
+    /// For messages.
+    pub name: String,
+}
+
+impl Layout {
+    /// From the line of names, or, where there is none, from the first row.
+    ///
+    /// # Errors
+    /// A column is not there.
+    pub fn new(map: &Map, line: u64, cells: &Cells) -> Result<Self, ImportProblem> {
+        let names = map.shape.names.then_some(cells);
+        let find = |column: &ColumnRef| place(column, names, cells.len(), line);
+        let optional = |column: Option<&ColumnRef>| column.map(find).transpose();
+        let time = match &map.time {
+            TimeSource::Column(field) => Some(&field.column),
+            TimeSource::RowNumber => None,
+        };
+        let command = match &map.command {
+            CommandSource::Column(field) | CommandSource::OfMeasuredSupply(field) => {
+                Some(&field.column)
+            }
+            CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
+        };
+        let motion = match &map.position {
+            PositionSource::Column(field) | PositionSource::Speed { field, .. } => {
+                Some(&field.column)
+            }
+            PositionSource::NotRecorded => None,
+        };
+        Ok(Self {
+            columns: cells.len(),
+            time: optional(time)?,
+            command: optional(command)?,
+            motion: optional(motion)?,
+            current: optional(map.current.as_ref().map(|field| &field.column))?,
+            supply: optional(map.supply.as_ref().map(|field| &field.column))?,
+            split_by: optional(map.split_by.as_ref())?,
+        })
+    }
+}
+
+fn place(
+    column: &ColumnRef,
+    names: Option<&Cells>,
+    columns: usize,
+    line: u64,
+) -> Result<Place, ImportProblem> {
+    match (column, names) {
+        (&ColumnRef::Number(number), _) => {
+            if number == 0 || number > columns {
+                return Err(ImportProblem::NoSuchNumber {
+                    line,
+                    column: number,
+                    found: columns,
+                });
+            }
+            Ok(Place {
+                at: number - 1,
+                name: names.map_or_else(
+                    || number.to_string(),
+                    |names| format!("`{}`", shortened(&names.text(number - 1))),
+                ),
+            })
+        }
+        (ColumnRef::Name(name), None) => Err(ImportProblem::NameWithoutNames(name.clone())),
+        (ColumnRef::Name(name), Some(names)) => {
+            let found = (0..columns).find(|&at| names.text(at) == name.trim());
+            found
+                .map(|at| Place {
+                    at,
+                    name: format!("`{name}`"),
+                })
+                .ok_or_else(|| no_such_column(name, names, line))
+        }
+    }
+}
+
+/// Column names are listed up to this many.
+const MOST_LISTED: usize = 30;
+
+fn no_such_column(name: &str, names: &Cells, line: u64) -> ImportProblem {
+    let there: Vec<String> = (0..names.len())
+        .map(|at| shortened(&names.text(at)))
+        .collect();
+    let nearest = there
+        .iter()
+        .map(|other| {
+            (
+                strsim::jaro_winkler(&name.to_lowercase(), &other.to_lowercase()),
+                other,
+            )
+        })
+        .filter(|(likeness, _)| *likeness > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let mut found = there[..there.len().min(MOST_LISTED)].join(", ");
+    if there.len() > MOST_LISTED {
+        found.push_str(" …");
+    }
+    ImportProblem::NoSuchColumn {
+        line,
+        column: name.to_owned(),
+        nearest: nearest.map_or_else(String::new, |(_, other)| format!(" (is it `{other}`?)")),
+        found,
+    }
+}

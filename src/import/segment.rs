@@ -1,0 +1,219 @@
+//! One run on its way into its file: a look ahead for its sample time, then row by row.
+
+use std::path::{Path, PathBuf};
+
+use super::ImportProblem;
+use super::convert::Sample;
+use super::map::{CommandSource, Integration, Map, PositionSource, TimeSource};
+use crate::recording::{Columns, Flags, Row, RunWriter, Time};
+
+/// Rows from whose steps the sample time is taken.
+pub(super) const LOOK_AHEAD: usize = 4096;
+
+/// A run that has been written.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct ImportedRun {
+    /// Its file.
+    pub path: PathBuf,
+    /// Samples in it.
+    pub samples: u64,
+    /// From the first to the last in s.
+    pub duration_s: f64,
+    /// Nominal sample time in s.
+    pub sample_time_s: f64,
+    /// Shortest and longest step of time in s.
+    pub steps_s: (f64, f64),
+}
+
+/// A run on its way.
+#[derive(Debug)]
+pub(super) struct Segment<'a> {
+    map: &'a Map,
+    source: &'a str,
+    path: PathBuf,
+    waiting: Vec<Sample>,
+    writer: Option<RunWriter>,
+    sample_time_s: f64,
+    before: Option<(u64, f64)>,
+    shortest_s: f64,
+    longest_s: f64,
+}
+
+impl<'a> Segment<'a> {
+    /// For a run from the log `source` into `path` or the next free name.
+    pub fn new(map: &'a Map, source: &'a str, path: &Path) -> Self {
+        Self {
+            map,
+            source,
+            path: path.to_owned(),
+            waiting: Vec::new(),
+            writer: None,
+            sample_time_s: f64::NAN,
+            before: None,
+            shortest_s: f64::INFINITY,
+            longest_s: 0.0,
+        }
+    }
+
+    /// One more sample.
+    pub fn push(&mut self, sample: Sample) -> Result<(), ImportProblem> {
+        if let Some((seq, t_s)) = self.before
+            && sample.seq == seq + 1
+        {
+            self.shortest_s = self.shortest_s.min(sample.t_s - t_s);
+            self.longest_s = self.longest_s.max(sample.t_s - t_s);
+        }
+        self.before = Some((sample.seq, sample.t_s));
+        match &mut self.writer {
+            Some(writer) => {
+                append(writer, &sample)?;
+                Ok(writer.flush_if_due()?)
+            }
+            None => {
+                self.waiting.push(sample);
+                if self.waiting.len() == LOOK_AHEAD {
+                    self.begin()?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Opens the file and writes what waited.
+    fn begin(&mut self) -> Result<(), ImportProblem> {
+        self.sample_time_s = self
+            .map
+            .sample_time_s
+            .unwrap_or_else(|| median_step_s(&self.waiting));
+        let columns = Columns {
+            command: self.map.command_kind,
+            seq: true,
+            host: false,
+            flags: false,
+            supply: self.map.supply.is_some(),
+            current: self.map.current.is_some(),
+        };
+        let mut writer = RunWriter::create(&self.path, &self.header(), columns)?;
+        for sample in self.waiting.drain(..) {
+            append(&mut writer, &sample)?;
+        }
+        self.writer = Some(writer);
+        Ok(())
+    }
+
+    fn header(&self) -> toml::Table {
+        let map = self.map;
+        let mut header = toml::Table::new();
+        header.insert("sample_time_s".into(), self.sample_time_s.into());
+        header.insert("counts_per_rev".into(), map.counts_per_rev.into());
+        if let Some(supply_v) = map.supply_v {
+            header.insert("supply_v".into(), supply_v.into());
+        }
+        for (key, value) in &map.header {
+            header.entry(key.clone()).or_insert_with(|| value.clone());
+        }
+        let mut imported = toml::Table::new();
+        imported.insert("source".into(), self.source.into());
+        imported.insert("time".into(), time_words(map).into());
+        imported.insert("command".into(), command_words(map).into());
+        imported.insert("position".into(), position_words(map).into());
+        header.insert("imported".into(), imported.into());
+        header
+    }
+
+    /// Ends the file. `None` if the run has no sample.
+    pub fn finish(mut self, bad_rows: u64) -> Result<Option<ImportedRun>, ImportProblem> {
+        if self.writer.is_none() && !self.waiting.is_empty() {
+            self.begin()?;
+        }
+        let Some(writer) = self.writer.take() else {
+            return Ok(None);
+        };
+        let samples = writer.rows();
+        let duration_s = self.before.map_or(0.0, |(_, t_s)| t_s);
+        let mut summary = toml::Table::new();
+        let mut put = |key: &str, value: toml::Value| summary.insert(key.to_owned(), value);
+        put("samples", (samples as i64).into());
+        put("bad_rows", (bad_rows as i64).into());
+        put("duration_s", duration_s.into());
+        if self.shortest_s.is_finite() {
+            put("shortest_step_s", rounded(self.shortest_s).into());
+            put("longest_step_s", rounded(self.longest_s).into());
+        } else {
+            self.shortest_s = 0.0;
+        }
+        let path = writer.finish(&summary, true)?;
+        Ok(Some(ImportedRun {
+            path,
+            samples,
+            duration_s,
+            sample_time_s: self.sample_time_s,
+            steps_s: (rounded(self.shortest_s), rounded(self.longest_s)),
+        }))
+    }
+}
+
+fn append(writer: &mut RunWriter, sample: &Sample) -> Result<(), ImportProblem> {
+    writer.append(&Row {
+        seq: Some(sample.seq),
+        time: Time::Seconds(sample.t_s),
+        host: None,
+        command: sample.command,
+        counts: sample.counts,
+        flags: Flags::default(),
+        supply_v: sample.supply_v,
+        current_a: sample.current_a,
+    })?;
+    Ok(())
+}
+
+/// The median of the steps between neighbours; 1 s for a run of a single sample.
+fn median_step_s(samples: &[Sample]) -> f64 {
+    let mut steps: Vec<f64> = samples
+        .windows(2)
+        .filter(|pair| pair[1].seq == pair[0].seq + 1)
+        .map(|pair| pair[1].t_s - pair[0].t_s)
+        .collect();
+    if steps.is_empty() {
+        return 1.0;
+    }
+    let middle = steps.len() / 2;
+    let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
+    rounded(*median)
+}
+
+/// To whole nanoseconds.
+fn rounded(seconds: f64) -> f64 {
+    (seconds * 1e9).round() / 1e9
+}
+
+fn time_words(map: &Map) -> &'static str {
+    match map.time {
+        TimeSource::Column(_) => "column",
+        TimeSource::RowNumber => "made from the row number",
+    }
+}
+
+fn command_words(map: &Map) -> &'static str {
+    match map.command {
+        CommandSource::Column(_) => "column",
+        CommandSource::OfMeasuredSupply(_) => "column, share of the measured supply",
+        CommandSource::Profile { .. } => "profile from the mapping",
+        CommandSource::NotRecorded => "not recorded",
+    }
+}
+
+fn position_words(map: &Map) -> &'static str {
+    match map.position {
+        PositionSource::Column(_) => "column",
+        PositionSource::Speed {
+            rule: Integration::Trapezoid,
+            ..
+        } => "integrated from speed, trapezoid",
+        PositionSource::Speed {
+            rule: Integration::Backward,
+            ..
+        } => "integrated from speed, backward",
+        PositionSource::NotRecorded => "not recorded",
+    }
+}
