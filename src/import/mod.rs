@@ -1,12 +1,10 @@
 //! Turns logs that other programs wrote into run files.
 //!
 //! A mapping file ([`Map`]) says which column is what and in which unit. [`import`] then reads the log
-//! line by line, converts each row to SI ([`convert`]) and writes it; nothing is held in memory but the
-//! first [`LOOK_AHEAD`] rows of a run, from whose steps its sample time is taken. A row that cannot be
+//! line by line, converts each row to SI and writes it; nothing is held in memory but the
+//! first 4096 rows of a run, from whose steps its sample time is taken. A row that cannot be
 //! used is never dropped in silence: it is counted, named by its line, written to a file of rejected
 //! rows with the reason, and leaves a gap in `seq`, so that it counts as lost from then on.
-//!
-//! [`LOOK_AHEAD`]: segment::LOOK_AHEAD
 
 mod cells;
 mod convert;
