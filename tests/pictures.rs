@@ -66,7 +66,9 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     }
 
     let page = file("gap.html");
-    assert_eq!(page.matches("<svg").count(), 2);
+    // One figure a run, drawn for a desk and for a phone.
+    assert_eq!(page.matches("<figure>").count(), 2);
+    assert_eq!(page.matches("<svg").count(), 4);
     assert!(page.contains("inertia_kg_m2 = 0.004") && page.contains("fast.csv"));
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
     assert!(!addresses.contains("http") && !page.contains("<script"));

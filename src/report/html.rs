@@ -16,7 +16,7 @@ const STYLE: &str = "\
 font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
 .lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
-figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figcaption{color:var(--faint);font-size:.9rem}\
+figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figure.wide svg{min-width:36rem}figcaption{color:var(--faint);font-size:.9rem}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
 td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
@@ -159,7 +159,7 @@ impl Page {
     pub fn matrix(&mut self, matrix: &Matrix, caption: &str) {
         let _ = writeln!(
             self.body,
-            "<figure>{}<figcaption>{}</figcaption></figure>",
+            "<figure class=\"wide\">{}<figcaption>{}</figcaption></figure>",
             matrix.inline(),
             escaped(caption)
         );
