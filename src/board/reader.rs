@@ -2,21 +2,29 @@
 //!
 //! Bytes go through a bounded channel to whoever awaits them. Nothing else happens on this thread, so
 //! neither a slow disk nor a blocked terminal makes it late; a consumer that stays away for longer than
-//! the channel holds makes it wait, the kernel's buffer fills, and the sequence numbers tell.
+//! the channel holds makes it wait, the kernel's buffer fills, and the sequence numbers tell. The channel
+//! is bounded in reads and in bytes, so that memory stays the same however long a recording is and however
+//! far a device in a hurry (a virtual board, a replayed log) gets ahead.
 
 use std::io::{self, Read};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use tokio::sync::mpsc;
 
 /// Reads that may wait in the channel: at 333 samples/s some 24 s.
 const CHANNEL_READS: usize = 8192;
 
+/// Bytes that may wait in the channel, one read more at most: at 115200 baud some 22 s.
+const CHANNEL_BYTES: usize = 256 * 1024;
+
 /// Most bytes of one read.
 const READ_BYTES: usize = 4096;
+
+/// How long a reader waits before it looks again whether the channel has room for its bytes.
+const ROOM: Duration = Duration::from_millis(1);
 
 /// What came over the line.
 #[derive(Debug)]
@@ -41,6 +49,8 @@ pub enum Arrival {
 #[derive(Debug)]
 pub struct LineReader {
     arrivals: mpsc::Receiver<Arrival>,
+    /// Bytes in the channel.
+    waiting: Arc<AtomicUsize>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
     origin: Instant,
@@ -52,14 +62,16 @@ impl LineReader {
     pub fn spawn(port: impl Read + Send + 'static, origin: Instant) -> io::Result<Self> {
         let (sender, arrivals) = mpsc::channel(CHANNEL_READS);
         let stop = Arc::new(AtomicBool::new(false));
+        let waiting = Arc::new(AtomicUsize::new(0));
         let thread = thread::Builder::new()
             .name("serial-reader".to_owned())
             .spawn({
-                let stop = Arc::clone(&stop);
-                move || read_until_gone(port, origin, &sender, &stop)
+                let (stop, waiting) = (Arc::clone(&stop), Arc::clone(&waiting));
+                move || read_until_gone(port, origin, &sender, &waiting, &stop)
             })?;
         Ok(Self {
             arrivals,
+            waiting,
             stop,
             thread: Some(thread),
             origin,
@@ -68,12 +80,22 @@ impl LineReader {
 
     /// The next arrival; `None` after a hang-up, a failure or a stop.
     pub async fn next(&mut self) -> Option<Arrival> {
-        self.arrivals.recv().await
+        let arrival = self.arrivals.recv().await?;
+        Some(self.taken(arrival))
     }
 
     /// The next arrival if it is there already.
     pub fn try_next(&mut self) -> Option<Arrival> {
-        self.arrivals.try_recv().ok()
+        let arrival = self.arrivals.try_recv().ok()?;
+        Some(self.taken(arrival))
+    }
+
+    /// Makes room in the channel for as many bytes.
+    fn taken(&self, arrival: Arrival) -> Arrival {
+        if let Arrival::Bytes { bytes, .. } = &arrival {
+            self.waiting.fetch_sub(bytes.len(), Ordering::Relaxed);
+        }
+        arrival
     }
 
     /// Host time now, on the arrivals' scale.
@@ -97,16 +119,22 @@ fn read_until_gone(
     mut port: impl Read,
     origin: Instant,
     sender: &mpsc::Sender<Arrival>,
+    waiting: &AtomicUsize,
     stop: &AtomicBool,
 ) {
     let mut buffer = [0; READ_BYTES];
     while !stop.load(Ordering::Relaxed) {
+        if waiting.load(Ordering::Relaxed) >= CHANNEL_BYTES {
+            thread::sleep(ROOM);
+            continue;
+        }
         let read = port.read(&mut buffer);
         let host_us = origin.elapsed().as_micros() as u64;
         let (arrival, last) = match read {
             Ok(0) => (Arrival::HungUp { host_us }, true),
             Ok(count) => {
                 let bytes = buffer[..count].into();
+                waiting.fetch_add(count, Ordering::Relaxed);
                 (Arrival::Bytes { host_us, bytes }, false)
             }
             Err(error) => match error.kind() {
@@ -147,6 +175,37 @@ mod tests {
         assert!(reader.next().await.is_none());
         drop(reader);
         assert_eq!(reads.load(Ordering::Relaxed), 1);
+    }
+
+    /// A device in a hurry: it always has something to say, and counts how much it has said.
+    struct Endless(Arc<AtomicUsize>);
+
+    impl Read for Endless {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            self.0.fetch_add(buffer.len(), Ordering::Relaxed);
+            Ok(buffer.len())
+        }
+    }
+
+    #[tokio::test]
+    async fn a_device_in_a_hurry_gets_no_further_ahead_than_the_channel_holds() {
+        let said = Arc::new(AtomicUsize::new(0));
+        let port = Endless(Arc::clone(&said));
+        let mut reader = LineReader::spawn(port, Instant::now()).expect("a thread");
+        let mut taken = 0;
+        // Twice what the channel holds, so that it has been full and has made room again.
+        while taken < 2 * CHANNEL_BYTES {
+            let Some(Arrival::Bytes { bytes, .. }) = reader.next().await else {
+                panic!("it never ends");
+            };
+            taken += bytes.len();
+            // One read is on its way, and one may have been asked for before the room was gone.
+            let ahead = said.load(Ordering::Relaxed) - taken;
+            assert!(ahead <= CHANNEL_BYTES + 2 * READ_BYTES, "{ahead}");
+            if taken == READ_BYTES {
+                thread::sleep(20 * ROOM);
+            }
+        }
     }
 
     #[tokio::test]
