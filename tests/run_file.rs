@@ -50,6 +50,17 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
     let (run, notes) = read(&text.replace('\n', "\r\n")).unwrap();
     assert_eq!(run.counts, [0, -2]);
     assert_eq!(notes, []);
+    // A pipe may give its bytes one by one.
+    let bytes = text.as_bytes();
+    let in_pieces = bytes[..1].chain(&bytes[1..2]).chain(&bytes[2..]);
+    let (run, _) = read_run_from(in_pieces, "a pipe").unwrap();
+    assert_eq!(run.counts, [0, -2]);
+    // The names came from a file of their own.
+    let text = format!("{HEADER}\u{feff}t_s,command_v,counts\n0,0,7\n");
+    let (begin, rest) = text.as_bytes().split_at(HEADER.len() + 1);
+    for source in [begin.chain(rest), text.as_bytes().chain(&[][..])] {
+        assert_eq!(read_run_from(source, "a pipe").unwrap().0.counts, [7]);
+    }
 }
 
 #[test]

@@ -29,6 +29,10 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let lines = text.iter().filter(|&&byte| byte == b'\n').count();
     let events = text.iter().filter_map(|&byte| decoder.push(byte)).count();
     assert!(events <= lines);
+    if pieces & 1 != 0 {
+        // Lines alone are tried a hundred times as fast as recordings.
+        return;
+    }
 
     let mut log = Vec::new();
     let mut writer = Writer::new(&mut log, &toml::Table::new()).expect("memory");

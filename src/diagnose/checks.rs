@@ -189,3 +189,32 @@ fn motion(run: &Run, say: &mut impl FnMut(&'static str, String)) {
         );
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_timing_of_a_host_timed_run_is_not_trusted_and_no_clock_is_accused() {
+        let mut run = Run {
+            sample_time_s: 0.005,
+            counts_per_rev: 720.0,
+            complete: true,
+            ..Run::default()
+        };
+        for k in 0..400_u32 {
+            run.t_s.push(f64::from(k) * 0.005);
+            run.command.push(4.5);
+            run.counts.push(i64::from(k) * 3);
+        }
+        // A host's clock that runs 2 % fast beside the times.
+        run.host_t_s = Some(run.t_s.iter().map(|t| 1.02 * t).collect());
+        let kinds = |run: &Run| -> Vec<&str> {
+            let found = problems("run.csv", run);
+            found.iter().map(|found| found.problem).collect()
+        };
+        assert_eq!(kinds(&run), ["clock"]);
+        run.header.insert("timing".to_owned(), "host".into());
+        assert_eq!(kinds(&run), ["host_timing"]);
+    }
+}

@@ -13,6 +13,8 @@ use std::path::Path;
 use super::read_error::{ReadError, ReadNote, ReadProblem};
 use super::{CommandKind, RUN_FORMAT, Run};
 
+/// U+FEFF in UTF-8.
+const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// Longest line of a run file in bytes.
 const MAX_LINE_BYTES: usize = 1 << 16;
 /// Most rows of a run: four hours at 333 Hz, 400 MB in memory.
@@ -63,6 +65,7 @@ pub fn read_run_from(source: impl Read, name: &str) -> Result<(Run, Vec<ReadNote
 
 fn read(source: impl Read) -> Result<(Run, Vec<ReadNote>), ReadProblem> {
     let last_byte = Cell::new(b'\n');
+    let source = without_byte_order_mark(source).map_err(ReadProblem::Io)?;
     let mut source = BufReader::new(LineLimit::new(source, &last_byte));
     let (header, header_lines) = read_header(&mut source)?;
     let mut run = run_from_header(header)?;
@@ -85,7 +88,6 @@ fn read(source: impl Read) -> Result<(Run, Vec<ReadNote>), ReadProblem> {
 fn read_header(source: &mut impl BufRead) -> Result<(toml::Table, usize), ReadProblem> {
     let mut text = String::new();
     let mut lines = 0;
-    skip_byte_order_mark(source)?;
     while source.fill_buf().map_err(ReadProblem::Io)?.first() == Some(&b'#') {
         let mut line = Vec::new();
         source
@@ -119,16 +121,17 @@ fn read_header(source: &mut impl BufRead) -> Result<(toml::Table, usize), ReadPr
     Ok((header, lines))
 }
 
-/// A byte order mark, as some spreadsheets put it in front of UTF-8.
-fn skip_byte_order_mark(source: &mut impl BufRead) -> Result<(), ReadProblem> {
-    if source
-        .fill_buf()
-        .map_err(ReadProblem::Io)?
-        .starts_with(b"\xEF\xBB\xBF")
-    {
-        source.consume(3);
+/// The source without a byte order mark, as some spreadsheets put it in front of UTF-8. A pipe may give
+/// its bytes one by one.
+fn without_byte_order_mark(mut source: impl Read) -> io::Result<impl Read> {
+    let mut begin = Vec::with_capacity(BYTE_ORDER_MARK.len());
+    (&mut source)
+        .take(BYTE_ORDER_MARK.len() as u64)
+        .read_to_end(&mut begin)?;
+    if begin == BYTE_ORDER_MARK {
+        begin.clear();
     }
-    Ok(())
+    Ok(io::Cursor::new(begin).chain(source))
 }
 
 fn run_from_header(header: toml::Table) -> Result<Run, ReadProblem> {
@@ -205,7 +208,11 @@ impl<'a, R: BufRead> Table<'a, R> {
             .from_reader(source);
         let line = header_lines as u64 + 1;
         let names: Vec<String> = match rows.headers() {
-            Ok(names) => names.iter().map(str::to_owned).collect(),
+            // A byte order mark in front of the names, which the CSV reader takes off at times.
+            Ok(names) => names
+                .iter()
+                .map(|name| name.trim_start_matches('\u{feff}').to_owned())
+                .collect(),
             Err(error) => return Err(csv_problem(error, header_lines)),
         };
         if names.iter().all(String::is_empty) {
