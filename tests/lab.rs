@@ -232,3 +232,16 @@ fn a_run_that_is_none_is_bad_input() {
         assert!(finished.messages.contains(arguments[2]));
     }
 }
+
+#[test]
+fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let undamped = "back_emf_v_s_per_rad = 0\nviscous_friction_nm_s_per_rad = 0\n";
+    std::fs::write(directory.path().join("motor.toml"), undamped).expect("a motor file");
+    let finished = run(directory.path(), &["lab", "--motor", "motor.toml"]);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let lab = json(&directory.path().join("lab/lab.json"));
+    let short = answer(&lab, "1.2")["short"].as_str().expect("text");
+    assert!(short.starts_with("The dominant damping is Coulomb friction"));
+    assert!(lab["missing"]["diagnosed"]["sentence"].is_string());
+}

@@ -31,7 +31,7 @@ pub struct Lab {
     /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
     #[arg(long, value_name = "KEYS", default_value = "", conflicts_with = "runs")]
     board: String,
-    /// Do not diagnose what is missing in the simulation; for fast motors that takes minutes.
+    /// Do not diagnose what is missing in the simulation; for long recordings that takes minutes.
     #[arg(long)]
     no_diagnosis: bool,
     /// Folder for the page, drawings and tables.

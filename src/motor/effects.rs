@@ -96,7 +96,11 @@ impl Scale {
     /// The scale in the parameter's own unit.
     pub fn of(self, p: &Parameters, sample_time_s: f64) -> f64 {
         let stall_a = p.supply_v / p.resistance_ohm;
-        let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+        // A motor file may have neither back EMF nor viscous friction; no scale may be 0.
+        let back_emf = p
+            .back_emf_v_s_per_rad
+            .max(1e-3 * p.torque_constant_nm_per_a);
+        let coupling = p.torque_constant_nm_per_a * back_emf / p.resistance_ohm;
         let viscous = p.viscous_friction_nm_s_per_rad.max(1e-3 * coupling);
         match self {
             Self::Absolute => 1.0,
@@ -110,7 +114,7 @@ impl Scale {
                 .max(0.03 * p.torque_constant_nm_per_a * stall_a),
             Self::ViscousCoefficient => viscous,
             Self::Inertia => p.inertia_kg_m2,
-            Self::DragAtTopSpeed => viscous * p.back_emf_v_s_per_rad / p.supply_v,
+            Self::DragAtTopSpeed => viscous * back_emf / p.supply_v,
         }
     }
 }
