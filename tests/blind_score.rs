@@ -336,7 +336,7 @@ fn text_and_page_account_for_every_miss() {
         assert!(text.contains(&format!("  {case}: ")) && page.contains(&format!("<li>{case}: ")));
     }
     assert!(text.contains(
-        "backlash [50.0 counts]. Said: compliance (0.700); the truth has 2.00e-1, place 2; \
+        "backlash [backlash: 50.0 counts]. Said: compliance (0.700); the truth has 2.00e-1, place 2; \
          likeliest: compliance 0.700, backlash 0.200, unknown 0.100"
     ));
 }

@@ -263,7 +263,7 @@ fn miss(j: &Judgement) -> String {
                 .map(|(name, value)| format!("{name} {value}")),
         );
         if !facts.is_empty() {
-            text += &format!(" [{}]", facts.join(", "));
+            text += &format!(" [{}: {}]", effect.id, facts.join(", "));
         }
     }
     if let Some(beyond) = j
