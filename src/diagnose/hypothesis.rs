@@ -22,6 +22,8 @@ const WIDEST: f64 = 3.0;
 const EDGE: f64 = 0.04;
 /// Standard deviations by which a value that changes nothing is implausible as an effect.
 const HOLE: f64 = 12.0;
+/// Half width of the range of a number that is held.
+const HELD: f64 = 1e-6;
 /// How many numbers of the base model are free.
 pub(super) const BASE: usize = 4;
 /// Their keys in a motor file.
@@ -89,6 +91,18 @@ impl Hypothesis {
             base_free: base_free(motor, kind),
             log_choice,
         }
+    }
+
+    /// The same with the orders of angle-periodic effects held where they are in `p`.
+    pub fn with_orders_held(&self, p: &[f64]) -> Self {
+        let mut held = self.clone();
+        for (value, free) in p[BASE..].iter().zip(&mut held.free) {
+            let kind = &catalogue()[self.members[free.member].index];
+            if kind.parameters[free.parameter].key == "cycles_per_rev" {
+                free.range = (value - HELD, value + HELD);
+            }
+        }
+        held
     }
 
     /// Number of free numbers, those of the base first.

@@ -6,10 +6,11 @@
 
 use rayon::prelude::*;
 
+use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
 use super::matter;
-use super::search::{Search, Start, largest_acceleration};
+use super::search::{Search, Start, is_scanned, largest_acceleration};
 use super::unknown::{Flexible, flexible};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
@@ -28,6 +29,9 @@ const PRIOR_TRIPLE: f64 = 0.01;
 const ORDINARY_WANDER: f64 = 0.003;
 /// Most steps of a first fit, of its continuation, and of a final fit on each level.
 const FIRST_STEPS: usize = 2;
+const SCANNED_STEPS: usize = 6;
+/// Shares of the runs on which an effect of unknown order is fitted first.
+const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 const FURTHER_STEPS: usize = 5;
 const FINAL_STEPS: usize = 10;
 /// How many effects of a round are fitted on after the first steps.
@@ -106,9 +110,22 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         .filter(|&index| applies(&catalogue()[index], kind))
         .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none())
         .collect();
+    let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
+    let beginnings: Vec<Problem<'_>> = heads
+        .iter()
+        .map(|runs| {
+            Problem::new(
+                problem.nominal,
+                runs,
+                problem.damping,
+                problem.levels.clone(),
+            )
+        })
+        .collect();
     progress("trying every effect");
     candidates.extend(with_one_more(
         problem,
+        &beginnings,
         &candidates[0],
         &applicable,
         usize::MAX,
@@ -136,7 +153,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 .copied()
                 .filter(|index| !parent.effects.contains(index))
                 .collect();
-            let grown = with_one_more(problem, &parent, &others, GROWN, scale);
+            let grown = with_one_more(problem, &beginnings, &parent, &others, GROWN, scale);
             candidates.extend(
                 grown
                     .into_iter()
@@ -173,6 +190,12 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     })
 }
 
+/// The first part of every run; a run that cannot be cut is left out.
+fn heads(runs: &[RunData], share: f64) -> Vec<RunData> {
+    let head = |run: &RunData| run.head((run.len() as f64 * share).ceil() as usize).ok();
+    runs.iter().filter_map(head).collect()
+}
+
 /// How implausible a wander of this size is in an ordinary motor, in nats.
 fn excess_wander(wander: f64, scale: f64) -> f64 {
     2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
@@ -199,6 +222,7 @@ fn candidate(problem: &Problem<'_>, effects: Vec<usize>, fit: Fit, scale: f64) -
 /// Fits the parent with each of these effects added; only the `most` promising where there are more.
 fn with_one_more(
     problem: &Problem<'_>,
+    beginnings: &[Problem<'_>],
     parent: &Candidate,
     indices: &[usize],
     most: usize,
@@ -218,7 +242,14 @@ fn with_one_more(
     starts.truncate(most);
     let mut short: Vec<(usize, Fit)> = starts
         .into_par_iter()
-        .filter_map(|(index, _, starts)| Some((index, first_fit(problem, starts)?)))
+        .filter_map(|(index, _, starts)| {
+            let fit = if is_scanned(catalogue()[index].id) {
+                scanned_fit(problem, beginnings, starts)
+            } else {
+                first_fit(problem, starts)
+            };
+            Some((index, fit?))
+        })
         .collect();
     let by_evidence =
         |a: &(usize, Fit), b: &(usize, Fit)| b.1.log_evidence.total_cmp(&a.1.log_evidence);
@@ -252,10 +283,39 @@ fn with_one_more(
 /// A few steps from every start on short horizons; the best of them.
 fn first_fit(problem: &Problem<'_>, starts: Vec<Start>) -> Option<Fit> {
     let short = problem.levels.get(1).or(problem.levels.first()).copied()?;
-    starts
-        .into_iter()
-        .filter_map(|(hypothesis, start)| problem.fit_at(&hypothesis, &start, short, FIRST_STEPS))
-        .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+    best_fit(
+        starts.into_iter().filter_map(|(hypothesis, start)| {
+            problem.fit_at(&hypothesis, &start, short, FIRST_STEPS)
+        }),
+    )
+}
+
+/// The same where an order was scanned for: a simulated angle that is some counts off is far off in phase, so
+/// the first part of the runs comes first, and the order is let go last.
+fn scanned_fit(
+    problem: &Problem<'_>,
+    beginnings: &[Problem<'_>],
+    starts: Vec<Start>,
+) -> Option<Fit> {
+    let shortest = problem.levels.first().copied()?;
+    let short = problem.levels.get(1).copied().unwrap_or(shortest);
+    let fit = |hypothesis: Hypothesis, mut p: Vec<f64>| {
+        for beginning in beginnings {
+            let held = hypothesis.with_orders_held(&p);
+            p = beginning.fit_at(&held, &p, shortest, SCANNED_STEPS)?.p;
+            p = beginning.fit_at(&hypothesis, &p, short, SCANNED_STEPS)?.p;
+        }
+        problem.fit_at(&hypothesis, &p, short, SCANNED_STEPS)
+    };
+    best_fit(
+        starts
+            .into_iter()
+            .filter_map(|(hypothesis, start)| fit(hypothesis, start)),
+    )
+}
+
+fn best_fit(fits: impl Iterator<Item = Fit>) -> Option<Fit> {
+    fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
 }
 
 /// More steps from where a fit is, on the same horizons.

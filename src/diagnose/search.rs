@@ -10,19 +10,32 @@ use nalgebra::{DMatrix, DVector};
 
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::hypothesis::{Hypothesis, Member, predict};
+use super::hypothesis::{BASE, Hypothesis, Member, predict};
 use super::noise::{NoiseLevel, response};
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue};
 use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
-const STARTS: usize = 4;
+const STARTS: usize = 3;
 /// How many orders of an angle-periodic effect are fitted.
 const ORDERS: usize = 4;
 
 /// Squares of the prior's standard deviations from which on a base counts as bent.
 const STRAINED: f64 = 6.0;
+
+/// Farthest that a regression moves a number of the base before the fit.
+const WIDEST_SHIFT: f64 = 0.2;
+
+/// Values of an effect to try: what they leave where that is known, the values, by how much the base moves.
+type Try = (Option<f64>, Vec<f64>, [f64; BASE]);
+
+fn unrated(values: Vec<Vec<f64>>) -> Vec<Try> {
+    values
+        .into_iter()
+        .map(|values| (None, values, [0.0; BASE]))
+        .collect()
+}
 
 /// A hypothesis and where its fit starts.
 pub(super) type Start = (Hypothesis, Vec<f64>);
@@ -37,6 +50,7 @@ pub(super) struct Search<'a> {
 
 /// A point around which the base gives way linearly.
 struct Anchor {
+    hypothesis: Hypothesis,
     p: Vec<f64>,
     /// Whitened residual and base columns there.
     residual: Vec<f64>,
@@ -46,6 +60,7 @@ struct Anchor {
 impl Anchor {
     fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
         Some(Self {
+            hypothesis: fit.hypothesis.clone(),
             p: fit.p.clone(),
             residual: problem.innovations(fit),
             base: problem.base_jacobian(fit)?,
@@ -84,27 +99,30 @@ impl<'a> Search<'a> {
         let command = runs.first().map_or(CommandKind::Voltage, |run| run.kind);
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
         for anchor in &self.anchors {
-            let tried = match kind.id {
+            let tried: Vec<Try> = match kind.id {
                 "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
                     self.periodic(anchor, index, kind.id)
                 }
-                "dead_zone" => self.thresholds(),
-                _ => self.grid(kind.parameters),
+                "dead_zone" => unrated(self.thresholds()),
+                _ => unrated(self.grid(kind.parameters)),
             };
-            for values in tried {
+            for (rating, values, base) in tried {
                 let mut members = self.members.clone();
                 members.push(Member { index, values });
                 let nominal = self.problem.nominal;
                 let hypothesis = Hypothesis::new(nominal, members, command, sample_time_s);
                 let mut start = hypothesis.start();
                 start[..anchor.p.len()].copy_from_slice(&anchor.p);
+                for (value, shift) in start.iter_mut().zip(base) {
+                    *value += shift.clamp(-WIDEST_SHIFT, WIDEST_SHIFT);
+                }
                 hypothesis.clamp(&mut start);
-                let cost = self.cost(anchor, &hypothesis, &start);
+                let cost = rating.or_else(|| self.cost(anchor, &hypothesis, &start));
                 scored.push((cost.unwrap_or(f64::INFINITY), hypothesis, start));
             }
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        scored.truncate(STARTS);
+        scored.truncate(if is_scanned(kind.id) { ORDERS } else { STARTS });
         let best = scored.first().map_or(f64::INFINITY, |first| first.0);
         (best, scored.into_iter().map(|(_, h, p)| (h, p)).collect())
     }
@@ -205,14 +223,14 @@ impl<'a> Search<'a> {
     }
 
     /// Effects that repeat with the angle: order by order, amplitude and phase by regression.
-    fn periodic(&self, anchor: &Anchor, index: usize, id: &str) -> Vec<Vec<f64>> {
+    fn periodic(&self, anchor: &Anchor, index: usize, id: &str) -> Vec<Try> {
         let orders: Vec<f64> = match id {
             "gravity_load" | "encoder_eccentricity" => vec![1.0],
             _ => (8..=120).map(|quarter| f64::from(quarter) * 0.25).collect(),
         };
         let motor = &self.problem.nominal.parameters;
         let whiteners = self.problem.whiteners(&self.level);
-        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut found: Vec<Try> = Vec::new();
         for order in orders {
             let mut columns = [Vec::new(), Vec::new()];
             for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
@@ -223,7 +241,7 @@ impl<'a> Search<'a> {
                     column.extend(one);
                 }
             }
-            let Some((gain, [a, b])) = regress(&anchor.residual, &anchor.base, &columns) else {
+            let Some((gain, shift, [a, b])) = regress(&anchor.residual, anchor, &columns) else {
                 continue;
             };
             // a sin(x) + b sin(x + pi/2) = c sin(x + phase).
@@ -238,13 +256,13 @@ impl<'a> Search<'a> {
                 ],
                 _ => vec![amplitude, phase],
             };
-            found.push((gain, values));
+            found.push((Some(-gain), values, shift));
         }
         let found = peaks(found, id);
         let parameters = catalogue()[index].parameters;
         found
             .into_iter()
-            .map(|mut values| {
+            .map(|(rating, mut values, shift)| {
                 for (value, parameter) in values.iter_mut().zip(parameters) {
                     if parameter.prior == Prior::Phase {
                         *value = value.rem_euclid(std::f64::consts::TAU);
@@ -253,21 +271,25 @@ impl<'a> Search<'a> {
                         *value = value.clamp(0.5 * lo, 1.5 * hi);
                     }
                 }
-                values
+                (rating, values, shift)
             })
             .collect()
     }
 }
 
+/// Whether an effect's order is unknown: beside the right one the objective has many hollows.
+pub(super) fn is_scanned(id: &str) -> bool {
+    matches!(id, "cogging" | "torque_ripple")
+}
+
 /// The best orders that are not neighbours of a better one.
-fn peaks(mut found: Vec<(f64, Vec<f64>)>, id: &str) -> Vec<Vec<f64>> {
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut kept: Vec<Vec<f64>> = Vec::new();
-    for (_, values) in found {
-        let scanned = matches!(id, "cogging" | "torque_ripple");
-        let apart = |other: &Vec<f64>| !scanned || (other[1] - values[1]).abs() > 0.4;
+fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
+    found.sort_by(|a, b| f64::total_cmp(&a.0.unwrap_or(0.0), &b.0.unwrap_or(0.0)));
+    let mut kept: Vec<Try> = Vec::new();
+    for one in found {
+        let apart = |other: &Try| !is_scanned(id) || (other.1[1] - one.1[1]).abs() > 0.4;
         if kept.len() < ORDERS && kept.iter().all(apart) {
-            kept.push(values);
+            kept.push(one);
         }
     }
     kept
@@ -330,23 +352,38 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
-/// By how many squares two more columns help beside the base, and their coefficients.
-fn regress(r: &[f64], base: &[Vec<f64>], columns: &[Vec<f64>; 2]) -> Option<(f64, [f64; 2])> {
-    let before = solve(r, base).map_or(0.0, |(gain, _)| gain);
-    let all: Vec<Vec<f64>> = base.iter().chain(columns).cloned().collect();
-    let (gain, x) = solve(r, &all)?;
-    let n = base.len();
-    Some((gain - before, [x[n], x[n + 1]]))
+/// By how many squares two more columns help beside the base, the base's coefficients, and theirs.
+fn regress(
+    r: &[f64],
+    anchor: &Anchor,
+    columns: &[Vec<f64>; 2],
+) -> Option<(f64, [f64; BASE], [f64; 2])> {
+    let before = solve(r, &anchor.base, anchor).map_or(0.0, |(gain, _)| gain);
+    let all: Vec<Vec<f64>> = anchor.base.iter().chain(columns).cloned().collect();
+    let (gain, x) = solve(r, &all, anchor)?;
+    let shift = std::array::from_fn(|k| x[k]);
+    Some((gain - before, shift, [x[BASE], x[BASE + 1]]))
 }
 
-/// Least squares with a little ridge: the squares that the columns explain, and their coefficients.
-fn solve(r: &[f64], columns: &[Vec<f64>]) -> Option<(f64, DVector<f64>)> {
+/// Least squares with the base's prior and a little ridge: the squares that the columns explain, and their
+/// coefficients, the base's first.
+fn solve(r: &[f64], columns: &[Vec<f64>], anchor: &Anchor) -> Option<(f64, DVector<f64>)> {
     let d = columns.len();
-    let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]));
+    let precision = |i: usize, j: usize| {
+        if i < BASE && j < BASE {
+            anchor.hypothesis.precision(i, j)
+        } else {
+            0.0
+        }
+    };
+    let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]) + precision(i, j));
     for k in 0..d {
         normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
     }
-    let right = DVector::from_fn(d, |k, _| dot(&columns[k], r));
+    let right = DVector::from_fn(d, |k, _| {
+        let pull: f64 = (0..BASE).map(|j| precision(k, j) * anchor.p[j]).sum();
+        dot(&columns[k], r) - pull
+    });
     let x = normal.cholesky()?.solve(&right);
     Some((x.dot(&right), x))
 }

@@ -83,6 +83,9 @@ impl ParameterId {
 /// Most steps for each longest step of a run: a fit has many more motors to try than one that chatters.
 const MOST_STEPS: u64 = 100;
 
+/// Largest error of a step: a thousandth of a count over a run, a hundredth of what rounding leaves.
+const TOLERANCE: f64 = 1e-3;
+
 /// Memory that one thread's simulations use again and again.
 #[derive(Debug, Default)]
 pub struct Workspace {
@@ -254,6 +257,7 @@ impl Simulator {
             }
             None => slot.insert(Box::new(Engine::new(machine, longest_s))),
         };
+        engine.tolerance = TOLERANCE;
         let mut mean = MeanCounts::new(machine.chain.sensor);
         let per_count = S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev;
         let late_s = machine.chain.timing.jitter_s * 0.5;
