@@ -46,7 +46,7 @@ pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
         );
     }
     intervals(run, &mut say);
-    host_clock(run, &mut say);
+    clocks(run, &mut say);
     flags(run, &mut say);
     motion(run, &mut say);
     found
@@ -79,34 +79,50 @@ fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     }
 }
 
-fn host_clock(run: &Run, say: &mut impl FnMut(&'static str, String)) {
-    if run.header.get("timing").and_then(toml::Value::as_str) == Some("host") {
-        say(
-            "host_timing",
-            "times are arrival times at the host: timing effects are not to be trusted".to_owned(),
-        );
-        return;
+/// By how much the board's clock is off as the host saw it, and the time in s between first and last look;
+/// `None` where only one clock was there.
+///
+/// A line through the earliest arrivals of the first and the last tenth: arrival is late by a scatter, the slope is
+/// the clock's.
+pub(super) fn host_clock(run: &Run) -> Option<(f64, f64)> {
+    if is_host_timed(run) {
+        return None;
     }
-    let Some(host) = &run.host_t_s else { return };
-    // A line through the first and the last tenth: arrival is late by a scatter, the slope is the clock's.
+    let host = run.host_t_s.as_ref()?;
     let n = run.len();
     let tenth = (n / 10).max(1);
     let earliest = |range: std::ops::Range<usize>| {
         let late = range.map(|k| (host[k] - run.t_s[k], run.t_s[k]));
         late.min_by(|a, b| a.0.total_cmp(&b.0))
     };
-    let (Some(first), Some(last)) = (earliest(0..tenth), earliest(n - tenth..n)) else {
+    let (first, last) = (earliest(0..tenth)?, earliest(n.saturating_sub(tenth)..n)?);
+    let span_s = last.1 - first.1;
+    let error = (last.0 - first.0) / span_s;
+    (error.is_finite() && span_s > 0.0).then_some((error, span_s))
+}
+
+fn is_host_timed(run: &Run) -> bool {
+    run.header.get("timing").and_then(toml::Value::as_str) == Some("host")
+}
+
+fn clocks(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    if is_host_timed(run) {
+        say(
+            "host_timing",
+            "times are arrival times at the host: timing effects are not to be trusted".to_owned(),
+        );
+        return;
+    }
+    let Some((error, span_s)) = host_clock(run) else {
         return;
     };
-    let ratio = (last.0 - first.0) / (last.1 - first.1);
-    let span_s = last.1 - first.1;
     // The earliest arrivals scatter by a millisecond or so.
-    if ratio.is_finite() && ratio.abs() > CLOCK.max(0.004 / span_s) {
+    if error.abs() > CLOCK.max(0.004 / span_s) {
         say(
             "clock",
             format!(
                 "the host's clock says the board's seconds last {:.4} s: its crystal or its timer setting is off",
-                1.0 + ratio
+                1.0 + error
             ),
         );
     }

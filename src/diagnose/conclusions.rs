@@ -93,7 +93,7 @@ pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
     if ranking.unknown > best.probability {
         return Verdict::OutsideCatalogue;
     }
-    if best.effects.is_empty() {
+    if best.effects.is_empty() && best.probability >= 0.5 {
         return if gap.before - gap.floor < NO_GAP_COUNTS {
             Verdict::NoGap
         } else {
@@ -168,7 +168,15 @@ fn parameters(problem: &Problem<'_>, fit: &Fit, index: usize) -> BTreeMap<&'stat
         let value = values[k];
         let (lo95, hi95) = match fit.hypothesis.place(m, k) {
             Some((place, logarithmic)) => {
-                let half = 1.96 * fit.covariance[(place, place)].max(0.0).sqrt();
+                let deviation = fit.covariance[(place, place)].max(0.0).sqrt();
+                let scale = fit
+                    .hypothesis
+                    .scale_deviation(problem.nominal, parameter.unit);
+                let half = if logarithmic {
+                    1.96 * deviation.hypot(scale)
+                } else {
+                    1.96 * deviation.hypot(scale * value.abs())
+                };
                 if logarithmic {
                     (value * (-half).exp(), value * half.exp())
                 } else {

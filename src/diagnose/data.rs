@@ -1,11 +1,13 @@
 //! A recorded run made ready for the likelihood.
 //!
 //! A count says nothing new while it stands still: the rounding error of a resting shaft is the same in
-//! every sample. Each sample's weight therefore follows the travel since the sample before,
-//! `R_k = (1/12) / min(1, travel_k + TS / 1 s)` in counts^2: white rounding (variance 1/12, Widrow)
-//! where the shaft passes a count a sample, one look a second where it rests. The travel is the
+//! every sample. Each sample's likelihood therefore counts with the weight
+//! `w_k = min(1, travel_k + TS / 1 s)`, travel in counts: white rounding (variance 1/12, Widrow) where the
+//! shaft passes a count a sample, one look a second where it rests. The filter learns from it as from a
+//! rounding of variance `1/(12 w_k)`. The travel is the
 //! recording's own, smoothed, so that the weights are the same for every model.
 
+use super::checks::host_clock;
 use crate::motor::fit::Simulator;
 use crate::motor::{Drive, Model, SimulationError};
 use crate::recording::{CommandKind, Run};
@@ -30,8 +32,8 @@ pub(super) struct RunData {
     pub top_speed_counts_s: f64,
     /// Size of the largest command.
     pub largest_command: f64,
-    /// Variance of the rounding error of each sample in counts^2.
-    pub rounding: Vec<f64>,
+    /// How much of a look of its own each sample is, up to 1.
+    pub weight: Vec<f64>,
     /// Whether the shaft moves there.
     pub moving: Vec<bool>,
     /// Nominal sample time in s.
@@ -40,6 +42,8 @@ pub(super) struct RunData {
     pub counts_per_rev: f64,
     /// Supply that the file states, in V.
     pub supply_v: Option<f64>,
+    /// Error of the board's clock as the host saw it, and the time in s between first and last look.
+    pub clock: Option<(f64, f64)>,
     /// The simulator on this run's commands.
     pub simulator: Simulator,
 }
@@ -56,7 +60,7 @@ impl RunData {
         let half = ((WINDOW_S / run.sample_time_s).round() as usize).clamp(1, 1000);
         let last = counts.len().saturating_sub(1);
         let mut speed_counts_s = Vec::with_capacity(counts.len());
-        let mut rounding = Vec::with_capacity(counts.len());
+        let mut weight = Vec::with_capacity(counts.len());
         let mut moving = Vec::with_capacity(counts.len());
         for k in 0..counts.len() {
             let (from, to) = (k.saturating_sub(half), (k + half).min(last));
@@ -65,7 +69,7 @@ impl RunData {
             let speed = travelled / span_s;
             let travel = speed.abs() * run.sample_time_s;
             speed_counts_s.push(speed);
-            rounding.push((1.0 / 12.0) / (travel + run.sample_time_s).min(1.0));
+            weight.push((travel + run.sample_time_s).min(1.0));
             moving.push(travelled.abs() >= 1.5);
         }
         let simulator = simulator(&run.t_s, &run.command, run.command_kind)?;
@@ -77,13 +81,21 @@ impl RunData {
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
             largest_command: largest(&run.command, 1e-12),
             speed_counts_s,
-            rounding,
+            weight,
             moving,
             sample_time_s: run.sample_time_s,
             counts_per_rev: run.counts_per_rev,
             supply_v: run.supply_v,
+            clock: host_clock(run),
             simulator,
         })
+    }
+
+    /// Whether the shaft starts, stops or turns back at sample `k`.
+    pub fn slips(&self, k: usize) -> bool {
+        k > 0
+            && (self.moving[k] != self.moving[k - 1]
+                || (self.moving[k] && self.speed_counts_s[k] * self.speed_counts_s[k - 1] < 0.0))
     }
 
     /// Number of samples.
@@ -104,7 +116,7 @@ impl RunData {
             command,
             counts: self.counts[..end].to_vec(),
             speed_counts_s: self.speed_counts_s[..end].to_vec(),
-            rounding: self.rounding[..end].to_vec(),
+            weight: self.weight[..end].to_vec(),
             moving: self.moving[..end].to_vec(),
             ..*self
         })

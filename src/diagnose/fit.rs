@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::hypothesis::{BASE, Hypothesis, predict, predict_with_derivatives};
 use super::noise::{NoiseLevel, Whitener};
+use super::setting::Setting;
 use crate::motor::Motor;
 use crate::motor::effects::catalogue;
 
@@ -26,9 +27,14 @@ pub(super) struct Problem<'a> {
     pub damping: f64,
     /// Levels of the wander in counts/s^2, strongest first.
     pub levels: Vec<f64>,
+    /// What plausible values depend on besides the motor.
+    pub setting: Setting,
     /// Filters of the levels without noise of an effect's own, made when first asked for.
     filters: Mutex<Vec<(f64, Filters)>>,
 }
+
+/// A level of the wander this many nats behind another ends the search for the best.
+const HOPELESS: f64 = 200.0;
 
 /// The filters of all runs.
 pub(super) type Filters = Arc<Vec<Whitener>>;
@@ -60,6 +66,7 @@ impl<'a> Problem<'a> {
             runs,
             damping,
             levels,
+            setting: Setting::new(runs),
             filters: Mutex::default(),
         }
     }
@@ -217,12 +224,15 @@ impl<'a> Problem<'a> {
                 continue;
             };
             p.clone_from(&fit.p);
-            let worse = best
+            let behind = best
                 .as_ref()
-                .is_some_and(|best| fit.log_evidence < best.log_evidence);
-            if worse {
-                // The evidence has one peak over the levels.
+                .map_or(0.0, |best| best.log_evidence - fit.log_evidence);
+            if behind > HOPELESS {
+                // Weaker still is worse still; but a little worse is no peak yet.
                 break;
+            }
+            if behind > 0.0 {
+                continue;
             }
             best = Some(fit);
         }

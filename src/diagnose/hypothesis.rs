@@ -13,6 +13,7 @@ use crate::motor::{ActiveEffect, Motor, Parameters};
 use crate::recording::CommandKind;
 
 use super::data::RunData;
+use super::setting::Setting;
 
 /// Relative tolerance of a key that the motor file gives none for.
 pub(super) const DEFAULT_TOLERANCE: f64 = 0.05;
@@ -65,13 +66,15 @@ pub(super) struct Hypothesis {
     free: Vec<Free>,
     base_precision: [[f64; BASE]; BASE],
     base_free: [bool; BASE],
+    kind: CommandKind,
     /// Logarithm of the prior density that does not depend on the numbers (choices among fixed values).
     log_choice: f64,
 }
 
 impl Hypothesis {
     /// The nominal motor with these effects added, for runs that command `kind`.
-    pub fn new(motor: &Motor, members: Vec<Member>, kind: CommandKind, sample_time_s: f64) -> Self {
+    pub fn new(motor: &Motor, members: Vec<Member>, setting: &Setting) -> Self {
+        let kind = setting.kind;
         let mut free = Vec::new();
         let mut log_choice = 0.0;
         for (m, member) in members.iter().enumerate() {
@@ -80,7 +83,7 @@ impl Hypothesis {
                 match parameter.prior {
                     Prior::OneOf(values) => log_choice -= (values.len() as f64).ln(),
                     _ if !is_free(parameter) => {}
-                    _ => free.push(Free::new(m, k, parameter, motor, sample_time_s)),
+                    _ => free.push(Free::new(m, k, parameter, motor, setting)),
                 }
             }
         }
@@ -89,8 +92,30 @@ impl Hypothesis {
             free,
             base_precision: base_precision(motor, kind),
             base_free: base_free(motor, kind),
+            kind,
             log_choice,
         }
+    }
+
+    /// The hypothesis without the effect at `index` of the catalogue, and its numbers as they are in `p`.
+    pub fn without(
+        &self,
+        index: usize,
+        motor: &Motor,
+        setting: &Setting,
+        p: &[f64],
+    ) -> (Self, Vec<f64>) {
+        let members = self.members.iter().enumerate();
+        let kept = members
+            .filter(|(_, member)| member.index != index)
+            .map(|(m, member)| Member {
+                index: member.index,
+                values: self.values(m, p),
+            });
+        let hypothesis = Self::new(motor, kept.collect(), setting);
+        let mut start = hypothesis.start();
+        start[..BASE].copy_from_slice(&p[..BASE]);
+        (hypothesis, start)
     }
 
     /// The same with the orders of angle-periodic effects held where they are in `p`.
@@ -269,6 +294,23 @@ impl Hypothesis {
         values
     }
 
+    /// Relative standard deviation of what a number in this unit is known through: a torque through `R/Kt`, a
+    /// current or a resistance through `R`. Both are held in the fit, so that no interval of it has them.
+    pub fn scale_deviation(&self, motor: &Motor, unit: &str) -> f64 {
+        let resistance = tolerance(motor, "resistance_ohm");
+        let constant = tolerance(motor, "torque_constant_nm_per_a");
+        match self.kind {
+            CommandKind::Torque => 0.0,
+            CommandKind::Current if unit.contains("N m") || unit == "kg m^2" => constant,
+            CommandKind::Current => 0.0,
+            CommandKind::Voltage => match unit {
+                "A" | "H" | "ohm" | "1/W" => resistance,
+                _ if unit.contains("N m") || unit == "kg m^2" => resistance.hypot(constant),
+                _ => 0.0,
+            },
+        }
+    }
+
     /// For each parameter of member `m`: its number's place in `p` and whether that is a logarithm.
     pub fn place(&self, m: usize, parameter: usize) -> Option<(usize, bool)> {
         let found = self
@@ -290,9 +332,9 @@ impl Free {
         parameter: usize,
         kind: &EffectParameter,
         motor: &Motor,
-        sample_time_s: f64,
+        setting: &Setting,
     ) -> Self {
-        let (lo, hi) = kind.range(&motor.parameters, sample_time_s);
+        let (lo, hi) = setting.range(kind, &motor.parameters);
         let logarithmic = kind.prior == Prior::LogUniform;
         Self {
             member,
@@ -324,15 +366,15 @@ fn base_free(motor: &Motor, kind: CommandKind) -> [bool; BASE] {
     })
 }
 
+/// Relative standard deviation of a nominal value.
+fn tolerance(motor: &Motor, key: &str) -> f64 {
+    let given = motor.tolerance.get(key).copied();
+    given.unwrap_or(DEFAULT_TOLERANCE).clamp(1e-4, WIDEST)
+}
+
 /// Inverse of the prior covariance of the base's logarithms.
 fn base_precision(motor: &Motor, kind: CommandKind) -> [[f64; BASE]; BASE] {
-    let variance = |key: &str| {
-        let given = motor.tolerance.get(key).copied();
-        given
-            .unwrap_or(DEFAULT_TOLERANCE)
-            .clamp(1e-4, WIDEST)
-            .powi(2)
-    };
+    let variance = |key: &str| tolerance(motor, key).powi(2);
     // What stands between torque and terminal: R/Kt for a voltage, Kt for a current, nothing for a torque.
     // It scales inertia and friction together as seen from there.
     let shared = match kind {

@@ -17,8 +17,10 @@ const STEEPNESS: f64 = 24.0;
 pub(super) fn discount(problem: &Problem<'_>, fit: &Fit) -> f64 {
     let members = &fit.hypothesis.members;
     let least = (0..members.len())
-        .filter(|&m| moves_the_angle(members[m].index))
         .filter_map(|m| {
+            if catalogue()[members[m].index].id == "sample_jitter" {
+                return Some(scatter(problem, fit));
+            }
             let without = problem.predictions_without(fit, m)?;
             Some(largest_rms(&fit.predictions, &without))
         })
@@ -27,9 +29,11 @@ pub(super) fn discount(problem: &Problem<'_>, fit: &Fit) -> f64 {
     0.5 * short * short
 }
 
-/// Late sampling scatters the counts about the same angle.
-fn moves_the_angle(index: usize) -> bool {
-    catalogue()[index].id != "sample_jitter"
+/// Late sampling scatters the counts about the same angle: the width of that where the shaft turns fastest.
+fn scatter(problem: &Problem<'_>, fit: &Fit) -> f64 {
+    let late_s = problem.noise(&fit.hypothesis, &fit.p, fit.wander).late_s;
+    let fastest = problem.runs.iter().map(|run| run.top_speed_counts_s);
+    late_s * fastest.fold(0.0, f64::max)
 }
 
 fn largest_rms(x: &[Vec<f64>], y: &[Vec<f64>]) -> f64 {

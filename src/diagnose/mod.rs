@@ -17,6 +17,7 @@ mod rank;
 mod regimes;
 mod rungs;
 mod search;
+mod setting;
 mod ties;
 mod unknown;
 mod verdict;

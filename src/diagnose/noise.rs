@@ -5,13 +5,23 @@
 //!
 //! `p' = v,  v' = -a v + d,  d' = -d/tau + white noise,  r_k = p(t_k) + rounding_k`
 //!
-//! While the shaft rests, friction holds it: `p` stays and `v` is nought. A Kalman filter turns `r` into
+//! While the shaft rests, friction holds it: `p` stays and `v` is nought. Where it starts, stops or turns
+//! back, `p` takes a jump of half a count: what gives way before it slides has a law that no model knows.
+//! A Kalman filter turns `r` into
 //! innovations that are white when the model is right, in linear time; the same gains whiten every
 //! column of the Jacobian, so that least squares on innovations is maximum likelihood with correlated
 //! errors. A strong wander forgets quickly and judges a model on short horizons; none at all is the
 //! open loop through the whole run.
 
 use super::data::RunData;
+
+/// Standard deviation in counts of the position each time the shaft starts, stops or turns back: contacts give
+/// way before they slide, by a law of their own.
+const SLIP_COUNTS: f64 = 0.5;
+
+/// By how much the position walks at random in counts^2 for each count of travel: uneven slots and teeth, and
+/// what a wander with one correlation time leaves out. Without it lost edges would be the name for all that.
+const DIFFUSION: f64 = 0.002;
 
 /// Correlation time of the wandering load in s.
 const WANDER_S: f64 = 1.0;
@@ -33,7 +43,7 @@ pub(super) struct NoiseLevel {
 #[derive(Debug, Clone)]
 pub(super) struct Whitener {
     steps: Vec<Step>,
-    /// Sum of ln(2 pi S) over the samples.
+    /// Sum of ln(2 pi S) over the samples, by their weights.
     pub log_determinant: f64,
 }
 
@@ -41,7 +51,7 @@ pub(super) struct Whitener {
 struct Step {
     /// Gains of p, v and d.
     gain: [f64; 3],
-    /// 1 / sqrt of the innovation's variance.
+    /// Square root of the sample's weight over the innovation's variance.
     scale: f64,
     transition: Transition,
 }
@@ -110,21 +120,26 @@ impl Whitener {
                 c = propagate(&c, &t);
                 c[2][2] += variance * (1.0 - t.dd * t.dd);
                 let travel = run.speed_counts_s[k].abs() * dt_s;
-                c[0][0] += level.lost_share * (1.0 - level.lost_share) * travel;
+                c[0][0] += (DIFFUSION + level.lost_share * (1.0 - level.lost_share)) * travel;
+                if run.slips(k) {
+                    c[0][0] += SLIP_COUNTS * SLIP_COUNTS;
+                }
             }
             let late = run.speed_counts_s[k] * level.late_s;
-            let s = c[0][0] + run.rounding[k] + late * late / 12.0;
+            let (own, weight) = ((1.0 + late * late) / 12.0, run.weight[k]);
+            let s = c[0][0] + own / weight;
             let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s];
-            let row = c[0];
+            let (row, c_before) = (c[0], c[0][0]);
             for (i, g) in gain.iter().enumerate() {
                 for j in 0..3 {
                     c[i][j] -= g * row[j];
                 }
             }
-            log_determinant += (std::f64::consts::TAU * s).ln();
+            let spread = c_before + own;
+            log_determinant += weight * (std::f64::consts::TAU * spread).ln();
             steps.push(Step {
                 gain,
-                scale: 1.0 / s.sqrt(),
+                scale: (weight / spread).sqrt(),
                 transition: t,
             });
         }

@@ -39,7 +39,14 @@ const FITTED_ON: usize = 12;
 /// How many effects of a round are fitted on long horizons too.
 const FULLY_FITTED: usize = 6;
 /// How many effects are fitted in each round of growth.
-const GROWN: usize = 8;
+const GROWN: usize = 10;
+/// Most effects of a set, and most sets that are grown.
+const MOST_EFFECTS: usize = 3;
+const MOST_EXPANDED: usize = 5;
+/// Sets this many nats behind the best are grown too.
+const CLOSE: f64 = 20.0;
+/// Effects this many nats behind the best of a round on short horizons are fitted fully too.
+const NEAR: f64 = 12.0;
 /// A further effect must be worth this many nats.
 const WORTH: f64 = 3.0;
 
@@ -95,14 +102,9 @@ impl Ranking {
 /// Weighs all hypotheses; `None` where not even the nominal motor can be simulated.
 pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> Option<Ranking> {
     let kind = problem.runs.first()?.kind;
-    let sample_time_s = problem
-        .runs
-        .iter()
-        .map(|run| run.sample_time_s)
-        .fold(f64::INFINITY, f64::min);
     let scale = largest_acceleration(problem.nominal, problem.runs);
     progress("fitting the nominal model");
-    let empty = Hypothesis::new(problem.nominal, Vec::new(), kind, sample_time_s);
+    let empty = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
     let mut candidates = vec![candidate(problem, Vec::new(), null.clone(), scale)];
 
@@ -133,39 +135,30 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     ));
     candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
 
-    for size in 1..3 {
-        let parents: Vec<Candidate> = candidates
+    let mut expanded: Vec<Vec<usize>> = Vec::new();
+    while let Some(parent) = next_parent(&candidates, &expanded) {
+        expanded.push(sorted(&parent.effects));
+        progress("trying further effects beside the best");
+        let others: Vec<usize> = applicable
             .iter()
-            .filter(|c| c.effects.len() == size)
-            .take(2)
-            .cloned()
+            .copied()
+            .filter(|index| !parent.effects.contains(index))
             .collect();
-        let before = candidates
-            .first()
-            .map_or(f64::NEG_INFINITY, |c| c.log_weight);
-        for parent in parents {
-            if parent.log_weight < before - 30.0 {
-                continue;
-            }
-            progress("trying further effects beside the best");
-            let others: Vec<usize> = applicable
-                .iter()
-                .copied()
-                .filter(|index| !parent.effects.contains(index))
-                .collect();
-            let grown = with_one_more(problem, &beginnings, &parent, &others, GROWN, scale);
-            candidates.extend(
-                grown
-                    .into_iter()
-                    .filter(|new| new.fit.log_evidence > parent.fit.log_evidence + WORTH),
-            );
-        }
+        let grown = with_one_more(problem, &beginnings, &parent, &others, GROWN, scale);
+        candidates.extend(
+            grown
+                .into_iter()
+                .filter(|new| new.fit.log_evidence > parent.fit.log_evidence + WORTH),
+        );
         dedup(&mut candidates);
-        candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
-        if candidates
-            .first()
-            .is_none_or(|c| c.log_weight <= before + WORTH)
-        {
+    }
+    progress("checking that every part of it is needed");
+    for _ in 0..MOST_EXPANDED {
+        let better = without_one(problem, &candidates[0], scale);
+        let before = sorted(&candidates[0].effects);
+        candidates.extend(better);
+        dedup(&mut candidates);
+        if sorted(&candidates[0].effects) == before {
             break;
         }
     }
@@ -190,6 +183,57 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     })
 }
 
+/// Fits a candidate's set without each of its effects, from the candidate's own numbers: a smaller set must
+/// not lose because its own fit ended in a worse hollow.
+fn without_one(problem: &Problem<'_>, full: &Candidate, scale: f64) -> Vec<Candidate> {
+    (0..full.effects.len())
+        .into_par_iter()
+        .filter_map(|m| {
+            let mut effects = full.effects.clone();
+            let removed = effects.remove(m);
+            let (hypothesis, start) = full.fit.hypothesis.without(
+                removed,
+                problem.nominal,
+                &problem.setting,
+                &full.fit.p,
+            );
+            let fit = problem.fit(&hypothesis, &start, FINAL_STEPS)?;
+            Some(candidate(problem, effects, fit, scale))
+        })
+        .collect()
+}
+
+/// Which set to grow next: the best; then, once two effects together are better than one, each of its parts
+/// alone (the best pair need not hold the best single effect); then what is close behind the best.
+fn next_parent(candidates: &[Candidate], expanded: &[Vec<usize>]) -> Option<Candidate> {
+    let best = candidates.first()?;
+    let open = |c: &&Candidate| {
+        !c.effects.is_empty()
+            && c.effects.len() < MOST_EFFECTS
+            && !expanded.contains(&sorted(&c.effects))
+    };
+    if expanded.len() >= MOST_EXPANDED {
+        return None;
+    }
+    let part_of_best = |c: &&Candidate| {
+        c.effects.len() + 1 == best.effects.len()
+            && c.effects.iter().all(|e| best.effects.contains(e))
+    };
+    let close = |c: &&Candidate| c.log_weight > best.log_weight - CLOSE;
+    let found = candidates
+        .first()
+        .filter(open)
+        .or_else(|| candidates.iter().filter(open).find(part_of_best))
+        .or_else(|| candidates.iter().filter(open).find(close));
+    found.cloned()
+}
+
+fn sorted(effects: &[usize]) -> Vec<usize> {
+    let mut set = effects.to_vec();
+    set.sort_unstable();
+    set
+}
+
 /// The first part of every run; a run that cannot be cut is left out.
 fn heads(runs: &[RunData], share: f64) -> Vec<RunData> {
     let head = |run: &RunData| run.head((run.len() as f64 * share).ceil() as usize).ok();
@@ -209,10 +253,17 @@ fn candidate(problem: &Problem<'_>, effects: Vec<usize>, fit: Fit, scale: f64) -
         2 => (PRIOR_PAIR / (n * (n - 1.0) / 2.0)).ln(),
         _ => (PRIOR_TRIPLE / (n * (n - 1.0) * (n - 2.0) / 6.0)).ln(),
     };
+    let explained = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
+    let clock = if explained {
+        0.0
+    } else {
+        problem.setting.against_a_right_clock()
+    };
     Candidate {
         log_weight: fit.log_evidence + log_prior
             - excess_wander(fit.wander, scale)
-            - matter::discount(problem, &fit),
+            - matter::discount(problem, &fit)
+            - clock,
         effects,
         fit,
         probability: 0.0,
@@ -259,12 +310,13 @@ fn with_one_more(
         .take(FITTED_ON)
         .for_each(|(_, fit)| continue_fit(problem, fit));
     short.sort_by(by_evidence);
+    let best = short.first().map_or(0.0, |first| first.1.log_evidence);
     short
         .into_par_iter()
         .enumerate()
         .map(|(place, (index, fit))| {
             // The long horizons decide between the best; the others keep what they have.
-            let full = if place < FULLY_FITTED {
+            let full = if place < FULLY_FITTED || fit.log_evidence > best - NEAR {
                 problem.fit(&fit.hypothesis, &fit.p, FINAL_STEPS)
             } else {
                 None
@@ -334,8 +386,7 @@ fn dedup(candidates: &mut Vec<Candidate>) {
     candidates.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
     let mut seen: Vec<Vec<usize>> = Vec::new();
     candidates.retain(|c| {
-        let mut set = c.effects.clone();
-        set.sort_unstable();
+        let set = sorted(&c.effects);
         let new = !seen.contains(&set);
         if new {
             seen.push(set);

@@ -94,9 +94,6 @@ impl<'a> Search<'a> {
     /// the best of them leaves (less is better; of use beside other effects' only).
     pub fn starts(&self, index: usize) -> (f64, Vec<Start>) {
         let kind = &catalogue()[index];
-        let sample_time_s = self.shortest_sample_time_s();
-        let runs = self.problem.runs;
-        let command = runs.first().map_or(CommandKind::Voltage, |run| run.kind);
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
         for anchor in &self.anchors {
             let tried: Vec<Try> = match kind.id {
@@ -110,7 +107,7 @@ impl<'a> Search<'a> {
                 let mut members = self.members.clone();
                 members.push(Member { index, values });
                 let nominal = self.problem.nominal;
-                let hypothesis = Hypothesis::new(nominal, members, command, sample_time_s);
+                let hypothesis = Hypothesis::new(nominal, members, &self.problem.setting);
                 let mut start = hypothesis.start();
                 start[..anchor.p.len()].copy_from_slice(&anchor.p);
                 for (value, shift) in start.iter_mut().zip(base) {
@@ -125,12 +122,6 @@ impl<'a> Search<'a> {
         scored.truncate(if is_scanned(kind.id) { ORDERS } else { STARTS });
         let best = scored.first().map_or(f64::INFINITY, |first| first.0);
         (best, scored.into_iter().map(|(_, h, p)| (h, p)).collect())
-    }
-
-    fn shortest_sample_time_s(&self) -> f64 {
-        let runs = self.problem.runs.iter();
-        runs.map(|run| run.sample_time_s)
-            .fold(f64::INFINITY, f64::min)
     }
 
     /// What is left on short horizons after the base has given way linearly.
@@ -160,10 +151,10 @@ impl<'a> Search<'a> {
 
     /// A grid over the plausible range: four values of the first number, two of the others.
     fn grid(&self, parameters: &[EffectParameter]) -> Vec<Vec<f64>> {
-        let sample_time_s = self.shortest_sample_time_s();
+        let (setting, motor) = (&self.problem.setting, &self.problem.nominal.parameters);
         let mut points = vec![Vec::new()];
         for (k, parameter) in parameters.iter().enumerate() {
-            let (lo, hi) = parameter.range(&self.problem.nominal.parameters, sample_time_s);
+            let (lo, hi) = setting.range(parameter, motor);
             let shares: &[f64] = match (k, parameters.len()) {
                 (0, 1) => &[0.03, 0.15, 0.3, 0.5, 0.7, 0.9],
                 (0, _) => &[0.1, 0.35, 0.6, 0.9],
@@ -179,7 +170,7 @@ impl<'a> Search<'a> {
                     .map(|x| x * std::f64::consts::PI)
                     .to_vec(),
                 _ if hi <= lo => {
-                    vec![parameter.default(&self.problem.nominal.parameters, sample_time_s)]
+                    vec![setting.default(parameter, motor)]
                 }
                 Prior::LogUniform => shares.iter().map(|s| lo * (hi / lo).powf(*s)).collect(),
                 Prior::Uniform => shares.iter().map(|s| lo + (hi - lo) * s).collect(),
@@ -267,7 +258,7 @@ impl<'a> Search<'a> {
                     if parameter.prior == Prior::Phase {
                         *value = value.rem_euclid(std::f64::consts::TAU);
                     } else {
-                        let (lo, hi) = parameter.range(motor, self.shortest_sample_time_s());
+                        let (lo, hi) = self.problem.setting.range(parameter, motor);
                         *value = value.clamp(0.5 * lo, 1.5 * hi);
                     }
                 }

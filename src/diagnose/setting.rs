@@ -1,0 +1,79 @@
+//! What the plausible values of effects depend on besides the motor: the command, the sample times, the clocks.
+//!
+//! A range in multiples of the sample time spans those of all runs. Where the host stamped arrivals, the board's
+//! clock is known: its error is `e = d(host - board)/d(board)`, between the earliest arrivals of the first and of
+//! the last tenth, good to a millisecond over the run and to what an ordinary resonator is off.
+
+use super::data::RunData;
+use crate::motor::Parameters;
+use crate::motor::effects::EffectParameter;
+use crate::recording::CommandKind;
+
+/// Standard deviation of an ordinary clock's error (a ceramic resonator's tolerance is 0.5 %).
+const ORDINARY_CLOCK: f64 = 0.003;
+/// Scatter in s of the earliest arrivals.
+const ARRIVAL_S: f64 = 0.001;
+/// A clock further off than the catalogue goes was not a clock: times of a run in a hurry.
+const WIDEST_CLOCK: f64 = 0.12;
+/// Most that an unexplained clock speaks against a hypothesis, in nats.
+const MOST_NATS: f64 = 50.0;
+
+/// The setting of all runs.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Setting {
+    /// What is commanded.
+    pub kind: CommandKind,
+    /// Shortest and longest sample time in s.
+    sample_times_s: (f64, f64),
+    /// The clock's error as the host saw it, and its standard deviation.
+    clock: Option<(f64, f64)>,
+}
+
+impl Setting {
+    /// Of these runs.
+    pub fn new(runs: &[RunData]) -> Self {
+        let times = || runs.iter().map(|run| run.sample_time_s);
+        let longest = times().fold(0.0, f64::max);
+        let mut weights = 0.0;
+        let mut sum = 0.0;
+        for (error, span_s) in runs.iter().filter_map(|run| run.clock) {
+            if error.abs() < WIDEST_CLOCK {
+                let weight = (span_s / ARRIVAL_S).powi(2);
+                weights += weight;
+                sum += weight * error;
+            }
+        }
+        Self {
+            kind: runs.first().map_or(CommandKind::Voltage, |run| run.kind),
+            sample_times_s: (times().fold(f64::INFINITY, f64::min).min(longest), longest),
+            clock: (weights > 0.0).then(|| (sum / weights, (1.0 / weights).sqrt())),
+        }
+    }
+
+    /// Plausible range of a parameter in its unit.
+    pub fn range(&self, parameter: &EffectParameter, motor: &Parameters) -> (f64, f64) {
+        let (shortest, longest) = self.sample_times_s;
+        if let (Some((error, deviation)), "relative") = (self.clock, parameter.key) {
+            let half = 3.0 * deviation.hypot(ORDINARY_CLOCK);
+            return (error - half, error + half);
+        }
+        (
+            parameter.range(motor, shortest).0,
+            parameter.range(motor, longest).1,
+        )
+    }
+
+    /// What a parameter is taken to be where nothing is known.
+    pub fn default(&self, parameter: &EffectParameter, motor: &Parameters) -> f64 {
+        parameter.default(motor, self.sample_times_s.0)
+    }
+
+    /// How the host's clock speaks against a board whose clock is right, in nats.
+    pub fn against_a_right_clock(&self) -> f64 {
+        let Some((error, deviation)) = self.clock else {
+            return 0.0;
+        };
+        let off = error / deviation.hypot(ORDINARY_CLOCK);
+        (0.5 * off * off).min(MOST_NATS)
+    }
+}
