@@ -57,6 +57,29 @@ fn without_friction() -> Motor {
     motor
 }
 
+/// The arithmetic alone: `y = E y + P n` for three states, and nothing else that a simulation does.
+#[divan::bench]
+fn bare_recurrence(bencher: Bencher<'_, '_>) {
+    let matrix = [[1.0, 0.0029, 0.0003], [0.0, 0.95, 0.3], [0.0, -0.07, 0.001]];
+    let forcing = [1e-5, 0.01, 0.3];
+    let mut angles = vec![0.0; SAMPLES];
+    bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {
+        let (e, p) = (black_box(&matrix), black_box(&matrix));
+        let mut y = [0.0; 3];
+        for angle in &mut angles {
+            let n = black_box(&forcing);
+            let mut next = [0.0; 3];
+            for (k, slot) in next.iter_mut().enumerate() {
+                let free = e[k][0] * y[0] + e[k][1] * y[1] + e[k][2] * y[2];
+                *slot = free + p[k][0] * n[0] + p[k][1] * n[1] + p[k][2] * n[2];
+            }
+            y = next;
+            *angle = y[0];
+        }
+        black_box(angles[SAMPLES - 1])
+    });
+}
+
 #[divan::bench]
 fn linear_first_order(bencher: Bencher<'_, '_>) {
     run(bencher, &without_friction(), Model::FirstOrder);

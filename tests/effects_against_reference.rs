@@ -2,6 +2,9 @@
 //! rtol 1e-12, tests/reference/hybrid.py) made over a 15 s reversing run: within 0.01 count; the random ones against
 //! exact mean and variance.
 
+#[path = "support/table.rs"]
+mod support;
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -58,11 +61,6 @@ fn run(motor: &Motor, seed: u64) -> Trajectory {
     simulate(motor, &drive, &options).unwrap()
 }
 
-/// The power of ten that an error stays below.
-fn decade(error: f64) -> String {
-    format!("< 1e{}", error.max(1e-12).log10().ceil())
-}
-
 #[test]
 fn every_effect_follows_the_independent_reference() {
     let index = fs::read_to_string(folder().join("index.csv")).unwrap();
@@ -91,9 +89,10 @@ fn every_effect_follows_the_independent_reference() {
         }
         let name = file.trim_end_matches(".csv");
         assert!(worst < 0.01, "{name}: {worst} counts");
-        writeln!(table, "| {name} | {} |", decade(worst)).unwrap();
+        writeln!(table, "| {name} | {} |", support::decade(worst)).unwrap();
     }
     insta::assert_snapshot!(table);
+    support::documented(&table);
 }
 
 /// Mean and variance of the counts over seeds against the exact ones, row by row.

@@ -1,5 +1,13 @@
 //! The derivatives of the angle that a fit gets, against differences of simulated runs, across stops, reversals,
-//! contacts and every other event of a reversing run.
+//! contacts and every other event of a reversing run; and against differences of an independent automaton's
+//! trajectories at rtol 1e-12 (tests/reference/sensitivities.py).
+
+#[path = "support/table.rs"]
+mod support;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
 
 use motorlab::motor::effects::catalogue;
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
@@ -133,4 +141,106 @@ fn derivatives_of_every_effect_agree_with_differences() {
         ));
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}
+
+/// The command of every sample of the references.
+fn reference_drive() -> (Vec<f64>, Vec<f64>) {
+    let text = fs::read_to_string("tests/reference/effects/drive.csv").unwrap();
+    let mut command = vec![0.0; 5000];
+    for line in text.lines().skip(2) {
+        let row: Vec<f64> = line.split(',').map(|x| x.parse().unwrap()).collect();
+        command[row[0] as usize..].fill(row[2]);
+    }
+    let t_s = (0..5000).map(|k| k as f64 * SAMPLE_TIME_S).collect();
+    (t_s, command)
+}
+
+/// The motor in the header of a reference trajectory.
+fn reference_motor(case: &str) -> Motor {
+    let path = format!("tests/reference/effects/{case}.csv");
+    let text = fs::read_to_string(path).unwrap();
+    let header = text.lines().filter_map(|line| line.strip_prefix("# "));
+    let toml = header.skip(1).collect::<Vec<_>>().join("\n");
+    Motor::from_toml(&toml).unwrap()
+}
+
+#[test]
+fn derivatives_agree_with_differences_of_the_independent_reference() {
+    let (t_s, command) = reference_drive();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let simulator = Simulator::new(&drive, Model::SecondOrder).unwrap();
+    let n = simulator.samples();
+    let per_rad = 720.0 / std::f64::consts::TAU;
+    let mut table = String::from(
+        "| effect: parameter | p dangle/dp at most, counts | error |\n| --- | --- | --- |\n",
+    );
+    let mut files: Vec<_> = fs::read_dir(Path::new("tests/reference/sensitivities"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .collect();
+    files.sort();
+    let mut checked = Vec::new();
+    for path in files {
+        let case = path.file_stem().unwrap().to_str().unwrap();
+        let text = fs::read_to_string(&path).unwrap();
+        let mut lines = text.lines().skip(1);
+        let keys: Vec<&str> = lines.next().unwrap().split(',').skip(1).collect();
+        let rows: Vec<Vec<f64>> = lines
+            .map(|line| line.split(',').map(|x| x.parse().unwrap()).collect())
+            .collect();
+        let motor = reference_motor(case);
+        for (j, key) in keys.into_iter().enumerate() {
+            let of_effect = motor
+                .effects
+                .iter()
+                .find_map(|effect| ParameterId::effect(effect.kind().id, key));
+            let id = of_effect.or_else(|| ParameterId::nominal(key)).unwrap();
+            checked.push(id);
+            let value = id.get(&motor).unwrap();
+            let (mut angles, mut column) = (vec![0.0; n], vec![0.0; n]);
+            simulator
+                .sensitivities(
+                    &motor,
+                    &[id],
+                    &mut Workspace::default(),
+                    &mut angles,
+                    &mut column,
+                )
+                .unwrap();
+            let (mut largest, mut off) = (0.0_f64, 0.0_f64);
+            for row in &rows {
+                let expected = row[j + 1] * per_rad;
+                largest = largest.max(expected.abs());
+                off = off.max((column[row[0] as usize] * value * per_rad - expected).abs());
+            }
+            writeln!(
+                table,
+                "| {case}: {key} | {largest:.1} | {} |",
+                support::decade(off)
+            )
+            .unwrap();
+            assert!(
+                off < 2e-3 * largest,
+                "{case} {key}: {off:.2e} of {largest:.2e} counts"
+            );
+        }
+    }
+    // Every continuous parameter of every effect is there; those of random effects are checked above, by differences of
+    // the simulator's own mean.
+    for (index, kind) in catalogue().iter().enumerate() {
+        for (k, p) in kind.parameters.iter().enumerate() {
+            assert!(
+                kind.random || !p.smooth || checked.contains(&ParameterId::Effect(index, k)),
+                "{} {}",
+                kind.id,
+                p.key
+            );
+        }
+    }
+    insta::assert_snapshot!(table);
+    support::documented(&table);
 }

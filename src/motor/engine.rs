@@ -148,6 +148,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s / TICKS as f64
     }
 
+    /// Takes no step longer than this rung's, and none shorter but for an event.
+    #[cfg(test)]
+    pub(super) fn hold_step(&mut self, rung: usize) {
+        self.tolerance = f64::INFINITY;
+        (self.floor, self.cautious, self.allowed) = (rung, rung, rung);
+    }
+
     /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
     pub(super) fn command(&mut self, command: f64, offset: S) {
         let moved = offset.value() != 0.0 || S::DERIVATIVES > 0;

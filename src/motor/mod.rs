@@ -3,6 +3,8 @@
 mod chain;
 mod command;
 mod command_kind;
+#[cfg(test)]
+mod convergence;
 mod driver;
 mod dynamics;
 pub mod effects;

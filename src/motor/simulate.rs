@@ -108,8 +108,8 @@ pub enum SimulationError {
     },
 }
 
-/// Most steps for each longest step of a run that is simulated once.
-const MOST_STEPS: u64 = 100_000;
+/// Most steps for each longest step of a run that is simulated once: four a tick, where one without events takes one.
+const MOST_STEPS: u64 = 4000;
 
 /// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this.
 pub(super) const LONGEST_STEP_S: f64 = 0.003;
