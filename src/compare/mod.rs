@@ -4,12 +4,15 @@
 //! every error adds up in the position as it would on the bench.
 
 mod metrics;
+mod torque;
 
 use serde::Serialize;
 
 use crate::motor::{Drive, Model, Motor, SimulationError, SimulationOptions, simulate};
 use crate::recording::{Run, difference_velocities};
 use crate::units::rpm_from_rad_s;
+
+pub use torque::missing_torque;
 
 pub use metrics::{
     Alignment, FLOOR_COUNTS, align, rms, root_mean_square_errors, speed_of_one_count,
