@@ -5,11 +5,13 @@ use std::path::PathBuf;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::diagnose_text::show;
 use super::motor_choice::MotorChoice;
 use super::picture::write_file;
 use super::{Failure, Output, Status};
-use crate::diagnose::{Cause, Diagnosis, diagnose};
+use crate::diagnose::diagnose;
 use crate::recording::read_run;
+use crate::report::diagnosis::page;
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
@@ -25,10 +27,10 @@ pub struct Diagnose {
     /// Write the motor with the diagnosed effects in it, for simulate and compare.
     #[arg(long, value_name = "FILE")]
     model_out: Option<PathBuf>,
+    /// Write everything as one HTML file that needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
 }
-
-/// How many causes are listed on the terminal.
-const LISTED: usize = 6;
 
 impl Diagnose {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
@@ -53,79 +55,20 @@ impl Diagnose {
             write_file(path, &diagnosis.model.to_toml())?;
             output.message(&format!("wrote {}", path.display()));
         }
+        if let Some(path) = &self.html {
+            let title = format!("What makes the gap ({})", self.motor.words());
+            let page = page(&diagnosis, &runs, &motor, &title).map_err(Failure::input)?;
+            write_file(path, &page)?;
+            output.message(&format!("wrote {}", path.display()));
+        }
         if output.json {
             output.document(&diagnosis)?;
         } else {
             show(&diagnosis, output)?;
+            if self.html.is_none() {
+                output.message("a page with the pictures: add --html diagnosis.html");
+            }
         }
         Ok(Status::Done)
     }
-}
-
-fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    output.line(&diagnosis.sentence)?;
-    for problem in &diagnosis.data {
-        output.line(&format!(
-            "  recording {}: {} ({})",
-            problem.run, problem.detail, problem.problem
-        ))?;
-    }
-    output.line("\ncauses")?;
-    for cause in diagnosis.causes.iter().take(LISTED) {
-        output.line(&cause_line(cause))?;
-    }
-    let gap = &diagnosis.gap;
-    output.line("\nposition error, counts RMS, on data kept from the fit")?;
-    for (name, value) in [
-        ("nominal model", gap.before),
-        ("refitted", gap.after_parameters),
-        ("with the effects", gap.after_effect),
-        ("the encoder's floor", gap.floor),
-    ] {
-        output.line(&format!("  {name:<22} {value:>10.3}"))?;
-    }
-    output.line(&format!(
-        "  closed {:.1} % (95 %: {:.1} to {:.1})",
-        100.0 * gap.closed,
-        100.0 * gap.closed_lo95,
-        100.0 * gap.closed_hi95
-    ))?;
-    if !diagnosis.place.regions.is_empty() {
-        output.line("\nwhere")?;
-    }
-    for region in diagnosis.place.regions.iter().take(LISTED) {
-        output.line(&format!(
-            "  {:>4.0} %  {} from {:.2} s to {:.2} s, {}",
-            100.0 * region.share,
-            region.regime.words(),
-            region.from_s,
-            region.to_s,
-            region.run
-        ))?;
-    }
-    Ok(())
-}
-
-fn cause_line(cause: &Cause) -> String {
-    let numbers: Vec<String> = cause
-        .parameters
-        .iter()
-        .map(|(name, n)| format!("{name} {:.4} [{:.4}, {:.4}]", n.value, n.lo95, n.hi95))
-        .collect();
-    let mut line = format!(
-        "  {:>6.1} %  {:<22} {}",
-        100.0 * cause.probability,
-        cause.effect,
-        numbers.join("  ")
-    );
-    if !cause.indistinguishable_from.is_empty() {
-        line.push_str(&format!(
-            "  not told from {}",
-            cause.indistinguishable_from.join(", ")
-        ));
-    }
-    if !cause.converged {
-        line.push_str("  (its fit has not settled)");
-    }
-    line
 }

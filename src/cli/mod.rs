@@ -12,6 +12,7 @@ mod compare;
 mod completions;
 mod demo;
 mod diagnose;
+mod diagnose_text;
 mod export;
 mod failure;
 mod firmware;

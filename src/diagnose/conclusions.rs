@@ -1,4 +1,4 @@
-//! What the weighed hypotheses come to: the verdict, the causes, their numbers, the place, the sentence.
+//! What the weighed hypotheses come to: the verdict, the causes, their numbers, the place.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, BASE_KEYS};
 use super::rank::{Candidate, Ranking};
 use super::unknown::flexible;
-use super::verdict::{Cause, Diagnosis, EffectSet, Gap, Interval, Place, Regime, Region, Verdict};
+use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};
 use super::{regimes, ties};
 use crate::motor::effects::catalogue;
 
@@ -267,69 +267,5 @@ pub(super) fn place(
         stage_probabilities: stages,
         regions,
         ordered_by,
-    }
-}
-
-/// The regime with the largest share of the gap.
-fn largest_regime(regions: &[Region]) -> Option<(Regime, f64)> {
-    let mut shares: BTreeMap<Regime, f64> = BTreeMap::new();
-    for region in regions {
-        *shares.entry(region.regime).or_default() += region.share;
-    }
-    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
-}
-
-/// One sentence that a student understands.
-pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
-    let gap = &diagnosis.gap;
-    let sure = 100.0 * diagnosis.probability;
-    let region = largest_regime(&diagnosis.place.regions)
-        .map(|(regime, share)| format!(", {:.0} % of it {}", 100.0 * share, regime.words()))
-        .unwrap_or_default();
-    match diagnosis.verdict {
-        Verdict::NoGap => format!(
-            "There is no gap to explain: the nominal model leaves {:.2} counts, the encoder's own floor is {:.2}.",
-            gap.before, gap.floor
-        ),
-        Verdict::Parameters => format!(
-            "The model is right and its numbers are a little off ({sure:.0} % sure): refitting them brings the gap from {:.2} to {:.2} counts; the encoder's own floor is {:.2}.",
-            gap.before, gap.after_parameters, gap.floor
-        ),
-        Verdict::Effect => format!(
-            "{:.0} % of the gap is {} ({sure:.0} % sure){region}; adding it brings {:.2} counts to {:.2}, the encoder's own floor is {:.2}.",
-            100.0 * gap.closed.max(0.0),
-            diagnosis.effects.join(" and ").replace('_', " "),
-            gap.before,
-            gap.after_effect,
-            gap.floor
-        ),
-        Verdict::Ambiguous => {
-            let mut rivals: Vec<&str> = Vec::new();
-            for cause in diagnosis
-                .causes
-                .iter()
-                .filter(|cause| cause.probability > 0.02)
-                .take(4)
-            {
-                rivals.push(cause.effect);
-            }
-            format!(
-                "These runs cannot tell which of {} it is{region}; the likeliest brings the gap from {:.2} to {:.2} counts.",
-                rivals.join(", ").replace('_', " "),
-                gap.before,
-                gap.after_effect
-            )
-        }
-        Verdict::OutsideCatalogue => format!(
-            "Something is there that no effect of the catalogue explains ({:.0} % sure){region}; refitting alone brings the gap from {:.2} to {:.2} counts.",
-            100.0
-                * diagnosis
-                    .causes
-                    .iter()
-                    .find(|cause| cause.effect == "unknown")
-                    .map_or(0.0, |cause| cause.probability),
-            gap.before,
-            gap.after_parameters
-        ),
     }
 }

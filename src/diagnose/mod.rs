@@ -17,6 +17,7 @@ mod rank;
 mod regimes;
 mod rungs;
 mod search;
+mod sentence;
 mod setting;
 mod ties;
 mod unknown;
@@ -26,11 +27,12 @@ use std::time::Instant;
 
 use crate::motor::{Motor, SimulationError};
 use crate::recording::Run;
-use conclusions::{Ties, base, causes, ids, place, sentence, sets, verdict_of};
+use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
 use data::RunData;
 use fit::Problem;
 use rank::rank;
 use search::{damping_of, largest_acceleration};
+use sentence::sentence;
 
 pub use verdict::{
     Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,

@@ -67,7 +67,7 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
             .to_owned(),
     };
     let [before, after_parameters, after_effect] = pooled(&blocks);
-    let (closed_lo95, closed_hi95) = interval(&blocks);
+    let (rungs95, (closed_lo95, closed_hi95)) = intervals(&blocks);
     Gap {
         metric: "position_rmse_counts",
         floor: FLOOR_COUNTS,
@@ -77,6 +77,7 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
         closed: closed(before, after_effect),
         closed_lo95,
         closed_hi95,
+        rungs95,
         held_out,
     }
 }
@@ -132,21 +133,30 @@ fn closed(before: f64, after: f64) -> f64 {
     (1.0 - (after - FLOOR_COUNTS).max(0.0) / gap).max(-1.0)
 }
 
-fn interval(blocks: &[Block]) -> (f64, f64) {
+/// 95 % intervals of the three rungs and of the share closed, by drawing the blocks again.
+fn intervals(blocks: &[Block]) -> ([(f64, f64); 3], (f64, f64)) {
     if blocks.is_empty() {
-        return (0.0, 0.0);
+        return ([(0.0, 0.0); 3], (0.0, 0.0));
     }
     let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
-    let mut found: Vec<f64> = (0..RESAMPLES)
-        .map(|_| {
-            let drawn: Vec<Block> = (0..blocks.len())
-                .map(|_| blocks[rng.random_range(0..blocks.len())])
-                .collect();
-            let [before, _, after] = pooled(&drawn);
-            closed(before, after)
-        })
-        .collect();
-    found.sort_by(f64::total_cmp);
-    let at = |share: f64| found[((found.len() - 1) as f64 * share).round() as usize];
+    let mut rungs: [Vec<f64>; 3] = Default::default();
+    let mut shares = Vec::with_capacity(RESAMPLES);
+    for _ in 0..RESAMPLES {
+        let drawn: Vec<Block> = (0..blocks.len())
+            .map(|_| blocks[rng.random_range(0..blocks.len())])
+            .collect();
+        let found = pooled(&drawn);
+        for (rung, value) in rungs.iter_mut().zip(found) {
+            rung.push(value);
+        }
+        shares.push(closed(found[0], found[2]));
+    }
+    (rungs.map(middle95), middle95(shares))
+}
+
+/// Where the middle 95 % of the values lie.
+fn middle95(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
     (at(0.025), at(0.975))
 }

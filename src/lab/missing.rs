@@ -3,11 +3,11 @@
 use serde::Serialize;
 
 use super::Source;
-use super::number::figure;
 use super::recorded::Recorded;
 use crate::diagnose::{Cause, Diagnosis, Interval, diagnose};
 use crate::motor::Motor;
 use crate::recording::Run;
+use crate::report::number::figure;
 
 /// What the recordings say of the simulation's gaps.
 #[derive(Debug, Clone, Serialize)]

@@ -15,7 +15,6 @@ pub mod answers;
 pub mod columns;
 pub mod damping;
 pub mod missing;
-mod number;
 pub mod page;
 pub mod recorded;
 pub mod sampling;

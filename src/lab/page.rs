@@ -5,13 +5,13 @@ mod figures;
 pub use figures::{recorded, residuals, sampled, step, step_responses};
 
 use super::missing::{cause_numbers, cause_words};
-use super::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use super::step_response::Curve;
 use super::transfer::Pole;
 use super::{Answer, Lab, Source};
 use crate::diagnose::Diagnosis;
 use crate::export::{EQUATIONS, PARAMETERS};
 use crate::report::comparison::figures_table;
+use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::report::{Page, Size};
 use crate::units::rpm_from_rad_s;
 

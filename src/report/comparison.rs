@@ -7,14 +7,14 @@ use crate::recording::{CommandKind, Run};
 use crate::units::rpm_from_rad_s;
 
 /// Colours by meaning, the same in every picture.
-const RECORDED: usize = 0;
+pub(super) const RECORDED: usize = 0;
 const SIMULATED: usize = 1;
 const TRUE_SPEED: usize = 6;
-const COMMAND: usize = 2;
+pub(super) const COMMAND: usize = 2;
 const RESIDUAL: usize = 3;
 
 /// Where one count in one sample is more than this share of the top speed, means are drawn too.
-const COARSE: f64 = 0.1;
+pub(super) const COARSE: f64 = 0.1;
 /// Time over which they are taken: the lab's slow sample time.
 const SMOOTH_S: f64 = 0.03;
 
@@ -104,11 +104,6 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         &overlay.residual_counts,
     );
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
-    let command_label = match run.command_kind {
-        CommandKind::Voltage => "command (V)",
-        CommandKind::Current => "command (A)",
-        CommandKind::Torque => "command (N m)",
-    };
     Figure {
         title: title.to_owned(),
         x_label: "time (s)".to_owned(),
@@ -116,13 +111,22 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
             Panel::new("speed (RPM)", speed).weighing(2.0),
             Panel::new("position (counts)", position).weighing(1.5),
             Panel::new("gap (counts)", vec![residual]).marked(0.0, ""),
-            Panel::new(command_label, vec![command]).weighing(0.6),
+            Panel::new(command_label(run), vec![command]).weighing(0.6),
         ],
     }
 }
 
+/// Label of the command's axis.
+pub(super) fn command_label(run: &Run) -> &'static str {
+    match run.command_kind {
+        CommandKind::Voltage => "command (V)",
+        CommandKind::Current => "command (A)",
+        CommandKind::Torque => "command (N m)",
+    }
+}
+
 /// What a run is of, in a few words.
-fn what_ran(run: &Run) -> String {
+pub(super) fn what_ran(run: &Run) -> String {
     let profile = run.header.get("profile").and_then(toml::Value::as_str);
     format!(
         "{}, sampled every {} ms",

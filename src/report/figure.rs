@@ -52,6 +52,19 @@ impl Series {
     }
 }
 
+/// A stretch of x that is shaded.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// From this x.
+    pub from: f64,
+    /// To this x.
+    pub to: f64,
+    /// How dark, 0 to 1.
+    pub strength: f64,
+    /// What stands in it.
+    pub label: String,
+}
+
 /// One y axis and what is drawn against it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panel {
@@ -63,6 +76,8 @@ pub struct Panel {
     pub weight: f64,
     /// Horizontal lines of reference with their names.
     pub marks: Vec<(f64, String)>,
+    /// Shaded stretches, behind everything.
+    pub bands: Vec<Band>,
 }
 
 impl Panel {
@@ -73,6 +88,7 @@ impl Panel {
             series,
             weight: 1.0,
             marks: Vec::new(),
+            bands: Vec::new(),
         }
     }
 
@@ -85,6 +101,12 @@ impl Panel {
     /// The panel with a horizontal line of reference.
     pub fn marked(mut self, y: f64, name: impl Into<String>) -> Self {
         self.marks.push((y, name.into()));
+        self
+    }
+
+    /// The panel with shaded stretches.
+    pub fn shaded(mut self, bands: Vec<Band>) -> Self {
+        self.bands = bands;
         self
     }
 

@@ -4,6 +4,7 @@
 
 use std::fmt::Write;
 
+use super::bars::Bars;
 use super::escape::escaped;
 use super::figure::Figure;
 use super::matrix::Matrix;
@@ -17,6 +18,7 @@ font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
 .lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
 figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figure.wide svg{min-width:36rem}figcaption{color:var(--faint);font-size:.9rem}\
+.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,22rem),1fr));gap:0 1rem}.grid figure{margin:.5rem 0}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
 td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
@@ -151,6 +153,31 @@ impl Page {
                     ..size
                 }
             ),
+            escaped(caption)
+        );
+    }
+
+    /// Small drawings side by side, one below the other on a phone, each with what it shows.
+    pub fn figures<'a>(&mut self, figures: impl IntoIterator<Item = (&'a Figure, &'a str)>) {
+        self.body.push_str("<div class=\"grid\">");
+        for (figure, caption) in figures {
+            let _ = write!(
+                self.body,
+                "<figure>{}<figcaption>{}</figcaption></figure>",
+                svg::inline(figure, Size::HALF),
+                escaped(caption)
+            );
+        }
+        self.body.push_str("</div>\n");
+    }
+
+    /// Bars with their numbers, with what they show.
+    pub fn bars(&mut self, bars: &Bars, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
+            bars.inline(Size::PAGE.width),
+            bars.inline(PHONE),
             escaped(caption)
         );
     }

@@ -3,17 +3,21 @@
 //! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
 //! A [`Page`] gathers text, tables and figures into one self-contained HTML file.
 
+mod bars;
 pub mod comparison;
+pub mod diagnosis;
 mod escape;
 pub mod figure;
 mod html;
 mod matrix;
+pub mod number;
 pub mod svg;
 pub mod table;
 pub mod terminal;
 
+pub use bars::{Bar, Bars, Scale};
 pub use escape::escaped;
-pub use figure::{Figure, Panel, Series, Stroke};
+pub use figure::{Band, Figure, Panel, Series, Stroke};
 pub use html::Page;
 pub use matrix::Matrix;
 pub use svg::Size;

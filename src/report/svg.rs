@@ -42,6 +42,11 @@ impl Size {
         width: 860,
         height: 300,
     };
+    /// One of two side by side; fits a phone too.
+    pub const HALF: Self = Self {
+        width: 420,
+        height: 300,
+    };
 }
 
 const LEFT: f64 = 64.0;
@@ -235,6 +240,7 @@ impl Frame {
 
     fn draw(&self, out: &mut String, panel: &Panel, with_x_labels: bool) {
         let (bottom, right) = (self.top + self.height, self.left + self.width);
+        self.draw_bands(out, panel);
         let x_ticks = ticks(self.x_range, ((self.width / 60.0) as usize).clamp(3, 8));
         let x_step = x_ticks.get(1).map_or(1.0, |second| second - x_ticks[0]);
         for &tick in &x_ticks {
@@ -290,6 +296,33 @@ impl Frame {
             self.top + self.height / 2.0,
             escaped(&panel.y_label)
         );
+    }
+
+    /// Shades stretches; none is narrower than two pixels, and a label needs room.
+    fn draw_bands(&self, out: &mut String, panel: &Panel) {
+        let mut free_from = self.left;
+        for band in &panel.bands {
+            let x = self.x(band.from);
+            let width = (self.x(band.to) - x).max(2.0);
+            let _ = write!(
+                out,
+                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{:.1}\" fill=\"var(--c1)\" fill-opacity=\"{:.2}\"/>",
+                self.top,
+                self.height,
+                band.strength.clamp(0.0, 1.0)
+            );
+            let wide = 7.0 * band.label.chars().count() as f64;
+            let middle = (x + width / 2.0).min(self.left + self.width - wide / 2.0);
+            if wide > 0.0 && middle - wide / 2.0 >= free_from {
+                let _ = write!(
+                    out,
+                    "<text class=\"tick\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+                    self.top + 12.0,
+                    escaped(&band.label)
+                );
+                free_from = middle + wide / 2.0;
+            }
+        }
     }
 
     fn draw_series(&self, out: &mut String, series: &Series) {

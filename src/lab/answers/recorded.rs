@@ -4,9 +4,9 @@ use super::Answer;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
-use crate::lab::number::{change, figure, percent, rpm, time};
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
+use crate::report::number::{change, figure, percent, rpm, time};
 
 pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
     let mut because = vec![

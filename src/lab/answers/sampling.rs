@@ -1,8 +1,8 @@
 //! Answers of Part 2.
 
 use super::Answer;
-use crate::lab::number::{figure, percent, rpm, time};
 use crate::lab::sampling::{CLOCK_TICK_S, Sampled, Sampling};
+use crate::report::number::{figure, percent, rpm, time};
 use crate::units::rpm_from_rad_s;
 
 /// One sentence for each sample time.

@@ -2,10 +2,10 @@
 
 use super::Answer;
 use crate::lab::damping::Term;
-use crate::lab::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::lab::recorded::Recorded;
 use crate::lab::step_response::VISIBLE;
 use crate::lab::{Source, StepResponses};
+use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::units::rpm_from_rad_s;
 
 impl Term {

@@ -51,6 +51,17 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", figure(100.0 * share, 3))
 }
 
+/// A probability in percent; never a certainty.
+pub fn probability(p: f64) -> String {
+    if p > 0.999 {
+        ">\u{a0}99.9\u{a0}%".to_owned()
+    } else if p < 0.001 {
+        "<\u{a0}0.1\u{a0}%".to_owned()
+    } else {
+        format!("{:.1}\u{a0}%", 100.0 * p)
+    }
+}
+
 /// A relative change in percent, with its sign.
 pub fn change(relative: f64) -> String {
     let sign = if relative > 0.0 { "+" } else { "" };
@@ -90,6 +101,9 @@ mod tests {
         assert_eq!(figure(0.0, 3), "0");
         assert_eq!(percent(0.4949), "49.5\u{a0}%");
         assert_eq!(time(0.0004), "0.4\u{a0}ms");
+        assert_eq!(probability(1.0), ">\u{a0}99.9\u{a0}%");
+        assert_eq!(probability(0.0), "<\u{a0}0.1\u{a0}%");
+        assert_eq!(probability(0.25), "25.0\u{a0}%");
         assert_eq!(change(0.0679), "+6.79\u{a0}%");
     }
 }

@@ -1,0 +1,128 @@
+//! A diagnosis on the terminal, in short.
+
+use super::{Failure, Output};
+use crate::diagnose::{Cause, Diagnosis};
+use crate::report::Bars;
+use crate::report::diagnosis::{cause_words, rungs};
+use crate::report::number::{figure, probability};
+
+/// How many causes and stretches are listed.
+const LISTED: usize = 5;
+/// Width of a bar in characters.
+const BAR: usize = 24;
+/// Causes below this probability have their numbers left out.
+const NUMBERS_FROM: f64 = 0.02;
+
+/// Writes the short form.
+pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    output.line(&diagnosis.sentence)?;
+    for problem in &diagnosis.data {
+        output.line(&format!(
+            "  recording {}: {} ({})",
+            problem.run, problem.detail, problem.problem
+        ))?;
+    }
+    let gap = &diagnosis.gap;
+    output.line("\nposition error on data kept from the fit, with 95 % intervals (logarithmic)")?;
+    for line in bars(&rungs(diagnosis)) {
+        output.line(&line)?;
+    }
+    output.line(&format!(
+        "  closed {:.1} % (95 %: {:.1} to {:.1}); {}",
+        100.0 * gap.closed,
+        100.0 * gap.closed_lo95,
+        100.0 * gap.closed_hi95,
+        gap.held_out
+    ))?;
+    output.line("\ncauses")?;
+    for cause in diagnosis.causes.iter().take(LISTED) {
+        causes(cause, output)?;
+    }
+    if !diagnosis.place.regions.is_empty() {
+        output.line("\nwhere")?;
+    }
+    for region in diagnosis.place.regions.iter().take(LISTED) {
+        output.line(&format!(
+            "  {:>4.0} %  {} from {:.2} s to {:.2} s, {}",
+            100.0 * region.share,
+            region.regime.words(),
+            region.from_s,
+            region.to_s,
+            region.run
+        ))?;
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        output.line(&format!(
+            "\nrecord next, to tell {} apart (D about {})\n{}",
+            next.tells_apart.join(", "),
+            figure(next.expected_separation, 2),
+            next.profile
+        ))?;
+    }
+    Ok(())
+}
+
+fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
+    let mut line = format!(
+        "  {:>8}  {}",
+        probability(cause.probability),
+        cause_words(cause.effect)
+    );
+    if !cause.indistinguishable_from.is_empty() {
+        line.push_str(&format!(
+            "; not told from {}",
+            cause.indistinguishable_from.join(", ")
+        ));
+    }
+    if let Some(separation) = cause.separation {
+        line.push_str(&format!(" (D = {})", figure(separation, 2)));
+    }
+    if !cause.converged {
+        line.push_str("; its fit has not settled");
+    }
+    output.line(&line)?;
+    if cause.probability < NUMBERS_FROM {
+        return Ok(());
+    }
+    for (name, number) in &cause.parameters {
+        let ends = if number.lo95 == number.hi95 {
+            "held".to_owned()
+        } else {
+            format!(
+                "95 %: {} to {}",
+                figure(number.lo95, 4),
+                figure(number.hi95, 4)
+            )
+        };
+        output.line(&format!(
+            "            {name} = {} {} ({ends})",
+            figure(number.value, 4),
+            number.unit
+        ))?;
+    }
+    Ok(())
+}
+
+/// Bars as lines of blocks.
+fn bars(bars: &Bars) -> Vec<String> {
+    let widest = bars.bars.iter().map(|bar| bar.name.chars().count()).max();
+    let widest = widest.unwrap_or(0);
+    bars.bars
+        .iter()
+        .map(|bar| {
+            let eighths = (bars.scale.share(bar.value) * (8 * BAR) as f64).round() as usize;
+            let mut blocks = "\u{2588}".repeat(eighths / 8);
+            if let Some(part) = (eighths % 8).checked_sub(1) {
+                blocks.extend(
+                    [
+                        '\u{258f}', '\u{258e}', '\u{258d}', '\u{258c}', '\u{258b}', '\u{258a}',
+                        '\u{2589}',
+                    ]
+                    .get(part),
+                );
+            }
+            let name = &bar.name;
+            format!("  {name:<widest$}  {blocks:<BAR$}  {}", bar.text)
+        })
+        .collect()
+}

@@ -1,0 +1,95 @@
+//! The verdict as one sentence that a student understands.
+
+use std::collections::BTreeMap;
+
+use super::verdict::{Diagnosis, Regime, Region, Verdict};
+use crate::motor::effects::catalogue;
+
+/// A cause from this probability on is named where several are in play.
+const IN_PLAY: f64 = 0.02;
+/// Most causes that are named then.
+const NAMED: usize = 4;
+
+/// A regime is named where it has at least this share of the gap.
+const LEAST_SHARE: f64 = 0.25;
+
+/// The sentence.
+pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
+    let sure = sure(diagnosis.probability);
+    let floor = format!("the encoder's own floor is {:.2}", gap.floor);
+    let region = largest_regime(&diagnosis.place.regions)
+        .filter(|(_, share)| *share >= LEAST_SHARE)
+        .map(|(regime, share)| format!(", {:.0} % of it {}", 100.0 * share, regime.words()))
+        .unwrap_or_default();
+    match diagnosis.verdict {
+        Verdict::NoGap => format!(
+            "There is no gap to explain: the nominal model leaves {:.2} counts, {floor}.",
+            gap.before
+        ),
+        Verdict::Parameters => format!(
+            "The model is right and its numbers are a little off ({sure}): refitting them brings the gap from {:.2} to {:.2} counts; {floor}.",
+            gap.before, gap.after_parameters
+        ),
+        Verdict::Effect => format!(
+            "The gap is {} ({sure}){region}: adding it closes {:.0} % of the gap, from {:.2} counts to {:.2}; refitting alone leaves {:.2}, {floor}.",
+            in_words(&diagnosis.effects),
+            100.0 * gap.closed.max(0.0),
+            gap.before,
+            gap.after_effect,
+            gap.after_parameters
+        ),
+        Verdict::Ambiguous => {
+            let in_play = diagnosis.causes.iter().filter(|c| c.probability > IN_PLAY);
+            let rivals: Vec<&str> = in_play.take(NAMED).map(|cause| cause.effect).collect();
+            format!(
+                "These runs cannot tell which of {} it is{region}; the likeliest brings the gap from {:.2} to {:.2} counts.",
+                rivals.join(", ").replace('_', " "),
+                gap.before,
+                gap.after_effect
+            )
+        }
+        Verdict::OutsideCatalogue => {
+            let unknown = diagnosis.causes.iter().find(|c| c.effect == "unknown");
+            format!(
+                "Something is there that no effect of the catalogue explains ({}){region}; refitting alone brings the gap from {:.2} to {:.2} counts.",
+                self::sure(unknown.map_or(0.0, |cause| cause.probability)),
+                gap.before,
+                gap.after_parameters
+            )
+        }
+    }
+}
+
+/// Effects by name, each with what it is.
+fn in_words(ids: &[&str]) -> String {
+    let words: Vec<String> = ids
+        .iter()
+        .map(|id| {
+            let name = id.replace('_', " ");
+            match catalogue().iter().find(|kind| kind.id == *id) {
+                Some(kind) => format!("{name}, {}", kind.summary),
+                None => name,
+            }
+        })
+        .collect();
+    words.join("; and ")
+}
+
+/// A probability as a student reads it; nothing is certain.
+fn sure(probability: f64) -> String {
+    if probability > 0.99 {
+        "more than 99 % sure".to_owned()
+    } else {
+        format!("{:.0} % sure", 100.0 * probability)
+    }
+}
+
+/// The regime with the largest share of the gap.
+fn largest_regime(regions: &[Region]) -> Option<(Regime, f64)> {
+    let mut shares: BTreeMap<Regime, f64> = BTreeMap::new();
+    for region in regions {
+        *shares.entry(region.regime).or_default() += region.share;
+    }
+    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+}

@@ -1,0 +1,96 @@
+//! Runs laid over the three models: nominal, refitted, with the best named effects.
+
+use super::words::best_set;
+use crate::compare::{Overlay, compare, missing_torque};
+use crate::diagnose::Diagnosis;
+use crate::motor::{Model, Motor, SimulationError};
+use crate::recording::Run;
+
+/// One run and its three simulations.
+pub(super) struct LaidRun<'a> {
+    pub run: &'a Run,
+    /// What the page calls it.
+    pub name: String,
+    /// What the diagnosis calls it.
+    pub id: String,
+    /// The models in order; the last is missing where no effect was found.
+    pub models: Vec<LaidModel>,
+}
+
+/// One simulation of a run.
+pub(super) struct LaidModel {
+    pub name: String,
+    /// Colour in every picture.
+    pub colour: usize,
+    pub overlay: Overlay,
+    /// The torque that it lacks, in N m.
+    pub missing_nm: Vec<Option<f64>>,
+}
+
+/// Colours of the models, from the nominal on.
+const COLOURS: [usize; 3] = [6, 4, 1];
+
+/// Lays every run over the models of a diagnosis.
+pub(super) fn lay<'a>(
+    diagnosis: &Diagnosis,
+    runs: &'a [Run],
+    nominal: &Motor,
+) -> Result<Vec<LaidRun<'a>>, SimulationError> {
+    let effects = best_set(diagnosis);
+    let mut motors = vec![
+        ("nominal".to_owned(), nominal),
+        ("refitted".to_owned(), &diagnosis.refitted),
+    ];
+    if !effects.is_empty() {
+        motors.push((format!("with {}", effects.join(" + ")), &diagnosis.model));
+    }
+    let names = names(runs);
+    runs.iter()
+        .zip(names)
+        .enumerate()
+        .map(|(k, (run, name))| {
+            let models = motors.iter().zip(COLOURS).map(|((name, motor), colour)| {
+                let overlay = compare(run, motor, Model::SecondOrder)?;
+                Ok(LaidModel {
+                    name: name.clone(),
+                    colour,
+                    missing_nm: missing_torque(run, &overlay.residual_counts, &nominal.parameters),
+                    overlay,
+                })
+            });
+            Ok(LaidRun {
+                run,
+                name,
+                id: path(run).unwrap_or_else(|| (k + 1).to_string()),
+                models: models.collect::<Result<_, SimulationError>>()?,
+            })
+        })
+        .collect()
+}
+
+fn path(run: &Run) -> Option<String> {
+    run.path.as_ref().map(|path| path.display().to_string())
+}
+
+/// Short names where these tell the runs apart, else whole paths.
+fn names(runs: &[Run]) -> Vec<String> {
+    let short: Vec<String> = runs
+        .iter()
+        .enumerate()
+        .map(|(k, run)| {
+            let name = run.path.as_ref().and_then(|path| path.file_name());
+            name.map_or_else(
+                || format!("run {}", k + 1),
+                |name| name.to_string_lossy().into_owned(),
+            )
+        })
+        .collect();
+    let twice = |name: &String| short.iter().filter(|other| *other == name).count() > 1;
+    if !short.iter().any(twice) {
+        return short;
+    }
+    let whole = runs.iter().zip(&short);
+    whole
+        .map(|(run, short)| path(run).unwrap_or_else(|| short.clone()))
+        .collect()
+}

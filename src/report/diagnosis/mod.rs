@@ -1,0 +1,270 @@
+//! A diagnosis as one offline page: the sentence, before and after, how far, where, which, what next.
+
+mod laid;
+mod ordered;
+mod overlay;
+mod place;
+mod words;
+
+use super::number::{figure, percent, probability};
+use super::{Page, Size};
+use crate::diagnose::{Cause, DataProblem, Diagnosis, Interval};
+use crate::export::PARAMETERS;
+use crate::motor::{Motor, SimulationError};
+use crate::recording::Run;
+use laid::{LaidRun, lay};
+
+pub use words::{cause_words, effects_words, rungs, strongest};
+
+/// Causes below this probability are summed up instead of listed, where others are above.
+const LISTED_FROM: f64 = 0.001;
+/// So many causes are listed in any case.
+const LISTED: usize = 5;
+/// A cause from this probability on has its numbers shown.
+const NUMBERS_FROM: f64 = 0.05;
+
+/// Size of the overlay of one run.
+const OVERLAY: Size = Size {
+    width: 860,
+    height: 780,
+};
+
+/// The page of a diagnosis of these runs against this motor.
+///
+/// # Errors
+/// A run that cannot be simulated with one of the motors.
+pub fn page(
+    diagnosis: &Diagnosis,
+    runs: &[Run],
+    nominal: &Motor,
+    title: &str,
+) -> Result<String, SimulationError> {
+    let laid = lay(diagnosis, runs, nominal)?;
+    let mut page = Page::new(title);
+    page.lead(&diagnosis.sentence);
+    for id in strongest(diagnosis) {
+        if let Some(kind) = words::kind(id) {
+            page.note(&format!("{id}: {} ({}).", kind.summary, kind.equation));
+        }
+    }
+    before_and_after(&mut page, &laid);
+    how_far(&mut page, diagnosis);
+    place::section(&mut page, diagnosis, &laid);
+    which(&mut page, diagnosis);
+    parameters(&mut page, diagnosis, nominal);
+    checks(&mut page, &diagnosis.data);
+    next_experiment(&mut page, diagnosis);
+    page.section("Motor with what was found");
+    page.note("A motor file for simulate and compare; diagnose writes it with --model-out.");
+    page.verbatim(&diagnosis.model.to_toml());
+    page.note(&format!(
+        "The diagnosis took {}\u{a0}s.",
+        figure(diagnosis.elapsed_s, 2)
+    ));
+    Ok(page.finish())
+}
+
+fn before_and_after(page: &mut Page, laid: &[LaidRun<'_>]) {
+    page.section("Before and after");
+    page.note(
+        "Every run in open loop from rest, with the numbers that fit all runs best. Gap: recorded less simulated position.",
+    );
+    for run in laid {
+        page.subsection(&run.name);
+        page.figure(&overlay::figure(run), OVERLAY, &overlay::caption(run));
+    }
+}
+
+fn how_far(page: &mut Page, diagnosis: &Diagnosis) {
+    let gap = &diagnosis.gap;
+    page.section("How far the gap shrinks");
+    page.bars(
+        &rungs(diagnosis),
+        "Position error on data kept from the fit, counts RMS, with 95 % intervals; the scale is logarithmic.",
+    );
+    if words::best_set(diagnosis).is_empty() {
+        page.paragraph("No effect is added: what closes is what refitting closes.");
+    }
+    page.paragraph(&format!(
+        "Closed: {} of the gap above the floor (95 % interval {} to {}).",
+        percent(gap.closed),
+        percent(gap.closed_lo95),
+        percent(gap.closed_hi95)
+    ));
+    page.note(&format!("Held out: {}.", gap.held_out));
+}
+
+fn which(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Which effect");
+    let (listed, others) = split(&diagnosis.causes);
+    let rows: Vec<Vec<String>> = listed
+        .iter()
+        .map(|cause| {
+            vec![
+                cause_words(cause.effect),
+                cause.stage.unwrap_or("\u{2013}").to_owned(),
+                probability(cause.probability),
+                probability(cause.inclusion),
+                tie_words(cause),
+                if cause.converged { "yes" } else { "no" }.to_owned(),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "cause",
+            "stage",
+            "probability",
+            "is there at all",
+            "not told from",
+            "fit has settled",
+        ],
+        &rows,
+    );
+    page.note(
+        "The probabilities of all causes add to 1; of several effects at once each has an equal share. D is the separation in standard deviations of the noise: below 3 these runs cannot tell two causes apart.",
+    );
+    if !others.is_empty() {
+        let total: f64 = others.iter().map(|cause| cause.probability).sum();
+        let loose: Vec<&str> = others
+            .iter()
+            .filter(|cause| !cause.converged)
+            .map(|cause| cause.effect)
+            .collect();
+        let settled = if loose.is_empty() {
+            "their fits have settled".to_owned()
+        } else {
+            format!("of these the fits of {} have not settled", loose.join(", "))
+        };
+        page.note(&format!(
+            "{} further causes together: {}; {settled}.",
+            others.len(),
+            probability(total)
+        ));
+    }
+    if diagnosis.sets.len() > 1 {
+        page.subsection("Sets of effects that were weighed");
+        let rows: Vec<Vec<String>> = diagnosis
+            .sets
+            .iter()
+            .take(LISTED)
+            .map(|set| {
+                vec![
+                    effects_words(&set.effects),
+                    probability(set.probability),
+                    figure(set.behind_nats, 3),
+                ]
+            })
+            .collect();
+        page.table(&["set", "probability", "behind the best (nats)"], &rows);
+    }
+}
+
+/// Causes that are listed, and the others.
+fn split(causes: &[Cause]) -> (&[Cause], &[Cause]) {
+    let likely = causes
+        .iter()
+        .take_while(|cause| cause.probability >= LISTED_FROM)
+        .count();
+    causes.split_at(likely.max(LISTED).min(causes.len()))
+}
+
+fn tie_words(cause: &Cause) -> String {
+    if cause.indistinguishable_from.is_empty() {
+        return "\u{2013}".to_owned();
+    }
+    let separation = cause
+        .separation
+        .map_or_else(String::new, |d| format!(" (D = {})", figure(d, 2)));
+    format!("{}{separation}", cause.indistinguishable_from.join(", "))
+}
+
+fn parameters(page: &mut Page, diagnosis: &Diagnosis, nominal: &Motor) {
+    page.section("Parameters");
+    let best = words::best_set(diagnosis);
+    let shown = |cause: &&Cause| {
+        best.contains(&cause.effect)
+            || cause.probability >= NUMBERS_FROM
+            || cause
+                .indistinguishable_from
+                .iter()
+                .any(|id| best.contains(id))
+    };
+    let mut rows = Vec::new();
+    for cause in diagnosis.causes.iter().filter(shown) {
+        for (name, interval) in &cause.parameters {
+            rows.push(vec![
+                format!("{}: {name}", cause.effect),
+                figure(interval.value, 4),
+                ends(interval, 1.0),
+                unit(interval.unit),
+            ]);
+        }
+    }
+    for (key, ratio) in &diagnosis.base {
+        let Some(value) = nominal.parameters.get(key).filter(|value| *value != 0.0) else {
+            continue;
+        };
+        let named = PARAMETERS.iter().find(|named| named.key == *key);
+        rows.push(vec![
+            format!("{key} ({} of the file's)", percent(ratio.value)),
+            figure(ratio.value * value, 4),
+            ends(ratio, value),
+            unit(named.map_or("", |named| named.unit)),
+        ]);
+    }
+    page.table(&["parameter", "value", "95\u{a0}% interval", "unit"], &rows);
+    page.note(
+        "An effect's numbers are those of the likeliest set that has it. Voltage in and position out tell inertia, back EMF and friction only as seen from the terminals: resistance and torque constant are held, and the motor's numbers take up what these have.",
+    );
+}
+
+fn ends(interval: &Interval, scale: f64) -> String {
+    if interval.lo95 == interval.hi95 {
+        return "held".to_owned();
+    }
+    format!(
+        "{} to {}",
+        figure(interval.lo95 * scale, 4),
+        figure(interval.hi95 * scale, 4)
+    )
+}
+
+fn unit(unit: &str) -> String {
+    if unit.is_empty() { "1" } else { unit }.to_owned()
+}
+
+fn checks(page: &mut Page, problems: &[DataProblem]) {
+    page.section("Checks of the recordings");
+    if problems.is_empty() {
+        page.paragraph(
+            "Nothing wrong was found: losses, sample times, clocks, flags, motion and rest before the start.",
+        );
+        return;
+    }
+    let rows: Vec<Vec<String>> = problems
+        .iter()
+        .map(|found| {
+            vec![
+                found.run.clone(),
+                found.problem.replace('_', " "),
+                found.detail.clone(),
+            ]
+        })
+        .collect();
+    page.table(&["run", "problem", "what was found"], &rows);
+}
+
+fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
+    let Some(next) = &diagnosis.next_experiment else {
+        return;
+    };
+    page.section("What to record next");
+    page.paragraph(&format!(
+        "This profile tells {} apart by at least {} standard deviations:",
+        next.tells_apart.join(", "),
+        figure(next.expected_separation, 2)
+    ));
+    page.verbatim(&next.profile);
+    page.note("Save it to a file and play it with capture --profile FILE.");
+}

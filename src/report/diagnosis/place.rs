@@ -1,0 +1,151 @@
+//! Where the gap lies: stage of the chain, stretches of the runs, what it is ordered by.
+
+use super::laid::LaidRun;
+use super::ordered;
+use super::overlay::smooth_rpm;
+use crate::diagnose::{Diagnosis, Region};
+use crate::motor::effects::Stage;
+use crate::report::comparison::{COMMAND, RECORDED, command_label};
+use crate::report::number::{figure as digits, percent, probability};
+use crate::report::{Band, Bar, Bars, Figure, Page, Panel, Scale, Series, Size, Stroke};
+
+/// Opacity of the strongest shade.
+const DARKEST: f64 = 0.45;
+
+/// The section of the page.
+pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_>]) {
+    page.section("Where the gap lies");
+    page.bars(
+        &stages(diagnosis),
+        "Probability of each stage, in the order in which a signal passes them, given that there is a gap.",
+    );
+    regions(page, &diagnosis.place.regions, laid);
+    page.subsection("What the gap is ordered by");
+    page.paragraph(
+        "The torque that a model lacks, read off its position gap. A model that lacks nothing stays between the dashed lines.",
+    );
+    let pictures = ordered::figures(laid);
+    let captions: Vec<String> = pictures
+        .iter()
+        .map(|(word, _)| {
+            let gain = diagnosis.place.ordered_by.get(word);
+            gain.map_or_else(String::new, |gain| evidence(word, *gain))
+        })
+        .collect();
+    let with_captions = pictures.iter().map(|(_, figure)| figure).zip(&captions);
+    page.figures(with_captions.map(|(figure, caption)| (figure, caption.as_str())));
+    page.note(
+        "Evidence: logarithm of the Bayes factor of a gap that depends on this against one without a pattern, for the refitted model. Dashed: 95 % of what chance would do in each bin.",
+    );
+}
+
+fn evidence(word: &str, gain: f64) -> String {
+    let text = digits(gain, 3);
+    if gain > 0.0 {
+        format!("Evidence for an order in {word}: {text} nats.")
+    } else {
+        format!("No evidence for an order in {word} ({text} nats).")
+    }
+}
+
+fn stages(diagnosis: &Diagnosis) -> Bars {
+    let bars = Stage::ALL.iter().map(|stage| {
+        let value = diagnosis.place.stage_probabilities.get(stage.id());
+        let value = value.copied().unwrap_or(0.0);
+        Bar {
+            name: stage.id().to_owned(),
+            value,
+            text: probability(value),
+            interval: None,
+            colour: 0,
+        }
+    });
+    Bars {
+        title: "Stage of the chain".to_owned(),
+        scale: Scale::Linear(1.0),
+        bars: bars.collect(),
+    }
+}
+
+fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
+    page.subsection("In which stretches");
+    if regions.is_empty() {
+        page.paragraph("No stretch stands out.");
+        return;
+    }
+    let most = regions.iter().fold(0.0, |most, r| f64::max(most, r.share));
+    for run in laid {
+        let mine: Vec<(usize, &Region)> = regions
+            .iter()
+            .enumerate()
+            .filter(|(_, region)| region.run == run.id)
+            .collect();
+        if mine.is_empty() {
+            continue;
+        }
+        page.figure(
+            &stretches(run, &mine, most),
+            Size::SMALL,
+            "Recorded speed; shaded where the gap arises, the stronger the larger the share. The numbers are those of the table.",
+        );
+    }
+    let rows: Vec<Vec<String>> = regions
+        .iter()
+        .enumerate()
+        .map(|(k, region)| {
+            let run = laid.iter().find(|run| run.id == region.run);
+            vec![
+                (k + 1).to_string(),
+                run.map_or_else(|| region.run.clone(), |run| run.name.clone()),
+                format!("{:.3}", region.from_s),
+                format!("{:.3}", region.to_s),
+                region.regime.words().to_owned(),
+                percent(region.share),
+            ]
+        })
+        .collect();
+    page.table(
+        &[
+            "",
+            "run",
+            "from (s)",
+            "to (s)",
+            "what the motor does",
+            "share",
+        ],
+        &rows,
+    );
+    let listed: f64 = regions.iter().map(|region| region.share).sum();
+    page.note(&format!(
+        "What the refitted model leaves beyond the noise, judged on short horizons, so that an error is not counted again in every position after it. Stretches with small shares have the other {}.",
+        percent((1.0 - listed).max(0.0))
+    ));
+}
+
+fn stretches(laid: &LaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Figure {
+    let run = laid.run;
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let rpm = smooth_rpm(run, &counts);
+    let mut bands: Vec<Band> = regions
+        .iter()
+        .map(|(k, region)| Band {
+            from: region.from_s,
+            to: region.to_s,
+            strength: DARKEST * (region.share / most).sqrt(),
+            label: (k + 1).to_string(),
+        })
+        .collect();
+    bands.sort_by(|a, b| a.from.total_cmp(&b.from));
+    let speed = Series::new("", Stroke::Line, RECORDED, &run.t_s, &rpm);
+    let command = Series::new("", Stroke::Step, COMMAND, &run.t_s, &run.command);
+    Figure {
+        title: laid.name.clone(),
+        x_label: "time (s)".to_owned(),
+        panels: vec![
+            Panel::new("speed (RPM)", vec![speed])
+                .weighing(2.0)
+                .shaded(bands),
+            Panel::new(command_label(run), vec![command]),
+        ],
+    }
+}

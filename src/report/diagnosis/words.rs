@@ -1,0 +1,96 @@
+//! What the page and the terminal say of a diagnosis in the same words.
+
+use crate::diagnose::Diagnosis;
+use crate::motor::effects::{EffectKind, catalogue};
+use crate::report::number::figure;
+use crate::report::{Bar, Bars, Scale};
+
+/// An effect of the catalogue by its id.
+pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
+    catalogue().iter().find(|kind| kind.id == id)
+}
+
+/// A cause and what it is.
+pub fn cause_words(id: &str) -> String {
+    match id {
+        "none" => "none: the same model with other numbers".to_owned(),
+        "unknown" => "unknown: nothing of the catalogue".to_owned(),
+        id => kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary)),
+    }
+}
+
+/// A set of effects.
+pub fn effects_words(ids: &[&str]) -> String {
+    if ids.is_empty() {
+        "none".to_owned()
+    } else {
+        ids.join(" + ")
+    }
+}
+
+/// The likeliest set of named effects, whatever the verdict.
+pub(super) fn best_set(diagnosis: &Diagnosis) -> &[&'static str] {
+    diagnosis.sets.first().map_or(&[], |set| &set.effects)
+}
+
+/// The effects that the verdict names, or those that are in play where it cannot.
+pub fn strongest(diagnosis: &Diagnosis) -> Vec<&'static str> {
+    let mut ids = diagnosis.effects.clone();
+    let in_play = diagnosis.causes.iter().filter(|c| c.probability > 0.02);
+    ids.extend(in_play.map(|cause| cause.effect));
+    let mut seen = Vec::new();
+    ids.retain(|id| {
+        kind(id).is_some() && !seen.contains(id) && {
+            seen.push(id);
+            true
+        }
+    });
+    ids.truncate(4);
+    ids
+}
+
+/// The four rungs as bars on a logarithmic scale.
+pub fn rungs(diagnosis: &Diagnosis) -> Bars {
+    let gap = &diagnosis.gap;
+    let effects = best_set(diagnosis);
+    let [before, after_parameters, after_effect] = gap.rungs95;
+    let mut rungs = vec![
+        ("nominal".to_owned(), gap.before, Some(before), 6),
+        (
+            "refitted".to_owned(),
+            gap.after_parameters,
+            Some(after_parameters),
+            4,
+        ),
+    ];
+    if !effects.is_empty() {
+        let name = format!("with {}", effects.join(" + "));
+        rungs.push((name, gap.after_effect, Some(after_effect), 1));
+    }
+    rungs.push(("the encoder's floor".to_owned(), gap.floor, None, 2));
+    let most = rungs.iter().fold(gap.floor, |most, rung| {
+        most.max(rung.2.map_or(rung.1, |ends| ends.1.max(rung.1)))
+    });
+    Bars {
+        title: "Position error".to_owned(),
+        scale: Scale::Logarithmic(0.5 * gap.floor, 1.1 * most),
+        bars: rungs
+            .into_iter()
+            .map(|(name, value, interval, colour)| Bar {
+                name,
+                value,
+                text: match interval {
+                    Some((low, high)) => format!(
+                        "{} counts ({} to {})",
+                        figure(value, 3),
+                        figure(low, 3),
+                        figure(high, 3)
+                    ),
+                    None => format!("{} counts", figure(value, 3)),
+                },
+                interval,
+                colour,
+            })
+            .collect(),
+    }
+}
