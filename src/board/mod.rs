@@ -9,6 +9,7 @@ mod intake;
 mod port;
 mod port_list;
 mod profile;
+mod profile_levels;
 pub mod pty;
 pub mod rawlog;
 mod reader;

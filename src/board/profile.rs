@@ -3,17 +3,22 @@
 //!
 //! A profile is a list of segments (duration, command); after the last one its command holds. Sampled
 //! with sample time `TS`, the command of sample `k` is that of the segment in force at `k TS`.
+//!
+//! A built-in profile is written `NAME[@SHARE][,SECONDSs]`: `crawl@0.25,8s` is `crawl` with a quarter of the
+//! supply, 8 s long, so that one word says all that there is to play.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::profile_levels::{chirp, probing_levels};
+
 /// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
 pub const STEP_REST_S: f64 = 0.3;
 
 /// Names of the built-in profiles with what they are for.
-pub const BUILT_IN: [(&str, &str); 6] = [
+pub const BUILT_IN: [(&str, &str); 12] = [
     ("step", "0 V for 0.3 s, then the supply (the lab's step)"),
     (
         "staircase",
@@ -29,7 +34,25 @@ pub const BUILT_IN: [(&str, &str); 6] = [
         "slowly from 0 to the supply and back, then the same in reverse",
     ),
     ("rest", "0 V all the time"),
+    (
+        "threshold",
+        "fine steps up and down, then in reverse (with a small share of the supply)",
+    ),
+    (
+        "crawl",
+        "long holds of both signs with rests (with a small share of the supply)",
+    ),
+    ("coasts", "bursts of both signs, each followed by 0 V"),
+    ("jog", "quick reversals in three sizes"),
+    ("chirp", "plus and minus, faster and faster"),
+    (
+        "brakes",
+        "from high to low levels and back without a rest, both signs",
+    ),
 ];
+
+/// Longest duration in a profile's name in s.
+const LONGEST_S: f64 = 1e7;
 
 /// Longest profile file in bytes.
 const MOST_BYTES: u64 = 1 << 24;
@@ -110,12 +133,18 @@ fn built_in_names() -> String {
 }
 
 impl Profile {
-    /// A built-in profile by its name, or one from a file `t_s,command_v`.
+    /// A built-in profile by its name (`NAME[@SHARE][,SECONDSs]`), or one from a file `t_s,command_v`.
     ///
-    /// `supply_v` scales the built-in ones and `duration_s` stretches them.
+    /// `supply_v` scales the built-in ones and `duration_s` stretches them; a share and a duration that
+    /// stand in the name go before.
     pub fn named(name: &str, supply_v: f64, duration_s: f64) -> Result<Self, ProfileError> {
-        if let Some(profile) = Self::built_in(name, supply_v, duration_s) {
-            return Ok(profile);
+        let (plain, share, stated_s) = spelt(name);
+        let duration_s = stated_s.unwrap_or(duration_s);
+        if let Some(profile) = Self::built_in(plain, share * supply_v, duration_s) {
+            return Ok(Self {
+                name: name.to_owned(),
+                ..profile
+            });
         }
         let path = Path::new(name);
         if path.exists() || name.contains(['/', '.']) {
@@ -172,7 +201,8 @@ impl Profile {
                 equal(&levels)
             }
             "rest" => vec![held(duration_s, 0.0)],
-            _ => return None,
+            "chirp" => chirp(supply_v, duration_s),
+            _ => equal(&probing_levels(name)?),
         };
         Some(Self {
             name: name.to_owned(),
@@ -324,7 +354,28 @@ impl Profile {
     }
 }
 
-fn held(duration_s: f64, command: f64) -> Segment {
+/// `NAME[@SHARE][,SECONDSs]` in its parts; what is spelt otherwise is all name.
+fn spelt(name: &str) -> (&str, f64, Option<f64>) {
+    let number = |text: &str, most: f64| {
+        let value = text.parse::<f64>().ok();
+        value.filter(|value| *value > 0.0 && *value <= most)
+    };
+    let (mut rest, mut stated_s) = (name, None);
+    if let Some((before, seconds)) = name.rsplit_once(',')
+        && let Some(seconds) = seconds.strip_suffix('s').and_then(|s| number(s, LONGEST_S))
+    {
+        (rest, stated_s) = (before, Some(seconds));
+    }
+    match rest.split_once('@') {
+        Some((plain, share)) => match number(share, 1.0) {
+            Some(share) => (plain, share, stated_s),
+            None => (name, 1.0, None),
+        },
+        None => (rest, 1.0, stated_s),
+    }
+}
+
+pub(super) fn held(duration_s: f64, command: f64) -> Segment {
     Segment {
         duration_s,
         command,
@@ -357,6 +408,17 @@ mod tests {
                     assert_eq!(*command, profile.command_at(k as f64 * sample_time_s));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_name_says_share_and_duration() {
+        let crawl = Profile::named("crawl@0.25,8s", 4.0, 2.0).expect("built in");
+        assert_eq!(crawl.largest_command(), 1.0);
+        assert!((crawl.duration_s() - 8.0).abs() < 1e-9);
+        assert_eq!(crawl.name, "crawl@0.25,8s");
+        for wrong in ["crawl@2", "crawl@x", "crawl,s", "crawl,-1s", "step@"] {
+            assert!(Profile::named(wrong, 4.0, 2.0).is_err(), "{wrong}");
         }
     }
 
