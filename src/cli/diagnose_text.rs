@@ -1,5 +1,6 @@
 //! A diagnosis on the terminal, in short.
 
+use super::design::next_line;
 use super::{Failure, Output};
 use crate::diagnose::{Cause, Diagnosis};
 use crate::report::Bars;
@@ -52,12 +53,7 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
         ))?;
     }
     if let Some(next) = &diagnosis.next_experiment {
-        output.line(&format!(
-            "\nrecord next, to tell {} apart (D about {})\n{}",
-            next.tells_apart.join(", "),
-            figure(next.expected_separation, 2),
-            next.profile
-        ))?;
+        output.line(&format!("\n{}", next_line(next)))?;
     }
     Ok(())
 }

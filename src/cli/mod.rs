@@ -11,6 +11,7 @@ mod capture_text;
 mod compare;
 mod completions;
 mod demo;
+mod design;
 mod diagnose;
 mod diagnose_text;
 mod export;
@@ -67,6 +68,7 @@ enum Command {
     Compare(compare::Compare),
     Lab(lab::Lab),
     Diagnose(diagnose::Diagnose),
+    Design(design::Design),
     Export(export::Export),
     Blind(blind::Blind),
     Import(import::Import),
@@ -128,6 +130,7 @@ impl CommandLine {
             Command::Compare(command) => command.run(&output),
             Command::Lab(command) => command.run(&output),
             Command::Diagnose(command) => command.run(&output),
+            Command::Design(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Blind(command) => command.run(&output),
             Command::Import(command) => command.run(&output),

@@ -4,11 +4,12 @@
 //! their evidence on recorded counts: `ln Z = ln p(counts | effect)`, with a load that wanders as part of
 //! the noise. The steps: `checks` look at the recording, `search` finds where fits start, `fit` fits,
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
-//! measures the gap on data kept from the fit, `regimes` says where it lies.
+//! measures the gap on data kept from the fit, `regimes` says where it lies, `design` what to record next.
 
 mod checks;
 mod conclusions;
 mod data;
+mod design;
 mod fit;
 mod hypothesis;
 mod matter;
@@ -34,6 +35,7 @@ use rank::rank;
 use search::{damping_of, largest_acceleration};
 use sentence::sentence;
 
+pub use design::{Isolability, Pair, Plan, isolability};
 pub use verdict::{
     Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,
     SHAPE, Verdict,
@@ -149,7 +151,7 @@ pub fn diagnose(
         place,
         gap,
         data: problems,
-        next_experiment: None,
+        next_experiment: design::next_experiment(&problem, &ranking),
         model: best.fit.hypothesis.motor(motor, &best.fit.p),
         refitted: null.fit.hypothesis.motor(motor, &null.fit.p),
         elapsed_s: 0.0,

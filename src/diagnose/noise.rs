@@ -149,6 +149,13 @@ impl Whitener {
         }
     }
 
+    /// Variance of each innovation in counts^2, divided by the sample's weight.
+    pub fn variances(&self) -> impl Iterator<Item = f64> {
+        self.steps
+            .iter()
+            .map(|step| 1.0 / (step.scale * step.scale))
+    }
+
     /// Turns a column (residual, or a derivative of the prediction) into its whitened innovations.
     pub fn whiten(&self, column: &mut [f64]) {
         let mut m = [0.0; 3];

@@ -28,14 +28,22 @@ pub(super) fn separation(problem: &Problem<'_>, truth: &Fit, rival: &Fit) -> Opt
         whitener.whiten(&mut difference);
         r.extend(difference);
     }
+    left_after(&r, &columns, |i, j| rival.hypothesis.precision(i, j))
+}
+
+/// The size of what is left of a whitened difference when the columns' numbers, known as well as
+/// `precision` says, may give way.
+pub(super) fn left_after(
+    r: &[f64],
+    columns: &[Vec<f64>],
+    precision: impl Fn(usize, usize) -> f64,
+) -> Option<f64> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let d = columns.len();
     let normal = DMatrix::from_fn(d, d, |i, j| {
-        dot(&columns[i], &columns[j])
-            + rival.hypothesis.precision(i, j)
-            + if i == j { 1e-12 } else { 0.0 }
+        dot(&columns[i], &columns[j]) + precision(i, j) + if i == j { 1e-12 } else { 0.0 }
     });
-    let right = DVector::from_fn(d, |k, _| dot(&columns[k], &r));
+    let right = DVector::from_fn(d, |k, _| dot(&columns[k], r));
     let gain = normal.cholesky()?.solve(&right).dot(&right);
-    Some((dot(&r, &r) - gain).max(0.0).sqrt())
+    Some((dot(r, r) - gain).max(0.0).sqrt())
 }

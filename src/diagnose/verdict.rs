@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::motor::Motor;
 
@@ -213,12 +213,18 @@ pub struct DataProblem {
 }
 
 /// A recording that would tell more.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
-    /// The profile, as `capture --profile` and `design` write it.
+    /// The profile with its share of the supply and its duration, as `capture --profile` takes it.
     pub profile: String,
+    /// Sample time in s.
+    pub sample_time_s: f64,
+    /// How long in s.
+    pub duration_s: f64,
+    /// The command that records it; `PORT` is the board's.
+    pub command: String,
     /// What it tells apart.
-    pub tells_apart: Vec<&'static str>,
+    pub tells_apart: Vec<String>,
     /// By how many standard deviations, at least.
     pub expected_separation: f64,
 }

@@ -265,6 +265,6 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
         next.tells_apart.join(", "),
         figure(next.expected_separation, 2)
     ));
-    page.verbatim(&next.profile);
-    page.note("Save it to a file and play it with capture --profile FILE.");
+    page.verbatim(&next.command);
+    page.note("PORT is the board's; then diagnose the new run together with the old ones.");
 }

@@ -1,0 +1,189 @@
+//! `motorlab design`: what a planned profile can tell, and what a diagnosis wants recorded next.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use serde::Deserialize;
+
+use super::capture::positive;
+use super::motor_choice::MotorChoice;
+use super::{Failure, Output, Status};
+use crate::board::Profile;
+use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, isolability};
+
+/// Say before a recording which effects a profile cannot show and which it cannot tell apart.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  motorlab design --profile step --ts 0.03 --duration 4\n  motorlab design --motor motor.toml --profile reversing --duration 15 --json\n  motorlab diagnose run.csv --json > why.json && motorlab design --diagnosis why.json"
+)]
+pub struct Design {
+    #[command(flatten)]
+    motor: MotorChoice,
+    /// What is to be commanded: a built-in profile (`crawl@0.25,8s`: a quarter of the supply, 8 s), or a
+    /// file of rows `t_s,command_v`.
+    #[arg(long, default_value = "step")]
+    profile: String,
+    /// Sample time in s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = positive)]
+    ts: f64,
+    /// How long in s. [default: as long as the profile says, else 4]
+    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    duration: Option<f64>,
+    /// Driver supply in V, if not the motor file's.
+    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    supply: Option<f64>,
+    /// Print what this diagnosis (the JSON of `diagnose`) wants recorded next, instead.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["profile", "ts", "duration", "supply"])]
+    diagnosis: Option<PathBuf>,
+}
+
+/// How long a built-in profile takes in s.
+const DURATION_S: f64 = 4.0;
+/// Most samples of a plan.
+const MOST_SAMPLES: f64 = 200_000.0;
+/// Longest diagnosis that is read, in bytes.
+const MOST_BYTES: u64 = 1 << 26;
+/// From this separation on an effect is told apart plainly.
+const PLAIN: f64 = 10.0;
+
+/// The part of a diagnosis that is looked at.
+#[derive(Debug, Deserialize)]
+struct Diagnosed {
+    shape: String,
+    next_experiment: Option<NextExperiment>,
+}
+
+impl Design {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        if let Some(path) = &self.diagnosis {
+            return next_of(path, output);
+        }
+        let mut motor = self.motor.motor(output)?;
+        if let Some(supply_v) = self.supply {
+            motor.parameters.supply_v = supply_v;
+        }
+        let built_in_s = self.duration.unwrap_or(DURATION_S);
+        let supply_v = motor.parameters.supply_v;
+        let profile =
+            Profile::named(&self.profile, supply_v, built_in_s).map_err(Failure::input)?;
+        let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
+        let samples = duration_s / self.ts;
+        if !(2.0..=MOST_SAMPLES).contains(&samples) {
+            return Err(Failure::input(format!(
+                "{samples:.0} samples: a plan has 2 to {MOST_SAMPLES}; change --duration or --ts"
+            )));
+        }
+        let plan = Plan {
+            profile,
+            sample_time_s: self.ts,
+            duration_s,
+        };
+        let found = isolability(&motor, &plan).ok_or_else(|| {
+            Failure::input(
+                "the motor cannot be simulated on this profile: are its numbers and units right?",
+            )
+        })?;
+        if output.json {
+            output.document(&found)?;
+        } else {
+            show(&found, output)?;
+        }
+        Ok(Status::Done)
+    }
+}
+
+fn show(found: &Isolability, output: &Output) -> Result<(), Failure> {
+    output.line(&format!(
+        "{} at {} V, {} samples every {} s\n",
+        found.profile, found.supply_v, found.samples, found.sample_time_s
+    ))?;
+    let n = found.effects.len();
+    let tens: String = (0..n).map(|j| mark_of(j, 10)).collect();
+    let ones: String = (0..n).map(|j| mark_of(j, 1)).collect();
+    output.line(&format!("{:>26} {tens}\n{:>26} {ones}", "", ""))?;
+    for (i, effect) in found.effects.iter().enumerate() {
+        let cells: String = (0..n)
+            .map(|j| match found.between(i, j) {
+                _ if i == j => '\\',
+                d if d < found.tie_below => '#',
+                d if d < PLAIN => '+',
+                _ => '.',
+            })
+            .collect();
+        output.line(&format!("{i:>2} {effect:<23} {cells}"))?;
+    }
+    output.line(&format!(
+        "\n#  not told apart (separation D below {})   +  just (D below {PLAIN})   .  plainly",
+        found.tie_below
+    ))?;
+    let seen = |pair: &Pair| format!("{} (D {:.1})", pair.a, pair.separation);
+    list(
+        output,
+        "cannot see",
+        found.cannot_see.iter().map(seen).collect(),
+    )?;
+    let told = |pair: &Pair| format!("{} from {} (D {:.1})", pair.a, pair.b, pair.separation);
+    let pairs = found.cannot_tell_apart.iter().map(told).collect();
+    list(output, "cannot tell", pairs)
+}
+
+/// A digit of a column's number; no leading nought.
+fn mark_of(column: usize, place: usize) -> char {
+    match (column / place % 10, column < place && place > 1) {
+        (_, true) => ' ',
+        (digit, _) => char::from(b'0' + digit as u8),
+    }
+}
+
+fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> {
+    if items.is_empty() {
+        return output.line(&format!("{what}: nothing"));
+    }
+    output.line(&format!("{what}:"))?;
+    for item in items {
+        output.line(&format!("  {item}"))?;
+    }
+    Ok(())
+}
+
+/// What to record next, in words.
+pub(super) fn next_line(next: &NextExperiment) -> String {
+    let what = match next.tells_apart.as_slice() {
+        [one] => format!("show whether {one} is there"),
+        several => format!("tell {} apart", several.join(", ")),
+    };
+    format!(
+        "record this next: {}\n  it is expected to {what} (separation D {:.1})",
+        next.command, next.expected_separation
+    )
+}
+
+fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
+    let wrong = |why: &dyn std::fmt::Display| {
+        Failure::input(format!(
+            "{}: {why}; `motorlab diagnose RUN --json` writes a diagnosis",
+            path.display()
+        ))
+    };
+    let mut text = String::new();
+    let file = File::open(path).map_err(|error| wrong(&error))?;
+    file.take(MOST_BYTES)
+        .read_to_string(&mut text)
+        .map_err(|error| wrong(&error))?;
+    let diagnosed: Diagnosed = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    if diagnosed.shape != crate::diagnose::SHAPE {
+        return Err(wrong(&format!("its shape is '{}'", diagnosed.shape)));
+    }
+    if output.json {
+        output.document(&diagnosed.next_experiment)?;
+    } else {
+        output.line(&match &diagnosed.next_experiment {
+            Some(next) => next_line(next),
+            None => "nothing that another recording of this motor would be expected to settle"
+                .to_owned(),
+        })?;
+    }
+    Ok(Status::Done)
+}

@@ -1,0 +1,138 @@
+//! A profile as its recording would look, and hypotheses seen through it.
+
+use crate::board::Profile;
+use crate::diagnose::data::RunData;
+use crate::diagnose::hypothesis::{Hypothesis, predict, predict_with_derivatives};
+use crate::diagnose::noise::{NoiseLevel, Whitener};
+use crate::diagnose::ties::left_after;
+use crate::motor::effects::catalogue;
+use crate::motor::{Drive, Motor, SimulationOptions, simulate};
+use crate::recording::{CommandKind, Run};
+
+/// How a profile is to be sampled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sampling {
+    /// Sample time in s.
+    pub sample_time_s: f64,
+    /// Samples.
+    pub samples: usize,
+}
+
+/// A run that was not recorded: a motor's simulated counts on a profile.
+#[derive(Debug)]
+pub(super) struct Planned {
+    /// The run, made ready.
+    pub run: RunData,
+    level: NoiseLevel,
+    whitener: Whitener,
+}
+
+/// A hypothesis with its numbers as it looks on a planned run, whitened.
+#[derive(Debug)]
+pub(super) struct View {
+    prediction: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+    /// Variances of its innovations where it brings noise of its own.
+    variances: Option<Vec<f64>>,
+}
+
+impl Planned {
+    /// The run that `motor` would make; `None` where it cannot be simulated.
+    pub fn new(motor: &Motor, profile: &Profile, at: Sampling, level: NoiseLevel) -> Option<Self> {
+        let Sampling {
+            sample_time_s,
+            samples,
+        } = at;
+        let t_s: Vec<f64> = (0..samples).map(|k| k as f64 * sample_time_s).collect();
+        let command = profile.commands(sample_time_s, samples);
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let trajectory = simulate(motor, &drive, &SimulationOptions::default()).ok()?;
+        let run = Run {
+            sample_time_s,
+            counts_per_rev: motor.parameters.counts_per_rev,
+            supply_v: Some(motor.parameters.supply_v),
+            command_kind: CommandKind::Voltage,
+            counts: trajectory.counts,
+            t_s,
+            command,
+            ..Run::default()
+        };
+        let run = RunData::new(&run).ok()?;
+        let whitener = Whitener::new(&run, &level);
+        Some(Self {
+            run,
+            level,
+            whitener,
+        })
+    }
+
+    /// How a hypothesis looks; without derivatives where it is only ever the truth.
+    pub fn view(&self, nominal: &Motor, hypothesis: &Hypothesis, p: &[f64]) -> Option<View> {
+        let (mut prediction, mut columns) =
+            predict_with_derivatives(hypothesis, nominal, p, &self.run)?;
+        self.whitener.whiten(&mut prediction);
+        for column in &mut columns {
+            self.whitener.whiten(column);
+        }
+        Some(View {
+            prediction,
+            columns,
+            variances: self.variances(hypothesis, p),
+        })
+    }
+
+    /// The same without derivatives, for a hypothesis that is only ever the truth.
+    pub fn truth(&self, nominal: &Motor, hypothesis: &Hypothesis, p: &[f64]) -> Option<View> {
+        let mut prediction = predict(&hypothesis.motor(nominal, p), &self.run)?;
+        self.whitener.whiten(&mut prediction);
+        Some(View {
+            prediction,
+            columns: Vec::new(),
+            variances: self.variances(hypothesis, p),
+        })
+    }
+
+    fn variances(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<f64>> {
+        let mut level = self.level;
+        for (m, member) in hypothesis.members.iter().enumerate() {
+            let first = hypothesis.values(m, p).first().copied().unwrap_or(0.0);
+            match catalogue()[member.index].id {
+                "missed_counts" => level.lost_share = first.clamp(0.0, 0.5),
+                "sample_jitter" => level.late_s = first,
+                _ => {}
+            }
+        }
+        (level != self.level).then(|| Whitener::new(&self.run, &level).variances().collect())
+    }
+
+    /// The separation of `truth` from `rival`, whose numbers are known to `precision`.
+    pub fn separation(
+        &self,
+        truth: &View,
+        rival: &View,
+        precision: impl Fn(usize, usize) -> f64,
+    ) -> Option<f64> {
+        let pairs = truth.prediction.iter().zip(&rival.prediction);
+        let difference: Vec<f64> = pairs.map(|(x, y)| x - y).collect();
+        let left = left_after(&difference, &rival.columns, precision)?;
+        Some(left.hypot(self.scatter(truth, rival).sqrt()))
+    }
+
+    /// What the scatter alone tells: twice the Kullback-Leibler divergence of the innovations.
+    fn scatter(&self, truth: &View, rival: &View) -> f64 {
+        if truth.variances.is_none() && rival.variances.is_none() {
+            return 0.0;
+        }
+        let plain: Vec<f64> = self.whitener.variances().collect();
+        let of = |view: &View| view.variances.clone().unwrap_or_else(|| plain.clone());
+        let ratios = of(truth).into_iter().zip(of(rival)).map(|(s, r)| s / r);
+        let told = ratios.zip(&self.run.weight);
+        told.map(|(rho, weight)| weight * (rho - 1.0 - rho.ln()))
+            .sum::<f64>()
+            .max(0.0)
+    }
+}

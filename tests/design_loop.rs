@@ -1,0 +1,121 @@
+//! Capture, diagnose, design, capture, diagnose: what one short step leaves open, the recording asked for settles.
+//!
+//! The virtual board plays each profile as `diagnose` names it. Every case is one of the catalogue's confounded
+//! pairs (`confounded_with`): the first diagnosis must leave the truth open, a recording
+//! be asked for that tells the two apart, and the last diagnosis name the right one.
+#![cfg(unix)]
+
+#[path = "support/command.rs"]
+mod command;
+
+use std::path::Path;
+
+use command::run;
+use serde_json::Value;
+
+/// A probability from which on a cause counts as settled.
+const SETTLED: f64 = 0.95;
+/// Most recordings that are asked for.
+const ROUNDS: usize = 2;
+
+/// One motor on the bench and the first, telling little, recording of it.
+struct Case {
+    truth: &'static str,
+    rival: &'static str,
+    numbers: &'static str,
+    duration_s: &'static str,
+}
+
+fn json(done: &command::Finished) -> Value {
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    serde_json::from_str(&done.output).expect("one JSON document")
+}
+
+fn capture(here: &Path, case: &Case, arguments: &[&str]) {
+    let board = format!("virtual:?effect={}{}&speed=max", case.truth, case.numbers);
+    let done = run(here, &[&["capture", &board], arguments].concat());
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+}
+
+fn diagnosis(here: &Path, runs: &[String]) -> Value {
+    let mut arguments = vec!["diagnose", "--json", "--motor", "nominal.toml"];
+    arguments.extend(runs.iter().map(String::as_str));
+    json(&run(here, &arguments))
+}
+
+fn probability(diagnosis: &Value, effect: &str) -> f64 {
+    let causes = diagnosis["causes"].as_array().expect("causes");
+    let cause = causes.iter().find(|cause| cause["effect"] == effect);
+    cause.map_or(0.0, |cause| cause["probability"].as_f64().unwrap_or(0.0))
+}
+
+fn settles(case: &Case) {
+    let keep = tempfile::tempdir().expect("a directory");
+    let here = keep.path();
+    std::fs::write(here.join("nominal.toml"), "").expect("written");
+    let mut runs = vec!["run-0.csv".to_owned()];
+    let first = [
+        "--ts",
+        "0.03",
+        "--duration",
+        case.duration_s,
+        "-o",
+        &runs[0],
+    ];
+    capture(here, case, &first);
+    let mut found = diagnosis(here, &runs);
+    let before = probability(&found, case.truth);
+    assert!(before < 0.9, "{} was never open: {before}", case.truth);
+    let mut open = String::new();
+    for round in 1..=ROUNDS {
+        let next = found["next_experiment"].clone();
+        open.push_str(&next["tells_apart"].to_string());
+        let word = |key: &str| next[key].as_str().expect("a word").to_owned();
+        let (profile, file) = (word("profile"), format!("run-{round}.csv"));
+        let sample_time_s = next["sample_time_s"].to_string();
+        assert!(word("command").contains(&format!("--profile {profile} ")));
+        capture(
+            here,
+            case,
+            &["--profile", &profile, "--ts", &sample_time_s, "-o", &file],
+        );
+        runs.push(file);
+        found = diagnosis(here, &runs);
+        if probability(&found, case.truth) >= SETTLED {
+            break;
+        }
+    }
+    for effect in [case.truth, case.rival] {
+        assert!(open.contains(&format!("\"{effect}\"")), "{effect}: {open}");
+    }
+    let after = probability(&found, case.truth);
+    eprintln!(
+        "{} against {}: {before:.3} before, {after:.3} after {} further recordings",
+        case.truth,
+        case.rival,
+        runs.len() - 1
+    );
+    assert_eq!(found["verdict"], "effect", "{}", found["sentence"]);
+    assert_eq!(found["effects"], serde_json::json!([case.truth]));
+    assert!(after >= SETTLED, "{}: {after}", case.truth);
+}
+
+macro_rules! cases {
+    ($($name:ident: $truth:literal, $numbers:literal, $rival:literal, $duration_s:literal;)*) => {
+        $(#[test]
+        fn $name() {
+            settles(&Case { truth: $truth, rival: $rival, numbers: $numbers, duration_s: $duration_s });
+        })*
+    };
+}
+
+cases! {
+    a_voltage_drop_is_told_from_friction: "voltage_drop", "&drop_v=0.5", "coulomb_friction", "2";
+    friction_is_told_from_a_voltage_drop: "coulomb_friction", "&torque_nm=0.06", "voltage_drop", "2";
+    torque_ripple_is_told_from_cogging: "torque_ripple", "&amplitude=0.15", "cogging", "2";
+    a_delay_is_told_from_inductance: "transport_delay", "&delay_s=0.012", "inductance", "0.8";
+    inductance_is_told_from_a_delay: "inductance", "&inductance_h=0.1", "transport_delay", "0.6";
+    a_gravity_load_is_told_from_an_eccentric_encoder: "gravity_load", "", "encoder_eccentricity", "1";
+    quadratic_drag_is_told_from_viscous_friction: "quadratic_drag", "", "viscous_friction", "2";
+    a_wrong_supply_is_told_from_a_wrong_resolution: "supply_error", "&gain=0.8", "resolution_error", "2";
+}
