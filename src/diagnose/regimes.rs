@@ -1,6 +1,6 @@
 //! What the motor does when: every sample of a run gets a regime, and every stretch its share of the gap.
 //!
-//! A stretch's share is what it adds to the likelihood's sum of squares beyond the one per sample that a
+//! A stretch's share is what it adds to the likelihood's sum of squares beyond the weight of its samples, which a
 //! right model leaves, with innovations on short horizons, so that an error at breakaway is not counted
 //! again in every position after it.
 
@@ -75,7 +75,8 @@ pub(super) fn regions(runs: &[(String, &RunData)], innovations: &[Vec<f64>]) -> 
             if k < run.len() && regimes[k] == regimes[from] {
                 continue;
             }
-            let excess: f64 = e[from..k].iter().map(|x| x * x - 1.0).sum();
+            let noise: f64 = run.weight[from..k].iter().sum();
+            let excess = e[from..k].iter().map(|x| x * x).sum::<f64>() - noise;
             found.push(Region {
                 run: name.clone(),
                 from_s: run.t_s[from],
