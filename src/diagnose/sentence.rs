@@ -34,7 +34,8 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Effect => format!(
             "The gap is {} ({sure}){region}: adding it closes {:.0} % of the gap, from {:.2} counts to {:.2}; refitting alone leaves {:.2}, {floor}.",
             in_words(&diagnosis.effects),
-            100.0 * gap.closed.max(0.0),
+            // Rounded down: what is left must not be hidden.
+            (100.0 * gap.closed.max(0.0)).floor(),
             gap.before,
             gap.after_effect,
             gap.after_parameters
