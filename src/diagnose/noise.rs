@@ -7,10 +7,10 @@
 //!
 //! While the shaft rests, friction holds it: `p` stays and `v` is nought. Where it starts, stops or turns
 //! back, `p` takes a jump of half a count: what gives way before it slides has a law that no model knows.
-//! A Kalman filter turns `r` into
-//! innovations that are white when the model is right, in linear time; the same gains whiten every
-//! column of the Jacobian, so that least squares on innovations is maximum likelihood with correlated
-//! errors. A strong wander forgets quickly and judges a model on short horizons; none at all is the
+//!
+//! A Kalman filter turns `r` into innovations that are white when the model is right, in linear time; the
+//! same gains whiten every column of the Jacobian, so that least squares on innovations is maximum likelihood
+//! with correlated errors. A strong wander forgets quickly and judges a model on short horizons; none at all is the
 //! open loop through the whole run.
 
 use super::data::RunData;
