@@ -22,7 +22,7 @@ const TOLERANCE: f64 = 2e-5;
 
 /// What the matrices of a ladder depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Key {
+pub(super) struct Key {
     flow: super::dynamics::Flow,
     touching: bool,
     sticks: [bool; 2],
@@ -49,18 +49,18 @@ pub(super) struct Engine<S, const N: usize> {
     pub(super) now: u64,
     /// Where the last step started, and what was there.
     before: Before<S, N>,
-    ladders: Vec<(Key, Ladder<S, N>)>,
-    ladder: usize,
+    pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
+    pub(super) ladder: usize,
     /// What `y' = A y + n` has for `n`, where it is constant.
-    constant: [S; N],
+    pub(super) constant: [S; N],
     matrix: [[S; N]; N],
     longest_s: f64,
     /// Rung that the error estimate allows, and that caution after a change does.
-    allowed: usize,
+    pub(super) allowed: usize,
     /// Rung on which steps start after every change, growing from there.
     cautious: usize,
     /// Rung never exceeded.
-    floor: usize,
+    pub(super) floor: usize,
     /// Largest error estimate of a step.
     pub(super) tolerance: f64,
     /// Steps tried, for the tests that count work.
@@ -157,7 +157,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
 
     /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
     pub(super) fn command(&mut self, command: f64, offset: S) {
-        let moved = offset.value() != 0.0 || S::DERIVATIVES > 0;
+        let moved = !offset.is_nought();
         if moved {
             self.drift(offset);
         }
@@ -174,7 +174,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.remember();
     }
 
-    fn remember(&mut self) {
+    pub(super) fn remember(&mut self) {
         self.before = Before {
             now: self.now,
             y: self.y,
@@ -212,7 +212,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
         if on_tick && self.now == tick {
             let mut y = self.y;
-            if S::DERIVATIVES > 0 {
+            if !offset.is_nought() {
                 shift(&mut y, &self.rate(), offset * self.tick_s());
             }
             return y;

@@ -63,8 +63,8 @@ pub(super) fn apply<S: Scalar, const N: usize>(a: &Matrix<S, N>, y: &[S; N]) -> 
 /// Sum of two vectors.
 #[inline(always)]
 pub(super) fn add<S: Scalar, const N: usize>(mut a: [S; N], b: &[S; N]) -> [S; N] {
-    for (x, y) in a.iter_mut().zip(b) {
-        *x += *y;
+    for k in 0..N {
+        a[k] += b[k];
     }
     a
 }

@@ -5,6 +5,7 @@ mod command;
 mod command_kind;
 #[cfg(test)]
 mod convergence;
+mod cruise;
 mod driver;
 mod dynamics;
 pub mod effects;

@@ -14,6 +14,7 @@ pub trait Scalar:
     + Send
     + Sync
     + 'static
+    + PartialEq
     + From<f64>
     + Neg<Output = Self>
     + Add<Output = Self>
@@ -39,6 +40,11 @@ pub trait Scalar:
     /// Exponential function.
     fn exp(self) -> Self;
 
+    /// Whether it is 0 and stays so whatever the parameters are.
+    #[inline(always)]
+    fn is_nought(self) -> bool {
+        self == Self::zero()
+    }
     /// Nought.
     #[inline(always)]
     fn zero() -> Self {

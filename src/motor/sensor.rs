@@ -69,6 +69,7 @@ impl<S: Scalar> Sensor<S> {
     }
 
     /// Whether every edge is counted.
+    #[inline(always)]
     pub(super) fn faithful(&self) -> bool {
         self.loss.value() == 0.0 && self.max_rate_hz.is_none()
     }

@@ -223,7 +223,12 @@ impl Schedule {
             .iter()
             .map(|&(k, command)| (self.tick(k, stretch, delay_s), command))
             .peekable();
-        for k in 0..self.len() {
+        // Samples that lie on a step's end, whatever the parameters.
+        let regular = self.steps_per_sample > 0
+            && (stretch - stretch.value()).is_nought()
+            && engine.machine.chain.timing.jitter_s.is_nought();
+        let mut k = 0;
+        while k < self.len() {
             let (tick, offset) = self.tick(k, stretch, late_s(k));
             while let Some(&((at, after), command)) = changes.peek() {
                 if (at, after.value()) > (tick, offset.value()) {
@@ -241,8 +246,26 @@ impl Schedule {
                 });
             }
             emit(k, engine, &y);
+            k += 1;
+            if regular {
+                let until = match changes.peek() {
+                    Some(&(at, _)) => self.first_sample_from(at),
+                    None => self.len(),
+                };
+                let most = until.saturating_sub(k);
+                k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
+                    emit(k + n, engine, y)
+                });
+            }
         }
         Ok(())
+    }
+
+    /// The first sample that is not before a time in ticks and the rest, where all are the same time apart.
+    fn first_sample_from<S: Scalar>(&self, (tick, offset): (u64, S)) -> usize {
+        let past = tick + u64::from(offset.value() > 0.0);
+        let sample = past.div_ceil(self.steps_per_sample * TICKS);
+        usize::try_from(sample).map_or(self.len(), |sample| sample.min(self.len()))
     }
 
     /// Steps that a run takes at least, and ten for its start.

@@ -1,0 +1,192 @@
+//! Whole steps in one mode, many in a row: what a run does nearly all the time.
+//!
+//! Where the equations are affine and nothing has happened for a while, every step is the longest one and the command's
+//! part of it is the same, `y <- E y + P n`. This loop takes such steps as long as every guard stays positive and leaves
+//! the one at whose end something has happened to [`Engine::step`]. It computes exactly what that would have, bit by bit,
+//! without asking at every step how long it may be, what to return to and which mode is in force.
+
+use super::dynamics::{CUR, Machine, Mode, ONE_BODY, TH1, W1};
+use super::engine::{Engine, TICKS};
+use super::ladder::{Matrix, add, apply};
+use super::scalar::Scalar;
+use super::transitions::Guard;
+
+/// What ends a mode.
+enum Watch {
+    /// Nothing.
+    Nothing,
+    /// The speed of a rigid motor falls through 0.
+    Speed { direction: f64 },
+    /// Breakaway, of a rigid motor at rest.
+    Rest,
+    /// Whatever the guards say.
+    Guards,
+}
+
+impl<S: Scalar, const N: usize> Engine<S, N> {
+    /// Takes up to `most` samples, `longest_steps` of the longest step apart, and gives each state to `emit` with its
+    /// number; returns how many were taken before something happened or steps had to be shorter.
+    #[inline]
+    pub(super) fn cruise(
+        &mut self,
+        longest_steps: u64,
+        most: usize,
+        mut emit: impl FnMut(usize, &Self, &[S; N]),
+    ) -> usize {
+        // A winding that warms up bends the equations: its states of four and six numbers never get here.
+        let steady = self.machine.affine && self.allowed == self.floor;
+        if matches!(N, 4 | 6) || !steady || !self.now.is_multiple_of(TICKS) {
+            return 0;
+        }
+        let steps_per_sample = longest_steps << self.allowed;
+        match self.watch() {
+            Watch::Nothing => self.stroll(steps_per_sample, most, |_, _, _| true, false, &mut emit),
+            Watch::Speed { direction } => {
+                let slips =
+                    |_: &Machine<S>, _: &Mode<S>, y: &[S; N]| y[W1].value() * direction >= 0.0;
+                self.stroll(steps_per_sample, most, slips, false, &mut emit)
+            }
+            Watch::Rest => self.stroll(steps_per_sample, most, holds, true, &mut emit),
+            Watch::Guards => self.stroll(steps_per_sample, most, holds, false, &mut emit),
+        }
+    }
+
+    /// Which guards there are to watch in the mode in force.
+    fn watch(&self) -> Watch {
+        let guards = self.machine.guards(&self.mode, &self.y);
+        let mut all = guards.iter().map(|(guard, _)| guard);
+        match (all.next(), all.next()) {
+            (None, _) => Watch::Nothing,
+            (Some(Guard::Stop(0)), None) if N <= ONE_BODY => Watch::Speed {
+                direction: self.mode.slip[0],
+            },
+            (Some(Guard::Break(0)), None) if N <= ONE_BODY => Watch::Rest,
+            _ => Watch::Guards,
+        }
+    }
+
+    /// The loop, for one way to see whether the mode still `holds`. A state that is its own successor (`may_rest`)
+    /// stays.
+    #[inline(always)]
+    fn stroll(
+        &mut self,
+        steps_per_sample: u64,
+        most: usize,
+        holds: impl Fn(&Machine<S>, &Mode<S>, &[S; N]) -> bool,
+        may_rest: bool,
+        emit: &mut impl FnMut(usize, &Self, &[S; N]),
+    ) -> usize {
+        let rung = *self.ladders[self.ladder].1.rung(self.allowed);
+        let forced = apply(&rung.p1, &self.constant);
+        let mut y = self.y;
+        let (mut samples, mut steps, mut at_rest) = (0, 0, false);
+        'samples: while samples < most {
+            if !at_rest {
+                for _ in 0..steps_per_sample {
+                    let next = add(advance(&rung.e, &y), &forced);
+                    if !holds(&self.machine, &self.mode, &next) {
+                        break 'samples;
+                    }
+                    at_rest = may_rest && next == y;
+                    y = next;
+                    steps += 1;
+                }
+            }
+            emit(samples, self, &y);
+            samples += 1;
+        }
+        let steps = steps.max(samples as u64 * steps_per_sample);
+        self.y = y;
+        self.now += steps * (TICKS >> self.allowed);
+        self.steps += steps;
+        self.remember();
+        samples
+    }
+}
+
+/// Whether every guard of the mode is positive.
+#[inline(always)]
+fn holds<S: Scalar, const N: usize>(machine: &Machine<S>, mode: &Mode<S>, y: &[S; N]) -> bool {
+    let guards = machine.guards_inline(mode, y);
+    guards.iter().all(|(_, value)| value.value() >= 0.0)
+}
+
+/// `E y`. Nothing depends on the angle of a rigid motor in an affine mode, so that the first column of its `E` is that
+/// of the identity.
+#[inline(always)]
+fn advance<S: Scalar, const N: usize>(e: &Matrix<S, N>, y: &[S; N]) -> [S; N] {
+    if N > ONE_BODY {
+        return apply(e, y);
+    }
+    let mut out = [S::zero(); N];
+    for (row, slot) in out.iter_mut().enumerate() {
+        let mut sum = e[row][W1] * y[W1];
+        if row == TH1 {
+            sum = y[TH1] + sum;
+        }
+        for column in CUR..N {
+            sum += e[row][column] * y[column];
+        }
+        *slot = sum;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chain::Chain;
+    use crate::effects::catalogue;
+    use crate::{ActiveEffect, CommandKind, Model, Motor};
+
+    const LEVELS_V: [f64; 7] = [4.5, -1.0, 0.1, -4.0, 2.0, 0.0, -0.6];
+
+    /// Every state of a run with a new level every 90 samples, two longest steps apart, with and without cruising.
+    fn states<const N: usize>(machine: Machine<f64>, cruising: bool) -> Vec<[u64; N]> {
+        let mut engine = Engine::<f64, N>::new(machine, 0.003);
+        let mut states = Vec::new();
+        for (n, level) in LEVELS_V.iter().enumerate() {
+            engine.command(*level, 0.0);
+            let mut k = 0;
+            while k < 90 {
+                k += 1;
+                let y = engine.state_at(2 * (90 * n as u64 + k) * TICKS, 0.0);
+                states.push(y.map(f64::to_bits));
+                if cruising {
+                    let left = (90 - k) as usize;
+                    let taken = engine.cruise(2, left, |_, _, y| states.push(y.map(f64::to_bits)));
+                    k += taken as u64;
+                }
+            }
+        }
+        states
+    }
+
+    #[test]
+    fn cruising_changes_no_bit() {
+        let mut sets: Vec<Vec<&str>> = catalogue().iter().map(|kind| vec![kind.id]).collect();
+        sets.extend([vec![], vec!["voltage_drop", "current_limit", "inertia"]]);
+        sets.push(vec!["backlash", "asymmetric_friction", "load_friction"]);
+        for set in sets {
+            for model in [Model::FirstOrder, Model::SecondOrder] {
+                let mut motor = Motor::default();
+                for id in &set {
+                    let effect = ActiveEffect::from_keys(id, [], &motor.parameters).unwrap();
+                    motor.effects.set(effect);
+                }
+                for friction in [motor.parameters.coulomb_friction_nm, 0.0] {
+                    motor.parameters.coulomb_friction_nm = friction;
+                    let kind = CommandKind::Voltage;
+                    let chain = Chain::new(&motor.parameters, &motor.effects, model, kind, |x| x);
+                    let machine = Machine::new(chain);
+                    let same = match (machine.two, machine.warms()) {
+                        (false, false) => states::<3>(machine, true) == states::<3>(machine, false),
+                        (false, true) => states::<4>(machine, true) == states::<4>(machine, false),
+                        (true, _) => states::<5>(machine, true) == states::<5>(machine, false),
+                    };
+                    assert!(same, "{set:?} {model:?}, friction {friction} N m");
+                }
+            }
+        }
+    }
+}
