@@ -5,11 +5,12 @@
 //! the one at whose end something has happened to [`Engine::step`]. It computes exactly what that would have, bit by bit,
 //! without asking at every step how long it may be, what to return to and which mode is in force.
 
-use super::dynamics::{CUR, Machine, Mode, ONE_BODY, TH1, W1};
+use super::dynamics::{Machine, Mode, ONE_BODY, W1};
 use super::engine::{Engine, TICKS};
-use super::ladder::{Matrix, add, apply};
+use super::guards::Guard;
+use super::ladder::add;
+use super::propagate::{advance, push};
 use super::scalar::Scalar;
-use super::transitions::Guard;
 
 /// What ends a mode.
 enum Watch {
@@ -33,8 +34,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         most: usize,
         mut emit: impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
-        // A winding that warms up bends the equations: its states of four and six numbers never get here.
-        let steady = self.machine.affine && self.allowed == self.floor;
+        // A winding that warms up bends the equations: its states of four and six numbers never get further.
+        let steady = self.straight && self.allowed == self.floor;
         if matches!(N, 4 | 6) || !steady || !self.now.is_multiple_of(TICKS) {
             return 0;
         }
@@ -46,21 +47,20 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                     |_: &Machine<S>, _: &Mode<S>, y: &[S; N]| y[W1].value() * direction >= 0.0;
                 self.stroll(steps_per_sample, most, slips, false, &mut emit)
             }
-            Watch::Rest => self.stroll(steps_per_sample, most, holds, true, &mut emit),
-            Watch::Guards => self.stroll(steps_per_sample, most, holds, false, &mut emit),
+            Watch::Rest => self.stroll(steps_per_sample, most, Machine::holds, true, &mut emit),
+            Watch::Guards => self.stroll(steps_per_sample, most, Machine::holds, false, &mut emit),
         }
     }
 
     /// Which guards there are to watch in the mode in force.
     fn watch(&self) -> Watch {
         let guards = self.machine.guards(&self.mode, &self.y);
-        let mut all = guards.iter().map(|(guard, _)| guard);
-        match (all.next(), all.next()) {
+        match (guards[0], guards[1]) {
             (None, _) => Watch::Nothing,
-            (Some(Guard::Stop(0)), None) if N <= ONE_BODY => Watch::Speed {
+            (Some((Guard::Stop(0), _)), None) if N <= ONE_BODY => Watch::Speed {
                 direction: self.mode.slip[0],
             },
-            (Some(Guard::Break(0)), None) if N <= ONE_BODY => Watch::Rest,
+            (Some((Guard::Break(0), _)), None) if N <= ONE_BODY => Watch::Rest,
             _ => Watch::Guards,
         }
     }
@@ -77,7 +77,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         emit: &mut impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
         let rung = *self.ladders[self.ladder].1.rung(self.allowed);
-        let forced = apply(&rung.p1, &self.constant);
+        let forced = push(&rung.p1, &self.constant);
         let mut y = self.y;
         let (mut samples, mut steps, mut at_rest) = (0, 0, false);
         'samples: while samples < most {
@@ -102,34 +102,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.remember();
         samples
     }
-}
-
-/// Whether every guard of the mode is positive.
-#[inline(always)]
-fn holds<S: Scalar, const N: usize>(machine: &Machine<S>, mode: &Mode<S>, y: &[S; N]) -> bool {
-    let guards = machine.guards_inline(mode, y);
-    guards.iter().all(|(_, value)| value.value() >= 0.0)
-}
-
-/// `E y`. Nothing depends on the angle of a rigid motor in an affine mode, so that the first column of its `E` is that
-/// of the identity.
-#[inline(always)]
-fn advance<S: Scalar, const N: usize>(e: &Matrix<S, N>, y: &[S; N]) -> [S; N] {
-    if N > ONE_BODY {
-        return apply(e, y);
-    }
-    let mut out = [S::zero(); N];
-    for (row, slot) in out.iter_mut().enumerate() {
-        let mut sum = e[row][W1] * y[W1];
-        if row == TH1 {
-            sum = y[TH1] + sum;
-        }
-        for column in CUR..N {
-            sum += e[row][column] * y[column];
-        }
-        *slot = sum;
-    }
-    out
 }
 
 #[cfg(test)]

@@ -100,6 +100,8 @@ pub(super) struct Machine<S> {
     pub frictionless: bool,
     /// Within a mode the equations are affine.
     pub affine: bool,
+    /// What bends them otherwise are torques alone.
+    pub bent_by_torques: bool,
     /// Current is a state.
     pub inductive: bool,
     /// Command after delay and dead zone (V, A or N m).
@@ -123,6 +125,8 @@ impl<S: Scalar> Machine<S> {
             let rate = frequency_hz * std::f64::consts::TAU;
             (rate * rate * reduced, damping * rate * reduced * 2.0)
         });
+        let straight_winding =
+            chain.electrical.ripple.is_none() && chain.electrical.heating.is_none();
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
         Self {
@@ -141,8 +145,8 @@ impl<S: Scalar> Machine<S> {
                 && m.drag.is_none()
                 && m.gravity.is_none()
                 && m.cogging.is_none()
-                && chain.electrical.ripple.is_none()
-                && chain.electrical.heating.is_none(),
+                && straight_winding,
+            bent_by_torques: straight_winding,
             inductive: chain.current_is_state(),
             command: 0.0,
             voltage: S::zero(),
@@ -371,45 +375,5 @@ impl<S: Scalar> Machine<S> {
             }
         }
         d
-    }
-
-    /// The same machine without what is not affine within a mode.
-    pub(super) fn linearised(&self) -> Self {
-        let mut other = *self;
-        let mechanical = &mut other.chain.mechanical;
-        mechanical.stribeck = None;
-        mechanical.drag = None;
-        mechanical.gravity = None;
-        mechanical.cogging = None;
-        if mechanical.break_in_angle_rad.take().is_some() {
-            mechanical.coulomb_nm = S::zero();
-        }
-        other.chain.electrical.ripple = None;
-        if let Some(heating) = &mut other.chain.electrical.heating {
-            heating.rise_per_w = S::zero();
-        }
-        other
-    }
-
-    /// Matrix of the equations' affine part in this mode.
-    #[inline(never)]
-    pub(super) fn matrix<const N: usize>(&self, m: &Mode<S>) -> [[S; N]; N] {
-        let mut affine = self.linearised();
-        let loss_rate = affine.chain.electrical.heating.take();
-        let origin = [S::zero(); N];
-        let constant = affine.rate(m, &origin);
-        let mut matrix = [[S::zero(); N]; N];
-        for column in 0..N {
-            let mut y = origin;
-            y[column] = S::from(1.0);
-            let d = affine.rate(m, &y);
-            for row in 0..N {
-                matrix[row][column] = d[row] - constant[row];
-            }
-        }
-        if let Some(heating) = loss_rate {
-            matrix[HEAT][HEAT] = S::from(-1.0) / heating.time_constant_s;
-        }
-        matrix
     }
 }

@@ -8,10 +8,11 @@
 //!
 //! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 
-use super::dynamics::{Machine, Mode, W1};
-use super::ladder::{FINEST, Ladder, add, apply};
+use super::dynamics::{Machine, Mode};
+use super::guards::Guard;
+use super::inside::{hermite, shift};
+use super::ladder::{FINEST, Ladder};
 use super::scalar::Scalar;
-use super::transitions::Guard;
 
 /// Ticks in the longest step.
 pub(super) const TICKS: u64 = 1 << FINEST;
@@ -35,8 +36,9 @@ pub(super) struct Key {
 struct Before<S, const N: usize> {
     now: u64,
     y: [S; N],
-    mode: Mode<S>,
     allowed: usize,
+    /// The mode, where it has changed since.
+    mode: Option<Mode<S>>,
 }
 
 /// A machine on its way.
@@ -53,7 +55,10 @@ pub(super) struct Engine<S, const N: usize> {
     pub(super) ladder: usize,
     /// What `y' = A y + n` has for `n`, where it is constant.
     pub(super) constant: [S; N],
-    matrix: [[S; N]; N],
+    /// Whether it is.
+    pub(super) straight: bool,
+    /// Rate at the end of a step in which nothing happened, and the tick.
+    end_rate: Option<(u64, [S; N])>,
     longest_s: f64,
     /// Rung that the error estimate allows, and that caution after a change does.
     pub(super) allowed: usize,
@@ -81,8 +86,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             before: Before {
                 now: 0,
                 y: [S::zero(); N],
-                mode: machine.initial_mode(),
                 allowed: 0,
+                mode: None,
             },
             machine,
             y: [S::zero(); N],
@@ -90,7 +95,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             ladders: Vec::with_capacity(MOST_LADDERS),
             ladder: 0,
             constant: [S::zero(); N],
-            matrix: [[S::zero(); N]; N],
+            straight: true,
+            end_rate: None,
             longest_s,
             allowed: 0,
             cautious: 0,
@@ -178,21 +184,20 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.before = Before {
             now: self.now,
             y: self.y,
-            mode: self.mode,
             allowed: self.allowed,
+            mode: None,
         };
     }
 
     /// Goes back to where the last step started.
     fn rewind(&mut self) {
-        let Before {
-            now,
-            y,
-            mode,
-            allowed,
-        } = self.before;
-        (self.now, self.y, self.mode, self.allowed) = (now, y, mode, allowed);
-        self.select();
+        (self.now, self.y) = (self.before.now, self.before.y);
+        self.allowed = self.before.allowed;
+        self.end_rate = None;
+        if let Some(mode) = self.before.mode.take() {
+            self.mode = mode;
+            self.select();
+        }
     }
 
     /// Brings the machine to `tick`, from wherever a look ahead has brought it.
@@ -217,18 +222,24 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             return y;
         }
-        let (start, end) = (self.before, self.y);
+        let start = &self.before;
         if tick < start.now {
             // Samples out of order (later than the next one): as near as the memory reaches back.
             return start.y;
         }
         let span_s = (self.now - start.now) as f64 * self.tick_s();
         let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
-        let (rate0, rate1) = (
-            self.machine.rate(&start.mode, &start.y),
-            self.machine.rate(&self.mode, &end),
-        );
-        hermite(&start.y, &rate0, &end, &rate1, at_s, span_s)
+        let start_rate = match self.end_rate {
+            Some((at, rate)) if at == start.now => rate,
+            _ => {
+                let mode = start.mode.as_ref().unwrap_or(&self.mode);
+                self.machine.rate(mode, &start.y)
+            }
+        };
+        let end_rate = self.rate();
+        let y = hermite(&start.y, &start_rate, &self.y, &end_rate, at_s, span_s);
+        self.end_rate = Some((self.now, end_rate));
+        y
     }
 
     /// Advances to `until` (in ticks).
@@ -272,76 +283,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// The state after a step on rung `l`, and an estimate of its error.
-    #[inline(always)]
-    fn propagate(&self, l: usize) -> ([S; N], f64) {
-        if self.machine.affine {
-            let rung = self.ladders[self.ladder].1.rung(l);
-            let forced = apply(&rung.p1, &self.constant);
-            return (add(apply(&rung.e, &self.y), &forced), 0.0);
-        }
-        self.propagate_curved(l)
-    }
-
-    /// The same where the mode's equations are not affine.
-    #[inline(never)]
-    fn propagate_curved(&self, l: usize) -> ([S; N], f64) {
-        let ladder = &self.ladders[self.ladder].1;
-        let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
-        let y = &self.y;
-        let n0 = self.rest(y);
-        let u2 = add(apply(&half.e, y), &apply(&half.p1, &n0));
-        let n2 = self.rest(&u2);
-        let mut d = [S::zero(); N];
-        for k in 0..N {
-            d[k] = (n2[k] - n0[k]) * 2.0;
-        }
-        let u3 = add(u2, &apply(&half.p2, &d));
-        let n3 = self.rest(&u3);
-        let base = add(apply(&rung.e, y), &apply(&rung.p1, &n0));
-        for k in 0..N {
-            d[k] = (n3[k] - n0[k]) * 2.0;
-        }
-        let u4 = add(base, &apply(&rung.p2, &d));
-        let n4 = self.rest(&u4);
-        let mut bend = [S::zero(); N];
-        for k in 0..N {
-            let middle = n2[k] + n3[k];
-            d[k] = middle * 2.0 - n0[k] * 3.0 - n4[k];
-            bend[k] = (n0[k] - middle + n4[k]) * 4.0;
-        }
-        let curved = apply(&rung.p3, &bend);
-        let next = add(add(base, &apply(&rung.p2, &d)), &curved);
-        for k in 0..N {
-            d[k] = n3[k] - n2[k];
-        }
-        let gap = apply(&rung.p2, &d);
-        let mut error = 0.0_f64;
-        for k in W1..N {
-            error = error.max(curved[k].value().abs()).max(gap[k].value().abs());
-        }
-        (next, error)
-    }
-
-    /// `n(y)`: the rate beyond the linear part.
-    #[inline(never)]
-    fn rest(&self, y: &[S; N]) -> [S; N] {
-        let mut n = self.machine.rate_inline(&self.mode, y);
-        let linear = apply(&self.matrix, y);
-        for k in 0..N {
-            n[k] -= linear[k];
-        }
-        n
-    }
-
     /// Whether a guard is violated in a state, and more so than it was.
     #[inline(always)]
     fn violated(&self, next: &[S; N]) -> bool {
-        let guards = self.machine.guards_inline(&self.mode, next);
-        if guards.iter().all(|(_, value)| value.value() >= 0.0) {
-            return false;
-        }
-        self.first_crossing(next).is_some()
+        !self.machine.holds(&self.mode, next) && self.machine.falls(&self.mode, &self.y, next)
     }
 
     /// The guard that falls through 0 first on the straight way to a state, and at which share of it.
@@ -351,7 +296,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let now = self.machine.guards(&self.mode, &self.y);
         let then = self.machine.guards(&self.mode, next);
         let mut first: Option<(Guard, S)> = None;
-        for ((guard, a), (_, b)) in now.iter().zip(then.iter()) {
+        for (now, then) in now.into_iter().zip(then) {
+            let (Some((guard, a)), Some((_, b))) = (now, then) else {
+                break;
+            };
             if b.value() < 0.0 && b.value() < a.value() {
                 let share = if a.value() <= 0.0 {
                     S::zero()
@@ -410,6 +358,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// Picks the mode that follows, and its matrices.
     #[inline(never)]
     fn settle(&mut self, fired: Option<Guard>) {
+        self.before.mode.get_or_insert(self.mode);
+        self.end_rate = None;
         self.machine.settle(&mut self.mode, &mut self.y, fired);
         self.select();
         self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
@@ -443,59 +393,12 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 self.ladders.len() - 1
             }
         };
-        if self.machine.affine {
-            self.constant = self.machine.rate(m, &[S::zero(); N]);
-        } else {
-            self.matrix = self.machine.matrix(m);
-        }
+        self.straight = self.machine.straight::<N>(m);
+        self.constant = self.machine.constant(m);
     }
 
     /// Rate of change of the state now.
     pub(super) fn rate(&self) -> [S; N] {
         self.machine.rate(&self.mode, &self.y)
     }
-}
-
-/// Moves a state along its rate.
-fn shift<S: Scalar, const N: usize>(y: &mut [S; N], rate: &[S; N], by_s: S) {
-    for (value, slope) in y.iter_mut().zip(rate) {
-        *value += *slope * by_s;
-    }
-}
-
-/// The state inside a step: angles by the quintic through angle, speed and acceleration at both ends, the rest by the
-/// cubic through value and rate.
-#[inline(never)]
-fn hermite<S: Scalar, const N: usize>(
-    y0: &[S; N],
-    rate0: &[S; N],
-    y1: &[S; N],
-    rate1: &[S; N],
-    at_s: S,
-    span_s: f64,
-) -> [S; N] {
-    let x = at_s / span_s;
-    let (x2, x3) = (x * x, x * x * x);
-    let rest = -x + 1.0;
-    let mut out = *y0;
-    for k in 0..N {
-        let rise = y1[k] - y0[k];
-        let (a, b) = (rate0[k] * span_s - rise, rise - rate1[k] * span_s);
-        out[k] = y0[k] + rise * x + x * rest * (a * rest + b * x);
-    }
-    for (angle, speed) in [(0, 1), (N - 2, N - 1)] {
-        if N <= super::dynamics::ONE_BODY && angle != 0 {
-            continue;
-        }
-        let h = span_s;
-        let rise = y1[angle] - y0[angle];
-        let (v0, v1) = (y0[speed] * h, y1[speed] * h);
-        let (a0, a1) = (rate0[speed] * (h * h), rate1[speed] * (h * h));
-        // theta = y0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5
-        let c3 = rise * 10.0 - v0 * 6.0 - v1 * 4.0 - a0 * 1.5 + a1 * 0.5;
-        let c4 = rise * -15.0 + v0 * 8.0 + v1 * 7.0 + a0 * 1.5 - a1;
-        let c5 = rise * 6.0 - (v0 + v1) * 3.0 + (a1 - a0) * 0.5;
-        out[angle] = y0[angle] + v0 * x + a0 * x2 * 0.5 + x3 * (c3 + c4 * x + c5 * x2);
-    }
-    out
 }

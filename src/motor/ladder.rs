@@ -135,6 +135,8 @@ impl<S: Scalar, const N: usize> Rung<S, N> {
 /// Every rung from `H` (number 0) to `H / 2^(FINEST + 1)`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ladder<S, const N: usize> {
+    /// `A` itself.
+    pub a: Matrix<S, N>,
     rungs: [Rung<S, N>; FINEST + 2],
 }
 
@@ -154,7 +156,7 @@ impl<S: Scalar, const N: usize> Ladder<S, N> {
         for l in (0..=FINEST).rev() {
             rungs[l] = rungs[l + 1].doubled();
         }
-        Self { rungs }
+        Self { a: *a, rungs }
     }
 
     /// The rung of step `H / 2^l`.

@@ -1,0 +1,149 @@
+//! The equations of a mode split in two: `y' = A y + n(y)`.
+//!
+//! `A` is the matrix of the chain without what bends its equations: Stribeck friction and presliding, drag, gravity,
+//! cogging, ripple, a winding that warms up. `n(y)` is the rest. Where torques alone bend them, `n` is what the linear
+//! chain has at the origin, and these torques by the inertia.
+
+use super::dynamics::{HEAT, Machine, Mode, ONE_BODY, TH1, W1};
+use super::ladder::{Matrix, apply};
+use super::scalar::Scalar;
+
+impl<S: Scalar> Machine<S> {
+    /// Whether the equations are affine in this mode: at rest the angle that bends them stays where it is.
+    pub(super) fn straight<const N: usize>(&self, m: &Mode<S>) -> bool {
+        self.affine || (N <= ONE_BODY && m.slip[0] == 0.0 && !self.warms())
+    }
+
+    /// The same machine without what is not affine within a mode.
+    fn linearised(&self) -> Self {
+        let mut other = *self;
+        let mechanical = &mut other.chain.mechanical;
+        mechanical.stribeck = None;
+        mechanical.drag = None;
+        mechanical.gravity = None;
+        mechanical.cogging = None;
+        if mechanical.break_in_angle_rad.take().is_some() {
+            mechanical.coulomb_nm = S::zero();
+            mechanical.load_friction = None;
+        }
+        other.chain.electrical.ripple = None;
+        if let Some(heating) = &mut other.chain.electrical.heating {
+            heating.rise_per_w = S::zero();
+        }
+        other
+    }
+
+    /// Matrix of the linear part in this mode.
+    #[inline(never)]
+    pub(super) fn matrix<const N: usize>(&self, m: &Mode<S>) -> Matrix<S, N> {
+        let mut affine = self.linearised();
+        let loss_rate = affine.chain.electrical.heating.take();
+        let origin = [S::zero(); N];
+        let constant = affine.rate(m, &origin);
+        let mut matrix = [[S::zero(); N]; N];
+        for column in 0..N {
+            let mut y = origin;
+            y[column] = S::from(1.0);
+            let d = affine.rate(m, &y);
+            for row in 0..N {
+                matrix[row][column] = d[row] - constant[row];
+            }
+        }
+        if let Some(heating) = loss_rate {
+            matrix[HEAT][HEAT] = S::from(-1.0) / heating.time_constant_s;
+        }
+        matrix
+    }
+
+    /// The part of `n(y)` that does not change with the state, where there is one.
+    #[inline(never)]
+    pub(super) fn constant<const N: usize>(&self, m: &Mode<S>) -> [S; N] {
+        let origin = [S::zero(); N];
+        if self.straight::<N>(m) {
+            self.rate(m, &origin)
+        } else if self.bent_by_torques {
+            self.linearised().rate(m, &origin)
+        } else {
+            origin
+        }
+    }
+
+    /// `n(y)`, the rate beyond the linear part, of a machine with this matrix and constant.
+    #[inline(never)]
+    pub(super) fn rest<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        matrix: &Matrix<S, N>,
+        constant: &[S; N],
+        y: &[S; N],
+    ) -> [S; N] {
+        if self.bent_by_torques {
+            let mut n = *constant;
+            self.bend(m, y, &mut n);
+            return n;
+        }
+        let mut n = self.rate_inline(m, y);
+        let linear = apply(matrix, y);
+        for k in 0..N {
+            n[k] -= linear[k];
+        }
+        n
+    }
+
+    /// Adds the accelerations by torques that are not affine.
+    #[inline(always)]
+    fn bend<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) {
+        let mechanical = &self.chain.mechanical;
+        let (angle, speed) = if N > ONE_BODY {
+            (y[N - 2], y[N - 1])
+        } else {
+            (y[TH1], y[W1])
+        };
+        let (mut motor, mut load) = (S::zero(), S::zero());
+        if let Some(cogging) = &mechanical.cogging {
+            motor += cogging.at(y[TH1]);
+        }
+        if let Some(gravity) = &mechanical.gravity {
+            load -= gravity.at(angle);
+        }
+        if let Some(drag) = mechanical.drag {
+            load -= drag * speed * speed.abs();
+        }
+        motor -= self.bent_friction(m, 0, y[TH1], y[W1]);
+        if N <= ONE_BODY {
+            if m.slip[0] != 0.0 {
+                n[W1] += (motor + load) / self.inertia[0];
+            }
+            return;
+        }
+        load -= self.bent_friction(m, 1, angle, speed);
+        if self.joined(m) {
+            if m.slip[0] != 0.0 {
+                let acceleration = (motor + load) / self.inertia[2];
+                n[W1] += acceleration;
+                n[N - 1] += acceleration;
+            }
+            return;
+        }
+        if m.slip[0] != 0.0 {
+            n[W1] += motor / self.inertia[0];
+        }
+        if m.slip[1] != 0.0 {
+            n[N - 1] += load / self.inertia[1];
+        }
+    }
+
+    /// What a side's friction has beyond what is constant or proportional to the current.
+    #[inline(always)]
+    fn bent_friction(&self, m: &Mode<S>, side: usize, angle: S, speed: S) -> S {
+        let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
+        if s == 0.0 {
+            return S::zero();
+        }
+        match (&mechanical.break_in_angle_rad, &mechanical.stribeck) {
+            (Some(break_in), _) => self.dahl(m, side, angle, *break_in),
+            (None, Some(stribeck)) => stribeck.at(speed) * self.share[side] * s,
+            (None, None) => S::zero(),
+        }
+    }
+}
