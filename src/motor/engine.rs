@@ -1,12 +1,10 @@
 //! Moves a [`Machine`] through time.
 //!
-//! Time is counted in ticks of `H / 2^FINEST`; a step is `H / 2^l` and starts where one of that length may, so that its
-//! matrices stand on the [`Ladder`]. Where the mode's equations are affine a step is exact; else the rest `n(y)` beyond
-//! the linear part is integrated by Krogstad's exponential Runge-Kutta scheme of order 4, `l` chosen so that its error
-//! estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to one tick, in which the
-//! instant is found by linear interpolation; the new mode starts right there. Steps grow again as their alignment allows.
-//!
-//! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
+//! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and starts where one of that length
+//! may, so that its matrices stand on the [`Ladder`]. Where the mode's equations are affine a step is exact; else `l` is
+//! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to
+//! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
+//! their alignment allows, and then run many in a row (`cruise.rs`).
 
 use super::dynamics::{Machine, Mode};
 use super::guards::Guard;

@@ -6,7 +6,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use super::effects::{ActiveEffect, EffectError, did_you_mean, find, nearest};
+use super::active::{ActiveEffect, EffectError, did_you_mean, nearest};
+use super::effects::find;
 use super::{Effects, Parameters};
 
 /// Longest motor file in bytes.

@@ -9,8 +9,10 @@ use super::chain::Chain;
 use super::dynamics::Machine;
 use super::effects::{self, EffectParameter};
 use super::engine::Engine;
+use super::reading::{MeanCounts, encoder_shaft};
 use super::scalar::{Dual, Scalar};
-use super::simulate::{Drive, MeanCounts, Schedule, SimulationError, encoder_shaft};
+use super::schedule::Schedule;
+use super::simulate::{Drive, SimulationError};
 use super::{Model, Motor, Parameters};
 
 /// One number of a model: a nominal parameter, or one of an effect.

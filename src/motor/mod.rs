@@ -1,5 +1,6 @@
 //! The motor: parameters with units, the signal chain, the simulator.
 
+mod active;
 mod chain;
 mod command;
 mod command_kind;
@@ -9,6 +10,7 @@ mod cruise;
 mod curvature;
 mod driver;
 mod dynamics;
+mod effect_parameter;
 pub mod effects;
 mod electrical;
 mod engine;
@@ -21,7 +23,9 @@ mod mechanical;
 mod parameters;
 mod plant;
 mod propagate;
+mod reading;
 pub mod scalar;
+mod schedule;
 mod sensor;
 mod simulate;
 mod timing;

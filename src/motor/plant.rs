@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use super::chain::Chain;
 use super::dynamics::Machine;
 use super::engine::Engine;
-use super::simulate::{Encoder, LONGEST_STEP_S, Lateness, SimulationError, encoder_shaft};
+use super::reading::{Encoder, Lateness, encoder_shaft};
+use super::schedule::LONGEST_STEP_S;
+use super::simulate::SimulationError;
 use super::{Model, Motor};
 use crate::CommandKind;
 

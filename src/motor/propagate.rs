@@ -3,6 +3,8 @@
 //! Where they are affine, `y(h) = E y + h phi1 n` is exact; else Krogstad's scheme of order 4. Products leave out what is
 //! 0 or 1 by the equations' structure: nothing in the linear part of a rigid motor depends on its angle, the angle's
 //! own row has no `n`, and torques bend the rows of speeds alone.
+//!
+//! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 
 use super::dynamics::{ONE_BODY, TH1, W1};
 use super::engine::Engine;

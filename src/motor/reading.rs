@@ -1,0 +1,124 @@
+//! What is read off the shaft: counts edge by edge, their mean, and how late a sample is taken.
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use super::dynamics::{Machine, ONE_BODY, TH1, W1};
+use super::scalar::Scalar;
+use super::sensor::Sensor;
+
+/// Angle and speed of the shaft that bears the encoder.
+#[inline(always)]
+pub(super) fn encoder_shaft<S: Scalar, const N: usize>(machine: &Machine<S>, y: &[S; N]) -> (S, S) {
+    if N > ONE_BODY && machine.chain.transmission.encoder_on_load {
+        (y[N - 2], y[N - 1])
+    } else {
+        (y[TH1], y[W1])
+    }
+}
+/// A number in 0 .. 1.
+fn uniform(random: &mut Pcg64Mcg) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Random lateness of samples.
+#[derive(Debug, Clone)]
+pub(super) struct Lateness {
+    spread_s: f64,
+    random: Pcg64Mcg,
+}
+
+impl Lateness {
+    pub(super) fn new(spread_s: f64, seed: u64) -> Self {
+        Self {
+            spread_s,
+            random: Pcg64Mcg::seed_from_u64(seed ^ 0x6a69_7474_6572),
+        }
+    }
+
+    /// Lateness of the next sample.
+    pub(super) fn next_s(&mut self) -> f64 {
+        self.spread_s * uniform(&mut self.random)
+    }
+}
+
+/// The encoder's integer counts, edge by edge.
+#[derive(Debug, Clone)]
+pub(super) struct Encoder {
+    sensor: Sensor<f64>,
+    start_fraction: f64,
+    edge: i64,
+    counts: i64,
+    speed_rad_s: f64,
+    random: Pcg64Mcg,
+}
+
+impl Encoder {
+    pub(super) fn new(sensor: Sensor<f64>, start_fraction: f64, seed: u64) -> Self {
+        let edge = (sensor.unrounded(0.0) + start_fraction).floor() as i64;
+        Self {
+            sensor,
+            start_fraction,
+            edge,
+            counts: edge,
+            speed_rad_s: 0.0,
+            random: Pcg64Mcg::seed_from_u64(seed),
+        }
+    }
+
+    /// Counts when the shaft has come to this angle at this speed.
+    pub(super) fn read(&mut self, angle_rad: f64, speed_rad_s: f64) -> i64 {
+        let edge = (self.sensor.unrounded(angle_rad) + self.start_fraction).floor() as i64;
+        let steps = edge - self.edge;
+        if self.sensor.faithful() {
+            self.counts += steps;
+        } else {
+            let before = self.speed_rad_s;
+            for k in 0..steps.unsigned_abs() {
+                let share = (k as f64 + 0.5) / steps.unsigned_abs() as f64;
+                let speed = before + share * (speed_rad_s - before);
+                let too_fast = self.sensor.too_fast(speed);
+                let lost = self.sensor.loss > 0.0 && uniform(&mut self.random) < self.sensor.loss;
+                if !too_fast && !lost {
+                    self.counts += steps.signum();
+                }
+            }
+        }
+        (self.edge, self.speed_rad_s) = (edge, speed_rad_s);
+        self.counts
+    }
+}
+
+/// The encoder's counts before rounding, their mean where edges are lost.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct MeanCounts<S> {
+    sensor: Sensor<S>,
+    unrounded: S,
+    speed_rad_s: S,
+    mean: S,
+}
+
+impl<S: Scalar> MeanCounts<S> {
+    pub(super) fn new(sensor: Sensor<S>) -> Self {
+        let unrounded = sensor.unrounded(S::zero());
+        Self {
+            sensor,
+            unrounded,
+            speed_rad_s: S::zero(),
+            mean: unrounded,
+        }
+    }
+
+    /// Mean counts when the shaft has come to this angle at this speed.
+    #[inline(always)]
+    pub(super) fn read(&mut self, angle_rad: S, speed_rad_s: S) -> S {
+        let unrounded = self.sensor.unrounded(angle_rad);
+        if self.sensor.faithful() {
+            return unrounded;
+        }
+        let kept = self.sensor.kept_share(self.speed_rad_s, speed_rad_s);
+        self.mean += (unrounded - self.unrounded) * kept;
+        (self.unrounded, self.speed_rad_s) = (unrounded, speed_rad_s);
+        self.mean
+    }
+}

@@ -1,0 +1,169 @@
+//! How a run's time is divided: samples, changes of the command, and the engine's steps between them.
+
+use super::engine::{Engine, TICKS};
+use super::scalar::Scalar;
+use super::simulate::{Drive, SimulationError};
+
+/// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this.
+pub(super) const LONGEST_STEP_S: f64 = 0.003;
+
+/// A drive made ready: which samples change the command, and how time is divided.
+#[derive(Debug, Clone)]
+pub(super) struct Schedule {
+    /// Sample times from the first, on the board's clock.
+    times_s: Vec<f64>,
+    /// Samples at which the command changes, and to what.
+    changes: Vec<(usize, f64)>,
+    /// Longest step in s of the board's clock.
+    step_s: f64,
+    /// Steps a sample where all samples are the same time apart, else 0.
+    steps_per_sample: u64,
+}
+
+impl Schedule {
+    pub(super) fn new(drive: &Drive<'_>) -> Result<Self, SimulationError> {
+        let (t, u) = (drive.t_s, drive.command);
+        if t.len() != u.len() {
+            let (times, commands) = (t.len(), u.len());
+            return Err(SimulationError::Lengths { times, commands });
+        }
+        for (sample, (&t_s, &command)) in t.iter().zip(u).enumerate() {
+            if !t_s.is_finite() || (sample > 0 && t_s <= t[sample - 1]) {
+                return Err(SimulationError::Time { sample, t_s });
+            }
+            if !command.is_finite() {
+                return Err(SimulationError::Command { sample, command });
+            }
+        }
+        let start = t.first().copied().unwrap_or(0.0);
+        let times_s: Vec<f64> = t.iter().map(|x| x - start).collect();
+        let mut changes: Vec<(usize, f64)> = Vec::new();
+        for (k, &command) in u.iter().enumerate() {
+            if changes.last().map_or(0.0, |c| c.1) != command {
+                changes.push((k, command));
+            }
+        }
+        let mean_s = match times_s.last() {
+            Some(last) if times_s.len() > 1 => last / (times_s.len() - 1) as f64,
+            _ => LONGEST_STEP_S,
+        };
+        let uniform = times_s
+            .iter()
+            .enumerate()
+            .all(|(k, x)| (x - k as f64 * mean_s).abs() < 1e-9);
+        let steps = (mean_s / LONGEST_STEP_S - 1e-6).ceil().max(1.0);
+        Ok(Self {
+            times_s,
+            changes,
+            step_s: mean_s / steps,
+            steps_per_sample: if uniform { steps as u64 } else { 0 },
+        })
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Longest step in real time, by a clock that is off.
+    pub(super) fn longest_s(&self, stretch: f64) -> f64 {
+        self.step_s * stretch
+    }
+
+    /// Where `time of sample k + later_s` lies in ticks: whole ticks and the rest. Time on the board's clock times
+    /// `stretch` is real time; `later_s` is real.
+    fn tick<S: Scalar>(&self, k: usize, stretch: S, later_s: S) -> (u64, S) {
+        if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
+            return (k as u64 * self.steps_per_sample * TICKS, S::zero());
+        }
+        let tick_s = self.longest_s(stretch.value()) / TICKS as f64;
+        let (whole, rest_s) = if self.steps_per_sample > 0 {
+            let whole = k as u64 * self.steps_per_sample * TICKS;
+            // Derivatives of the stretch remain.
+            let board_s = k as f64 * self.steps_per_sample as f64 * self.step_s;
+            (whole, (stretch - stretch.value()) * board_s + later_s)
+        } else {
+            (0, stretch * self.times_s[k] + later_s)
+        };
+        let rest = rest_s / tick_s;
+        let mut floor = rest.value().floor();
+        if rest.value() - floor > 1.0 - 1e-6 {
+            floor += 1.0;
+        }
+        let mut offset = rest - floor;
+        if offset.value() < 1e-6 {
+            offset = offset - offset.value();
+        }
+        (whole + floor as u64, offset)
+    }
+
+    /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `emit` takes the
+    /// state at each sample.
+    ///
+    /// # Errors
+    /// [`SimulationError::TooStiff`] from `most_steps` for each longest step of the run on.
+    pub(super) fn run<S: Scalar, const N: usize>(
+        &self,
+        engine: &mut Engine<S, N>,
+        most_steps: u64,
+        mut late_s: impl FnMut(usize) -> S,
+        mut emit: impl FnMut(usize, &Engine<S, N>, &[S; N]),
+    ) -> Result<(), SimulationError> {
+        let budget = most_steps.saturating_mul(self.base_steps());
+        let stretch = engine.machine.chain.timing.stretch;
+        let delay_s = engine.machine.chain.command.delay_s;
+        let mut changes = self
+            .changes
+            .iter()
+            .map(|&(k, command)| (self.tick(k, stretch, delay_s), command))
+            .peekable();
+        // Samples that lie on a step's end, whatever the parameters.
+        let regular = self.steps_per_sample > 0
+            && (stretch - stretch.value()).is_nought()
+            && engine.machine.chain.timing.jitter_s.is_nought();
+        let mut k = 0;
+        while k < self.len() {
+            let (tick, offset) = self.tick(k, stretch, late_s(k));
+            while let Some(&((at, after), command)) = changes.peek() {
+                if (at, after.value()) > (tick, offset.value()) {
+                    break;
+                }
+                engine.go_to(at);
+                engine.command(command, after);
+                changes.next();
+            }
+            let y = engine.state_at(tick, offset);
+            if engine.steps > budget {
+                return Err(SimulationError::TooStiff {
+                    sample: k,
+                    steps: engine.steps,
+                });
+            }
+            emit(k, engine, &y);
+            k += 1;
+            if regular {
+                let until = match changes.peek() {
+                    Some(&(at, _)) => self.first_sample_from(at),
+                    None => self.len(),
+                };
+                let most = until.saturating_sub(k);
+                k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
+                    emit(k + n, engine, y)
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first sample that is not before a time in ticks and the rest, where all are the same time apart.
+    fn first_sample_from<S: Scalar>(&self, (tick, offset): (u64, S)) -> usize {
+        let past = tick + u64::from(offset.value() > 0.0);
+        let sample = past.div_ceil(self.steps_per_sample * TICKS);
+        usize::try_from(sample).map_or(self.len(), |sample| sample.min(self.len()))
+    }
+
+    /// Steps that a run takes at least, and ten for its start.
+    fn base_steps(&self) -> u64 {
+        let duration_s = self.times_s.last().copied().unwrap_or(0.0);
+        (duration_s / self.step_s).ceil() as u64 + 10
+    }
+}
