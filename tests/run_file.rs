@@ -57,9 +57,14 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
     assert_eq!(run.counts, [0, -2]);
     // The names came from a file of their own.
     let text = format!("{HEADER}\u{feff}t_s,command_v,counts\n0,0,7\n");
-    let (begin, rest) = text.as_bytes().split_at(HEADER.len() + 1);
-    for source in [begin.chain(rest), text.as_bytes().chain(&[][..])] {
-        assert_eq!(read_run_from(source, "a pipe").unwrap().0.counts, [7]);
+    for cut in 0..=text.len() {
+        let (begin, rest) = text.as_bytes().split_at(cut);
+        let run = read_run_from(begin.chain(rest), "a pipe");
+        assert_eq!(
+            run.unwrap().0.counts,
+            [7],
+            "in pieces of {cut} and the rest"
+        );
     }
 }
 

@@ -121,17 +121,22 @@ fn read_header(source: &mut impl BufRead) -> Result<(toml::Table, usize), ReadPr
     Ok((header, lines))
 }
 
-/// The source without a byte order mark, as some spreadsheets put it in front of UTF-8. A pipe may give
+/// The source without byte order marks, as some spreadsheets put them in front of UTF-8. A pipe may give
 /// its bytes one by one.
-fn without_byte_order_mark(mut source: impl Read) -> io::Result<impl Read> {
+fn without_byte_order_mark<R: Read>(
+    mut source: R,
+) -> io::Result<io::Chain<io::Cursor<Vec<u8>>, R>> {
     let mut begin = Vec::with_capacity(BYTE_ORDER_MARK.len());
-    (&mut source)
-        .take(BYTE_ORDER_MARK.len() as u64)
-        .read_to_end(&mut begin)?;
-    if begin == BYTE_ORDER_MARK {
+    loop {
+        source
+            .by_ref()
+            .take(BYTE_ORDER_MARK.len() as u64)
+            .read_to_end(&mut begin)?;
+        if begin != BYTE_ORDER_MARK {
+            return Ok(io::Cursor::new(begin).chain(source));
+        }
         begin.clear();
     }
-    Ok(io::Cursor::new(begin).chain(source))
 }
 
 fn run_from_header(header: toml::Table) -> Result<Run, ReadProblem> {
@@ -194,25 +199,23 @@ const KNOWN: [&str; 11] = [
 ];
 
 /// The CSV part of a file.
-struct Table<'a, R> {
-    rows: csv::Reader<&'a mut R>,
+struct Table<R> {
+    rows: csv::Reader<io::Chain<io::Cursor<Vec<u8>>, R>>,
     names: Vec<String>,
     header_lines: usize,
 }
 
-impl<'a, R: BufRead> Table<'a, R> {
-    fn new(source: &'a mut R, header_lines: usize) -> Result<Self, ReadProblem> {
+impl<R: Read> Table<R> {
+    fn new(source: R, header_lines: usize) -> Result<Self, ReadProblem> {
+        // The names may be from another file, with its mark.
+        let source = without_byte_order_mark(source).map_err(ReadProblem::Io)?;
         let mut rows = csv::ReaderBuilder::new()
             .flexible(true)
             .trim(csv::Trim::All)
             .from_reader(source);
         let line = header_lines as u64 + 1;
         let names: Vec<String> = match rows.headers() {
-            // A byte order mark in front of the names, which the CSV reader takes off at times.
-            Ok(names) => names
-                .iter()
-                .map(|name| name.trim_start_matches('\u{feff}').to_owned())
-                .collect(),
+            Ok(names) => names.iter().map(str::to_owned).collect(),
             Err(error) => return Err(csv_problem(error, header_lines)),
         };
         if names.iter().all(String::is_empty) {
@@ -306,9 +309,9 @@ impl TextCell<'_> {
 }
 
 /// Reads all rows into the run's columns. The last row's line, where that row was whole.
-fn fill<R: BufRead>(
+fn fill<R: Read>(
     run: &mut Run,
-    mut table: Table<'_, R>,
+    mut table: Table<R>,
     notes: &mut Vec<ReadNote>,
 ) -> Result<Option<u64>, ReadProblem> {
     let kinds = [
