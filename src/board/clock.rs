@@ -20,6 +20,8 @@ pub struct ClockFitter {
     /// Lower hull: device time and host lateness (host minus device), both in microseconds.
     hull: Vec<(i64, i64)>,
     first: Option<(i64, i64)>,
+    /// The last sample, which others of the same read may follow.
+    latest: Option<(i64, i64)>,
     count: u64,
     mean_device: f64,
     mean_late: f64,
@@ -47,6 +49,14 @@ pub struct ClockFit {
 impl ClockFitter {
     /// Takes in one sample: unwrapped device time and the host's monotonic arrival time.
     pub fn add(&mut self, device_us: i64, host_us: i64) {
+        if let Some((device_before, host_before)) = self.latest.replace((device_us, host_us))
+            && host_before != host_us
+        {
+            self.take_in(device_before, host_before);
+        }
+    }
+
+    fn take_in(&mut self, device_us: i64, host_us: i64) {
         let (first_device, first_host) = *self.first.get_or_insert((device_us, host_us));
         let device = device_us - first_device;
         let late = (host_us - first_host) - device;
@@ -100,6 +110,14 @@ impl ClockFitter {
 
     /// The fit so far; `None` until the samples span at least a tenth of a second.
     pub fn fit(&self) -> Option<ClockFit> {
+        let mut whole = self.clone();
+        if let Some((device_us, host_us)) = whole.latest.take() {
+            whole.take_in(device_us, host_us);
+        }
+        whole.fit_of_what_was_taken_in()
+    }
+
+    fn fit_of_what_was_taken_in(&self) -> Option<ClockFit> {
         let span_us = self.hull.last()?.0 - self.hull.first()?.0;
         if span_us < 100_000 {
             return None;

@@ -21,7 +21,7 @@ use tokio::time::timeout;
 
 use super::{
     Arrival, Damage, Event, Expectations, Heard, Intake, LineReader, OpenError, Port, Sample,
-    rawlog,
+    longest_gather, rawlog,
 };
 
 /// How often a silent board is asked who it is.
@@ -180,6 +180,9 @@ pub struct Board {
     path: PathBuf,
     hello: Hello,
     reader: LineReader,
+    baud: u32,
+    /// How long the bytes of samples may gather before they are read.
+    gather: Duration,
     line: Arc<Line>,
     intake: Intake,
     events: VecDeque<Event>,
@@ -265,6 +268,8 @@ impl Board {
                                 path: path.to_owned(),
                                 hello,
                                 reader,
+                                baud: options.baud,
+                                gather: Duration::ZERO,
                                 line,
                                 intake,
                                 events,
@@ -339,6 +344,8 @@ impl Board {
             self.request(&HostMessage::Chunk(chunk), first, "a piece of the profile")
                 .await?;
         }
+        let sample_time = Duration::from_micros(u64::from(sample_time_us));
+        self.gather = longest_gather(self.baud, sample_time);
         self.intake.expect(Expectations {
             sample_time_us,
             commands: segments
@@ -355,6 +362,7 @@ impl Board {
         self.events.clear();
         self.request(&HostMessage::Start { samples }, 0, "START")
             .await?;
+        self.reader.gather(self.gather);
         let line = Arc::clone(&self.line);
         self.alive = Some(tokio::spawn(async move {
             let every = Duration::from_millis(u64::from(ALIVE_INTERVAL_MS) * 2 / 3);
@@ -426,8 +434,14 @@ impl Board {
         }
     }
 
-    /// Ends the ALIVE messages.
+    /// Whether an event is there already.
+    pub fn has_more(&self) -> bool {
+        !self.events.is_empty()
+    }
+
+    /// Ends the ALIVE messages; what comes from now on is read as it comes.
     fn silence(&mut self) {
+        self.reader.gather(Duration::ZERO);
         if let Some(alive) = self.alive.take() {
             alive.abort();
         }

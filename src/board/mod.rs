@@ -25,6 +25,6 @@ pub use intake::{Damage, Event, Expectations, Intake, Sample};
 pub use port::{OpenError, Port, READ_PATIENCE};
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};
-pub use reader::{Arrival, LineReader};
+pub use reader::{Arrival, LONGEST_GATHER, LineReader, longest_gather};
 pub use replayed::ReplayedDevice;
 pub use virtual_board::{FirmwareOptions, Pace, VirtualBoard, VirtualBoardOptions};

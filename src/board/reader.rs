@@ -5,10 +5,13 @@
 //! the channel holds makes it wait, the kernel's buffer fills, and the sequence numbers tell. The channel
 //! is bounded in reads and in bytes, so that memory stays the same however long a recording is and however
 //! far a device in a hurry (a virtual board, a replayed log) gets ahead.
+//!
+//! Waking up costs more than what is done with a sample. Where samples carry their own time and come faster
+//! than arrivals need to be looked at, bytes are therefore left to gather in the kernel ([`LineReader::gather`]).
 
 use std::io::{self, Read};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -25,6 +28,28 @@ const READ_BYTES: usize = 4096;
 
 /// How long a reader waits before it looks again whether the channel has room for its bytes.
 const ROOM: Duration = Duration::from_millis(1);
+
+/// Longest that bytes gather in the kernel before they are read: two fifths of the 50 ms that a death may
+/// cost.
+pub const LONGEST_GATHER: Duration = Duration::from_millis(20);
+
+/// How long they gather at first.
+const FIRST_GATHER: Duration = Duration::from_millis(1);
+
+/// A line that brings so many bytes in one read has no time to gather: a quarter of what a Linux terminal
+/// holds (4096).
+const CROWDED_BYTES: usize = 1024;
+
+/// How long the bytes of samples that come every `sample_time` over a line of `baud` (10 bits a byte) may
+/// gather: [`LONGEST_GATHER`], or until a quarter of the kernel's buffer is full; not at all where fewer than
+/// two would come together.
+pub fn longest_gather(baud: u32, sample_time: Duration) -> Duration {
+    if 2 * sample_time > LONGEST_GATHER {
+        return Duration::ZERO;
+    }
+    let full = Duration::from_secs(10 * CROWDED_BYTES as u64) / baud.max(1);
+    full.min(LONGEST_GATHER)
+}
 
 /// What came over the line.
 #[derive(Debug)]
@@ -52,6 +77,8 @@ pub struct LineReader {
     /// Bytes in the channel.
     waiting: Arc<AtomicUsize>,
     stop: Arc<AtomicBool>,
+    /// How long bytes gather before they are read, in microseconds.
+    gather_us: Arc<AtomicU64>,
     thread: Option<JoinHandle<()>>,
     origin: Instant,
 }
@@ -63,19 +90,35 @@ impl LineReader {
         let (sender, arrivals) = mpsc::channel(CHANNEL_READS);
         let stop = Arc::new(AtomicBool::new(false));
         let waiting = Arc::new(AtomicUsize::new(0));
+        let gather_us = Arc::new(AtomicU64::new(0));
         let thread = thread::Builder::new()
             .name("serial-reader".to_owned())
             .spawn({
-                let (stop, waiting) = (Arc::clone(&stop), Arc::clone(&waiting));
-                move || read_until_gone(port, origin, &sender, &waiting, &stop)
+                let reading = Reading {
+                    origin,
+                    sender,
+                    waiting: Arc::clone(&waiting),
+                    stop: Arc::clone(&stop),
+                    gather_us: Arc::clone(&gather_us),
+                };
+                move || reading.until_gone(port)
             })?;
         Ok(Self {
             arrivals,
             waiting,
             stop,
+            gather_us,
             thread: Some(thread),
             origin,
         })
+    }
+
+    /// From now on leaves bytes to gather for so long after each read before the next one; not at all with
+    /// [`Duration::ZERO`], as at the beginning. It takes some reads to get there, and a read that brings much
+    /// ends it for the next ones: what gathers must never be more than the kernel holds.
+    pub fn gather(&self, longest: Duration) {
+        let us = longest.min(LONGEST_GATHER).as_micros() as u64;
+        self.gather_us.store(us, Ordering::Relaxed);
     }
 
     /// The next arrival; `None` after a hang-up, a failure or a stop.
@@ -115,39 +158,62 @@ impl Drop for LineReader {
     }
 }
 
-fn read_until_gone(
-    mut port: impl Read,
+/// The thread's side of a [`LineReader`].
+struct Reading {
     origin: Instant,
-    sender: &mpsc::Sender<Arrival>,
-    waiting: &AtomicUsize,
-    stop: &AtomicBool,
-) {
-    let mut buffer = [0; READ_BYTES];
-    while !stop.load(Ordering::Relaxed) {
-        if waiting.load(Ordering::Relaxed) >= CHANNEL_BYTES {
-            thread::sleep(ROOM);
-            continue;
-        }
-        let read = port.read(&mut buffer);
-        let host_us = origin.elapsed().as_micros() as u64;
-        let (arrival, last) = match read {
-            Ok(0) => (Arrival::HungUp { host_us }, true),
-            Ok(count) => {
-                let bytes = buffer[..count].into();
-                waiting.fetch_add(count, Ordering::Relaxed);
-                (Arrival::Bytes { host_us, bytes }, false)
+    sender: mpsc::Sender<Arrival>,
+    waiting: Arc<AtomicUsize>,
+    stop: Arc<AtomicBool>,
+    gather_us: Arc<AtomicU64>,
+}
+
+impl Reading {
+    fn until_gone(&self, mut port: impl Read) {
+        let mut buffer = [0; READ_BYTES];
+        let mut pause = Duration::ZERO;
+        let mut gathered = false;
+        while !self.stop.load(Ordering::Relaxed) {
+            if self.waiting.load(Ordering::Relaxed) >= CHANNEL_BYTES {
+                thread::sleep(ROOM);
+                continue;
             }
-            Err(error) => match error.kind() {
-                io::ErrorKind::TimedOut
-                | io::ErrorKind::Interrupted
-                | io::ErrorKind::WouldBlock => continue,
-                io::ErrorKind::BrokenPipe => (Arrival::HungUp { host_us }, true),
-                _ => (Arrival::Failed(error), true),
-            },
-        };
-        if sender.blocking_send(arrival).is_err() || last {
-            return;
+            let read = port.read(&mut buffer);
+            let host_us = self.origin.elapsed().as_micros() as u64;
+            let (arrival, last) = match read {
+                Ok(0) => (Arrival::HungUp { host_us }, true),
+                Ok(count) => {
+                    let bytes = buffer[..count].into();
+                    self.waiting.fetch_add(count, Ordering::Relaxed);
+                    pause = self.next_pause(pause, count);
+                    (Arrival::Bytes { host_us, bytes }, false)
+                }
+                Err(error) => match error.kind() {
+                    io::ErrorKind::TimedOut
+                    | io::ErrorKind::Interrupted
+                    | io::ErrorKind::WouldBlock => continue,
+                    io::ErrorKind::BrokenPipe => (Arrival::HungUp { host_us }, true),
+                    _ => (Arrival::Failed(error), true),
+                },
+            };
+            if self.sender.blocking_send(arrival).is_err() || last {
+                return;
+            }
+            // What has gathered is taken at once, and then what comes next, stamped as it comes: the clocks
+            // are compared by that.
+            gathered = !gathered && !pause.is_zero();
+            if gathered {
+                thread::sleep(pause);
+            }
         }
+    }
+
+    /// How long bytes gather after a read of `count` bytes, if the last time it was `before`.
+    fn next_pause(&self, before: Duration, count: usize) -> Duration {
+        let longest = Duration::from_micros(self.gather_us.load(Ordering::Relaxed));
+        if count >= CROWDED_BYTES {
+            return Duration::ZERO;
+        }
+        (2 * before).max(FIRST_GATHER).min(longest)
     }
 }
 
@@ -210,15 +276,58 @@ mod tests {
 
     #[tokio::test]
     async fn arrivals_keep_their_order_and_their_times_rise() {
-        let bytes: Vec<u8> = (0..100_000_u32).map(|k| (k % 251) as u8).collect();
-        let mut reader =
-            LineReader::spawn(io::Cursor::new(bytes.clone()), Instant::now()).expect("a thread");
-        let (mut got, mut last_us) = (Vec::new(), 0);
-        while let Some(Arrival::Bytes { host_us, bytes }) = reader.next().await {
-            assert!(host_us >= last_us);
-            last_us = host_us;
-            got.extend_from_slice(&bytes);
+        for gather in [Duration::ZERO, LONGEST_GATHER] {
+            let bytes: Vec<u8> = (0..100_000_u32).map(|k| (k % 251) as u8).collect();
+            let mut reader = LineReader::spawn(io::Cursor::new(bytes.clone()), Instant::now())
+                .expect("a thread");
+            reader.gather(gather);
+            let (mut got, mut last_us) = (Vec::new(), 0);
+            while let Some(Arrival::Bytes { host_us, bytes }) = reader.next().await {
+                assert!(host_us >= last_us);
+                last_us = host_us;
+                got.extend_from_slice(&bytes);
+            }
+            assert_eq!(got, bytes);
         }
-        assert_eq!(got, bytes);
+    }
+
+    #[test]
+    fn what_gathers_fits_into_a_quarter_of_what_the_kernel_holds() {
+        let every = Duration::from_micros(100);
+        for baud in [
+            300, 9600, 115_200, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000,
+        ] {
+            let gather = longest_gather(baud, every);
+            assert!(gather <= LONGEST_GATHER, "{baud}: {gather:?}");
+            let bytes = f64::from(baud) / 10.0 * gather.as_secs_f64();
+            assert!(bytes <= 1024.0, "{baud}: {bytes}");
+        }
+        assert_eq!(longest_gather(115_200, every), LONGEST_GATHER);
+        // Samples that come one at a time in any case are read as they come.
+        assert_eq!(
+            longest_gather(115_200, Duration::from_millis(30)),
+            Duration::ZERO
+        );
+    }
+
+    #[test]
+    fn bytes_gather_longer_and_longer_until_a_read_brings_many() {
+        let (sender, _arrivals) = mpsc::channel(1);
+        let reading = Reading {
+            origin: Instant::now(),
+            sender,
+            waiting: Arc::default(),
+            stop: Arc::default(),
+            gather_us: Arc::new(AtomicU64::new(10_000)),
+        };
+        let mut pause = Duration::ZERO;
+        let mut pauses_ms = Vec::new();
+        for count in [18, 18, 36, 90, 180, 180, 1023, 1024, 4096, 18, 18] {
+            pause = reading.next_pause(pause, count);
+            pauses_ms.push(pause.as_millis());
+        }
+        assert_eq!(pauses_ms, [1, 2, 4, 8, 10, 10, 10, 0, 0, 1, 2]);
+        reading.gather_us.store(0, Ordering::Relaxed);
+        assert_eq!(reading.next_pause(pause, 18), Duration::ZERO);
     }
 }

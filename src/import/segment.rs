@@ -67,7 +67,8 @@ impl<'a> Segment<'a> {
         match &mut self.writer {
             Some(writer) => {
                 append(writer, &sample)?;
-                Ok(writer.flush_if_due()?)
+                writer.flush_if_due()?;
+                Ok(())
             }
             None => {
                 self.waiting.push(sample);

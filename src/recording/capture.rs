@@ -12,8 +12,8 @@ use super::recorder::{Measured, Recorder};
 use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive, WriteError};
 use crate::board::{Board, BoardError, BoardEvent, Profile, Sample, UsbIdentity};
 
-/// How often rows are handed to the operating system and silence is looked for.
-const TICK: Duration = Duration::from_millis(20);
+/// How often silence is looked for.
+const TICK: Duration = Duration::from_millis(100);
 
 /// How long a recording board may say nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
@@ -108,7 +108,12 @@ async fn follow(
             event = board.next() => {
                 heard_at = Instant::now();
                 match event {
-                    Some(BoardEvent::Sample(sample)) => recorder.take(sample)?,
+                    Some(BoardEvent::Sample(sample)) => {
+                        recorder.take(sample)?;
+                        if !board.has_more() {
+                            hand_on(recorder, board)?;
+                        }
+                    }
                     Some(BoardEvent::Ended { taken, reason, .. }) => {
                         let ending = match reason {
                             EndReason::Complete => Ending::Complete,
@@ -124,8 +129,8 @@ async fn follow(
                     Some(BoardEvent::LogFailed(error)) => return Err(CaptureError::Log(error)),
                 }
             }
+            () = recorder.recorder.due() => hand_on(recorder, board)?,
             _ = tick.tick() => {
-                recorder.recorder.flush_if_due()?;
                 board.flush_log().map_err(CaptureError::Log)?;
                 if !stopping.asked && heard_at.elapsed() > silence {
                     stopping.because_of_silence = true;
@@ -137,6 +142,14 @@ async fn follow(
             }
         }
     }
+}
+
+/// Hands rows and raw log to the operating system when they are due.
+fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureError> {
+    if recorder.recorder.flush_if_due()? {
+        board.flush_log().map_err(CaptureError::Log)?;
+    }
+    Ok(())
 }
 
 /// STOP has been said, and is said again until END comes.

@@ -172,7 +172,7 @@ impl Recorder {
             command: sample.command,
             counts: sample.counts,
         });
-        self.flush_if_due()
+        Ok(())
     }
 
     /// Samples before the first one that came, which its number shows.
@@ -180,11 +180,21 @@ impl Recorder {
         self.gatherer.add_lost(samples);
     }
 
-    pub(super) fn flush_if_due(&mut self) -> Result<(), CaptureError> {
+    /// To be called when nothing more has arrived: hands the rows on if the last time is long enough ago, and
+    /// says whether it is.
+    pub(super) fn flush_if_due(&mut self) -> Result<bool, CaptureError> {
         let flushed = self.writer.flush_if_due();
-        self.survive(flushed)?;
+        let flushed = self.survive(flushed)?;
         self.show(false);
-        Ok(())
+        Ok(flushed.unwrap_or(true))
+    }
+
+    /// Waits until rows must be handed on; for ever if there are none. Safe to cancel.
+    pub(super) async fn due(&self) {
+        match self.writer.due() {
+            Some(due) => tokio::time::sleep_until(due.into()).await,
+            None => std::future::pending().await,
+        }
     }
 
     /// A deleted file is no reason to stop: its rows go on elsewhere, and that is said at the end.

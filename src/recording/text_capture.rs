@@ -13,7 +13,9 @@ use super::header::{Facts, header};
 use super::recorder::{Measured, Recorder};
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
-use crate::board::{Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity};
+use crate::board::{
+    Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
+};
 
 /// Samples from which the sample time is taken where it is not given; they wait in memory.
 const SAMPLES_TO_TIME: usize = 21;
@@ -142,6 +144,8 @@ pub async fn capture_text(
                         if let Some(ending) = text.push(host_us, &bytes)? {
                             break ending;
                         }
+                        text.flush_if_due()?;
+                        reader.gather(text.longest_gather());
                     }
                     Some(Arrival::HungUp { host_us }) => {
                         if let Some(log) = &mut log {
@@ -402,11 +406,22 @@ impl<'a> TextRecording<'a> {
         Ok(over.then_some(Ending::Complete))
     }
 
-    pub(super) fn flush_if_due(&mut self) -> Result<(), TextError> {
-        match &mut self.running {
-            Some(running) => Ok(running.recorder.flush_if_due()?),
-            None => Ok(()),
+    /// How long lines may gather before they are read: not at all where their arrival is the time base.
+    fn longest_gather(&self) -> Duration {
+        match &self.running {
+            Some(running) if running.device_timed => longest_gather(
+                self.request.baud,
+                Duration::from_micros(running.sample_time_us.max(0).unsigned_abs()),
+            ),
+            _ => Duration::ZERO,
         }
+    }
+
+    pub(super) fn flush_if_due(&mut self) -> Result<(), TextError> {
+        if let Some(running) = &mut self.running {
+            running.recorder.flush_if_due()?;
+        }
+        Ok(())
     }
 
     /// How long the line may be silent.

@@ -17,8 +17,12 @@ use super::{Flags, Run};
 /// Value of the `format` key.
 pub const RUN_FORMAT: &str = "motorlab-run/1";
 
-/// Rows wait in memory no longer than this (as long as [`RunWriter::flush_if_due`] is called).
+/// Rows wait in memory no longer than this (as long as [`RunWriter::flush_if_due`] is called when they are
+/// [`RunWriter::due`]).
 pub const FLUSH_EVERY: Duration = Duration::from_millis(25);
+
+/// Rows are handed on no sooner than this after the last time.
+const FLUSH_REST: Duration = Duration::from_micros(500);
 
 /// Bytes kept free in the header for the summary.
 const RESERVED_BYTES: usize = 1000;
@@ -176,12 +180,17 @@ impl RunWriter {
         Ok(speed)
     }
 
-    /// Hands the rows to the operating system if the last time is [`FLUSH_EVERY`] ago.
-    pub fn flush_if_due(&mut self) -> Result<(), WriteError> {
-        if self.last_flush.elapsed() < FLUSH_EVERY {
-            return Ok(());
+    /// Hands the rows to the operating system if the last time is at least half a millisecond ago; says whether it is.
+    pub fn flush_if_due(&mut self) -> Result<bool, WriteError> {
+        if self.last_flush.elapsed() < FLUSH_REST {
+            return Ok(false);
         }
-        self.flush()
+        self.flush().map(|()| true)
+    }
+
+    /// When the rows that wait in memory must be handed on at the latest; `None` if there are none.
+    pub fn due(&self) -> Option<Instant> {
+        (self.buffered_rows > 0).then(|| self.last_flush + FLUSH_EVERY)
     }
 
     /// Hands all rows to the operating system. After an error the file ends with a whole row; after
