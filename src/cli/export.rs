@@ -5,15 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Subcommand};
 use serde_json::json;
 
+use super::export_run::RunFile;
 use super::{Failure, Output, Status};
 use crate::export::{json, mat5, matlab, mujoco, urdf};
 use crate::motor::{Motor, read_motor};
 use crate::recording::{Run, read_run};
 
-/// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB.
+/// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB, Parquet or MCAP.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab export matlab --motor motor.toml --run step3.csv -o matlab\n  motorlab export mujoco --motor motor.toml -o motor.xml\n  motorlab export urdf --motor diagnosed.toml --leave-out\n  motorlab export json"
+    after_help = "Examples:\n  motorlab export matlab --motor motor.toml --run step3.csv -o matlab\n  motorlab export mujoco --motor motor.toml -o motor.xml\n  motorlab export urdf --motor diagnosed.toml --leave-out\n  motorlab export json\n  motorlab export mcap run.csv"
 )]
 pub struct Export {
     #[command(subcommand)]
@@ -27,6 +28,10 @@ enum Format {
     Mujoco(Mujoco),
     Urdf(Urdf),
     Json(Json),
+    /// A run as a Parquet file, for pandas, DuckDB, PlotJuggler.
+    Parquet(RunFile),
+    /// A run as an MCAP file, for Foxglove and PlotJuggler.
+    Mcap(RunFile),
 }
 
 impl Export {
@@ -36,6 +41,8 @@ impl Export {
             Format::Mujoco(format) => format.run(output),
             Format::Urdf(format) => format.run(output),
             Format::Json(format) => format.run(output),
+            Format::Parquet(run) => wrote("parquet", &[run.parquet(output)?], output),
+            Format::Mcap(run) => wrote("mcap", &[run.mcap(output)?], output),
         }
     }
 }

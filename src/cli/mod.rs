@@ -15,6 +15,7 @@ mod design;
 mod diagnose;
 mod diagnose_text;
 mod export;
+mod export_run;
 mod failure;
 mod firmware;
 mod flash;

@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | [`matlab`] | `Motor_Parameters.m` in the lab handout's names | all, as numbers with their equations |
 //! | [`mat5`] | a run as a MAT-file of version 5 | none: it is data |
+//! | `parquet`, `mcap` | a run for PlotJuggler, Foxglove, pandas (features of the build) | none: it is data |
 //! | [`mujoco`] | a hinge and a general actuator (MJCF) | those that change one of its coefficients |
 //! | [`urdf`] | a joint with `<dynamics>` | friction and inertia |
 //! | [`json`] | parameters and effects with units and equations | all |
@@ -11,7 +12,11 @@
 pub mod json;
 pub mod mat5;
 pub mod matlab;
+#[cfg(feature = "mcap")]
+pub mod mcap;
 pub mod mujoco;
+#[cfg(feature = "parquet")]
+pub mod parquet;
 pub mod urdf;
 
 mod linear;

@@ -399,7 +399,11 @@ pub fn write_run(run: &Run, path: &Path) -> Result<PathBuf, WriteError> {
         current: run.measured_current_a.is_some(),
     };
     let mut writer = RunWriter::create(path, &header, columns)?;
-    let at = |column: &Option<Vec<f64>>, k: usize| column.as_ref().map(|values| values[k]);
+    // A measured value that a sample lacks is an empty cell.
+    let at = |column: &Option<Vec<f64>>, k: usize| {
+        let value = column.as_ref().map(|values| values[k]);
+        value.filter(|value| !value.is_nan())
+    };
     for k in 0..run.len() {
         writer.append(&Row {
             seq: run.seq.as_ref().map(|seq| seq[k]),

@@ -1,0 +1,75 @@
+//! `motorlab export parquet` and `export mcap`: a run for programs that plot and analyse.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{Failure, Output};
+use crate::recording::{Run, read_run};
+
+/// Which run, and where it goes.
+#[derive(Debug, Args)]
+pub(super) struct RunFile {
+    /// Run file.
+    run: PathBuf,
+    /// File to write. [default: the run's name with the format's ending]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+impl RunFile {
+    /// Writes the run as a Parquet file.
+    #[cfg(feature = "parquet")]
+    pub(super) fn parquet(&self, output: &Output) -> Result<PathBuf, Failure> {
+        self.write(output, "parquet", |run, path| {
+            let file = std::fs::File::create(path).map_err(|error| error.to_string())?;
+            crate::export::parquet::write_run(run, file).map_err(|error| error.to_string())
+        })
+    }
+
+    /// Writes the run as a Parquet file.
+    #[cfg(not(feature = "parquet"))]
+    pub(super) fn parquet(&self, output: &Output) -> Result<PathBuf, Failure> {
+        self.write(output, "parquet", |_, _| Err(not_built("parquet")))
+    }
+
+    /// Writes the run as an MCAP file.
+    #[cfg(feature = "mcap")]
+    pub(super) fn mcap(&self, output: &Output) -> Result<PathBuf, Failure> {
+        self.write(output, "mcap", |run, path| {
+            let file = std::fs::File::create(path).map_err(|error| error.to_string())?;
+            let file = std::io::BufWriter::new(file);
+            crate::export::mcap::write_run(run, file).map_err(|error| error.to_string())
+        })
+    }
+
+    /// Writes the run as an MCAP file.
+    #[cfg(not(feature = "mcap"))]
+    pub(super) fn mcap(&self, output: &Output) -> Result<PathBuf, Failure> {
+        self.write(output, "mcap", |_, _| Err(not_built("mcap")))
+    }
+
+    fn write(
+        &self,
+        output: &Output,
+        ending: &str,
+        write: impl Fn(&Run, &Path) -> Result<(), String>,
+    ) -> Result<PathBuf, Failure> {
+        let (run, notes) = read_run(&self.run).map_err(Failure::input)?;
+        for note in notes {
+            output.message(&format!("{}: {note}", self.run.display()));
+        }
+        let path = self.output.clone();
+        let path = path.unwrap_or_else(|| self.run.with_extension(ending));
+        write(&run, &path).map_err(|error| {
+            Failure::device(format!("cannot write {}: {error}", path.display()))
+        })?;
+        Ok(path)
+    }
+}
+
+/// Formats that not everyone needs are features of the build.
+#[cfg(not(all(feature = "parquet", feature = "mcap")))]
+fn not_built(feature: &str) -> String {
+    format!("this motorlab was built without it; build it with `--features {feature}`")
+}
