@@ -73,14 +73,23 @@ fn what_a_file_says_is_text_in_every_page() {
             "--html",
             "compare.html",
         ][..],
-        &["diagnose", &name, "--motor", &motor],
+        &[
+            "diagnose",
+            &name,
+            "--motor",
+            &motor,
+            "--html",
+            "diagnose.html",
+        ],
         &["lab", "--run", &name, "--motor", &motor, "-o", "lab"],
     ] {
         let done = run(directory.path(), arguments);
         assert_eq!(done.status, Some(0), "{arguments:?}: {}", done.messages);
         assert!(!done.messages.contains('\u{1b}') && !done.output.contains('\u{1b}'));
     }
-    are_harmless(&[directory.path().join("compare.html")], "alert(2)");
+    for page in ["compare.html", "diagnose.html"] {
+        are_harmless(&[directory.path().join(page)], "alert(2)");
+    }
     are_harmless(&pages(&directory.path().join("lab")), "html");
 }
 

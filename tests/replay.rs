@@ -3,11 +3,14 @@
 #[path = "support/command.rs"]
 mod command;
 
+use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::time::Instant;
 
 use command::{RunFile, finish, run, start};
+use firmware_protocol::{FrameDecoder, HostMessage, MAX_WIRE};
+use motorlab::board::rawlog::{Event, Reader, Writer};
 
 /// A run with its raw log.
 fn recorded(directory: &Path) -> RunFile {
@@ -142,4 +145,64 @@ fn what_is_no_raw_log_is_said_with_its_first_line() {
     let done = run(directory.path(), &["replay", "bad.log"]);
     assert_eq!(done.status, Some(2));
     assert!(done.messages.contains("bad.log: line 2 of the raw log"));
+}
+
+/// Writes `raw.log` again as `told.log`, with what the host said passed through `retell`, which drops a
+/// message by `None`.
+fn retold(directory: &Path, retell: impl Fn(HostMessage) -> Option<HostMessage>) {
+    let log = File::open(directory.join("raw.log")).expect("a log");
+    let mut log = Reader::new(BufReader::new(log)).expect("a raw log");
+    let told = File::create(directory.join("told.log")).expect("a disk");
+    let mut told = Writer::new(told, log.header()).expect("a disk");
+    let mut decoder = FrameDecoder::new();
+    while let Some((at_us, event)) = log.next_event().expect("a whole log") {
+        match event {
+            Event::FromBoard(bytes) => told.from_board(at_us, &bytes).expect("a disk"),
+            Event::HangUp => told.hang_up(at_us).expect("a disk"),
+            Event::ToBoard(bytes) => {
+                for byte in bytes {
+                    let Some(Ok(frame)) = decoder.push(byte) else {
+                        continue;
+                    };
+                    let message = HostMessage::parse(frame).expect("a message of our own");
+                    let mut wire = [0; MAX_WIRE];
+                    if let Some(message) = retell(message) {
+                        let length = message.encode(&mut wire).expect("room");
+                        told.to_board(at_us, &wire[..length]).expect("a disk");
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_log_that_says_no_sample_time_is_no_recording() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let replay = || run(directory.path(), &["replay", "told.log", "-o", "told.csv"]);
+    retold(directory.path(), Some);
+    let done = replay();
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let told = directory.path().join("told.csv");
+    assert_eq!(RunFile::read(&told).rows, first.rows);
+    std::fs::remove_file(&told).expect("a file");
+
+    retold(directory.path(), |message| {
+        (!matches!(message, HostMessage::Configure { .. })).then_some(message)
+    });
+    let without = replay();
+    retold(directory.path(), |message| match message {
+        HostMessage::Configure { coast_at_zero, .. } => Some(HostMessage::Configure {
+            sample_time_us: 0,
+            coast_at_zero,
+        }),
+        other => Some(other),
+    });
+    for done in [without, replay()] {
+        assert_eq!(done.status, Some(2), "{}", done.messages);
+        let why = "the raw log holds no recording: no sample time is said before START";
+        assert!(done.messages.contains(why), "{}", done.messages);
+        assert!(!told.exists());
+    }
 }

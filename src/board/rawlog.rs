@@ -47,10 +47,12 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a log with `header` (TOML) at its top, `format` added.
+    /// Begins a log with `header` (TOML) at its top, `format` added, or instead of the one that it has.
     pub fn new(mut output: W, header: &toml::Table) -> io::Result<Self> {
         writeln!(output, "# format = \"{FORMAT}\"")?;
-        let text = toml::to_string(header).map_err(io::Error::other)?;
+        let mut header = header.clone();
+        header.remove("format");
+        let text = toml::to_string(&header).map_err(io::Error::other)?;
         for line in text.lines() {
             writeln!(output, "# {line}")?;
         }
