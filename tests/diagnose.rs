@@ -1,9 +1,10 @@
 //! The diagnosis on cases that other code made: the generator shares nothing with the simulator.
 
 use case_generator::{Case, generate};
+use motorlab::board::Profile;
 use motorlab::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose};
-use motorlab::motor::Motor;
-use motorlab::recording::{Run, read_run_from};
+use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
+use motorlab::recording::{CommandKind, Run, read_run_from};
 
 fn runs(case: &Case) -> Vec<Run> {
     let texts = case.runs.iter().map(|run| run.to_csv());
@@ -56,6 +57,72 @@ fn runs_that_say_nothing_are_errors() {
     let error = diagnose(&[short], &motor, &|_| {}).unwrap_err();
     assert!(error.to_string().contains("at least 20"), "{error}");
 }
+
+/// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
+/// in bunches of 4 ms.
+fn timed_by_arrival() -> Run {
+    let sample_time_s = 0.005;
+    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * sample_time_s).collect();
+    let profile = Profile::named("reversing", 4.5, 3.0).unwrap();
+    let command: Vec<f64> = t_s.iter().map(|&t_s| profile.command_at(t_s)).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let motor = Motor::default();
+    let counts = simulate(&motor, &drive, &SimulationOptions::default())
+        .unwrap()
+        .counts;
+    let (mut late, mut before) = (0.0_f64, f64::NEG_INFINITY);
+    let arrivals = t_s.iter().map(|t_s| {
+        // A sequence without a rhythm: the fractions of the squares of pi's multiples.
+        late += 1.0;
+        let line_s = t_s + 0.001 + 0.002 * (late * late * std::f64::consts::PI).fract();
+        before = ((line_s / 0.004).ceil() * 0.004).max(before + 1e-6);
+        before
+    });
+    let arrivals: Vec<f64> = arrivals.collect();
+    Run {
+        sample_time_s,
+        counts_per_rev: 720.0,
+        supply_v: Some(4.5),
+        complete: true,
+        t_s: arrivals.iter().map(|t_s| t_s - arrivals[0]).collect(),
+        command,
+        counts,
+        ..Run::default()
+    }
+}
+
+#[test]
+fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
+    const TIMING: [&str; 3] = ["sample_jitter", "clock_error", "transport_delay"];
+    let motor = Motor::default();
+    let mut run = timed_by_arrival();
+    // Taken for the board's times, they scatter as if samples were taken late.
+    let believed = diagnose(std::slice::from_ref(&run), &motor, &|_| {}).unwrap();
+    assert!(
+        believed.effects.contains(&"sample_jitter"),
+        "{}",
+        believed.sentence
+    );
+    run.header.insert("timing".to_owned(), "host".into());
+    let found = diagnose(&[run], &motor, &|_| {}).unwrap();
+    assert!(found.effects.is_empty(), "{}", found.sentence);
+    let listed: Vec<&str> = found.causes.iter().map(|cause| cause.effect).collect();
+    assert!(
+        TIMING.iter().all(|effect| !listed.contains(effect)),
+        "{listed:?}"
+    );
+    assert!(
+        found
+            .data
+            .iter()
+            .any(|problem| problem.problem == "host_timing")
+    );
+}
+
 #[test]
 fn stribeck_friction_is_named_and_closes_the_gap() {
     let (_, found) = diagnosis(5, "stribeck");

@@ -8,6 +8,8 @@ use crate::recording::Run;
 const JITTER: f64 = 0.05;
 /// The median interval, or the host's clock, may be off by this share.
 const CLOCK: f64 = 0.005;
+/// A clock further off than the catalogue goes was not a clock: times of a run that was not taken in real time.
+pub(super) const WIDEST_CLOCK: f64 = 0.12;
 /// Fewer counts than this say nothing of the motor.
 const FEWEST_COUNTS: i64 = 50;
 /// Fewer samples than this say nothing either.
@@ -57,12 +59,18 @@ fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     dt.sort_by(f64::total_cmp);
     let at = |share: f64| dt[((dt.len() - 1) as f64 * share) as usize];
     let (median, low, high) = (at(0.5), at(0.05), at(0.95));
-    if (median / run.sample_time_s - 1.0).abs() > CLOCK {
+    // Lines that arrive in bunches have no typical interval.
+    let typical = if run.is_host_timed() {
+        dt.iter().sum::<f64>() / dt.len() as f64
+    } else {
+        median
+    };
+    if (typical / run.sample_time_s - 1.0).abs() > CLOCK {
         say(
             "wrong_sample_time",
             format!(
                 "samples come every {:.3} ms, the file states {:.3} ms",
-                median * 1e3,
+                typical * 1e3,
                 run.sample_time_s * 1e3
             ),
         );
@@ -85,7 +93,7 @@ fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
 /// A line through the earliest arrivals of the first and the last tenth: arrival is late by a scatter, the slope is
 /// the clock's.
 pub(super) fn host_clock(run: &Run) -> Option<(f64, f64)> {
-    if is_host_timed(run) {
+    if run.is_host_timed() {
         return None;
     }
     let host = run.host_t_s.as_ref()?;
@@ -101,12 +109,8 @@ pub(super) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     (error.is_finite() && span_s > 0.0).then_some((error, span_s))
 }
 
-fn is_host_timed(run: &Run) -> bool {
-    run.header.get("timing").and_then(toml::Value::as_str) == Some("host")
-}
-
 fn clocks(run: &Run, say: &mut impl FnMut(&'static str, String)) {
-    if is_host_timed(run) {
+    if run.is_host_timed() {
         say(
             "host_timing",
             "times are arrival times at the host: timing effects are not to be trusted".to_owned(),
@@ -116,6 +120,16 @@ fn clocks(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     let Some((error, span_s)) = host_clock(run) else {
         return;
     };
+    if error.abs() > WIDEST_CLOCK {
+        say(
+            "not_real_time",
+            format!(
+                "the host's clock says the board's seconds last {:.4} s: a board in a hurry, whose clock cannot be judged",
+                1.0 + error
+            ),
+        );
+        return;
+    }
     // The earliest arrivals scatter by a millisecond or so.
     if error.abs() > CLOCK.max(0.004 / span_s) {
         say(
@@ -210,8 +224,7 @@ fn motion(run: &Run, say: &mut impl FnMut(&'static str, String)) {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_timing_of_a_host_timed_run_is_not_trusted_and_no_clock_is_accused() {
+    fn turning() -> Run {
         let mut run = Run {
             sample_time_s: 0.005,
             counts_per_rev: 720.0,
@@ -223,14 +236,30 @@ mod tests {
             run.command.push(4.5);
             run.counts.push(i64::from(k) * 3);
         }
+        run
+    }
+
+    fn kinds(run: &Run) -> Vec<&'static str> {
+        let found = problems("run.csv", run);
+        found.iter().map(|found| found.problem).collect()
+    }
+
+    #[test]
+    fn the_timing_of_a_host_timed_run_is_not_trusted_and_no_clock_is_accused() {
+        let mut run = turning();
         // A host's clock that runs 2 % fast beside the times.
         run.host_t_s = Some(run.t_s.iter().map(|t| 1.02 * t).collect());
-        let kinds = |run: &Run| -> Vec<&str> {
-            let found = problems("run.csv", run);
-            found.iter().map(|found| found.problem).collect()
-        };
         assert_eq!(kinds(&run), ["clock"]);
         run.header.insert("timing".to_owned(), "host".into());
         assert_eq!(kinds(&run), ["host_timing"]);
+    }
+
+    #[test]
+    fn no_clock_is_accused_where_the_board_was_in_a_hurry() {
+        let mut run = turning();
+        for factor in [0.005, 3.0] {
+            run.host_t_s = Some(run.t_s.iter().map(|t| factor * t).collect());
+            assert_eq!(kinds(&run), ["not_real_time"], "{factor}");
+        }
     }
 }

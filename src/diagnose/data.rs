@@ -44,6 +44,8 @@ pub(super) struct RunData {
     pub supply_v: Option<f64>,
     /// Error of the board's clock as the host saw it, and the time in s between first and last look.
     pub clock: Option<(f64, f64)>,
+    /// Where the times are arrival times at the host: the width in s over which they scatter.
+    pub arrivals_scatter_s: Option<f64>,
     /// The simulator on this run's commands.
     pub simulator: Simulator,
 }
@@ -87,6 +89,7 @@ impl RunData {
             counts_per_rev: run.counts_per_rev,
             supply_v: run.supply_v,
             clock: host_clock(run),
+            arrivals_scatter_s: run.is_host_timed().then(|| scatter_of(&run.t_s)),
             simulator,
         })
     }
@@ -121,6 +124,16 @@ impl RunData {
             ..*self
         })
     }
+}
+
+/// Width `w` of times that scatter evenly: the variance of their intervals is `2 w^2/12`.
+fn scatter_of(t_s: &[f64]) -> f64 {
+    let n = t_s.len().saturating_sub(1).max(1) as f64;
+    let mean = (t_s.last().unwrap_or(&0.0) - t_s.first().unwrap_or(&0.0)) / n;
+    let squares = t_s
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0] - mean).powi(2));
+    (6.0 * squares.sum::<f64>() / n).sqrt()
 }
 
 /// Size of the largest value, `least` at least.

@@ -12,6 +12,9 @@
 //! same gains whiten every column of the Jacobian, so that least squares on innovations is maximum likelihood
 //! with correlated errors. A strong wander forgets quickly and judges a model on short horizons; none at all is the
 //! open loop through the whole run.
+//!
+//! Arrival times at the host scatter by `w`, known from their intervals: while the shaft turns at `v` counts/s that is
+//! a further error of variance `(v w)^2/12` in each sample.
 
 use super::data::RunData;
 
@@ -125,7 +128,8 @@ impl Whitener {
                     c[0][0] += SLIP_COUNTS * SLIP_COUNTS;
                 }
             }
-            let late = run.speed_counts_s[k] * level.late_s;
+            let late_s = level.late_s.hypot(run.arrivals_scatter_s.unwrap_or(0.0));
+            let late = run.speed_counts_s[k] * late_s;
             let (own, weight) = ((1.0 + late * late) / 12.0, run.weight[k]);
             let s = c[0][0] + own / weight;
             let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s];

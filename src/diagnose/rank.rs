@@ -110,6 +110,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
 
     let applicable: Vec<usize> = (0..catalogue().len())
         .filter(|&index| applies(&catalogue()[index], kind))
+        .filter(|&index| problem.setting.tells_of(&catalogue()[index]))
         .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none())
         .collect();
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));

@@ -2,19 +2,19 @@
 //!
 //! A range in multiples of the sample time spans those of all runs. Where the host stamped arrivals, the board's
 //! clock is known: its error is `e = d(host - board)/d(board)`, between the earliest arrivals of the first and of
-//! the last tenth, good to a millisecond over the run and to what an ordinary resonator is off.
+//! the last tenth, good to a millisecond over the run and to what an ordinary resonator is off. Where arrivals are all
+//! the time there is, nothing that shows in the timing alone can be told from the line's own.
 
+use super::checks::WIDEST_CLOCK;
 use super::data::RunData;
 use crate::motor::Parameters;
-use crate::motor::effects::EffectParameter;
+use crate::motor::effects::{EffectKind, EffectParameter, Stage};
 use crate::recording::CommandKind;
 
 /// Standard deviation of an ordinary clock's error (a ceramic resonator's tolerance is 0.5 %).
 const ORDINARY_CLOCK: f64 = 0.003;
 /// Scatter in s of the earliest arrivals.
 const ARRIVAL_S: f64 = 0.001;
-/// A clock further off than the catalogue goes was not a clock: times of a run in a hurry.
-const WIDEST_CLOCK: f64 = 0.12;
 /// Most that an unexplained clock speaks against a hypothesis, in nats.
 const MOST_NATS: f64 = 50.0;
 
@@ -27,6 +27,8 @@ pub(super) struct Setting {
     sample_times_s: (f64, f64),
     /// The clock's error as the host saw it, and its standard deviation.
     clock: Option<(f64, f64)>,
+    /// All runs are timed by their arrival at the host.
+    host_timed: bool,
 }
 
 impl Setting {
@@ -47,7 +49,14 @@ impl Setting {
             kind: runs.first().map_or(CommandKind::Voltage, |run| run.kind),
             sample_times_s: (times().fold(f64::INFINITY, f64::min).min(longest), longest),
             clock: (weights > 0.0).then(|| (sum / weights, (1.0 / weights).sqrt())),
+            host_timed: runs.iter().all(|run| run.arrivals_scatter_s.is_some()),
         }
+    }
+
+    /// Whether these runs can tell of an effect: samples taken late, a clock that is off and a command that comes
+    /// late are what arrival times look like in any case.
+    pub fn tells_of(&self, effect: &EffectKind) -> bool {
+        !self.host_timed || (effect.stage != Stage::Timing && effect.id != "transport_delay")
     }
 
     /// Plausible range of a parameter in its unit.
