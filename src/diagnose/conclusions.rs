@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use super::candidate::Candidate;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, BASE_KEYS};
-use super::rank::{Candidate, Ranking};
+use super::rank::Ranking;
 use super::unknown::flexible;
 use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};
 use super::{regimes, ties};

@@ -8,6 +8,7 @@
 //! recording's own, smoothed, so that the weights are the same for every model.
 
 use super::checks::host_clock;
+use super::tones;
 use crate::motor::fit::Simulator;
 use crate::motor::{Drive, Model, SimulationError};
 use crate::recording::{CommandKind, Run};
@@ -36,6 +37,8 @@ pub(super) struct RunData {
     pub weight: Vec<f64>,
     /// Whether the shaft moves there.
     pub moving: Vec<bool>,
+    /// Tones of its rounding.
+    pub tones: Vec<Vec<f64>>,
     /// Nominal sample time in s.
     pub sample_time_s: f64,
     /// Counts per revolution that the file states.
@@ -79,6 +82,7 @@ impl RunData {
             t_s: run.t_s.clone(),
             command: run.command.clone(),
             kind: run.command_kind,
+            tones: tones::columns(&run.t_s, &counts),
             counts,
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
             largest_command: largest(&run.command, 1e-12),
@@ -121,6 +125,7 @@ impl RunData {
             speed_counts_s: self.speed_counts_s[..end].to_vec(),
             weight: self.weight[..end].to_vec(),
             moving: self.moving[..end].to_vec(),
+            tones: self.tones.iter().map(|tone| tone[..end].to_vec()).collect(),
             ..*self
         })
     }

@@ -36,6 +36,12 @@ pub(super) struct Problem<'a> {
 /// A level of the wander this many nats behind another ends the search for the best.
 const HOPELESS: f64 = 200.0;
 
+/// A step that gains fewer nats is the last.
+const SETTLED: f64 = 0.05;
+
+/// A fit of fewer steps is a look: its curvature is that of its last step.
+const FEW_STEPS: usize = 4;
+
 /// The filters of all runs.
 pub(super) type Filters = Arc<Vec<Whitener>>;
 
@@ -147,7 +153,13 @@ impl<'a> Problem<'a> {
         let mut lambda = 1e-3;
         let mut converged = false;
         let mut jtj = DMatrix::zeros(d, d);
-        for step in 0..=most_steps {
+        // The curvature of the last step serves the evidence too, unless there was none or it was far off.
+        let steps = if most_steps < FEW_STEPS {
+            most_steps.max(1)
+        } else {
+            most_steps + 1
+        };
+        for step in 0..steps {
             let jacobian = self.jacobian(hypothesis, &p, &whiteners)?;
             let gradient: DVector<f64>;
             (jtj, gradient) = normal_equations(hypothesis, &jacobian, &r, &p);
@@ -155,6 +167,7 @@ impl<'a> Problem<'a> {
                 break;
             }
             let mut improved = false;
+            let mut promised = f64::INFINITY;
             for _ in 0..6 {
                 let mut damped = jtj.clone();
                 for k in 0..d {
@@ -164,6 +177,7 @@ impl<'a> Problem<'a> {
                     lambda *= 10.0;
                     continue;
                 };
+                promised = promised.min(0.5 * delta.dot(&gradient));
                 let mut tried: Vec<f64> = p.iter().zip(delta.iter()).map(|(a, b)| a + b).collect();
                 hypothesis.clamp(&mut tried);
                 let Some(x) = self.predictions(hypothesis, &tried) else {
@@ -174,7 +188,7 @@ impl<'a> Problem<'a> {
                 let r_tried = self.whitened(&x, &w);
                 let cost_tried = self.cost(hypothesis, &tried, &r_tried, &w);
                 if cost_tried < cost {
-                    converged = cost - cost_tried < 0.05;
+                    converged = cost - cost_tried < SETTLED;
                     (p, predictions, whiteners, r, cost) = (tried, x, w, r_tried, cost_tried);
                     lambda = (lambda * 0.2).max(1e-9);
                     improved = true;
@@ -186,7 +200,7 @@ impl<'a> Problem<'a> {
                 converged = true;
                 break;
             }
-            if converged && step > 0 {
+            if converged && (step > 0 || promised < SETTLED) {
                 break;
             }
         }
@@ -217,16 +231,27 @@ impl<'a> Problem<'a> {
 
     /// Fits from strong to weak wander and keeps the level with the best evidence.
     pub fn fit(&self, hypothesis: &Hypothesis, start: &[f64], most_steps: usize) -> Option<Fit> {
-        let mut best: Option<Fit> = None;
+        self.fit_from(0, hypothesis, start, most_steps)
+    }
+
+    /// The same from the level with this number on; stronger ones only where the first was the best.
+    pub fn fit_from(
+        &self,
+        first: usize,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+        most_steps: usize,
+    ) -> Option<Fit> {
+        let mut best: Option<(usize, Fit)> = None;
         let mut p = start.to_vec();
-        for &wander in &self.levels {
+        for (k, &wander) in self.levels.iter().enumerate().skip(first) {
             let Some(fit) = self.fit_at(hypothesis, &p, wander, most_steps) else {
                 continue;
             };
             p.clone_from(&fit.p);
             let behind = best
                 .as_ref()
-                .map_or(0.0, |best| best.log_evidence - fit.log_evidence);
+                .map_or(0.0, |(_, best)| best.log_evidence - fit.log_evidence);
             if behind > HOPELESS {
                 // Weaker still is worse still; but a little worse is no peak yet.
                 break;
@@ -234,9 +259,17 @@ impl<'a> Problem<'a> {
             if behind > 0.0 {
                 continue;
             }
-            best = Some(fit);
+            best = Some((k, fit));
         }
-        best
+        let (mut at, mut best) = best?;
+        while at <= first && at > 0 {
+            at -= 1;
+            match self.fit_at(hypothesis, &best.p, self.levels[at], most_steps) {
+                Some(fit) if fit.log_evidence > best.log_evidence => best = fit,
+                _ => break,
+            }
+        }
+        Some(best)
     }
 
     fn cost(&self, hypothesis: &Hypothesis, p: &[f64], r: &[f64], whiteners: &[Whitener]) -> f64 {

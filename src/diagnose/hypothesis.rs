@@ -23,6 +23,10 @@ const WIDEST: f64 = 3.0;
 const EDGE: f64 = 0.04;
 /// Standard deviations by which a value that changes nothing is implausible as an effect.
 const HOLE: f64 = 12.0;
+/// Key of the order of an angle-periodic effect, and how far outside its range it may be: the first order is
+/// another effect's.
+const ORDER: &str = "cycles_per_rev";
+const ORDER_ROOM: f64 = 0.25;
 /// Half width of the range of a number that is held.
 const HELD: f64 = 1e-6;
 /// How many numbers of the base model are free.
@@ -53,6 +57,7 @@ struct Free {
     /// Plausible range of the number as it is fitted (its logarithm where that is so).
     range: (f64, f64),
     phase: bool,
+    order: bool,
     possible: (f64, f64),
     /// Value that changes nothing, and the least plausible distance from it.
     neutral: Option<(f64, f64)>,
@@ -123,7 +128,7 @@ impl Hypothesis {
         let mut held = self.clone();
         for (value, free) in p[BASE..].iter().zip(&mut held.free) {
             let kind = &catalogue()[self.members[free.member].index];
-            if kind.parameters[free.parameter].key == "cycles_per_rev" {
+            if kind.parameters[free.parameter].key == ORDER {
                 free.range = (value - HELD, value + HELD);
             }
         }
@@ -161,7 +166,11 @@ impl Hypothesis {
                 continue;
             }
             let (lo, hi) = free.range;
-            let room = 0.5 * (hi - lo);
+            let room = if free.order {
+                ORDER_ROOM
+            } else {
+                0.5 * (hi - lo)
+            };
             *value = value.clamp(lo - room, hi + room);
             if !free.logarithmic {
                 *value = value.clamp(free.possible.0, free.possible.1);
@@ -346,6 +355,7 @@ impl Free {
                 (lo, hi)
             },
             phase: kind.prior == Prior::Phase,
+            order: kind.key == ORDER,
             possible: kind.possible,
             neutral: kind
                 .neutral(&motor.parameters)

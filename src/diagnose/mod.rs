@@ -6,14 +6,18 @@
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
 //! measures the gap on data kept from the fit, `regimes` says where it lies, `design` what to record next.
 
+mod candidate;
 mod checks;
 mod conclusions;
 mod data;
 mod design;
 mod fit;
+mod growth;
 mod hypothesis;
+mod looks;
 mod matter;
 mod noise;
+mod periodic;
 mod rank;
 mod regimes;
 mod rungs;
@@ -21,6 +25,7 @@ mod search;
 mod sentence;
 mod setting;
 mod ties;
+mod tones;
 mod unknown;
 mod verdict;
 

@@ -17,6 +17,7 @@
 //! a further error of variance `(v w)^2/12` in each sample.
 
 use super::data::RunData;
+use super::tones::Projection;
 
 /// Standard deviation in counts of the position each time the shaft starts, stops or turns back: contacts give
 /// way before they slide, by a law of their own.
@@ -46,7 +47,8 @@ pub(super) struct NoiseLevel {
 #[derive(Debug, Clone)]
 pub(super) struct Whitener {
     steps: Vec<Step>,
-    /// Sum of ln(2 pi S) over the samples, by their weights.
+    tones: Projection,
+    /// Sum of ln(2 pi S) over the samples, by their weights, and what the tones add.
     pub log_determinant: f64,
 }
 
@@ -147,9 +149,15 @@ impl Whitener {
                 transition: t,
             });
         }
+        let mut tones = run.tones.clone();
+        for tone in &mut tones {
+            filter(&steps, tone);
+        }
+        let tones = Projection::new(&tones);
         Self {
             steps,
-            log_determinant,
+            log_determinant: log_determinant + tones.log_determinant,
+            tones,
         }
     }
 
@@ -162,17 +170,22 @@ impl Whitener {
 
     /// Turns a column (residual, or a derivative of the prediction) into its whitened innovations.
     pub fn whiten(&self, column: &mut [f64]) {
-        let mut m = [0.0; 3];
-        for (k, (value, step)) in column.iter_mut().zip(&self.steps).enumerate() {
-            if k > 0 {
-                m = step.transition.apply(m);
-            }
-            let innovation = *value - m[0];
-            for (state, gain) in m.iter_mut().zip(step.gain) {
-                *state += gain * innovation;
-            }
-            *value = innovation * step.scale;
+        filter(&self.steps, column);
+        self.tones.apply(column);
+    }
+}
+
+fn filter(steps: &[Step], column: &mut [f64]) {
+    let mut m = [0.0; 3];
+    for (k, (value, step)) in column.iter_mut().zip(steps).enumerate() {
+        if k > 0 {
+            m = step.transition.apply(m);
         }
+        let innovation = *value - m[0];
+        for (state, gain) in m.iter_mut().zip(step.gain) {
+            *state += gain * innovation;
+        }
+        *value = innovation * step.scale;
     }
 }
 

@@ -11,15 +11,31 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member, predict};
-use super::noise::{NoiseLevel, response};
+use super::noise::NoiseLevel;
+use super::periodic::{is_scanned, periodic};
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue};
 use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
 const STARTS: usize = 3;
+/// How many of one that goes in steps.
+const STEPPED_STARTS: usize = 6;
 /// How many orders of an angle-periodic effect are fitted.
-const ORDERS: usize = 4;
+pub(super) const ORDERS: usize = 4;
+
+/// Limits of the edge rate to try, as shares of the fastest that was counted (smoothed, so that it may be higher).
+const RATES: [f64; 12] = [
+    0.80, 0.86, 0.92, 0.97, 1.0, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.4,
+];
+
+/// The same about the limit of a fit.
+const CLOSER: [f64; 10] = [
+    0.95, 0.965, 0.98, 0.99, 0.995, 1.005, 1.01, 1.02, 1.035, 1.05,
+];
+/// Most thresholds of a dead zone to try, and how far from that of a fit to try all.
+const MOST_THRESHOLDS: usize = 40;
+const NEARBY: f64 = 1.25;
 
 /// Squares of the prior's standard deviations from which on a base counts as bent.
 const STRAINED: f64 = 6.0;
@@ -28,7 +44,7 @@ const STRAINED: f64 = 6.0;
 const WIDEST_SHIFT: f64 = 0.2;
 
 /// Values of an effect to try: what they leave where that is known, the values, by how much the base moves.
-type Try = (Option<f64>, Vec<f64>, [f64; BASE]);
+pub(super) type Try = (Option<f64>, Vec<f64>, [f64; BASE]);
 
 fn unrated(values: Vec<Vec<f64>>) -> Vec<Try> {
     values
@@ -49,36 +65,52 @@ pub(super) struct Search<'a> {
 }
 
 /// A point around which the base gives way linearly.
-struct Anchor {
-    hypothesis: Hypothesis,
-    p: Vec<f64>,
-    /// Whitened residual and base columns there.
-    residual: Vec<f64>,
-    base: Vec<Vec<f64>>,
+pub(super) struct Anchor {
+    /// What is fitted there.
+    pub hypothesis: Hypothesis,
+    /// Its numbers.
+    pub p: Vec<f64>,
+    /// Whitened residual there.
+    pub residual: Vec<f64>,
+    /// Whitened columns of the base.
+    pub base: Vec<Vec<f64>>,
+    /// What is left there after the base has given way linearly.
+    pub left: f64,
 }
 
 impl Anchor {
     fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
+        let residual = problem.innovations(fit);
+        let base = problem.base_jacobian(fit)?;
+        let noise = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+        let whiteners = problem.whiteners(&noise);
+        let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
         Some(Self {
+            left: left_over(&residual, &base, &fit.hypothesis, &fit.p) + determinants,
             hypothesis: fit.hypothesis.clone(),
             p: fit.p.clone(),
-            residual: problem.innovations(fit),
-            base: problem.base_jacobian(fit)?,
+            residual,
+            base,
         })
     }
 }
 
 impl<'a> Search<'a> {
-    /// Looks from `fit` on; `None` where that cannot be simulated.
-    pub fn new(problem: &'a Problem<'a>, fit: &Fit) -> Option<Self> {
+    /// Looks from `fit` on, on the level of the wander with this number; `None` where that cannot be simulated.
+    pub fn new(problem: &'a Problem<'a>, fit: &Fit, level: usize) -> Option<Self> {
         // Short horizons: the search must not depend on what happened seconds ago.
-        let strongest = problem.levels.get(1).or(problem.levels.first()).copied()?;
+        let strongest = problem
+            .levels
+            .get(level)
+            .or(problem.levels.last())
+            .copied()?;
         let mut at_level = fit.clone();
         at_level.wander = strongest;
         let mut anchors = vec![Anchor::new(problem, &at_level)?];
         // A base that bent itself far to explain an effect is a bad place to look for it from.
-        if fit.hypothesis.members.is_empty() && fit.hypothesis.strain(&fit.p) > STRAINED {
-            let start = fit.hypothesis.start();
+        if fit.hypothesis.strain(&fit.p) > STRAINED {
+            let mut start = fit.p.clone();
+            start[..BASE].fill(0.0);
             let nominal = problem.fit_at(&fit.hypothesis, &start, strongest, 0);
             anchors.extend(nominal.and_then(|fit| Anchor::new(problem, &fit)));
         }
@@ -90,17 +122,28 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// The most promising hypotheses with effect `index` added, each with its starting numbers, and what
-    /// the best of them leaves (less is better; of use beside other effects' only).
-    pub fn starts(&self, index: usize) -> (f64, Vec<Start>) {
+    /// The most promising hypotheses with effect `index` added, each with its starting numbers; `known` are the
+    /// effect's values in a fit, near which to look more closely.
+    pub fn starts(&self, index: usize, known: Option<&[f64]>) -> Vec<Start> {
         let kind = &catalogue()[index];
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
         for anchor in &self.anchors {
             let tried: Vec<Try> = match kind.id {
                 "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
-                    self.periodic(anchor, index, kind.id)
+                    periodic(self.problem, &self.level, anchor, index, kind.id)
                 }
-                "dead_zone" => unrated(self.thresholds()),
+                "dead_zone" => {
+                    let mut values = self.thresholds(None);
+                    if let Some(known) = known {
+                        values.extend(self.thresholds(known.first().copied()));
+                    }
+                    unrated(values)
+                }
+                "missed_counts" => {
+                    let mut values = self.grid(kind.parameters);
+                    values.extend(self.fastest_rates(known));
+                    unrated(values)
+                }
                 _ => unrated(self.grid(kind.parameters)),
             };
             for (rating, values, base) in tried {
@@ -119,9 +162,12 @@ impl<'a> Search<'a> {
             }
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        scored.truncate(if is_scanned(kind.id) { ORDERS } else { STARTS });
-        let best = scored.first().map_or(f64::INFINITY, |first| first.0);
-        (best, scored.into_iter().map(|(_, h, p)| (h, p)).collect())
+        scored.truncate(match kind.id {
+            id if is_scanned(id) => ORDERS,
+            "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
+            _ => STARTS,
+        });
+        scored.into_iter().map(|(_, h, p)| (h, p)).collect()
     }
 
     /// What is left on short horizons after the base has given way linearly.
@@ -189,133 +235,40 @@ impl<'a> Search<'a> {
         points
     }
 
-    /// A dead zone swallows whole levels of the command: only which ones matters.
-    fn thresholds(&self) -> Vec<Vec<f64>> {
-        let mut levels: Vec<f64> = self
-            .problem
-            .runs
-            .iter()
-            .flat_map(|run| run.command.iter().map(|u| u.abs()))
-            .filter(|u| *u > 0.0)
-            .collect();
+    /// A dead zone swallows whole levels of the command: only which ones matters. Tried are the gaps between
+    /// levels, in a ramp of many levels every so many; all of them near the value of a fit.
+    fn thresholds(&self, near: Option<f64>) -> Vec<Vec<f64>> {
+        let (lo, hi) = match near {
+            Some(value) => (value / NEARBY, value * NEARBY),
+            None => (0.05, 3.0),
+        };
+        let commands = self.problem.runs.iter().flat_map(|run| &run.command);
+        let mut levels: Vec<f64> = commands.map(|u| u.abs()).filter(|u| *u > 0.0).collect();
         levels.sort_by(f64::total_cmp);
         levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-        let most = 24;
-        let every = levels.len().div_ceil(most).max(1);
-        let chosen: Vec<f64> = levels.iter().copied().step_by(every).collect();
-        let (lo, hi) = (0.05, 3.0);
-        let between = chosen.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let last = chosen.last().map(|level| level * 1.05);
-        between
+        let between = levels.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let last = levels.last().map(|level| level * 1.05);
+        let gaps: Vec<f64> = between
             .chain(last)
             .filter(|v| (lo..=hi).contains(v))
-            .map(|v| vec![v])
-            .collect()
-    }
-
-    /// Effects that repeat with the angle: order by order, amplitude and phase by regression.
-    fn periodic(&self, anchor: &Anchor, index: usize, id: &str) -> Vec<Try> {
-        let orders: Vec<f64> = match id {
-            "gravity_load" | "encoder_eccentricity" => vec![1.0],
-            _ => (8..=120).map(|quarter| f64::from(quarter) * 0.25).collect(),
-        };
-        let motor = &self.problem.nominal.parameters;
-        let whiteners = self.problem.whiteners(&self.level);
-        let mut found: Vec<Try> = Vec::new();
-        for order in orders {
-            let mut columns = [Vec::new(), Vec::new()];
-            for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
-                for (column, quarter) in columns.iter_mut().zip([0.0, 0.25]) {
-                    let shift = quarter * std::f64::consts::TAU;
-                    let mut one = wave(self.problem, run, id, order, shift);
-                    whitener.whiten(&mut one);
-                    column.extend(one);
-                }
-            }
-            let Some((gain, shift, [a, b])) = regress(&anchor.residual, anchor, &columns) else {
-                continue;
-            };
-            // a sin(x) + b sin(x + pi/2) = c sin(x + phase).
-            let (amplitude, phase) = (a.hypot(b), b.atan2(a));
-            let values = match id {
-                "cogging" => vec![amplitude * motor.inertia_kg_m2, order, phase],
-                "torque_ripple" => vec![amplitude.min(0.5), order, phase],
-                // Gravity opposes: torque sin(theta + phase) is taken away.
-                "gravity_load" => vec![
-                    amplitude * motor.inertia_kg_m2,
-                    phase + std::f64::consts::PI,
-                ],
-                _ => vec![amplitude, phase],
-            };
-            found.push((Some(-gain), values, shift));
-        }
-        let found = peaks(found, id);
-        let parameters = catalogue()[index].parameters;
-        found
-            .into_iter()
-            .map(|(rating, mut values, shift)| {
-                for (value, parameter) in values.iter_mut().zip(parameters) {
-                    if parameter.prior == Prior::Phase {
-                        *value = value.rem_euclid(std::f64::consts::TAU);
-                    } else {
-                        let (lo, hi) = self.problem.setting.range(parameter, motor);
-                        *value = value.clamp(0.5 * lo, 1.5 * hi);
-                    }
-                }
-                (rating, values, shift)
-            })
-            .collect()
-    }
-}
-
-/// Whether an effect's order is unknown: beside the right one the objective has many hollows.
-pub(super) fn is_scanned(id: &str) -> bool {
-    matches!(id, "cogging" | "torque_ripple")
-}
-
-/// The best orders that are not neighbours of a better one.
-fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
-    found.sort_by(|a, b| f64::total_cmp(&a.0.unwrap_or(0.0), &b.0.unwrap_or(0.0)));
-    let mut kept: Vec<Try> = Vec::new();
-    for one in found {
-        let apart = |other: &Try| !is_scanned(id) || (other.1[1] - one.1[1]).abs() > 0.4;
-        if kept.len() < ORDERS && kept.iter().all(apart) {
-            kept.push(one);
-        }
-    }
-    kept
-}
-
-/// The answer of the position in counts to a unit of an angle-periodic effect of this order and phase.
-fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) -> Vec<f64> {
-    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
-    let sine = |k: usize| (order * run.counts[k] / counts_per_rad + shift).sin();
-    if id == "encoder_eccentricity" {
-        return (0..run.len())
-            .map(|k| (sine(k) - sine(0)) * counts_per_rad)
             .collect();
+        let every = gaps.len().div_ceil(MOST_THRESHOLDS).max(1);
+        gaps.into_iter().step_by(every).map(|v| vec![v]).collect()
     }
-    let p = &problem.nominal.parameters;
-    let torque = |k: usize| match (id, run.kind) {
-        ("torque_ripple", CommandKind::Voltage) => {
-            let speed = run.speed_counts_s[k] / counts_per_rad;
-            let (kt, kb, r) = (
-                p.torque_constant_nm_per_a,
-                p.back_emf_v_s_per_rad,
-                p.resistance_ohm,
-            );
-            kt * (run.command[k] - 2.0 * kb * speed) / (r * p.inertia_kg_m2)
-        }
-        ("torque_ripple", CommandKind::Current) => {
-            p.torque_constant_nm_per_a * run.command[k] / p.inertia_kg_m2
-        }
-        ("torque_ripple", CommandKind::Torque) => run.command[k] / p.inertia_kg_m2,
-        _ => 1.0,
-    };
-    let acceleration: Vec<f64> = (0..run.len())
-        .map(|k| sine(k) * torque(k) * counts_per_rad)
-        .collect();
-    response(run, problem.damping, &acceleration)
+
+    /// Edges that come too fast are lost: then the fastest that were counted tell the limit.
+    fn fastest_rates(&self, known: Option<&[f64]>) -> Vec<Vec<f64>> {
+        let parameters = catalogue().iter().find(|kind| kind.id == "missed_counts");
+        let few = parameters.map_or(0.0, |kind| kind.parameters[0].lo);
+        let top = self.problem.runs.iter().map(|run| run.top_speed_counts_s);
+        let top = top.fold(0.0, f64::max);
+        let near = known.map(|values| values[1]).filter(|rate| *rate > 0.0);
+        let closer = near
+            .into_iter()
+            .flat_map(|rate| CLOSER.map(|share| share * rate));
+        let rates = RATES.map(|share| share * top).into_iter().chain(closer);
+        rates.map(|rate| vec![few, rate]).collect()
+    }
 }
 
 /// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
@@ -339,44 +292,9 @@ fn left_over(r: &[f64], base: &[Vec<f64>], hypothesis: &Hypothesis, p: &[f64]) -
     }
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+/// Sum of products.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-/// By how many squares two more columns help beside the base, the base's coefficients, and theirs.
-fn regress(
-    r: &[f64],
-    anchor: &Anchor,
-    columns: &[Vec<f64>; 2],
-) -> Option<(f64, [f64; BASE], [f64; 2])> {
-    let before = solve(r, &anchor.base, anchor).map_or(0.0, |(gain, _)| gain);
-    let all: Vec<Vec<f64>> = anchor.base.iter().chain(columns).cloned().collect();
-    let (gain, x) = solve(r, &all, anchor)?;
-    let shift = std::array::from_fn(|k| x[k]);
-    Some((gain - before, shift, [x[BASE], x[BASE + 1]]))
-}
-
-/// Least squares with the base's prior and a little ridge: the squares that the columns explain, and their
-/// coefficients, the base's first.
-fn solve(r: &[f64], columns: &[Vec<f64>], anchor: &Anchor) -> Option<(f64, DVector<f64>)> {
-    let d = columns.len();
-    let precision = |i: usize, j: usize| {
-        if i < BASE && j < BASE {
-            anchor.hypothesis.precision(i, j)
-        } else {
-            0.0
-        }
-    };
-    let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]) + precision(i, j));
-    for k in 0..d {
-        normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
-    }
-    let right = DVector::from_fn(d, |k, _| {
-        let pull: f64 = (0..BASE).map(|j| precision(k, j) * anchor.p[j]).sum();
-        dot(&columns[k], r) - pull
-    });
-    let x = normal.cholesky()?.solve(&right);
-    Some((x.dot(&right), x))
 }
 
 /// Rate at which a speed error of this motor dies away, 1/s, as its terminals are driven.

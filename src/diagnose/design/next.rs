@@ -11,10 +11,11 @@ use rayon::prelude::*;
 use super::planned::{Planned, Sampling, View};
 use crate::board::Profile;
 use crate::diagnose::NextExperiment;
+use crate::diagnose::candidate::Candidate;
 use crate::diagnose::conclusions::ids;
 use crate::diagnose::fit::Problem;
 use crate::diagnose::noise::NoiseLevel;
-use crate::diagnose::rank::{Candidate, Ranking};
+use crate::diagnose::rank::Ranking;
 use crate::diagnose::ties::{TIE, separation};
 use crate::recording::CommandKind;
 

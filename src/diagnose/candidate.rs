@@ -1,0 +1,94 @@
+//! A hypothesis that was fitted, and what it weighs: evidence, prior, and what speaks against it besides.
+//!
+//! `ln w = ln Z + ln p(set) - excess wander - too small to matter - a clock that is left unexplained`. Half the
+//! motors have no effect beyond their tolerances, more effects at once are rarer, all sets of a size are alike.
+
+use super::fit::{Fit, Problem};
+use super::matter;
+use crate::motor::effects::catalogue;
+
+/// Prior probability that there is no effect.
+const PRIOR_NONE: f64 = 0.45;
+/// That there is exactly one effect.
+const PRIOR_SINGLE: f64 = 0.42;
+/// That there are two.
+const PRIOR_PAIR: f64 = 0.07;
+/// That there are three.
+const PRIOR_TRIPLE: f64 = 0.01;
+/// A wander up to this share of the largest acceleration is ordinary; more speaks for the unknown.
+const ORDINARY_WANDER: f64 = 0.003;
+
+/// A hypothesis that was fitted.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate {
+    /// Indices of its effects in the catalogue; none for the null.
+    pub effects: Vec<usize>,
+    /// Its fit.
+    pub fit: Fit,
+    /// Evidence and prior together, in nats.
+    pub log_weight: f64,
+    /// Its probability.
+    pub probability: f64,
+}
+
+/// A fit of these effects with its weight; `scale` is the largest acceleration in counts/s^2.
+pub(super) fn candidate(
+    problem: &Problem<'_>,
+    effects: Vec<usize>,
+    fit: Fit,
+    scale: f64,
+) -> Candidate {
+    let n = catalogue().len() as f64;
+    let log_prior = match effects.len() {
+        0 => PRIOR_NONE.ln(),
+        1 => (PRIOR_SINGLE / n).ln(),
+        2 => (PRIOR_PAIR / (n * (n - 1.0) / 2.0)).ln(),
+        _ => (PRIOR_TRIPLE / (n * (n - 1.0) * (n - 2.0) / 6.0)).ln(),
+    };
+    let explained = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
+    let clock = if explained {
+        0.0
+    } else {
+        problem.setting.against_a_right_clock()
+    };
+    Candidate {
+        log_weight: fit.log_evidence + log_prior
+            - excess_wander(fit.wander, scale)
+            - matter::discount(problem, &fit)
+            - clock,
+        effects,
+        fit,
+        probability: 0.0,
+    }
+}
+
+/// How implausible a wander of this size is in an ordinary motor, in nats.
+pub(super) fn excess_wander(wander: f64, scale: f64) -> f64 {
+    2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
+}
+
+/// A set of effects in the catalogue's order.
+pub(super) fn sorted(effects: &[usize]) -> Vec<usize> {
+    let mut set = effects.to_vec();
+    set.sort_unstable();
+    set
+}
+
+/// Heaviest first.
+pub(super) fn by_weight(a: &Candidate, b: &Candidate) -> std::cmp::Ordering {
+    b.log_weight.total_cmp(&a.log_weight)
+}
+
+/// Keeps the best fit of every set of effects.
+pub(super) fn dedup(candidates: &mut Vec<Candidate>) {
+    candidates.sort_by(by_weight);
+    let mut seen: Vec<Vec<usize>> = Vec::new();
+    candidates.retain(|c| {
+        let set = sorted(&c.effects);
+        let new = !seen.contains(&set);
+        if new {
+            seen.push(set);
+        }
+        new
+    });
+}

@@ -1,0 +1,240 @@
+//! Which sets of effects are fitted: single ones, then the best with one more beside them.
+//!
+//! Every effect is tried beside a parent on short horizons, the promising ones are fitted on long ones. What a
+//! parent got wrong for want of its partner is mended: other single effects are grown too as long as the best
+//! set leaves something, and effects that go in steps are looked for again beside their new partners.
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, by_weight, candidate, sorted};
+use super::fit::{Fit, Problem};
+use super::looks::{first_fit, scanned_fit};
+use super::periodic::is_scanned;
+use super::search::Search;
+use super::unknown::flexible;
+use crate::motor::effects::{Prior, catalogue};
+
+const FURTHER_STEPS: usize = 5;
+/// Most steps of a final fit on each level.
+pub(super) const FINAL_STEPS: usize = 10;
+/// How many effects of a round are fitted on after the first steps.
+const FITTED_ON: usize = 12;
+/// How many effects of a round are fitted on long horizons too.
+const FULLY_FITTED: usize = 6;
+/// How many single effects are grown where the best set leaves something.
+const BEST_SINGLES: usize = 3;
+/// A set that leaves a wander of this share of the largest acceleration, and a base bent by this many squares of
+/// the prior's standard deviations (exceeded by chance once in a hundred), leaves nothing.
+const CALM: f64 = 0.001;
+const UNBENT: f64 = 13.3;
+/// How many sets, and how many nats behind the best, have their effects looked for again.
+const REFINED: usize = 4;
+const REFINED_NEAR: f64 = 60.0;
+/// Most effects of a set, and most sets that are grown.
+const MOST_EFFECTS: usize = 3;
+const MOST_EXPANDED: usize = 5;
+/// Sets this many nats behind the best are grown too.
+const CLOSE: f64 = 20.0;
+/// Effects this many nats behind the best of a round on short horizons are fitted fully too.
+const NEAR: f64 = 12.0;
+/// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
+const FAR: f64 = 100.0;
+const HOPELESS: f64 = 1000.0;
+/// How many of a round are fitted fully in any case.
+const LEADERS: usize = 3;
+
+/// What is searched, and how.
+pub(super) struct Field<'a> {
+    /// The runs and the nominal motor.
+    pub problem: &'a Problem<'a>,
+    /// The same for the first parts of the runs.
+    pub beginnings: &'a [Problem<'a>],
+    /// Largest acceleration in counts/s^2.
+    pub scale: f64,
+}
+
+impl Field<'_> {
+    /// Which set to grow next: the best; then, as long as the best leaves something, each of its parts alone
+    /// (the best pair need not hold the best single effect), the other best single effects, and what is close.
+    pub fn next_parent(
+        &self,
+        candidates: &[Candidate],
+        expanded: &[Vec<usize>],
+    ) -> Option<Candidate> {
+        let best = candidates.first()?;
+        let open = |c: &&Candidate| {
+            !c.effects.is_empty()
+                && c.effects.len() < MOST_EFFECTS
+                && !expanded.contains(&sorted(&c.effects))
+        };
+        if expanded.len() >= MOST_EXPANDED {
+            return None;
+        }
+        if open(&best) && best.effects.len() == 1 {
+            return Some(best.clone());
+        }
+        if self.is_enough(best) {
+            return None;
+        }
+        let part_of_best = |c: &&Candidate| {
+            c.effects.len() + 1 == best.effects.len()
+                && c.effects.iter().all(|e| best.effects.contains(e))
+        };
+        let singles = candidates.iter().filter(|c| c.effects.len() == 1);
+        let close = |c: &&Candidate| c.log_weight > best.log_weight - CLOSE;
+        let found = candidates
+            .iter()
+            .filter(open)
+            .find(part_of_best)
+            .or_else(|| singles.take(BEST_SINGLES).find(open))
+            .or_else(|| candidates.first().filter(open))
+            .or_else(|| candidates.iter().filter(open).find(close));
+        found.cloned()
+    }
+
+    /// Whether a set leaves nothing to explain: no wander to speak of, the base where it was stated, and
+    /// nothing in the residual that depends on speed, angle, time or command.
+    pub fn is_enough(&self, candidate: &Candidate) -> bool {
+        let fit = &candidate.fit;
+        fit.wander <= CALM * self.scale
+            && fit.hypothesis.strain(&fit.p) < UNBENT
+            && flexible(self.problem, fit, self.scale).log_gain < 0.0
+    }
+
+    /// Fits the parent with each of these effects added.
+    pub fn with_one_more(&self, parent: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+        let problem = self.problem;
+        let level = self.search_level(&parent.fit);
+        let Some(search) = Search::new(problem, &parent.fit, level) else {
+            return Vec::new();
+        };
+        let mut short: Vec<Candidate> = indices
+            .par_iter()
+            .filter_map(|&index| {
+                let starts = search.starts(index, None);
+                let fit = if is_scanned(catalogue()[index].id) {
+                    scanned_fit(problem, self.beginnings, starts, level)
+                } else {
+                    first_fit(problem, starts, level)
+                };
+                let mut effects = parent.effects.clone();
+                effects.push(index);
+                Some(candidate(problem, effects, fit?, self.scale))
+            })
+            .collect();
+        short.sort_by(by_weight);
+        let best = short.first().map_or(0.0, |first| first.log_weight);
+        short
+            .par_iter_mut()
+            .enumerate()
+            .filter(|(place, c)| {
+                *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
+            })
+            .for_each(|(_, c)| self.continue_fit(c));
+        short.sort_by(by_weight);
+        let best = short.first().map_or(0.0, |first| first.log_weight);
+        short
+            .into_par_iter()
+            .enumerate()
+            .map(|(place, c)| {
+                // The long horizons decide between the best; the others keep what they have.
+                let behind = best - c.log_weight;
+                if behind > NEAR && (place >= FULLY_FITTED || behind > FAR) && place >= LEADERS {
+                    return c;
+                }
+                match problem.fit_from(level, &c.fit.hypothesis, &c.fit.p, FINAL_STEPS) {
+                    Some(full) if full.log_evidence > c.fit.log_evidence => {
+                        candidate(problem, c.effects, full, self.scale)
+                    }
+                    _ => c,
+                }
+            })
+            .collect()
+    }
+
+    /// On which level of the wander to look beside a fit: on short horizons, but not so short that what is
+    /// left of it by a good fit drowns.
+    fn search_level(&self, parent: &Fit) -> usize {
+        let levels = &self.problem.levels;
+        let own = levels.iter().position(|level| *level <= parent.wander);
+        let two_stronger = own.unwrap_or(0).saturating_sub(2);
+        two_stronger.max(1).min(levels.len() - 1)
+    }
+
+    /// More steps from where a candidate is, on the same horizons.
+    fn continue_fit(&self, c: &mut Candidate) {
+        if c.fit.converged {
+            return;
+        }
+        let fit = &c.fit;
+        let further = self
+            .problem
+            .fit_at(&fit.hypothesis, &fit.p, fit.wander, FURTHER_STEPS);
+        if let Some(further) = further.filter(|new| new.log_evidence > fit.log_evidence) {
+            *c = candidate(self.problem, c.effects.clone(), further, self.scale);
+        }
+    }
+
+    /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
+    /// of the common resolutions, which order) looked for again beside the others as they are now: what was
+    /// right while the others were missing need not be right with them.
+    pub fn refined(&self, candidates: &[Candidate]) -> Vec<Candidate> {
+        let problem = self.problem;
+        let best = candidates.first().map_or(0.0, |first| first.log_weight);
+        let near = candidates
+            .iter()
+            .filter(|c| c.log_weight > best - REFINED_NEAR)
+            .take(REFINED);
+        let parts: Vec<(&Candidate, usize)> = near
+            .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
+            .filter(|(c, m)| goes_in_steps(c.effects[*m]))
+            .collect();
+        parts
+            .into_par_iter()
+            .filter_map(|(full, m)| {
+                let mut effects = full.effects.clone();
+                let index = effects.remove(m);
+                let level = self.search_level(&full.fit);
+                let (hypothesis, start) = full.fit.hypothesis.without(
+                    index,
+                    problem.nominal,
+                    &problem.setting,
+                    &full.fit.p,
+                );
+                let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
+                let search = Search::new(problem, &rest, level)?;
+                let known = full.fit.hypothesis.values(m, &full.fit.p);
+                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
+                effects.push(index);
+                let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
+                Some(candidate(problem, effects, fit, self.scale))
+            })
+            .collect()
+    }
+}
+
+/// Fits a candidate's set without each of its effects, from the candidate's own numbers: a smaller set must
+/// not lose because its own fit ended in a worse hollow.
+pub(super) fn without_one(problem: &Problem<'_>, full: &Candidate, scale: f64) -> Vec<Candidate> {
+    (0..full.effects.len())
+        .into_par_iter()
+        .filter_map(|m| {
+            let mut effects = full.effects.clone();
+            let removed = effects.remove(m);
+            let (hypothesis, start) = full.fit.hypothesis.without(
+                removed,
+                problem.nominal,
+                &problem.setting,
+                &full.fit.p,
+            );
+            let fit = problem.fit(&hypothesis, &start, FINAL_STEPS)?;
+            Some(candidate(problem, effects, fit, scale))
+        })
+        .collect()
+}
+
+/// Whether an effect has numbers that no slope leads to.
+fn goes_in_steps(index: usize) -> bool {
+    let mut parameters = catalogue()[index].parameters.iter();
+    parameters.any(|p| !p.smooth || matches!(p.prior, Prior::OneOf(_)))
+}
