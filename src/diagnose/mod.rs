@@ -130,12 +130,16 @@ pub fn diagnose(
     let scale = largest_acceleration(motor, &data);
     let levels = WANDER_LEVELS.iter().map(|share| share * scale).collect();
     let problem = Problem::new(motor, &data, damping_of(motor, first.command_kind), levels);
-    let ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+    let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+    progress("holding data back to measure the gap");
+    let gap = match (ranking.candidates.first(), ranking.null()) {
+        (Some(best), Some(null)) => rungs::rungs(&problem, &null.fit, &best.fit),
+        _ => return Err(DiagnoseError::NoFit),
+    };
+    ranking.judge(&gap);
     let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
         return Err(DiagnoseError::NoFit);
     };
-    progress("holding data back to measure the gap");
-    let gap = rungs::rungs(&problem, &null.fit, &best.fit);
     let ties = Ties::among(&problem, &ranking);
     let verdict = verdict_of(&ranking, &gap, &ties);
     let effects = match verdict {

@@ -10,6 +10,7 @@ use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, flexible};
+use super::verdict::Gap;
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
 
@@ -20,6 +21,11 @@ const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 /// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so
 /// that it must explain something.
 const CHEAPEST: f64 = 1.5;
+/// Share of the gap that a named cause closes at least, nats for each share that it falls short by, and the gap
+/// in counts above the floor from which on that means anything.
+const EXPLAINED: f64 = 0.6;
+const UNEXPLAINED_NATS: f64 = 50.0;
+const JUDGED_COUNTS: f64 = 1.0;
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
 
@@ -35,6 +41,25 @@ pub(super) struct Ranking {
 }
 
 impl Ranking {
+    /// Weighs the unknown against the named sets by what these explain of data kept from the fit: the best set
+    /// that closes a small share of a gap leaves most of it to something else.
+    pub fn judge(&mut self, gap: &Gap) {
+        let named = self
+            .candidates
+            .first()
+            .is_some_and(|best| !best.effects.is_empty());
+        if !named || gap.before < gap.floor + JUDGED_COUNTS {
+            return;
+        }
+        let short = (EXPLAINED - gap.closed).max(0.0);
+        let more = (UNEXPLAINED_NATS * short).exp();
+        let total = 1.0 + self.unknown * (more - 1.0);
+        self.unknown *= more / total;
+        for candidate in &mut self.candidates {
+            candidate.probability /= total;
+        }
+    }
+
     /// The hypothesis without effects.
     pub fn null(&self) -> Option<&Candidate> {
         self.candidates.iter().find(|c| c.effects.is_empty())
