@@ -41,6 +41,7 @@ fn readers(file: &str) -> Vec<Vec<&str>> {
         vec!["simulate", "--motor", file],
         vec!["simulate", "--profile", file],
         vec!["capture", "virtual:", "--profile", file],
+        vec!["import", "any.csv", "--map", file],
     ]
 }
 

@@ -13,6 +13,7 @@ mod file;
 mod layout;
 mod lines;
 mod map;
+mod map_file;
 mod rejected;
 mod segment;
 mod unit;
