@@ -2,16 +2,20 @@
 
 mod capture;
 mod header;
+mod line_limit;
 mod read_error;
 mod reader;
 mod recorder;
 mod replay;
 mod replay_text;
 mod row;
+mod rows;
 mod run;
 mod statistics;
 mod text_capture;
 mod velocity;
+mod write_error;
+mod write_run;
 mod writer;
 
 pub use crate::motor::CommandKind;
@@ -26,4 +30,6 @@ pub use run::{Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};
 pub use text_capture::{TextCaptured, TextError, TextRequest, capture_text};
 pub use velocity::{difference_velocities, velocity_rad_s};
-pub use writer::{FLUSH_EVERY, RUN_FORMAT, RunWriter, WriteError, next_free_name, write_run};
+pub use write_error::WriteError;
+pub use write_run::write_run;
+pub use writer::{FLUSH_EVERY, RUN_FORMAT, RunWriter, next_free_name};

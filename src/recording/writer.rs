@@ -11,8 +11,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::row::{Columns, Row, RowFormatter, Time};
-use super::{Flags, Run};
+use super::WriteError;
+use super::row::{Columns, Row, RowFormatter};
 
 /// Value of the `format` key.
 pub const RUN_FORMAT: &str = "motorlab-run/1";
@@ -29,58 +29,6 @@ const RESERVED_BYTES: usize = 1000;
 
 /// Rows wait in memory up to this many bytes.
 const MOST_BUFFERED: usize = 1 << 18;
-
-/// Why a run file cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The file cannot be made.
-    #[error("cannot create {path}: {source}{}", advice(source))]
-    Create {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// Writing failed on the way; the file ends with a whole row.
-    #[error(
-        "cannot write {path} any further: {source}; it holds {rows} whole rows{}",
-        advice(source)
-    )]
-    Append {
-        /// The file.
-        path: PathBuf,
-        /// Whole rows in it.
-        rows: u64,
-        /// Why.
-        source: io::Error,
-    },
-    /// The file was deleted, or its directory was, while it was written.
-    #[error("{path} vanished while it was written; everything up to then is in {rescued}")]
-    Vanished {
-        /// The file.
-        path: PathBuf,
-        /// Where its rows are now.
-        rescued: PathBuf,
-    },
-    /// The header cannot be written as TOML.
-    #[error("the run's header is no TOML")]
-    Header(#[from] toml::ser::Error),
-}
-
-/// What to do about the commonest failures.
-fn advice(error: &io::Error) -> &'static str {
-    match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            " (free some room, or name a file on another disk with -o)"
-        }
-        io::ErrorKind::FileTooLarge => " (the limit on file sizes was reached: see `ulimit -f`)",
-        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
-            " (name a file in a directory that you may write to with -o)"
-        }
-        io::ErrorKind::NotFound => " (its directory is not there)",
-        _ => "",
-    }
-}
 
 /// The first of `run.csv`, `run-2.csv`, `run-3.csv` ... that does not exist.
 pub fn next_free_name(path: &Path) -> PathBuf {
@@ -377,57 +325,11 @@ fn copy_whole(mut from: &File, to: &mut File) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a whole run, simulated or imported, and ends it as `run.complete` says. Returns the path,
-/// which is the next free name if `path` exists. Header keys that the run does not keep as columns or
-/// fields are written as they are; its summary, if it has one, is kept.
-pub fn write_run(run: &Run, path: &Path) -> Result<PathBuf, WriteError> {
-    let mut header = toml::Table::new();
-    header.insert("sample_time_s".to_owned(), run.sample_time_s.into());
-    header.insert("counts_per_rev".to_owned(), run.counts_per_rev.into());
-    if let Some(supply_v) = run.supply_v {
-        header.insert("supply_v".to_owned(), supply_v.into());
-    }
-    for (key, value) in &run.header {
-        header.entry(key.clone()).or_insert_with(|| value.clone());
-    }
-    let columns = Columns {
-        command: run.command_kind,
-        seq: run.seq.is_some(),
-        host: run.host_t_s.is_some(),
-        flags: run.flags.is_some(),
-        supply: run.measured_supply_v.is_some(),
-        current: run.measured_current_a.is_some(),
-    };
-    let mut writer = RunWriter::create(path, &header, columns)?;
-    // A measured value that a sample lacks is an empty cell.
-    let at = |column: &Option<Vec<f64>>, k: usize| {
-        let value = column.as_ref().map(|values| values[k]);
-        value.filter(|value| !value.is_nan())
-    };
-    for k in 0..run.len() {
-        writer.append(&Row {
-            seq: run.seq.as_ref().map(|seq| seq[k]),
-            time: Time::Seconds(run.t_s[k]),
-            host: at(&run.host_t_s, k).map(Time::Seconds),
-            command: run.command[k],
-            counts: run.counts[k],
-            flags: run
-                .flags
-                .as_ref()
-                .map_or_else(Flags::default, |flags| flags[k]),
-            supply_v: at(&run.measured_supply_v, k),
-            current_a: at(&run.measured_current_a, k),
-        })?;
-    }
-    let empty = toml::Table::new();
-    let summary = run.header.get("summary").and_then(toml::Value::as_table);
-    writer.finish(summary.unwrap_or(&empty), run.complete)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::recording::{CommandKind, difference_velocities};
+    use crate::recording::{Flags, Time};
 
     fn header() -> toml::Table {
         "sample_time_s = 0.003\ncounts_per_rev = 720\nprofile = \"step\"\nport = { vid = 9025 }"
