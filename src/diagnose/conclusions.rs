@@ -15,6 +15,8 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
+/// How closely a limit of the edge rate is looked for, relative.
+const RATE_STEP: f64 = 0.01;
 /// Sets this many nats behind the best are looked at for ties.
 const IN_PLAY: f64 = 12.0;
 
@@ -173,18 +175,28 @@ fn parameters(problem: &Problem<'_>, fit: &Fit, index: usize) -> BTreeMap<&'stat
                 let scale = fit
                     .hypothesis
                     .scale_deviation(problem.nominal, parameter.unit);
+                let least = problem
+                    .setting
+                    .range(parameter, &problem.nominal.parameters)
+                    .0;
                 let half = if logarithmic {
                     1.96 * deviation.hypot(scale)
                 } else {
                     1.96 * deviation.hypot(scale * value.abs())
                 };
-                if logarithmic {
+                if logarithmic && value <= least {
+                    // As good as nothing: a logarithm knows no nought.
+                    (parameter.possible.0, value * half.exp())
+                } else if logarithmic {
                     (value * (-half).exp(), value * half.exp())
                 } else {
                     (value - half, value + half)
                 }
             }
             None if kind.id == "dead_zone" => problem.levels_around(value),
+            None if parameter.key == "max_rate_hz" => {
+                (value * (1.0 - RATE_STEP), value * (1.0 + RATE_STEP))
+            }
             None => (value, value),
         };
         let unit = parameter.unit;

@@ -32,7 +32,7 @@ const REFINED: usize = 4;
 const REFINED_NEAR: f64 = 60.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
-const MOST_EXPANDED: usize = 5;
+const MOST_EXPANDED: usize = 4;
 /// Sets this many nats behind the best are grown too.
 const CLOSE: f64 = 20.0;
 /// Effects this many nats behind the best of a round on short horizons are fitted fully too.
