@@ -96,14 +96,15 @@ pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
     if ranking.unknown > best.probability {
         return Verdict::OutsideCatalogue;
     }
-    if best.effects.is_empty() && best.probability >= 0.5 {
+    let named = best.probability >= NAMED || (best.probability >= 0.5 && !ties.of_the_best);
+    if best.effects.is_empty() && named {
         return if gap.before - gap.floor < NO_GAP_COUNTS {
             Verdict::NoGap
         } else {
             Verdict::Parameters
         };
     }
-    if best.probability >= NAMED || (best.probability >= 0.5 && !ties.of_the_best) {
+    if named {
         Verdict::Effect
     } else {
         Verdict::Ambiguous
