@@ -2,9 +2,7 @@
 //!
 //! A fit by least squares finds the nearest hollow; these searches find the right one. Every effect is
 //! tried over a grid of its plausible range, and the starts that leave least, after the base model has
-//! given way linearly, are fitted. For effects that repeat with the angle a grid would miss the order and
-//! the phase: there the recorded angle itself is known to a count, so that an acceleration
-//! `A sin(N theta) + B cos(N theta)` is linear in `A` and `B`, and every order is tried in one regression.
+//! given way linearly, are fitted. Effects that repeat with the angle have a search of their own (`periodic`).
 
 use nalgebra::{DMatrix, DVector};
 

@@ -42,7 +42,13 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         ),
         Verdict::Ambiguous => {
             let in_play = diagnosis.causes.iter().filter(|c| c.probability > IN_PLAY);
-            let rivals: Vec<&str> = in_play.take(NAMED).map(|cause| cause.effect).collect();
+            let rivals: Vec<&str> = in_play
+                .take(NAMED)
+                .map(|cause| match cause.effect {
+                    "none" => "no effect",
+                    id => id,
+                })
+                .collect();
             format!(
                 "These runs cannot tell which of {} it is{region}; the likeliest brings the gap from {:.2} to {:.2} counts.",
                 rivals.join(", ").replace('_', " "),
