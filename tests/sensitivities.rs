@@ -244,3 +244,46 @@ fn derivatives_agree_with_differences_of_the_independent_reference() {
     insta::assert_snapshot!(table);
     support::documented(&table);
 }
+
+/// Times that a board measured are some microseconds off the grid: samples at which the command changes have the
+/// derivatives of those beside them.
+#[test]
+fn measured_times_have_the_derivatives_of_even_ones() {
+    let (even_s, command) = drive();
+    let t_s: Vec<f64> = even_s
+        .iter()
+        .enumerate()
+        .map(|(k, t)| t + 1e-6 * ((k * k) % 7) as f64)
+        .collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let simulator = Simulator::new(&drive, Model::SecondOrder).unwrap();
+    let mut motor = Motor::default();
+    let effect = ActiveEffect::new("clock_error", &[0.03]).unwrap();
+    motor.effects.set(effect);
+    let index = catalogue().iter().position(|kind| kind.id == "clock_error");
+    let id = ParameterId::Effect(index.unwrap(), 0);
+    let (mut angles, mut derivatives) = (vec![0.0; t_s.len()], vec![0.0; t_s.len()]);
+    simulator
+        .sensitivities(
+            &motor,
+            &[id],
+            &mut Workspace::default(),
+            &mut angles,
+            &mut derivatives,
+        )
+        .unwrap();
+    let differences = difference(&simulator, &motor, id, 1e-5);
+    let largest = differences
+        .iter()
+        .fold(0.0, |most: f64, x| most.max(x.abs()));
+    for (k, (found, expected)) in derivatives.iter().zip(&differences).enumerate() {
+        assert!(
+            (found - expected).abs() < 5e-3 * largest,
+            "sample {k}: {found} for {expected}"
+        );
+    }
+}

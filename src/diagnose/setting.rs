@@ -11,8 +11,8 @@ use crate::motor::Parameters;
 use crate::motor::effects::{EffectKind, EffectParameter, Stage};
 use crate::recording::CommandKind;
 
-/// Standard deviation of an ordinary clock's error (a ceramic resonator's tolerance is 0.5 %).
-const ORDINARY_CLOCK: f64 = 0.003;
+/// Standard deviation of an ordinary clock's error (a ceramic resonator's tolerance is 0.5 %, three of these).
+const ORDINARY_CLOCK: f64 = 0.0015;
 /// Scatter in s of the earliest arrivals.
 const ARRIVAL_S: f64 = 0.001;
 /// Most that an unexplained clock speaks against a hypothesis, in nats.

@@ -221,12 +221,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             return y;
         }
         let start = &self.before;
-        if tick < start.now {
-            // Samples out of order (later than the next one): as near as the memory reaches back.
-            return start.y;
-        }
-        let span_s = (self.now - start.now) as f64 * self.tick_s();
-        let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
         let start_rate = match self.end_rate {
             Some((at, rate)) if at == start.now => rate,
             _ => {
@@ -234,6 +228,17 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 self.machine.rate(mode, &start.y)
             }
         };
+        if tick < start.now {
+            // Within the tick of a change of the command, which has been gone through; or samples out of order (later
+            // than the next one): as near as the memory reaches back.
+            let mut y = start.y;
+            if tick + 1 == start.now {
+                shift(&mut y, &start_rate, (offset - 1.0) * self.tick_s());
+            }
+            return y;
+        }
+        let span_s = (self.now - start.now) as f64 * self.tick_s();
+        let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
         let end_rate = self.rate();
         let y = hermite(&start.y, &start_rate, &self.y, &end_rate, at_s, span_s);
         self.end_rate = Some((self.now, end_rate));
