@@ -15,7 +15,7 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
-/// How closely a limit of the edge rate is looked for, relative.
+/// How closely a limit of the edge rate is looked for, relative: what its interval is, for want of a slope.
 const RATE_STEP: f64 = 0.01;
 /// Sets this many nats behind the best are looked at for ties.
 const IN_PLAY: f64 = 12.0;

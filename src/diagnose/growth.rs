@@ -14,6 +14,7 @@ use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
 
+/// Most steps by which a first look is continued on the same horizons.
 const FURTHER_STEPS: usize = 5;
 /// Most steps of a final fit on each level.
 pub(super) const FINAL_STEPS: usize = 10;

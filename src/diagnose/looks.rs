@@ -3,7 +3,7 @@
 use super::fit::{Fit, Problem};
 use super::search::Start;
 
-/// Most steps of a first fit, of its continuation, and of a final fit on each level.
+/// Most steps from the best start, and of each fit of an effect whose order was scanned for.
 const FIRST_STEPS: usize = 2;
 const SCANNED_STEPS: usize = 6;
 /// How many orders are still in play after a beginning.
