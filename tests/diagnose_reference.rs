@@ -1,0 +1,103 @@
+//! The diagnosis on cases of a second generator: Python with SciPy, other friction and integration laws than the
+//! simulator and than `case-generator` (`tests/reference/README.md`), judged as the blind cases are.
+
+mod support;
+
+use std::collections::BTreeMap;
+use std::fs::read_to_string;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::atomic::AtomicBool;
+
+use motorlab::blind::{Judgement, NewCase, Program, Truth, TruthKind, add_cases, judge, open, run};
+
+/// Chosen before any of it was diagnosed.
+const KINDS: &str = "stribeck,voltage_drop,dead_zone,backlash,cogging,transport_delay,asymmetric_friction,gravity_load,\
+                     coast_at_zero,inertia,voltage_drop+gravity_load,none,driver_curve";
+const SEED: &str = "1";
+/// Share of single effects that is named, or in a tie that the verdict states.
+const SINGLES_RIGHT: f64 = 0.9;
+
+/// A Python that has SciPy: the one that `tests/reference/install` made, or the system's.
+fn python() -> Option<PathBuf> {
+    let installed = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/reference-venv/bin/python");
+    let has_scipy = |python: &PathBuf| {
+        let tried = Command::new(python).args(["-c", "import scipy"]).output();
+        tried.is_ok_and(|output| output.status.success())
+    };
+    [installed, PathBuf::from("python3")]
+        .into_iter()
+        .find(has_scipy)
+}
+
+fn made(python: &Path, directory: &Path) -> Vec<NewCase> {
+    let labels = directory.join("labels.json");
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/diagnosis_cases.py");
+    let output = Command::new(python)
+        .arg(script)
+        .args([directory, &labels])
+        .args(["--seed", SEED, "--kinds", KINDS])
+        .output()
+        .expect("Python starts");
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{complaint}");
+    let labels = read_to_string(labels).expect("labels");
+    let labels: BTreeMap<String, Truth> = serde_json::from_str(&labels).expect("labels as written");
+    let cases = labels.into_iter().map(|(name, truth)| {
+        let file = |file: &str| read_to_string(directory.join(&name).join(file)).expect("a file");
+        NewCase {
+            runs: ["run1.csv", "run2.csv", "run3.csv"].map(file).into(),
+            motor: file("motor.toml"),
+            unseen: None,
+            truth,
+        }
+    });
+    cases.collect()
+}
+
+fn judged(python: &Path) -> Vec<Judgement> {
+    let keep = tempfile::tempdir().expect("a directory");
+    let (set, labels) = (keep.path().join("set"), keep.path().join("sealed.json"));
+    let cases = made(python, &keep.path().join("made"));
+    add_cases(&set, &labels, None, cases).expect("sealed");
+    let diagnoser = Program::new(Path::new(env!("CARGO_BIN_EXE_motorlab")), 1);
+    let diagnoser = diagnoser.expect("it starts");
+    run(&set, &diagnoser, 2, &AtomicBool::new(false), &|_| ()).expect("judged");
+    let opened = open(&set, &labels, None).expect("opened");
+    opened.cases.iter().map(|case| judge(case, None)).collect()
+}
+
+#[test]
+fn effects_under_other_laws_are_named() {
+    let Some(python) = python() else {
+        return support::skip(
+            "effects_under_other_laws_are_named",
+            "no Python with SciPy: tests/reference/install makes one",
+        );
+    };
+    let judged = judged(&python);
+    let mut report = String::new();
+    for case in &judged {
+        let truth: Vec<&str> = case.truth.effects.iter().map(|e| e.id.as_str()).collect();
+        report += &format!(
+            "{:?}: {} -> {} of {:?}\n",
+            case.bearing,
+            truth.join("+"),
+            case.said_in_words(),
+            case.likeliest
+        );
+    }
+    println!("{report}");
+    let right = |kind: TruthKind| {
+        let of: Vec<bool> = judged
+            .iter()
+            .filter(|case| case.truth.kind == kind)
+            .map(Judgement::is_right)
+            .collect();
+        of.iter().filter(|right| **right).count() as f64 / of.len() as f64
+    };
+    assert!(right(TruthKind::Single) >= SINGLES_RIGHT, "{report}");
+    for kind in [TruthKind::None, TruthKind::Pair, TruthKind::Outside] {
+        assert_eq!(right(kind), 1.0, "{kind:?}\n{report}");
+    }
+}
