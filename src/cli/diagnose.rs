@@ -2,26 +2,32 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::diagnose_text::show;
 use super::motor_choice::MotorChoice;
 use super::picture::write_file;
 use super::{Failure, Output, Status};
-use crate::diagnose::diagnose;
-use crate::recording::read_run;
+use crate::diagnose::{diagnose_holding_out, fitted_nominal};
+use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose run.csv --motor motor.toml --json"
+    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit"
 )]
 pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
+    /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    hold_out: Vec<PathBuf>,
+    /// What the nominal model is: the motor file, or the first-order model's best fit to these runs.
+    #[arg(long, value_enum, default_value_t = Nominal::File)]
+    nominal: Nominal,
     #[command(flatten)]
     motor: MotorChoice,
     /// Write the motor with the diagnosed effects in it, for simulate and compare.
@@ -32,23 +38,41 @@ pub struct Diagnose {
     html: Option<PathBuf>,
 }
 
+/// Where the nominal model comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Nominal {
+    /// The motor file, or the lab handout's motor.
+    File,
+    /// A first-order model fitted to the runs: for a motor of which nothing is known.
+    Fit,
+}
+
 impl Diagnose {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
-        let motor = self.motor.motor(output)?;
-        let mut runs = Vec::new();
-        for path in &self.runs {
-            let (run, notes) = read_run(path).map_err(Failure::input)?;
-            for note in notes {
-                output.message(&format!("{}: {note}", path.display()));
-            }
-            runs.push(run);
+        let mut motor = self.motor.motor(output)?;
+        let runs = read(&self.runs, output)?;
+        let held_out = read(&self.hold_out, output)?;
+        if self.nominal == Nominal::Fit {
+            motor = fitted_nominal(&runs, &motor).map_err(Failure::input)?;
+            let p = &motor.parameters;
+            output.message(&format!(
+                "nominal: the first-order model's best fit to these runs (R = {:.4} ohm and Kt = {:.4} N m/A taken \
+                 as given: J = {:.4e} kg m2, Kb = {:.4e} V s/rad, Tf = {:.4e} N m)",
+                p.resistance_ohm,
+                p.torque_constant_nm_per_a,
+                p.inertia_kg_m2,
+                p.back_emf_v_s_per_rad,
+                p.coulomb_friction_nm
+            ));
         }
         let spinner = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             spinner.set_style(style);
         }
         spinner.enable_steady_tick(std::time::Duration::from_millis(100));
-        let found = diagnose(&runs, &motor, &|what| spinner.set_message(what.to_owned()));
+        let found = diagnose_holding_out(&runs, &held_out, &motor, &|what| {
+            spinner.set_message(what.to_owned());
+        });
         spinner.finish_and_clear();
         let diagnosis = found.map_err(Failure::input)?;
         if let Some(path) = &self.model_out {
@@ -71,4 +95,17 @@ impl Diagnose {
         }
         Ok(Status::Done)
     }
+}
+
+/// Reads run files; notes go to standard error.
+fn read(paths: &[PathBuf], output: &Output) -> Result<Vec<Run>, Failure> {
+    let mut runs = Vec::new();
+    for path in paths {
+        let (run, notes) = read_run(path).map_err(Failure::input)?;
+        for note in notes {
+            output.message(&format!("{}: {note}", path.display()));
+        }
+        runs.push(run);
+    }
+    Ok(runs)
 }

@@ -6,15 +6,33 @@
 //! shaft passes a count a sample, one look a second where it rests. The filter learns from it as from a
 //! rounding of variance `1/(12 w_k)`. The travel is the
 //! recording's own, smoothed, so that the weights are the same for every model.
+//!
+//! A recording may begin in motion, and anywhere in a turn: the simulation starts at the first count's angle, and at
+//! the speed of a parabola through the first samples where that is not rest.
 
 use super::checks::host_clock;
 use super::tones;
+use nalgebra::{Matrix3, Vector3};
+
 use crate::motor::fit::Simulator;
 use crate::motor::{Drive, Model, SimulationError};
 use crate::recording::{CommandKind, Run};
 
 /// Half width in s of the window over which travel is measured.
 const WINDOW_S: f64 = 0.045;
+/// Below this share of its top speed a shaft turns slowly.
+const SLOW: f64 = 0.05;
+/// Length of a piece in s, and its least number of samples.
+const PIECE_S: f64 = 1.0;
+const PIECE_SAMPLES: usize = 60;
+/// Uncertainty of the speed at the start of a piece beside what rounding makes, as a share of the top speed.
+const PIECE_SHARE: f64 = 0.02;
+/// Samples that tell the speed at the first of them.
+const START_SAMPLES: usize = 6;
+/// A shaft that has this share of its mean speed over them at the first was turning before.
+const TURNING: f64 = 0.3;
+/// Uncertainty of that speed beside what rounding makes, as a share.
+const START_SHARE: f64 = 0.05;
 
 /// Columns of one run as the fit needs them.
 #[derive(Debug, Clone)]
@@ -27,6 +45,12 @@ pub(super) struct RunData {
     pub kind: CommandKind,
     /// Counts from the first sample, with half a count of rounding put back.
     pub counts: Vec<f64>,
+    /// Number of the run that it is, or is a piece of.
+    pub origin: usize,
+    /// Counts that the first sample itself showed.
+    pub first_counts: f64,
+    /// Variance in (counts/s)^2 of the speed at which the simulation starts; 0 from rest.
+    pub start_variance: f64,
     /// Speed in counts/s, smoothed over the window, signed.
     pub speed_counts_s: Vec<f64>,
     /// Largest of its sizes, at least 1 count/s.
@@ -54,8 +78,8 @@ pub(super) struct RunData {
 }
 
 impl RunData {
-    /// Makes a run ready.
-    pub fn new(run: &Run) -> Result<Self, SimulationError> {
+    /// Makes a run ready, the `origin`-th.
+    pub fn new(run: &Run, origin: usize) -> Result<Self, SimulationError> {
         let first = run.counts.first().copied().unwrap_or(0);
         let counts: Vec<f64> = run
             .counts
@@ -77,13 +101,20 @@ impl RunData {
             weight.push((travel + run.sample_time_s).min(1.0));
             moving.push(travelled.abs() >= 1.5);
         }
-        let simulator = simulator(&run.t_s, &run.command, run.command_kind)?;
+        let (start_speed, start_variance) = start(&run.t_s, &counts);
+        let first_counts = first as f64;
+        let rad = std::f64::consts::TAU / run.counts_per_rev;
+        let simulator = simulator(&run.t_s, &run.command, run.command_kind)?
+            .starting(first_counts * rad, start_speed * rad);
         Ok(Self {
             t_s: run.t_s.clone(),
             command: run.command.clone(),
             kind: run.command_kind,
             tones: tones::columns(&run.t_s, &counts),
             counts,
+            origin,
+            first_counts,
+            start_variance,
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
             largest_command: largest(&run.command, 1e-12),
             speed_counts_s,
@@ -105,9 +136,50 @@ impl RunData {
                 || (self.moving[k] && self.speed_counts_s[k] * self.speed_counts_s[k - 1] < 0.0))
     }
 
+    /// Whether the shaft turns so slowly at sample `k` that friction follows laws of its own.
+    pub fn is_slow(&self, k: usize) -> bool {
+        self.speed_counts_s[k].abs() < SLOW * self.top_speed_counts_s
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.counts.len()
+    }
+
+    /// The part from sample `from` to before `to`, which starts at the angle and the speed recorded there.
+    fn piece(&self, from: usize, to: usize) -> Result<Self, SimulationError> {
+        if from == 0 {
+            return self.head(to);
+        }
+        let (t_s, command) = (self.t_s[from..to].to_vec(), self.command[from..to].to_vec());
+        let shown = self.counts[from] - 0.5;
+        let first_counts = self.first_counts + shown;
+        let (speed, variance) = if self.moving[from] {
+            let rounding = 1.0 / (6.0 * (2.0 * WINDOW_S).powi(2));
+            let bend = PIECE_SHARE * self.top_speed_counts_s;
+            (self.speed_counts_s[from], rounding + bend * bend)
+        } else {
+            (0.0, 0.0)
+        };
+        let rad = std::f64::consts::TAU / self.counts_per_rev;
+        Ok(Self {
+            simulator: simulator(&t_s, &command, self.kind)?
+                .starting(first_counts * rad, speed * rad),
+            t_s,
+            command,
+            counts: self.counts[from..to].iter().map(|n| n - shown).collect(),
+            first_counts,
+            start_variance: variance,
+            speed_counts_s: self.speed_counts_s[from..to].to_vec(),
+            weight: self.weight[from..to].to_vec(),
+            moving: self.moving[from..to].to_vec(),
+            tones: self
+                .tones
+                .iter()
+                .map(|tone| tone[from..to].to_vec())
+                .collect(),
+            ..*self
+        })
     }
 
     /// The part up to sample `end`, for fits that keep the rest back.
@@ -118,7 +190,7 @@ impl RunData {
         let end = end.min(self.len());
         let (t_s, command) = (self.t_s[..end].to_vec(), self.command[..end].to_vec());
         Ok(Self {
-            simulator: simulator(&t_s, &command, self.kind)?,
+            simulator: simulator(&t_s, &command, self.kind)?.starting_as(&self.simulator),
             t_s,
             command,
             counts: self.counts[..end].to_vec(),
@@ -139,6 +211,58 @@ fn scatter_of(t_s: &[f64]) -> f64 {
         .windows(2)
         .map(|pair| (pair[1] - pair[0] - mean).powi(2));
     (6.0 * squares.sum::<f64>() / n).sqrt()
+}
+
+/// Speed in counts/s at the first sample, and its variance: least squares of a parabola through the first samples.
+/// Both are 0 where the shaft may have started from rest.
+fn start(t_s: &[f64], counts: &[f64]) -> (f64, f64) {
+    let n = START_SAMPLES.min(counts.len());
+    let span_s = t_s[n.max(1) - 1] - t_s[0];
+    if n < 4 || span_s <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let rows: Vec<Vector3<f64>> = t_s[..n]
+        .iter()
+        .map(|t| (t - t_s[0]) / span_s)
+        .map(|x| Vector3::new(1.0, x, x * x))
+        .collect();
+    let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
+    let right: Vector3<f64> = rows.iter().zip(counts).map(|(row, n)| row * *n).sum();
+    let Some(inverse) = normal.try_inverse() else {
+        return (0.0, 0.0);
+    };
+    let fitted = inverse * right;
+    let squares: f64 = rows
+        .iter()
+        .zip(counts)
+        .map(|(row, n)| (n - row.dot(&fitted)).powi(2))
+        .sum();
+    let rounding = (squares / (n - 3) as f64).max(1.0 / 12.0);
+    let deviation = (rounding * inverse[(1, 1)]).sqrt();
+    let mean = counts[n - 1] - counts[0];
+    if fitted[1].abs() < 5.0 * deviation || fitted[1] / mean < TURNING {
+        return (0.0, 0.0);
+    }
+    let speed = fitted[1] / span_s;
+    let deviation = (deviation / span_s).hypot(START_SHARE * speed);
+    (speed, deviation * deviation)
+}
+
+/// Cuts runs into pieces of about [`PIECE_S`]; a run that is no longer stays whole.
+///
+/// # Errors
+/// None that the whole runs did not have.
+pub(super) fn pieces(runs: &[RunData]) -> Result<Vec<RunData>, SimulationError> {
+    let mut cut = Vec::new();
+    for run in runs {
+        let least = ((PIECE_S / run.sample_time_s).round() as usize).max(PIECE_SAMPLES);
+        let count = (run.len() / least).max(1);
+        for j in 0..count {
+            let (from, to) = (j * run.len() / count, (j + 1) * run.len() / count);
+            cut.push(run.piece(from, to)?);
+        }
+    }
+    Ok(cut)
 }
 
 /// Size of the largest value, `least` at least.

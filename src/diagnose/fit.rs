@@ -10,11 +10,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use nalgebra::{DMatrix, DVector};
 
 use super::data::RunData;
+use super::disturbance::Disturbance;
 use super::hypothesis::{BASE, Hypothesis, predict, predict_with_derivatives};
 use super::noise::{NoiseLevel, Whitener};
 use super::setting::Setting;
 use crate::motor::Motor;
 use crate::motor::effects::catalogue;
+use crate::recording::CommandKind;
 
 /// What does not change while hypotheses are fitted.
 #[derive(Debug)]
@@ -29,6 +31,10 @@ pub(super) struct Problem<'a> {
     pub levels: Vec<f64>,
     /// What plausible values depend on besides the motor.
     pub setting: Setting,
+    /// Standard deviation of the acceleration in rad/s^2 for each volt commanded: the supply differs by run.
+    pub supply: f64,
+    /// What disturbs rough recordings.
+    pub rough: Disturbance,
     /// Filters of the levels without noise of an effect's own, made when first asked for.
     filters: Mutex<Vec<(f64, Filters)>>,
 }
@@ -66,15 +72,29 @@ pub(super) struct Fit {
 
 impl<'a> Problem<'a> {
     /// The problem of these runs and this motor.
-    pub fn new(nominal: &'a Motor, runs: &'a [RunData], damping: f64, levels: Vec<f64>) -> Self {
+    pub fn new(
+        nominal: &'a Motor,
+        runs: &'a [RunData],
+        damping: f64,
+        levels: Vec<f64>,
+        rough: Disturbance,
+    ) -> Self {
         Self {
             nominal,
             runs,
             damping,
             levels,
             setting: Setting::new(runs),
+            supply: supply(nominal, runs),
+            rough,
             filters: Mutex::default(),
         }
+    }
+
+    /// Takes up another estimate of what disturbs the recordings.
+    pub fn set_rough(&mut self, rough: Disturbance) {
+        self.rough = rough;
+        self.filters = Mutex::default();
     }
 
     /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
@@ -91,6 +111,8 @@ impl<'a> Problem<'a> {
             damping: self.damping,
             lost_share: value("missed_counts").unwrap_or(0.0).clamp(0.0, 0.5),
             late_s: value("sample_jitter").unwrap_or(0.0),
+            supply: self.supply,
+            rough: self.rough,
         }
     }
 
@@ -339,6 +361,15 @@ impl<'a> Problem<'a> {
         let level = self.noise(&fit.hypothesis, &fit.p, fit.wander);
         self.whitened(&fit.predictions, &self.whiteners(&level))
     }
+}
+
+/// How the acceleration for each volt varies where the motor file says how surely the supply is known.
+fn supply(nominal: &Motor, runs: &[RunData]) -> f64 {
+    let voltage = runs.first().map(|run| run.kind) == Some(CommandKind::Voltage);
+    let tolerance = nominal.tolerance.get("supply_v").filter(|_| voltage);
+    let p = &nominal.parameters;
+    let gain = p.torque_constant_nm_per_a / (p.resistance_ohm * p.inertia_kg_m2);
+    tolerance.map_or(0.0, |tolerance| tolerance * gain)
 }
 
 /// A wander is plausible up to a few per cent of what the motor can do, and the less the likelier.

@@ -11,12 +11,14 @@ mod checks;
 mod conclusions;
 mod data;
 mod design;
+mod disturbance;
 mod fit;
 mod growth;
 mod hypothesis;
 mod looks;
 mod matter;
 mod noise;
+mod nominal;
 mod periodic;
 mod rank;
 mod regimes;
@@ -32,15 +34,17 @@ mod verdict;
 use std::time::Instant;
 
 use crate::motor::{Motor, SimulationError};
-use crate::recording::Run;
+use crate::recording::{CommandKind, Run};
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
-use data::RunData;
+use data::{RunData, pieces};
+use disturbance::{Disturbance, disturbance, least_disturbance};
 use fit::Problem;
 use rank::rank;
 use search::{damping_of, largest_acceleration};
 use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};
+pub use nominal::fitted_nominal;
 pub use verdict::{
     Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,
     SHAPE, Verdict,
@@ -48,6 +52,9 @@ pub use verdict::{
 
 /// Levels of the wander as shares of the largest acceleration, strongest first.
 const WANDER_LEVELS: [f64; 6] = [0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001];
+
+/// Most times that the noise of pieces is estimated anew.
+const MOST_ROUGH: usize = 2;
 
 /// Why runs cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]
@@ -95,45 +102,66 @@ pub fn diagnose(
     motor: &Motor,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_holding_out(runs, &[], motor, progress)
+}
+
+/// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
+/// on them.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_holding_out(
+    runs: &[Run],
+    held_out: &[Run],
+    motor: &Motor,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
     let begin = Instant::now();
     let first = runs.first().ok_or(DiagnoseError::NoRuns)?;
     let mut problems = Vec::new();
-    let mut data = Vec::new();
-    let mut names = Vec::new();
-    for (k, run) in runs.iter().enumerate() {
-        let name = match &run.path {
-            Some(path) => path.display().to_string(),
-            None => (k + 1).to_string(),
-        };
-        if run.len() < 20 {
-            return Err(DiagnoseError::TooShort {
-                run: name,
-                samples: run.len(),
-            });
-        }
-        if run.command_kind != first.command_kind {
-            return Err(DiagnoseError::Mixed {
-                run: name,
-                found: run.command_kind.column(),
-                first: first.command_kind.column(),
-            });
-        }
-        problems.extend(checks::problems(&name, run));
-        data.push(
-            RunData::new(run).map_err(|source| DiagnoseError::Simulation {
-                run: name.clone(),
-                source,
-            })?,
-        );
-        names.push(name);
-    }
+    let (mut names, data) = ready(runs, first.command_kind, &mut problems)?;
+    let (_, mut kept) = ready(held_out, first.command_kind, &mut problems)?;
     let scale = largest_acceleration(motor, &data);
-    let levels = WANDER_LEVELS.iter().map(|share| share * scale).collect();
-    let problem = Problem::new(motor, &data, damping_of(motor, first.command_kind), levels);
+    let levels: Vec<f64> = WANDER_LEVELS.iter().map(|share| share * scale).collect();
+    let damping = damping_of(motor, first.command_kind);
+    let mut problem = Problem::new(motor, &data, damping, levels, Disturbance::default());
     let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+    let cut;
+    let rough = ranking.candidates.first();
+    let rough = rough.and_then(|best| disturbance(&problem, &best.fit, scale));
+    let is_rough = rough.is_some();
+    if let Some(rough) = rough {
+        // A model that forgets within seconds is not judged by where it went in a minute.
+        progress("weighing everything again, piece by piece with the noise of this recording");
+        let simulation = |source| DiagnoseError::Simulation {
+            run: "a piece of a run".to_owned(),
+            source,
+        };
+        cut = pieces(&data).map_err(simulation)?;
+        kept = pieces(&kept).map_err(simulation)?;
+        names = cut
+            .iter()
+            .map(|piece| names[piece.origin].clone())
+            .collect();
+        problem = Problem::new(motor, &cut, damping, problem.levels.clone(), rough);
+        for _ in 0..MOST_ROUGH {
+            let sets = ranking.candidates;
+            let least = least_disturbance(&mut problem, &sets, rough, scale);
+            problem.set_rough(least);
+            ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+            let best = ranking.candidates.first();
+            if best.is_none_or(|best| disturbance(&problem, &best.fit, scale).is_none()) {
+                break;
+            }
+        }
+    }
     progress("holding data back to measure the gap");
     let gap = match (ranking.candidates.first(), ranking.null()) {
-        (Some(best), Some(null)) => rungs::rungs(&problem, &null.fit, &best.fit),
+        (Some(best), Some(null)) if is_rough => {
+            rungs::by_pieces(&problem, &null.fit, &best.fit, &kept)
+        }
+        (Some(best), Some(null)) if kept.is_empty() => rungs::rungs(&problem, &null.fit, &best.fit),
+        (Some(best), Some(null)) => rungs::held_out(&problem, &null.fit, &best.fit, &kept),
         _ => return Err(DiagnoseError::NoFit),
     };
     ranking.judge(&gap);
@@ -168,4 +196,42 @@ pub fn diagnose(
     diagnosis.sentence = sentence(&diagnosis);
     diagnosis.elapsed_s = begin.elapsed().as_secs_f64();
     Ok(diagnosis)
+}
+
+/// Runs made ready, with their names; what is wrong with them goes to `problems`.
+fn ready(
+    runs: &[Run],
+    kind: CommandKind,
+    problems: &mut Vec<DataProblem>,
+) -> Result<(Vec<String>, Vec<RunData>), DiagnoseError> {
+    let mut names = Vec::new();
+    let mut data = Vec::new();
+    for (k, run) in runs.iter().enumerate() {
+        let name = match &run.path {
+            Some(path) => path.display().to_string(),
+            None => (k + 1).to_string(),
+        };
+        if run.len() < 20 {
+            return Err(DiagnoseError::TooShort {
+                run: name,
+                samples: run.len(),
+            });
+        }
+        if run.command_kind != kind {
+            return Err(DiagnoseError::Mixed {
+                run: name,
+                found: run.command_kind.column(),
+                first: kind.column(),
+            });
+        }
+        problems.extend(checks::problems(&name, run));
+        data.push(
+            RunData::new(run, k).map_err(|source| DiagnoseError::Simulation {
+                run: name.clone(),
+                source,
+            })?,
+        );
+        names.push(name);
+    }
+    Ok((names, data))
 }

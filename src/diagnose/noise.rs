@@ -7,6 +7,8 @@
 //!
 //! While the shaft rests, friction holds it: `p` stays and `v` is nought. Where it starts, stops or turns
 //! back, `p` takes a jump of half a count: what gives way before it slides has a law that no model knows.
+//! Where the motor file says how surely the supply is known, each run has a share `g` of it too little or too much,
+//! `v' = -a v + d + g u/u0`. Of a rough recording the speed walks at random too, and the encoder scatters ([`super::disturbance`]).
 //!
 //! A Kalman filter turns `r` into innovations that are white when the model is right, in linear time; the
 //! same gains whiten every column of the Jacobian, so that least squares on innovations is maximum likelihood
@@ -17,6 +19,7 @@
 //! a further error of variance `(v w)^2/12` in each sample.
 
 use super::data::RunData;
+use super::disturbance::Disturbance;
 use super::tones::Projection;
 
 /// Standard deviation in counts of the position each time the shaft starts, stops or turns back: contacts give
@@ -41,6 +44,10 @@ pub(super) struct NoiseLevel {
     pub lost_share: f64,
     /// Spread in s of samples taken late at random.
     pub late_s: f64,
+    /// Standard deviation of the acceleration in rad/s^2 for each unit of the command: the supply differs by run.
+    pub supply: f64,
+    /// What disturbs a rough recording.
+    pub rough: Disturbance,
 }
 
 /// The gains of one run's filter.
@@ -54,14 +61,14 @@ pub(super) struct Whitener {
 
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    /// Gains of p, v and d.
-    gain: [f64; 3],
+    /// Gains of p, v, d and g.
+    gain: [f64; 4],
     /// Square root of the sample's weight over the innovation's variance.
     scale: f64,
     transition: Transition,
 }
 
-/// From one sample to the next: `p += pv v + pd d`, `v = vv v + vd d`, `d = dd d`.
+/// From one sample to the next: `p += pv v + pd x`, `v = vv v + vd x` with `x = d + input g`, `d = dd d`.
 #[derive(Debug, Clone, Copy)]
 struct Transition {
     pv: f64,
@@ -69,6 +76,7 @@ struct Transition {
     vv: f64,
     vd: f64,
     dd: f64,
+    input: f64,
 }
 
 impl Transition {
@@ -81,6 +89,7 @@ impl Transition {
                 vv: 0.0,
                 vd: 0.0,
                 dd,
+                input: 0.0,
             };
         }
         let a = damping.max(1e-3);
@@ -92,16 +101,19 @@ impl Transition {
             vv,
             vd: pv,
             dd,
+            input: 0.0,
         }
     }
 
     #[inline(always)]
-    fn apply(&self, m: [f64; 3]) -> [f64; 3] {
-        let [p, v, d] = m;
+    fn apply(&self, m: [f64; 4]) -> [f64; 4] {
+        let [p, v, d, g] = m;
+        let x = d + self.input * g;
         [
-            p + self.pv * v + self.pd * d,
-            self.vv * v + self.vd * d,
+            p + self.pv * v + self.pd * x,
+            self.vv * v + self.vd * x,
             self.dd * d,
+            g,
         ]
     }
 }
@@ -111,7 +123,13 @@ impl Whitener {
     pub fn new(run: &RunData, level: &NoiseLevel) -> Self {
         let variance = level.wander * level.wander;
         // Where inside a count the shaft started: evenly in one count.
-        let mut c = [[1.0 / 12.0, 0.0, 0.0], [0.0; 3], [0.0, 0.0, variance]];
+        let mut c = Covariance::default();
+        c[0][0] = 1.0 / 12.0;
+        c[1][1] = run.start_variance;
+        c[2][2] = variance;
+        c[3][3] = f64::from(u8::from(level.supply > 0.0));
+        let supply = level.supply * run.counts_per_rev / std::f64::consts::TAU;
+        let rough = level.rough;
         let mut steps = Vec::with_capacity(run.len());
         let mut log_determinant = 0.0;
         for k in 0..run.len() {
@@ -120,24 +138,33 @@ impl Whitener {
             } else {
                 run.t_s[k] - run.t_s[k - 1]
             };
-            let t = Transition::new(dt_s, level.damping, run.moving[k]);
+            let mut t = Transition::new(dt_s, level.damping, run.moving[k]);
             if k > 0 {
+                t.input = supply * run.command[k - 1];
                 c = propagate(&c, &t);
                 c[2][2] += variance * (1.0 - t.dd * t.dd);
                 let travel = run.speed_counts_s[k].abs() * dt_s;
                 c[0][0] += (DIFFUSION + level.lost_share * (1.0 - level.lost_share)) * travel;
+                if run.moving[k] {
+                    let walk = rough.speed_walk(run.is_slow(k)) * dt_s;
+                    c[0][0] += walk * dt_s * dt_s / 3.0;
+                    c[0][1] += walk * dt_s / 2.0;
+                    c[1][0] += walk * dt_s / 2.0;
+                    c[1][1] += walk;
+                }
                 if run.slips(k) {
                     c[0][0] += SLIP_COUNTS * SLIP_COUNTS;
                 }
             }
             let late_s = level.late_s.hypot(run.arrivals_scatter_s.unwrap_or(0.0));
             let late = run.speed_counts_s[k] * late_s;
-            let (own, weight) = ((1.0 + late * late) / 12.0, run.weight[k]);
+            let own = (1.0 + late * late) / 12.0 + rough.scatter;
+            let weight = run.weight[k];
             let s = c[0][0] + own / weight;
-            let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s];
+            let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s, c[3][0] / s];
             let (row, c_before) = (c[0], c[0][0]);
             for (i, g) in gain.iter().enumerate() {
-                for j in 0..3 {
+                for j in 0..4 {
                     c[i][j] -= g * row[j];
                 }
             }
@@ -176,7 +203,7 @@ impl Whitener {
 }
 
 fn filter(steps: &[Step], column: &mut [f64]) {
-    let mut m = [0.0; 3];
+    let mut m = [0.0; 4];
     for (k, (value, step)) in column.iter_mut().zip(steps).enumerate() {
         if k > 0 {
             m = step.transition.apply(m);
@@ -189,12 +216,15 @@ fn filter(steps: &[Step], column: &mut [f64]) {
     }
 }
 
+/// Covariance of p, v, d and g.
+type Covariance = [[f64; 4]; 4];
+
 /// `T C T'` for the sparse transition.
-fn propagate(c: &[[f64; 3]; 3], t: &Transition) -> [[f64; 3]; 3] {
-    let columns = [0, 1, 2].map(|j| t.apply([c[0][j], c[1][j], c[2][j]]));
-    let mut out = [[0.0; 3]; 3];
-    for i in 0..3 {
-        let row = t.apply([columns[0][i], columns[1][i], columns[2][i]]);
+fn propagate(c: &Covariance, t: &Transition) -> Covariance {
+    let columns = [0, 1, 2, 3].map(|j| t.apply([c[0][j], c[1][j], c[2][j], c[3][j]]));
+    let mut out = Covariance::default();
+    for i in 0..4 {
+        let row = t.apply([columns[0][i], columns[1][i], columns[2][i], columns[3][i]]);
         for (j, value) in row.into_iter().enumerate() {
             out[j][i] = value;
         }

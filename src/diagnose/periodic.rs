@@ -100,7 +100,8 @@ fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
 /// The answer of the position in counts to a unit of an angle-periodic effect of this order and phase.
 fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) -> Vec<f64> {
     let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
-    let sine = |k: usize| (order * run.counts[k] / counts_per_rad + shift).sin();
+    let angle = |k: usize| (run.first_counts + run.counts[k]) / counts_per_rad;
+    let sine = |k: usize| (order * angle(k) + shift).sin();
     if id == "encoder_eccentricity" {
         return (0..run.len())
             .map(|k| (sine(k) - sine(0)) * counts_per_rad)

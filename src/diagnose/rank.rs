@@ -107,6 +107,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 runs,
                 problem.damping,
                 problem.levels.clone(),
+                problem.rough,
             )
         })
         .collect();

@@ -66,8 +66,94 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
               the samples the last 40 %, predicted by a fit on the rest"
             .to_owned(),
     };
-    let [before, after_parameters, after_effect] = pooled(&blocks);
-    let (rungs95, (closed_lo95, closed_hi95)) = intervals(&blocks);
+    gap(&blocks, held_out)
+}
+
+/// The rungs on whole runs that nothing was fitted to.
+pub(super) fn held_out(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &[RunData]) -> Gap {
+    let of = |fit: &Fit| fit.hypothesis.motor(problem.nominal, &fit.p);
+    let models = [problem.nominal.clone(), of(null), of(chosen)];
+    let blocks: Vec<Block> = kept
+        .iter()
+        .flat_map(|run| errors(&models, run, 0))
+        .collect();
+    let words = format!("{} whole, kept from every fit and choice", runs(kept.len()));
+    gap(&blocks, words)
+}
+
+/// The rungs on pieces, each predicted from the angle and the speed recorded at its start: those of runs kept from
+/// everything, or the last of each run by a fit on those before.
+pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &[RunData]) -> Gap {
+    let longest_s = (problem.runs.iter())
+        .filter_map(|run| Some(run.t_s.last()? - run.t_s.first()?))
+        .fold(0.0, f64::max);
+    let horizon = format!("{longest_s:.1} s at a time from the recorded angle and speed");
+    if !kept.is_empty() {
+        let found = held_out(problem, null, chosen, kept);
+        let held = 1 + kept.iter().map(|piece| piece.origin).max().unwrap_or(0);
+        let held_out = format!(
+            "{} whole, kept from every fit and choice, predicted {horizon}",
+            runs(held)
+        );
+        return Gap { held_out, ..found };
+    }
+    let is_early = |k: usize| {
+        let origin = problem.runs[k].origin;
+        let same = |run: &&RunData| run.origin == origin;
+        let count = problem.runs.iter().filter(same).count();
+        let before = problem.runs[..k].iter().filter(same).count();
+        count > 1 && ((before as f64) < FITTED_SHARE * count as f64)
+    };
+    let (mut training, mut test) = (Vec::new(), Vec::new());
+    for (k, piece) in problem.runs.iter().enumerate() {
+        if is_early(k) {
+            training.push(piece.clone());
+        } else {
+            test.push(piece.clone());
+        }
+    }
+    if training.is_empty() || test.is_empty() {
+        return rungs(problem, null, chosen);
+    }
+    let models = [
+        problem.nominal.clone(),
+        refit(problem, &training, null),
+        refit(problem, &training, chosen),
+    ];
+    let blocks: Vec<Block> = test
+        .iter()
+        .flat_map(|piece| errors(&models, piece, 0))
+        .collect();
+    gap(
+        &blocks,
+        format!("the last 40 % of each run, by a fit on the first 60 %, predicted {horizon}"),
+    )
+}
+
+fn runs(count: usize) -> String {
+    match count {
+        1 => "one run".to_owned(),
+        _ => format!("{count} runs"),
+    }
+}
+
+fn gap(blocks: &[Block], mut held_out: String) -> Gap {
+    // What one of the models cannot be simulated on is measured for none.
+    let whole: Vec<Block> = blocks
+        .iter()
+        .filter(|(squares, _)| squares.iter().all(|x| x.is_finite()))
+        .copied()
+        .collect();
+    let all: usize = blocks.iter().map(|block| block.1).sum();
+    let left: usize = whole.iter().map(|block| block.1).sum();
+    if left < all {
+        let share = 100.0 * (all - left) as f64 / all as f64;
+        held_out +=
+            &format!("; without {share:.1} % of the samples, on which a model cannot be simulated");
+    }
+    let blocks = whole.as_slice();
+    let [before, after_parameters, after_effect] = pooled(blocks);
+    let (rungs95, (closed_lo95, closed_hi95)) = intervals(blocks);
     Gap {
         metric: "position_rmse_counts",
         floor: FLOOR_COUNTS,
@@ -85,7 +171,13 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
 /// The motor of a hypothesis fitted to other data, from where it fitted before.
 fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
     let levels = vec![3.0 * fit.wander, fit.wander];
-    let part = Problem::new(problem.nominal, training, problem.damping, levels);
+    let part = Problem::new(
+        problem.nominal,
+        training,
+        problem.damping,
+        levels,
+        problem.rough,
+    );
     let found = part.fit(&fit.hypothesis, &fit.p, STEPS);
     let p = found.map_or_else(|| fit.p.clone(), |found| found.p);
     fit.hypothesis.motor(problem.nominal, &p)

@@ -58,8 +58,19 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         }
         Verdict::OutsideCatalogue => {
             let unknown = diagnosis.causes.iter().find(|c| c.effect == "unknown");
+            let nearest = diagnosis.sets.first().map(|set| set.effects.join(" + "));
+            let nearest = nearest
+                .filter(|ids| !ids.is_empty())
+                .map(|ids| {
+                    let ids = ids.replace('_', " ");
+                    format!(
+                        ", with the nearest of the catalogue ({ids}) to {:.2}",
+                        gap.after_effect
+                    )
+                })
+                .unwrap_or_default();
             format!(
-                "Something is there that no effect of the catalogue explains ({}){region}; refitting alone brings the gap from {:.2} to {:.2} counts.",
+                "Something is there that no effect of the catalogue explains ({}){region}; refitting alone brings the gap from {:.2} to {:.2} counts{nearest}.",
                 self::sure(unknown.map_or(0.0, |cause| cause.probability)),
                 gap.before,
                 gap.after_parameters

@@ -114,7 +114,8 @@ fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
             (-0.5 * ((x - centre) / width).powi(2)).exp()
         }
         Dependence::Angle => {
-            let angle = run.counts[k] * std::f64::consts::TAU / run.counts_per_rev;
+            let counts = run.first_counts + run.counts[k];
+            let angle = counts * std::f64::consts::TAU / run.counts_per_rev;
             let order = (j / 2 + 1) as f64;
             if j.is_multiple_of(2) {
                 (order * angle).sin()

@@ -6,7 +6,7 @@
 //! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
 //! their alignment allows, and then run many in a row (`cruise.rs`).
 
-use super::dynamics::{Machine, Mode};
+use super::dynamics::{Machine, Mode, ONE_BODY, TH1, W1};
 use super::guards::Guard;
 use super::inside::{hermite, shift};
 use super::ladder::{FINEST, Ladder};
@@ -119,6 +119,18 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.allowed = 0;
         self.steps = 0;
         self.pace();
+        self.settle(None);
+        self.remember();
+    }
+
+    /// Starts from this angle at this speed instead of from rest at 0, all sides together, nothing commanded yet.
+    pub(super) fn start(&mut self, angle_rad: f64, speed_rad_s: f64) {
+        (self.y[TH1], self.y[W1]) = (S::from(angle_rad), S::from(speed_rad_s));
+        if N > ONE_BODY {
+            (self.y[N - 2], self.y[N - 1]) = (S::from(angle_rad), S::from(speed_rad_s));
+        }
+        self.mode.slip = [0.0; 2];
+        self.mode.anchor = [(S::from(angle_rad), S::zero()); 2];
         self.settle(None);
         self.remember();
     }

@@ -124,6 +124,7 @@ pub struct Simulator {
     schedule: Schedule,
     kind: crate::CommandKind,
     model: Model,
+    start: (f64, f64),
 }
 
 impl Simulator {
@@ -133,7 +134,23 @@ impl Simulator {
             schedule: Schedule::new(drive)?,
             kind: drive.kind,
             model,
+            start: (0.0, 0.0),
         })
+    }
+
+    /// The same from an angle (rad) and a speed (rad/s) other than rest at 0: of a recording that begins in motion,
+    /// and of effects that depend on where in a turn the shaft is.
+    #[must_use]
+    pub fn starting(mut self, angle_rad: f64, speed_rad_s: f64) -> Self {
+        self.start = (angle_rad, speed_rad_s);
+        self
+    }
+
+    /// The same from where another one starts.
+    #[must_use]
+    pub fn starting_as(mut self, other: &Self) -> Self {
+        self.start = other.start;
+        self
     }
 
     /// Number of samples of the drive: the length of an angle column.
@@ -260,7 +277,11 @@ impl Simulator {
             None => slot.insert(Box::new(Engine::new(machine, longest_s))),
         };
         engine.tolerance = TOLERANCE;
-        let mut mean = MeanCounts::new(machine.chain.sensor);
+        let (angle_rad, speed_rad_s) = self.start;
+        if self.start != (0.0, 0.0) {
+            engine.start(angle_rad, speed_rad_s);
+        }
+        let mut mean = MeanCounts::new(machine.chain.sensor, angle_rad, speed_rad_s);
         let per_count = S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev;
         let late_s = machine.chain.timing.jitter_s * 0.5;
         self.schedule.run(

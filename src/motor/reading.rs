@@ -99,12 +99,13 @@ pub(super) struct MeanCounts<S> {
 }
 
 impl<S: Scalar> MeanCounts<S> {
-    pub(super) fn new(sensor: Sensor<S>) -> Self {
-        let unrounded = sensor.unrounded(S::zero());
+    /// From this angle and speed on.
+    pub(super) fn new(sensor: Sensor<S>, angle_rad: f64, speed_rad_s: f64) -> Self {
+        let unrounded = sensor.unrounded(S::from(angle_rad));
         Self {
             sensor,
             unrounded,
-            speed_rad_s: S::zero(),
+            speed_rad_s: S::from(speed_rad_s),
             mean: unrounded,
         }
     }

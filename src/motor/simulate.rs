@@ -147,7 +147,7 @@ fn trajectory<const N: usize>(
     let mut out = Trajectory::default();
     let sensor = machine.chain.sensor;
     let per_count = std::f64::consts::TAU / machine.chain.stated_counts_per_rev;
-    let mut mean = MeanCounts::new(sensor);
+    let mut mean = MeanCounts::new(sensor, 0.0, 0.0);
     let mut encoder = Encoder::new(sensor, options.start_count_fraction, options.seed);
     let jitter_s = machine.chain.timing.jitter_s;
     schedule.run(

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::planned::{Planned, Sampling, View};
 use crate::board::Profile;
+use crate::diagnose::disturbance::Disturbance;
 use crate::diagnose::hypothesis::{Hypothesis, Member};
 use crate::diagnose::noise::NoiseLevel;
 use crate::diagnose::search::damping_of;
@@ -85,6 +86,8 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         damping: damping_of(motor, CommandKind::Voltage),
         lost_share: 0.0,
         late_s: 0.0,
+        supply: 0.0,
+        rough: Disturbance::default(),
     };
     let at = Sampling {
         sample_time_s,

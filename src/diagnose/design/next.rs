@@ -93,6 +93,8 @@ pub(in crate::diagnose) fn next_experiment(
         damping: problem.damping,
         lost_share: 0.0,
         late_s: 0.0,
+        supply: 0.0,
+        rough: problem.rough,
     };
     let at = Sampling {
         sample_time_s,

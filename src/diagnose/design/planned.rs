@@ -61,7 +61,7 @@ impl Planned {
             command,
             ..Run::default()
         };
-        let run = RunData::new(&run).ok()?;
+        let run = RunData::new(&run, 0).ok()?;
         let whitener = Whitener::new(&run, &level);
         Some(Self {
             run,

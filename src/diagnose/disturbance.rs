@@ -1,0 +1,156 @@
+//! What disturbs a real motor besides rounding and a slow wander, estimated from what the best model leaves.
+//!
+//! Teeth, brushes and bearings shake a shaft faster than the wander's second; about standstill friction builds up and
+//! lets go by laws of its own; slots of an encoder are uneven. So the speed may walk at random (its variance grows by
+//! `speed_walk` in (counts/s)^2 a second, by `slow_walk` besides where the shaft turns slowly) and the counts scatter
+//! (variance `scatter`). With rounding and wander alone a recording that has such noise makes every probability 0 or 1.
+//!
+//! The three are the same for all hypotheses: those that make what the best named set leaves likeliest, one after the
+//! other over a grid until none gains, with the wander free beside them. A recording in which they gain little has none.
+//! Where they are needed, runs are cut into pieces (`data.rs`), each simulated from the recorded angle and speed.
+
+use super::candidate::Candidate;
+use super::fit::{Fit, Problem};
+use super::noise::{NoiseLevel, Whitener};
+
+/// Noise beyond rounding and wander.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Disturbance {
+    /// Growth of the speed's variance in (counts/s)^2 in a second.
+    pub speed_walk: f64,
+    /// The same besides, where the shaft turns slowly.
+    pub slow_walk: f64,
+    /// Variance of a count beyond that of rounding.
+    pub scatter: f64,
+}
+
+/// Standard deviations of an acceleration that lasts [`BRIEF_S`], as shares of the largest acceleration.
+const SHAKES: [f64; 12] = [
+    0.0, 1e-4, 3e-4, 1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.3, 1.0,
+];
+/// How long one of them lasts in s.
+const BRIEF_S: f64 = 0.01;
+/// Standard deviations of the scatter in counts.
+const SCATTERS: [f64; 9] = [0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 30.0, 100.0];
+/// Rounds over the three.
+const MOST_ROUNDS: usize = 4;
+/// How often a set is fitted to its own disturbance, and with how many steps.
+const ITERATIONS: usize = 2;
+const STEPS: usize = 5;
+/// An estimate must be worth this many nats more than what there was.
+const WORTH: f64 = 10.0;
+
+impl Disturbance {
+    /// Growth of the speed's variance where the shaft turns slowly or not.
+    pub fn speed_walk(&self, slowly: bool) -> f64 {
+        if slowly {
+            self.speed_walk + self.slow_walk
+        } else {
+            self.speed_walk
+        }
+    }
+}
+
+/// The disturbance that makes likeliest what a fit leaves; `None` where the problem's is as good.
+pub(super) fn disturbance(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+) -> Option<Disturbance> {
+    let (gain, _, rough) = likeliest(problem, fit, largest_acceleration);
+    (gain > WORTH && rough != problem.rough).then_some(rough)
+}
+
+/// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
+/// would swallow what the right one explains. Sets of one effect at most are tried; `start` is where each begins.
+pub(super) fn least_disturbance(
+    problem: &mut Problem<'_>,
+    sets: &[Candidate],
+    start: Disturbance,
+    largest_acceleration: f64,
+) -> Disturbance {
+    let strongest = problem.levels.first().copied().unwrap_or(0.0);
+    let mut best = (f64::NEG_INFINITY, start);
+    for set in sets.iter().filter(|set| set.effects.len() <= 1) {
+        problem.set_rough(start);
+        let (hypothesis, mut p) = (&set.fit.hypothesis, set.fit.p.clone());
+        for _ in 0..ITERATIONS {
+            let Some(fit) = problem.fit_at(hypothesis, &p, strongest, STEPS) else {
+                break;
+            };
+            let (_, likelihood, rough) = likeliest(problem, &fit, largest_acceleration);
+            if likelihood > best.0 {
+                best = (likelihood, rough);
+            }
+            problem.set_rough(rough);
+            p = fit.p;
+        }
+    }
+    best.1
+}
+
+/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and it.
+fn likeliest(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+) -> (f64, f64, Disturbance) {
+    let residuals: Vec<Vec<f64>> = problem
+        .runs
+        .iter()
+        .zip(&fit.predictions)
+        .map(|(run, x)| run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect())
+        .collect();
+    let likelihood = |level: &NoiseLevel| -> f64 {
+        let parts = problem.runs.iter().zip(&residuals).map(|(run, r)| {
+            let whitener = Whitener::new(run, level);
+            let mut r = r.clone();
+            whitener.whiten(&mut r);
+            let squares: f64 = r.iter().map(|x| x * x).sum();
+            -0.5 * (squares + whitener.log_determinant)
+        });
+        parts.sum()
+    };
+    let walk = |share: f64| (share * largest_acceleration).powi(2) * BRIEF_S;
+    let mut level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+    let before = likelihood(&level);
+    let mut best = before;
+    let mut improve = |tried: NoiseLevel, level: &mut NoiseLevel| {
+        let gain = likelihood(&tried);
+        if gain > best {
+            (best, *level) = (gain, tried);
+        }
+    };
+    for _ in 0..MOST_ROUNDS {
+        let last = level;
+        let with = |level: &NoiseLevel, rough: Disturbance| NoiseLevel { rough, ..*level };
+        for speed_walk in SHAKES.map(walk) {
+            let rough = Disturbance {
+                speed_walk,
+                ..level.rough
+            };
+            improve(with(&level, rough), &mut level);
+        }
+        for slow_walk in SHAKES.map(walk) {
+            let rough = Disturbance {
+                slow_walk,
+                ..level.rough
+            };
+            improve(with(&level, rough), &mut level);
+        }
+        for scatter in SCATTERS.map(|counts| counts * counts) {
+            let rough = Disturbance {
+                scatter,
+                ..level.rough
+            };
+            improve(with(&level, rough), &mut level);
+        }
+        for &wander in &problem.levels {
+            improve(NoiseLevel { wander, ..level }, &mut level);
+        }
+        if level == last {
+            break;
+        }
+    }
+    (best - before, best, level.rough)
+}
