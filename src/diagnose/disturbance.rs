@@ -10,6 +10,7 @@
 //! Where they are needed, runs are cut into pieces (`data.rs`), each simulated from the recorded angle and speed.
 
 use super::candidate::Candidate;
+use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::noise::{NoiseLevel, Whitener};
 
@@ -37,8 +38,9 @@ const MOST_ROUNDS: usize = 4;
 /// How often a set is fitted to its own disturbance, and with how many steps.
 const ITERATIONS: usize = 2;
 const STEPS: usize = 5;
-/// An estimate must be worth this many nats more than what there was.
-const WORTH: f64 = 10.0;
+/// An estimate must be worth this many nats more than what there was, and this many for each sample.
+const WORTH: f64 = 50.0;
+const WORTH_A_SAMPLE: f64 = 0.05;
 
 impl Disturbance {
     /// Growth of the speed's variance where the shaft turns slowly or not.
@@ -58,7 +60,9 @@ pub(super) fn disturbance(
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
     let (gain, _, rough) = likeliest(problem, fit, largest_acceleration);
-    (gain > WORTH && rough != problem.rough).then_some(rough)
+    let samples: usize = problem.runs.iter().map(RunData::len).sum();
+    let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);
+    (gain > worth && rough != problem.rough).then_some(rough)
 }
 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
