@@ -1,20 +1,21 @@
 //! A hypothesis that was fitted, and what it weighs: evidence, prior, and what speaks against it besides.
 //!
-//! `ln w = ln Z + ln p(set) - excess wander - too small to matter - a clock that is left unexplained`. Half the
-//! motors have no effect beyond their tolerances, more effects at once are rarer, all sets of a size are alike.
+//! `ln w = ln Z + ln p(set) - excess wander - too small to matter + what the host's clock showed`. A quarter
+//! of the motors that somebody asks about have no effect beyond their tolerances, more than one effect is rarer than one,
+//! all sets of a size are alike.
 
 use super::fit::{Fit, Problem};
 use super::matter;
 use crate::motor::effects::catalogue;
 
 /// Prior probability that there is no effect.
-const PRIOR_NONE: f64 = 0.45;
+const PRIOR_NONE: f64 = 0.25;
 /// That there is exactly one effect.
-const PRIOR_SINGLE: f64 = 0.42;
+const PRIOR_SINGLE: f64 = 0.45;
 /// That there are two.
-const PRIOR_PAIR: f64 = 0.07;
+const PRIOR_PAIR: f64 = 0.15;
 /// That there are three.
-const PRIOR_TRIPLE: f64 = 0.01;
+const PRIOR_TRIPLE: f64 = 0.05;
 /// A wander up to this share of the largest acceleration is ordinary; more speaks for the unknown.
 const ORDINARY_WANDER: f64 = 0.003;
 
@@ -45,17 +46,12 @@ pub(super) fn candidate(
         2 => (PRIOR_PAIR / (n * (n - 1.0) / 2.0)).ln(),
         _ => (PRIOR_TRIPLE / (n * (n - 1.0) * (n - 2.0) / 6.0)).ln(),
     };
-    let explained = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
-    let clock = if explained {
-        0.0
-    } else {
-        problem.setting.against_a_right_clock()
-    };
+    let is_off = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
     Candidate {
         log_weight: fit.log_evidence + log_prior
             - excess_wander(fit.wander, scale)
             - matter::discount(problem, &fit)
-            - clock,
+            + problem.setting.log_density_of_clock(is_off),
         effects,
         fit,
         probability: 0.0,

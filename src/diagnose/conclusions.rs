@@ -15,8 +15,6 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
-/// How closely a limit of the edge rate is looked for, relative: what its interval is, for want of a slope.
-const RATE_STEP: f64 = 0.01;
 /// Sets this many nats behind the best are looked at for ties.
 const IN_PLAY: f64 = 12.0;
 
@@ -195,9 +193,6 @@ fn parameters(problem: &Problem<'_>, fit: &Fit, index: usize) -> BTreeMap<&'stat
                 }
             }
             None if kind.id == "dead_zone" => problem.levels_around(value),
-            None if parameter.key == "max_rate_hz" => {
-                (value * (1.0 - RATE_STEP), value * (1.0 + RATE_STEP))
-            }
             None => (value, value),
         };
         let unit = parameter.unit;

@@ -11,9 +11,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::data::RunData;
 use super::disturbance::Disturbance;
-use super::hypothesis::{BASE, Hypothesis, predict, predict_with_derivatives};
+use super::hypothesis::{BASE, Hypothesis};
 use super::noise::{NoiseLevel, Whitener};
+use super::noise_numbers;
+use super::predict::{predict, predict_with_derivatives};
 use super::setting::Setting;
+use super::sums::{dot, gram};
 use crate::motor::Motor;
 use crate::motor::effects::catalogue;
 use crate::recording::CommandKind;
@@ -33,6 +36,8 @@ pub(super) struct Problem<'a> {
     pub setting: Setting,
     /// Standard deviation of the acceleration in rad/s^2 for each volt commanded: the supply differs by run.
     pub supply: f64,
+    /// Variance of rounding as a share of 1/12, beside its tones.
+    pub rounding: f64,
     /// What disturbs rough recordings.
     pub rough: Disturbance,
     /// Filters of the levels without noise of an effect's own, made when first asked for.
@@ -86,6 +91,7 @@ impl<'a> Problem<'a> {
             levels,
             setting: Setting::new(runs),
             supply: supply(nominal, runs),
+            rounding: 1.0,
             rough,
             filters: Mutex::default(),
         }
@@ -95,6 +101,13 @@ impl<'a> Problem<'a> {
     pub fn set_rough(&mut self, rough: Disturbance) {
         self.rough = rough;
         self.filters = Mutex::default();
+    }
+
+    /// The same with another variance of rounding, as a share of 1/12.
+    pub fn with_rounding(mut self, share: f64) -> Self {
+        self.rounding = share;
+        self.filters = Mutex::default();
+        self
     }
 
     /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
@@ -112,6 +125,7 @@ impl<'a> Problem<'a> {
             lost_share: value("missed_counts").unwrap_or(0.0).clamp(0.0, 0.5),
             late_s: value("sample_jitter").unwrap_or(0.0),
             supply: self.supply,
+            rounding: self.rounding,
             rough: self.rough,
         }
     }
@@ -146,7 +160,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Residuals of all runs end to end, whitened.
-    fn whitened(&self, predictions: &[Vec<f64>], whiteners: &[Whitener]) -> Vec<f64> {
+    pub fn whitened(&self, predictions: &[Vec<f64>], whiteners: &[Whitener]) -> Vec<f64> {
         let mut all = Vec::new();
         for ((run, x), whitener) in self.runs.iter().zip(predictions).zip(whiteners) {
             // The middle of the prior of the start inside a count is half a count.
@@ -175,6 +189,7 @@ impl<'a> Problem<'a> {
         let mut lambda = 1e-3;
         let mut converged = false;
         let mut jtj = DMatrix::zeros(d, d);
+        let mut of_noise = Vec::new();
         // The curvature of the last step serves the evidence too, unless there was none or it was far off.
         let steps = if most_steps < FEW_STEPS {
             most_steps.max(1)
@@ -183,8 +198,13 @@ impl<'a> Problem<'a> {
         };
         for step in 0..steps {
             let jacobian = self.jacobian(hypothesis, &p, &whiteners)?;
-            let gradient: DVector<f64>;
+            let mut gradient: DVector<f64>;
             (jtj, gradient) = normal_equations(hypothesis, &jacobian, &r, &p);
+            of_noise = self.noise_curvature(hypothesis, &p, wander, &predictions, &r, &whiteners);
+            for (k, slope, curvature) in &of_noise {
+                gradient[*k] += slope;
+                jtj[(*k, *k)] += curvature;
+            }
             if step == most_steps {
                 break;
             }
@@ -235,6 +255,10 @@ impl<'a> Problem<'a> {
                 .iter()
                 .map(|x| x.ln())
                 .sum::<f64>();
+        for (k, _, curvature) in &of_noise {
+            jtj[(*k, *k)] -= (1.0 - noise_numbers::INFORMATION) * curvature;
+        }
+        let covariance = jtj.cholesky()?.inverse();
         // Numbers of the base that mean nothing have a prior of their own and no data: they cancel.
         let log_evidence =
             log_likelihood + hypothesis.log_prior(&p) + 0.5 * d as f64 * std::f64::consts::TAU.ln()
@@ -245,7 +269,7 @@ impl<'a> Problem<'a> {
             p,
             wander,
             log_evidence,
-            covariance: cholesky.inverse(),
+            covariance,
             converged,
             predictions,
         })
@@ -378,7 +402,7 @@ fn wander_penalty(wander: f64, levels: &[f64]) -> f64 {
     (wander / weakest).max(1.0).ln()
 }
 
-fn log_likelihood(r: &[f64], whiteners: &[Whitener]) -> f64 {
+pub(super) fn log_likelihood(r: &[f64], whiteners: &[Whitener]) -> f64 {
     let squares: f64 = r.iter().map(|x| x * x).sum();
     let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
     -0.5 * (squares + determinants)
@@ -391,10 +415,7 @@ fn normal_equations(
     p: &[f64],
 ) -> (DMatrix<f64>, DVector<f64>) {
     let d = jacobian.len();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let jtj = DMatrix::from_fn(d, d, |i, j| {
-        dot(&jacobian[i], &jacobian[j]) + hypothesis.precision(i, j)
-    });
+    let jtj = gram(jacobian, |i, j| hypothesis.precision(i, j));
     let gradient = DVector::from_fn(d, |i, _| {
         let prior: f64 = (0..d)
             .map(|j| hypothesis.precision(i, j) * (hypothesis.centre(j) - p[j]))

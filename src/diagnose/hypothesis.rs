@@ -5,15 +5,12 @@
 //! shows `b` apart. Moved are the logarithms of `J`, `Kb`, `Tf` and `b`, with `R` and `Kt` held: their prior
 //! is the tolerance of everything that they stand for, and keeps what the runs do not tell.
 
-use std::cell::RefCell;
-
 use crate::motor::effects::{EffectParameter, Prior, catalogue};
-use crate::motor::fit::{ParameterId, Workspace};
+use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, Motor, Parameters};
 use crate::recording::CommandKind;
 
-use super::data::RunData;
-use super::setting::Setting;
+use super::setting::{MAX_RATE, Setting};
 
 /// Relative tolerance of a key that the motor file gives none for.
 pub(super) const DEFAULT_TOLERANCE: f64 = 0.05;
@@ -27,6 +24,9 @@ const HOLE: f64 = 12.0;
 /// another effect's.
 const ORDER: &str = "cycles_per_rev";
 const ORDER_ROOM: f64 = 0.25;
+/// Keys of the numbers of noises: the share of edges lost by chance, the spread of samples taken late.
+const LOSS: &str = "probability";
+const LATENESS: &str = "spread_s";
 /// Half width of the range of a number that is held.
 const HELD: f64 = 1e-6;
 /// How many numbers of the base model are free.
@@ -85,7 +85,16 @@ impl Hypothesis {
         for (m, member) in members.iter().enumerate() {
             let parameters = catalogue()[member.index].parameters;
             for (k, parameter) in parameters.iter().enumerate() {
+                let limited = is_limited(member);
                 match parameter.prior {
+                    // Edges are lost by chance or above a rate: one of the two.
+                    _ if parameter.key == MAX_RATE => {
+                        log_choice -= 2f64.ln();
+                        if limited {
+                            free.push(Free::new(m, k, parameter, motor, setting));
+                        }
+                    }
+                    _ if limited => {}
                     Prior::OneOf(values) => log_choice -= (values.len() as f64).ln(),
                     _ if !is_free(parameter) => {}
                     _ => free.push(Free::new(m, k, parameter, motor, setting)),
@@ -179,12 +188,30 @@ impl Hypothesis {
     }
 
     /// Whether number `k` is the logarithm of a parameter.
-    fn is_logarithmic(&self, k: usize) -> bool {
+    pub fn is_logarithmic(&self, k: usize) -> bool {
         k.checked_sub(BASE).is_none_or(|k| self.free[k].logarithmic)
     }
 
+    /// Which numbers are those of a noise (edges lost by chance, samples taken late): the likelihood depends on them
+    /// through the filter too.
+    pub fn noise_numbers(&self) -> impl Iterator<Item = usize> {
+        let kind =
+            |free: &Free| &catalogue()[self.members[free.member].index].parameters[free.parameter];
+        let of_noise = move |free: &Free| matches!(kind(free).key, LOSS | LATENESS);
+        (self.free.iter().enumerate())
+            .filter(move |(_, free)| of_noise(free))
+            .map(|(k, _)| BASE + k)
+    }
+
+    /// Whether it has edges lost by chance.
+    pub fn loses_by_chance(&self) -> bool {
+        let parameters = |free: &Free| catalogue()[self.members[free.member].index].parameters;
+        let key = |free: &Free| parameters(free)[free.parameter].key;
+        self.free.iter().any(|free| key(free) == LOSS)
+    }
+
     /// The simulator's name of each number.
-    fn parameter_ids(&self) -> Vec<ParameterId> {
+    pub fn parameter_ids(&self) -> Vec<ParameterId> {
         let nominal = |key: &str| {
             let place = Parameters::KEYS.iter().position(|known| *known == key);
             ParameterId::Nominal(place.unwrap_or(0))
@@ -330,6 +357,13 @@ impl Hypothesis {
     }
 }
 
+/// Whether edges are lost above a rate.
+fn is_limited(member: &Member) -> bool {
+    let parameters = catalogue()[member.index].parameters.iter();
+    let mut values = parameters.zip(&member.values);
+    values.any(|(parameter, value)| parameter.key == MAX_RATE && *value > 0.0)
+}
+
 /// Fitted are smooth numbers with a range; sides, switches and lists of values are tried one by one.
 fn is_free(parameter: &EffectParameter) -> bool {
     parameter.hi > parameter.lo && parameter.smooth
@@ -344,7 +378,7 @@ impl Free {
         setting: &Setting,
     ) -> Self {
         let (lo, hi) = setting.range(kind, &motor.parameters);
-        let logarithmic = kind.prior == Prior::LogUniform;
+        let logarithmic = kind.prior == Prior::LogUniform || kind.key == MAX_RATE;
         Self {
             member,
             parameter,
@@ -402,82 +436,4 @@ fn base_precision(motor: &Motor, kind: CommandKind) -> [[f64; BASE]; BASE] {
         .try_inverse()
         .unwrap_or_else(nalgebra::Matrix4::identity);
     std::array::from_fn(|i| std::array::from_fn(|k| precision[(i, k)]))
-}
-
-thread_local! {
-    static WORKSPACE: RefCell<Workspace> = RefCell::default();
-}
-
-/// The motor as this run's file has it: its encoder and its supply.
-fn on_run(motor: &Motor, run: &RunData) -> Motor {
-    let mut motor = motor.clone();
-    motor.parameters.counts_per_rev = run.counts_per_rev;
-    if let Some(supply_v) = run.supply_v {
-        motor.parameters.supply_v = supply_v;
-    }
-    motor
-}
-
-/// The encoder's expected position in counts, not rounded, from the first sample; `None` where the
-/// numbers make no motion that can be simulated.
-pub(super) fn predict(motor: &Motor, run: &RunData) -> Option<Vec<f64>> {
-    let motor = on_run(motor, run);
-    let mut angles = vec![0.0; run.len()];
-    WORKSPACE
-        .with_borrow_mut(|workspace| run.simulator.angles(&motor, workspace, &mut angles))
-        .ok()?;
-    to_counts(&mut angles, run);
-    Some(angles)
-}
-
-/// The same with its derivatives by every number of the hypothesis, a column a number.
-pub(super) fn predict_with_derivatives(
-    hypothesis: &Hypothesis,
-    nominal: &Motor,
-    p: &[f64],
-    run: &RunData,
-) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
-    let motor = on_run(&hypothesis.motor(nominal, p), run);
-    let ids = hypothesis.parameter_ids();
-    let mut angles = vec![0.0; run.len()];
-    let mut columns = vec![0.0; run.len() * ids.len()];
-    WORKSPACE
-        .with_borrow_mut(|workspace| {
-            run.simulator
-                .sensitivities(&motor, &ids, workspace, &mut angles, &mut columns)
-        })
-        .ok()?;
-    to_counts(&mut angles, run);
-    let derivatives = columns
-        .chunks_exact(run.len().max(1))
-        .enumerate()
-        .map(|(k, column)| {
-            let mut column = column.to_vec();
-            to_counts(&mut column, run);
-            let factor = if !hypothesis.movable(k) {
-                0.0
-            } else if hypothesis.is_logarithmic(k) {
-                ids[k].get(&motor).unwrap_or(0.0)
-            } else {
-                1.0
-            };
-            for value in &mut column {
-                *value = if value.is_finite() {
-                    *value * factor
-                } else {
-                    0.0
-                };
-            }
-            column
-        });
-    Some((angles, derivatives.collect()))
-}
-
-/// Angles in rad to counts from the first sample.
-fn to_counts(angles: &mut [f64], run: &RunData) {
-    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
-    let first = angles.first().copied().unwrap_or(0.0);
-    for angle in angles {
-        *angle = (*angle - first) * counts_per_rad;
-    }
 }

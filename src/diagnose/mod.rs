@@ -18,14 +18,17 @@ mod hypothesis;
 mod looks;
 mod matter;
 mod noise;
+mod noise_numbers;
 mod nominal;
 mod periodic;
+mod predict;
 mod rank;
 mod regimes;
 mod rungs;
 mod search;
 mod sentence;
 mod setting;
+mod sums;
 mod ties;
 mod tones;
 mod unknown;
@@ -38,7 +41,8 @@ use crate::recording::{CommandKind, Run};
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
 use data::{RunData, pieces};
 use disturbance::{Disturbance, disturbance, least_disturbance};
-use fit::Problem;
+use fit::{Fit, Problem};
+use hypothesis::Hypothesis;
 use rank::rank;
 use search::{damping_of, largest_acceleration};
 use sentence::sentence;
@@ -52,6 +56,12 @@ pub use verdict::{
 
 /// Levels of the wander as shares of the largest acceleration, strongest first.
 const WANDER_LEVELS: [f64; 6] = [0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001];
+
+/// Most steps of the fit that tells the variance of rounding.
+const SETTLING_STEPS: usize = 6;
+
+/// Most times that it is told anew beside edges lost by chance.
+const SETTLINGS: usize = 4;
 
 /// Most times that the noise of pieces is estimated anew.
 const MOST_ROUGH: usize = 2;
@@ -124,7 +134,14 @@ pub fn diagnose_holding_out(
     let scale = largest_acceleration(motor, &data);
     let levels: Vec<f64> = WANDER_LEVELS.iter().map(|share| share * scale).collect();
     let damping = damping_of(motor, first.command_kind);
-    let mut problem = Problem::new(motor, &data, damping, levels, Disturbance::default());
+    let mut problem = settled(Problem::new(
+        motor,
+        &data,
+        damping,
+        levels,
+        Disturbance::default(),
+    ))
+    .ok_or(DiagnoseError::NoFit)?;
     let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
     let cut;
     let rough = ranking.candidates.first();
@@ -154,6 +171,11 @@ pub fn diagnose_holding_out(
                 break;
             }
         }
+    }
+    if let Some(best) = ranking.candidates.first_mut()
+        && best.fit.hypothesis.loses_by_chance()
+    {
+        problem = resettled(problem, &mut best.fit);
     }
     progress("holding data back to measure the gap");
     let gap = match (ranking.candidates.first(), ranking.null()) {
@@ -196,6 +218,32 @@ pub fn diagnose_holding_out(
     diagnosis.sentence = sentence(&diagnosis);
     diagnosis.elapsed_s = begin.elapsed().as_secs_f64();
     Ok(diagnosis)
+}
+
+/// A problem with rounding of the variance that it has in these runs: what the nominal model leaves on short horizons,
+/// on which any model is right, tells.
+fn settled<'a>(problem: Problem<'a>) -> Option<Problem<'a>> {
+    let nominal = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
+    let strongest = problem.levels.first().copied()?;
+    let fit = problem.fit_at(&nominal, &nominal.start(), strongest, SETTLING_STEPS)?;
+    let share = problem.likeliest_rounding(&fit);
+    Some(problem.with_rounding(share))
+}
+
+/// The same once edges lost by chance are told apart from rounding, and the fit's numbers with it.
+fn resettled<'a>(mut problem: Problem<'a>, fit: &mut Fit) -> Problem<'a> {
+    for _ in 0..SETTLINGS {
+        let share = problem.likeliest_rounding(fit);
+        if share == problem.rounding {
+            break;
+        }
+        problem = problem.with_rounding(share);
+        let again = problem.fit_at(&fit.hypothesis, &fit.p, fit.wander, SETTLING_STEPS);
+        if let Some(again) = again {
+            *fit = again;
+        }
+    }
+    problem
 }
 
 /// Runs made ready, with their names; what is wrong with them goes to `problems`.

@@ -28,7 +28,7 @@ const SLIP_COUNTS: f64 = 0.5;
 
 /// By how much the position walks at random in counts^2 for each count of travel: uneven slots and teeth, and
 /// what a wander with one correlation time leaves out. Without it lost edges would be the name for all that.
-const DIFFUSION: f64 = 0.002;
+const DIFFUSION: f64 = 0.0005;
 
 /// Correlation time of the wandering load in s.
 const WANDER_S: f64 = 1.0;
@@ -46,6 +46,8 @@ pub(super) struct NoiseLevel {
     pub late_s: f64,
     /// Standard deviation of the acceleration in rad/s^2 for each unit of the command: the supply differs by run.
     pub supply: f64,
+    /// Variance of rounding as a share of 1/12 beside its tones.
+    pub rounding: f64,
     /// What disturbs a rough recording.
     pub rough: Disturbance,
 }
@@ -158,7 +160,7 @@ impl Whitener {
             }
             let late_s = level.late_s.hypot(run.arrivals_scatter_s.unwrap_or(0.0));
             let late = run.speed_counts_s[k] * late_s;
-            let own = (1.0 + late * late) / 12.0 + rough.scatter;
+            let own = (level.rounding + late * late) / 12.0 + rough.scatter;
             let weight = run.weight[k];
             let s = c[0][0] + own / weight;
             let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s, c[3][0] / s];
@@ -232,18 +234,32 @@ fn propagate(c: &Covariance, t: &Transition) -> Covariance {
     out
 }
 
-/// How the position answers to an acceleration (counts/s^2) in force from each sample to the next: the
-/// columns of effects that are linear in their magnitude.
-pub(super) fn response(run: &RunData, damping: f64, acceleration: &[f64]) -> Vec<f64> {
-    let (mut p, mut v) = (0.0, 0.0);
-    let mut out = Vec::with_capacity(run.len());
-    for k in 0..run.len() {
-        if k > 0 {
-            let t = Transition::new(run.t_s[k] - run.t_s[k - 1], damping, run.moving[k]);
-            let d = acceleration[k - 1];
-            (p, v) = (p + t.pv * v + t.pd * d, t.vv * v + t.vd * d);
-        }
-        out.push(p);
+/// How the position of a run answers to an acceleration: the columns of effects that are linear in their magnitude.
+#[derive(Debug)]
+pub(super) struct Response {
+    steps: Vec<Transition>,
+}
+
+impl Response {
+    /// Of each of these runs, speed errors dying away at the rate `damping` in 1/s.
+    pub fn all(runs: &[RunData], damping: f64) -> Vec<Self> {
+        let of = |run: &RunData| Self {
+            steps: (1..run.len())
+                .map(|k| Transition::new(run.t_s[k] - run.t_s[k - 1], damping, run.moving[k]))
+                .collect(),
+        };
+        runs.iter().map(of).collect()
     }
-    out
+
+    /// Positions in counts under an acceleration in counts/s^2 that is in force from each sample to the next.
+    pub fn to(&self, acceleration: &[f64]) -> Vec<f64> {
+        let (mut p, mut v) = (0.0, 0.0);
+        let mut out = Vec::with_capacity(acceleration.len());
+        out.push(p);
+        for (t, d) in self.steps.iter().zip(acceleration) {
+            (p, v) = (p + t.pv * v + t.pd * d, t.vv * v + t.vd * d);
+            out.push(p);
+        }
+        out
+    }
 }

@@ -8,8 +8,9 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::Problem;
 use super::hypothesis::BASE;
-use super::noise::{NoiseLevel, response};
-use super::search::{Anchor, ORDERS, Try, dot};
+use super::noise::{NoiseLevel, Response};
+use super::search::{Anchor, ORDERS, Try};
+use super::sums::{dot, gram};
 use crate::motor::effects::{Prior, catalogue};
 use crate::recording::CommandKind;
 
@@ -31,17 +32,19 @@ pub(super) fn periodic(
     let motor = &problem.nominal.parameters;
     let whiteners = problem.whiteners(level);
     let mut found: Vec<Try> = Vec::new();
+    let responses = Response::all(problem.runs, problem.damping);
+    let regression = Regression::new(anchor);
     for order in orders {
         let mut columns = [Vec::new(), Vec::new()];
-        for (run, whitener) in problem.runs.iter().zip(whiteners.iter()) {
-            for (column, quarter) in columns.iter_mut().zip([0.0, 0.25]) {
-                let shift = quarter * std::f64::consts::TAU;
-                let mut one = wave(problem, run, id, order, shift);
+        for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners.iter())
+        {
+            let waves = waves(problem, run, response, id, order);
+            for (column, mut one) in columns.iter_mut().zip(waves) {
                 whitener.whiten(&mut one);
                 column.extend(one);
             }
         }
-        let Some((gain, shift, [a, b])) = regress(&anchor.residual, anchor, &columns) else {
+        let Some((gain, shift, [a, b])) = regression.with(&columns) else {
             continue;
         };
         if is_scanned(id) && gain < LEAST_GAIN {
@@ -97,15 +100,27 @@ fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
     kept
 }
 
-/// The answer of the position in counts to a unit of an angle-periodic effect of this order and phase.
-fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) -> Vec<f64> {
+/// The answers of the position in counts to a unit of an angle-periodic effect of this order, as a sine and a cosine.
+fn waves(
+    problem: &Problem<'_>,
+    run: &RunData,
+    response: &Response,
+    id: &str,
+    order: f64,
+) -> [Vec<f64>; 2] {
     let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
-    let angle = |k: usize| (run.first_counts + run.counts[k]) / counts_per_rad;
-    let sine = |k: usize| (order * angle(k) + shift).sin();
+    let waves = (0..run.len()).map(|k| {
+        let (sine, cosine) =
+            (order * (run.first_counts + run.counts[k]) / counts_per_rad).sin_cos();
+        (sine * counts_per_rad, cosine * counts_per_rad)
+    });
+    let (sine, cosine): (Vec<f64>, Vec<f64>) = waves.unzip();
     if id == "encoder_eccentricity" {
-        return (0..run.len())
-            .map(|k| (sine(k) - sine(0)) * counts_per_rad)
-            .collect();
+        let from_first = |wave: Vec<f64>| {
+            let first = wave.first().copied().unwrap_or(0.0);
+            wave.into_iter().map(|x| x - first).collect()
+        };
+        return [from_first(sine), from_first(cosine)];
     }
     let p = &problem.nominal.parameters;
     let torque = |k: usize| match (id, run.kind) {
@@ -124,44 +139,68 @@ fn wave(problem: &Problem<'_>, run: &RunData, id: &str, order: f64, shift: f64) 
         ("torque_ripple", CommandKind::Torque) => run.command[k] / p.inertia_kg_m2,
         _ => 1.0,
     };
-    let acceleration: Vec<f64> = (0..run.len())
-        .map(|k| sine(k) * torque(k) * counts_per_rad)
-        .collect();
-    response(run, problem.damping, &acceleration)
-}
-
-/// By how many squares two more columns help beside the base, the base's coefficients, and theirs.
-fn regress(
-    r: &[f64],
-    anchor: &Anchor,
-    columns: &[Vec<f64>; 2],
-) -> Option<(f64, [f64; BASE], [f64; 2])> {
-    let before = solve(r, &anchor.base, anchor).map_or(0.0, |(gain, _)| gain);
-    let all: Vec<Vec<f64>> = anchor.base.iter().chain(columns).cloned().collect();
-    let (gain, x) = solve(r, &all, anchor)?;
-    let shift = std::array::from_fn(|k| x[k]);
-    Some((gain - before, shift, [x[BASE], x[BASE + 1]]))
-}
-
-/// Least squares with the base's prior and a little ridge: the squares that the columns explain, and their
-/// coefficients, the base's first.
-fn solve(r: &[f64], columns: &[Vec<f64>], anchor: &Anchor) -> Option<(f64, DVector<f64>)> {
-    let d = columns.len();
-    let precision = |i: usize, j: usize| {
-        if i < BASE && j < BASE {
-            anchor.hypothesis.precision(i, j)
-        } else {
-            0.0
+    [sine, cosine].map(|mut wave| {
+        for (k, value) in wave.iter_mut().enumerate() {
+            *value *= torque(k);
         }
-    };
-    let mut normal = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]) + precision(i, j));
-    for k in 0..d {
-        normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
+        response.to(&wave)
+    })
+}
+
+/// Least squares of the residual by the base, with its prior and a little ridge, and by two more columns.
+struct Regression<'a> {
+    anchor: &'a Anchor,
+    /// Products of the base with itself and with the residual.
+    normal: DMatrix<f64>,
+    right: DVector<f64>,
+    /// Squares that the base alone explains.
+    gain: f64,
+}
+
+impl<'a> Regression<'a> {
+    fn new(anchor: &'a Anchor) -> Self {
+        let d = anchor.base.len();
+        let precision = |i: usize, j: usize| anchor.hypothesis.precision(i, j);
+        let mut normal = anchor.gram.clone();
+        for i in 0..d {
+            for j in 0..d {
+                normal[(i, j)] += precision(i, j);
+            }
+            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
+        }
+        let right = DVector::from_fn(d, |k, _| {
+            let pull: f64 = (0..d).map(|j| precision(k, j) * anchor.p[j]).sum();
+            dot(&anchor.base[k], &anchor.residual) - pull
+        });
+        let solved = normal.clone().cholesky().map(|c| c.solve(&right));
+        Self {
+            gain: solved.map_or(0.0, |x| x.dot(&right)),
+            anchor,
+            normal,
+            right,
+        }
     }
-    let right = DVector::from_fn(d, |k, _| {
-        let pull: f64 = (0..BASE).map(|j| precision(k, j) * anchor.p[j]).sum();
-        dot(&columns[k], r) - pull
-    });
-    let x = normal.cholesky()?.solve(&right);
-    Some((x.dot(&right), x))
+
+    /// By how many squares the columns help beside the base, the base's coefficients, and theirs.
+    fn with(&self, columns: &[Vec<f64>; 2]) -> Option<(f64, [f64; BASE], [f64; 2])> {
+        let d = self.anchor.base.len();
+        let mut normal = self.normal.clone().resize(d + 2, d + 2, 0.0);
+        let mut right = self.right.clone().resize_vertically(d + 2, 0.0);
+        for (m, column) in columns.iter().enumerate() {
+            for (k, base) in self.anchor.base.iter().enumerate() {
+                let sum = dot(base, column);
+                (normal[(k, d + m)], normal[(d + m, k)]) = (sum, sum);
+            }
+            right[d + m] = dot(column, &self.anchor.residual);
+        }
+        normal
+            .view_mut((d, d), (2, 2))
+            .copy_from(&gram(columns, |_, _| 0.0));
+        for k in d..d + 2 {
+            normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
+        }
+        let x = normal.cholesky()?.solve(&right);
+        let shift = std::array::from_fn(|k| x[k]);
+        Some((x.dot(&right) - self.gain, shift, [x[d], x[d + 1]]))
+    }
 }

@@ -3,19 +3,19 @@
 //! Every hypothesis is weighed by its evidence and a prior. The winner is grown by one more effect as long as
 //! that is worth it. An effect whose fit has not converged is said so, and keeps its place by its best evidence.
 
-use super::candidate::{Candidate, candidate, dedup, excess_wander, sorted};
+use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::data::RunData;
 use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::search::largest_acceleration;
-use super::unknown::{Flexible, flexible};
+use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
 
 /// That there is something that the catalogue does not have.
-const PRIOR_UNKNOWN: f64 = 0.05;
+const PRIOR_UNKNOWN: f64 = 0.1;
 /// Shares of the runs on which an effect of unknown order is fitted first.
 const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 /// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so
@@ -25,6 +25,9 @@ const CHEAPEST: f64 = 1.5;
 /// in counts above the floor from which on that means anything.
 const EXPLAINED: f64 = 0.6;
 const UNEXPLAINED_NATS: f64 = 50.0;
+/// From this share on a named cause is allowed a law that is not quite the catalogue's: up to so many nats.
+const WELL_EXPLAINED: f64 = 0.95;
+const OTHER_LAW_NATS: f64 = 15.0;
 const JUDGED_COUNTS: f64 = 1.0;
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
@@ -42,7 +45,8 @@ pub(super) struct Ranking {
 
 impl Ranking {
     /// Weighs the unknown against the named sets by what these explain of data kept from the fit: the best set
-    /// that closes a small share of a gap leaves most of it to something else.
+    /// that closes a small share of a gap leaves most of it to something else; one that closes nearly all of it is the
+    /// cause, even if its law is not quite the catalogue's.
     pub fn judge(&mut self, gap: &Gap) {
         let named = self
             .candidates
@@ -52,7 +56,8 @@ impl Ranking {
             return;
         }
         let short = (EXPLAINED - gap.closed).max(0.0);
-        let more = (UNEXPLAINED_NATS * short).exp();
+        let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
+        let more = (UNEXPLAINED_NATS * short - OTHER_LAW_NATS * well).exp();
         let total = 1.0 + self.unknown * (more - 1.0);
         self.unknown *= more / total;
         for candidate in &mut self.candidates {
@@ -109,6 +114,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 problem.levels.clone(),
                 problem.rough,
             )
+            .with_rounding(problem.rounding)
         })
         .collect();
     let field = Field {
@@ -155,10 +161,9 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         }
     }
     let best = &candidates[0];
-    let flexible = flexible(problem, &best.fit, scale);
-    let excess = excess_wander(best.fit.wander, scale);
     // The unknown: the best named model, its wander as large as it likes, and a free acceleration.
-    let log_unknown = best.log_weight + excess + flexible.log_gain + PRIOR_UNKNOWN.ln();
+    let (flexible, gain) = likeliest(problem, &best.fit, scale);
+    let log_unknown = best.log_weight + gain + PRIOR_UNKNOWN.ln();
     let top = best.log_weight.max(log_unknown);
     let mut total = (log_unknown - top).exp();
     for c in &candidates {

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::hypothesis::predict;
+use super::predict::predict;
 use super::verdict::Gap;
 use crate::compare::{FLOOR_COUNTS, rms};
 use crate::motor::Motor;
@@ -19,11 +19,24 @@ const FITTED_SHARE: f64 = 0.6;
 const STEPS: usize = 6;
 /// Length of a block of the bootstrap in s.
 const BLOCK_S: f64 = 0.5;
+/// Student's t for 95 % of both sides with 1, 2, ... degrees of freedom.
+const STUDENT: [f64; 9] = [
+    12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
+];
+/// A run whose gap above the floor is smaller, in counts, does not tell which share is closed.
+const LEAST_GAP_COUNTS: f64 = 1.0;
 /// Bootstrap samples.
 const RESAMPLES: usize = 400;
 
-/// Squared errors in counts^2 of one block under the three models, and its samples.
-type Block = ([f64; 3], usize);
+/// A stretch of a run that a model was not fitted to.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// Squared errors in counts^2 under the three models.
+    squares: [f64; 3],
+    samples: usize,
+    /// Number of its run.
+    run: usize,
+}
 
 /// The rungs of the chosen fit beside the refitted model without effects.
 pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
@@ -141,11 +154,11 @@ fn gap(blocks: &[Block], mut held_out: String) -> Gap {
     // What one of the models cannot be simulated on is measured for none.
     let whole: Vec<Block> = blocks
         .iter()
-        .filter(|(squares, _)| squares.iter().all(|x| x.is_finite()))
+        .filter(|block| block.squares.iter().all(|x| x.is_finite()))
         .copied()
         .collect();
-    let all: usize = blocks.iter().map(|block| block.1).sum();
-    let left: usize = whole.iter().map(|block| block.1).sum();
+    let all: usize = blocks.iter().map(|block| block.samples).sum();
+    let left: usize = whole.iter().map(|block| block.samples).sum();
     if left < all {
         let share = 100.0 * (all - left) as f64 / all as f64;
         held_out +=
@@ -177,7 +190,8 @@ fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
         problem.damping,
         levels,
         problem.rough,
-    );
+    )
+    .with_rounding(problem.rounding);
     let found = part.fit(&fit.hypothesis, &fit.p, STEPS);
     let p = found.map_or_else(|| fit.p.clone(), |found| found.p);
     fit.hypothesis.motor(problem.nominal, &p)
@@ -203,15 +217,19 @@ fn errors(models: &[Motor; 3], run: &RunData, from: usize) -> Vec<Block> {
             let squares = residuals
                 .each_ref()
                 .map(|r| r[first..last].iter().map(|x| x * x).sum());
-            (squares, last - first)
+            Block {
+                squares,
+                samples: last - first,
+                run: run.origin,
+            }
         })
         .collect()
 }
 
 fn pooled(blocks: &[Block]) -> [f64; 3] {
-    let samples: usize = blocks.iter().map(|block| block.1).sum();
+    let samples: usize = blocks.iter().map(|block| block.samples).sum();
     std::array::from_fn(|m| {
-        let squares: f64 = blocks.iter().map(|block| block.0[m]).sum();
+        let squares: f64 = blocks.iter().map(|block| block.squares[m]).sum();
         rms([(squares / samples.max(1) as f64).sqrt()])
     })
 }
@@ -225,7 +243,8 @@ fn closed(before: f64, after: f64) -> f64 {
     (1.0 - (after - FLOOR_COUNTS).max(0.0) / gap).max(-1.0)
 }
 
-/// 95 % intervals of the three rungs and of the share closed, by drawing the blocks again.
+/// 95 % intervals of the three rungs by drawing the blocks again; that of the share closed spans this and what one more
+/// run may show, judged by how much the runs differ: `mean +- t s sqrt(1 + 1/n)`.
 fn intervals(blocks: &[Block]) -> ([(f64, f64); 3], (f64, f64)) {
     if blocks.is_empty() {
         return ([(0.0, 0.0); 3], (0.0, 0.0));
@@ -243,7 +262,28 @@ fn intervals(blocks: &[Block]) -> ([(f64, f64); 3], (f64, f64)) {
         }
         shares.push(closed(found[0], found[2]));
     }
-    (rungs.map(middle95), middle95(shares))
+    let (lo, hi) = middle95(shares);
+    let (next_lo, next_hi) = next_run95(blocks).unwrap_or((lo, hi));
+    (rungs.map(middle95), (lo.min(next_lo), hi.max(next_hi)))
+}
+
+/// Where the share closed of one more run lies in 95 % of all cases; `None` where fewer than two runs have a gap.
+fn next_run95(blocks: &[Block]) -> Option<(f64, f64)> {
+    let runs = blocks.iter().map(|block| block.run).max()? + 1;
+    let shares: Vec<f64> = (0..runs)
+        .map(|run| {
+            let own = blocks.iter().filter(|block| block.run == run);
+            pooled(&own.copied().collect::<Vec<_>>())
+        })
+        .filter(|[before, ..]| *before > FLOOR_COUNTS + LEAST_GAP_COUNTS)
+        .map(|[before, _, after]| closed(before, after))
+        .collect();
+    let n = shares.len() as f64;
+    let quantile = STUDENT.get(shares.len().checked_sub(2)?).unwrap_or(&2.0);
+    let mean = shares.iter().sum::<f64>() / n;
+    let variance = shares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    let half = quantile * (variance * (1.0 + 1.0 / n)).sqrt();
+    Some(((mean - half).max(-1.0), (mean + half).min(1.0)))
 }
 
 /// Where the middle 95 % of the values lie.

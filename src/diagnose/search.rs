@@ -8,9 +8,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::hypothesis::{BASE, Hypothesis, Member, predict};
+use super::hypothesis::{BASE, Hypothesis, Member};
 use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
+use super::predict::predict;
+use super::sums::{dot, gram};
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue};
 use crate::recording::CommandKind;
@@ -27,10 +29,6 @@ const RATES: [f64; 12] = [
     0.80, 0.86, 0.92, 0.97, 1.0, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.4,
 ];
 
-/// The same about the limit of a fit.
-const CLOSER: [f64; 10] = [
-    0.95, 0.965, 0.98, 0.99, 0.995, 1.005, 1.01, 1.02, 1.035, 1.05,
-];
 /// Most thresholds of a dead zone to try, and how far from that of a fit to try all.
 const MOST_THRESHOLDS: usize = 40;
 const NEARBY: f64 = 1.25;
@@ -72,6 +70,8 @@ pub(super) struct Anchor {
     pub residual: Vec<f64>,
     /// Whitened columns of the base.
     pub base: Vec<Vec<f64>>,
+    /// Sums of their products.
+    pub gram: DMatrix<f64>,
     /// What is left there after the base has given way linearly.
     pub left: f64,
 }
@@ -83,13 +83,38 @@ impl Anchor {
         let noise = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
         let whiteners = problem.whiteners(&noise);
         let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
-        Some(Self {
-            left: left_over(&residual, &base, &fit.hypothesis, &fit.p) + determinants,
+        let mut anchor = Self {
+            left: 0.0,
+            gram: gram(&base, |_, _| 0.0),
             hypothesis: fit.hypothesis.clone(),
             p: fit.p.clone(),
             residual,
             base,
-        })
+        };
+        anchor.left = anchor.left_over(&anchor.residual, &fit.hypothesis, &fit.p) + determinants;
+        Some(anchor)
+    }
+
+    /// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
+    fn left_over(&self, r: &[f64], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
+        let d = self.base.len();
+        let mut priced = dot(r, r);
+        let right = DVector::from_fn(d, |i, _| {
+            let pull: f64 = (0..d).map(|j| hypothesis.precision(i, j) * p[j]).sum();
+            priced += p[i] * pull;
+            dot(&self.base[i], r) - pull
+        });
+        let mut normal = self.gram.clone();
+        for i in 0..d {
+            for j in 0..d {
+                normal[(i, j)] += hypothesis.precision(i, j);
+            }
+            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
+        }
+        match normal.cholesky() {
+            Some(cholesky) => priced - cholesky.solve(&right).dot(&right),
+            None => priced,
+        }
     }
 }
 
@@ -139,7 +164,7 @@ impl<'a> Search<'a> {
                 }
                 "missed_counts" => {
                     let mut values = self.grid(kind.parameters);
-                    values.extend(self.fastest_rates(known));
+                    values.extend(self.fastest_rates());
                     unrated(values)
                 }
                 _ => unrated(self.grid(kind.parameters)),
@@ -190,7 +215,7 @@ impl<'a> Search<'a> {
             r.extend(column);
             determinants += whitener.log_determinant;
         }
-        Some(left_over(&r, &anchor.base, hypothesis, start) + determinants)
+        Some(anchor.left_over(&r, hypothesis, start) + determinants)
     }
 
     /// A grid over the plausible range: four values of the first number, two of the others.
@@ -255,44 +280,11 @@ impl<'a> Search<'a> {
     }
 
     /// Edges that come too fast are lost: then the fastest that were counted tell the limit.
-    fn fastest_rates(&self, known: Option<&[f64]>) -> Vec<Vec<f64>> {
-        let parameters = catalogue().iter().find(|kind| kind.id == "missed_counts");
-        let few = parameters.map_or(0.0, |kind| kind.parameters[0].lo);
+    fn fastest_rates(&self) -> Vec<Vec<f64>> {
         let top = self.problem.runs.iter().map(|run| run.top_speed_counts_s);
         let top = top.fold(0.0, f64::max);
-        let near = known.map(|values| values[1]).filter(|rate| *rate > 0.0);
-        let closer = near
-            .into_iter()
-            .flat_map(|rate| CLOSER.map(|share| share * rate));
-        let rates = RATES.map(|share| share * top).into_iter().chain(closer);
-        rates.map(|rate| vec![few, rate]).collect()
+        RATES.iter().map(|share| vec![0.0, share * top]).collect()
     }
-}
-
-/// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
-fn left_over(r: &[f64], base: &[Vec<f64>], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
-    let d = base.len();
-    let mut normal = DMatrix::from_fn(d, d, |i, j| {
-        dot(&base[i], &base[j]) + hypothesis.precision(i, j)
-    });
-    let mut priced = dot(r, r);
-    let right = DVector::from_fn(d, |i, _| {
-        let pull: f64 = (0..d).map(|j| hypothesis.precision(i, j) * p[j]).sum();
-        priced += p[i] * pull;
-        dot(&base[i], r) - pull
-    });
-    for k in 0..d {
-        normal[(k, k)] += 1e-9 * normal[(k, k)] + 1e-12;
-    }
-    match normal.cholesky() {
-        Some(cholesky) => priced - cholesky.solve(&right).dot(&right),
-        None => priced,
-    }
-}
-
-/// Sum of products.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Rate at which a speed error of this motor dies away, 1/s, as its terminals are driven.

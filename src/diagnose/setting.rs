@@ -2,7 +2,9 @@
 //!
 //! A range in multiples of the sample time spans those of all runs. Where the host stamped arrivals, the board's
 //! clock is known: its error is `e = d(host - board)/d(board)`, between the earliest arrivals of the first and of
-//! the last tenth, good to a millisecond over the run and to what an ordinary resonator is off. Where arrivals are all
+//! the last tenth, good to a millisecond over the run (`s`) and to the host's own clock. What the host saw, `o`, is
+//! evidence: its density is `N(o; 0, s^2 + h^2)` of an ordinary clock, and that of the effect, even in the logarithm from
+//! 0.1 to 10 % on both sides, of one that is off. Where arrivals are all
 //! the time there is, nothing that shows in the timing alone can be told from the line's own.
 
 use super::checks::WIDEST_CLOCK;
@@ -11,8 +13,15 @@ use crate::motor::Parameters;
 use crate::motor::effects::{EffectKind, EffectParameter, Stage};
 use crate::recording::CommandKind;
 
-/// Standard deviation of an ordinary clock's error (a ceramic resonator's tolerance is 0.5 %, three of these).
-const ORDINARY_CLOCK: f64 = 0.0015;
+/// Standard deviation of an ordinary clock's error: from twice this on it is the effect's (`clock_error` begins at 0.1 %).
+const ORDINARY_CLOCK: f64 = 0.0005;
+/// The same of the host's (a computer's crystal).
+const HOST_CLOCK: f64 = 5e-5;
+/// Key of the limit of the edge rate, and its range as shares of the fastest edges that were counted.
+pub(super) const MAX_RATE: &str = "max_rate_hz";
+const LIMITS: (f64, f64) = (0.7, 1.5);
+/// Smallest and largest error of a clock that is off.
+const CLOCK_OFF: (f64, f64) = (0.001, 0.1);
 /// Scatter in s of the earliest arrivals.
 const ARRIVAL_S: f64 = 0.001;
 /// Most that an unexplained clock speaks against a hypothesis, in nats.
@@ -29,6 +38,8 @@ pub(super) struct Setting {
     clock: Option<(f64, f64)>,
     /// All runs are timed by their arrival at the host.
     host_timed: bool,
+    /// Fastest edges that were counted, in 1/s, smoothed.
+    fastest_hz: f64,
 }
 
 impl Setting {
@@ -48,7 +59,12 @@ impl Setting {
         Self {
             kind: runs.first().map_or(CommandKind::Voltage, |run| run.kind),
             sample_times_s: (times().fold(f64::INFINITY, f64::min).min(longest), longest),
-            clock: (weights > 0.0).then(|| (sum / weights, (1.0 / weights).sqrt())),
+            clock: (weights > 0.0)
+                .then(|| (sum / weights, (1.0 / weights).sqrt().hypot(HOST_CLOCK))),
+            fastest_hz: runs
+                .iter()
+                .map(|run| run.top_speed_counts_s)
+                .fold(0.0, f64::max),
             host_timed: runs.iter().all(|run| run.arrivals_scatter_s.is_some()),
         }
     }
@@ -62,8 +78,12 @@ impl Setting {
     /// Plausible range of a parameter in its unit.
     pub fn range(&self, parameter: &EffectParameter, motor: &Parameters) -> (f64, f64) {
         let (shortest, longest) = self.sample_times_s;
+        if parameter.key == MAX_RATE {
+            // Faster edges were not counted.
+            return (LIMITS.0 * self.fastest_hz, LIMITS.1 * self.fastest_hz);
+        }
         if let (Some((error, deviation)), "relative") = (self.clock, parameter.key) {
-            let half = 3.0 * deviation.hypot(ORDINARY_CLOCK);
+            let half = 3.0 * deviation;
             return (error - half, error + half);
         }
         (
@@ -77,12 +97,18 @@ impl Setting {
         parameter.default(motor, self.sample_times_s.0)
     }
 
-    /// How the host's clock speaks against a board whose clock is right, in nats.
-    pub fn against_a_right_clock(&self) -> f64 {
+    /// Logarithm of the density of what the host's clock showed, for a board whose clock is off or ordinary; 0 where it
+    /// showed nothing.
+    pub fn log_density_of_clock(&self, is_off: bool) -> f64 {
         let Some((error, deviation)) = self.clock else {
             return 0.0;
         };
-        let off = error / deviation.hypot(ORDINARY_CLOCK);
-        (0.5 * off * off).min(MOST_NATS)
+        if is_off {
+            let (least, most) = CLOCK_OFF;
+            return -(2.0 * error.abs().max(least) * (most / least).ln()).ln();
+        }
+        let spread = deviation.hypot(ORDINARY_CLOCK);
+        let off = error / spread;
+        -(0.5 * off * off).min(MOST_NATS) - (spread * std::f64::consts::TAU.sqrt()).ln()
     }
 }

@@ -5,9 +5,10 @@
 //! `D^2 = min over dp of |W (x_i - x_j - J_j dp)|^2 + dp' P dp` (a linear re-fit from `j`'s best fit).
 //! Below [`TIE`] the two are one class.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::fit::{Fit, Problem};
+use super::sums::{dot, gram};
 
 /// Separation below which two hypotheses are not told apart.
 pub(super) const TIE: f64 = 3.0;
@@ -38,12 +39,9 @@ pub(super) fn left_after(
     columns: &[Vec<f64>],
     precision: impl Fn(usize, usize) -> f64,
 ) -> Option<f64> {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let d = columns.len();
-    let normal = DMatrix::from_fn(d, d, |i, j| {
-        dot(&columns[i], &columns[j]) + precision(i, j) + if i == j { 1e-12 } else { 0.0 }
-    });
-    let right = DVector::from_fn(d, |k, _| dot(&columns[k], r));
+    let ridge = |i: usize, j: usize| if i == j { 1e-12 } else { 0.0 };
+    let normal = gram(columns, |i, j| precision(i, j) + ridge(i, j));
+    let right = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
     let gain = normal.cholesky()?.solve(&right).dot(&right);
     Some((dot(r, r) - gain).max(0.0).sqrt())
 }

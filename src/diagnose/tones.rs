@@ -6,7 +6,7 @@
 //! of free phase, are nuisances of every hypothesis, with the variance `1/(2 pi^2 h^2)` that they have by rounding.
 //! `s` is read off the recording alone: a straight line through each stretch that is straight to within rounding.
 
-use nalgebra::DMatrix;
+use super::sums::{dot, gram};
 
 /// Harmonics of the saw.
 const HARMONICS: usize = 2;
@@ -109,9 +109,7 @@ impl Projection {
                 log_determinant: 0.0,
             };
         }
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let gram = DMatrix::from_fn(d, d, |i, j| dot(&columns[i], &columns[j]));
-        let eigen = gram.symmetric_eigen();
+        let eigen = gram(columns, |_, _| 0.0).symmetric_eigen();
         let mut parts = Vec::new();
         let mut log_determinant = 0.0;
         for (lambda, vector) in eigen
@@ -140,7 +138,7 @@ impl Projection {
     /// Takes the tones out of a whitened column.
     pub fn apply(&self, column: &mut [f64]) {
         for (c, q) in &self.parts {
-            let share: f64 = q.iter().zip(column.iter()).map(|(q, x)| q * x).sum();
+            let share = dot(q, column);
             for (value, q) in column.iter_mut().zip(q) {
                 *value -= c * share * q;
             }

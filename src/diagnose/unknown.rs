@@ -2,14 +2,21 @@
 //!
 //! Its model is the best named one plus an acceleration that nobody has written an equation for, a sum of
 //! bumps over speed, harmonics of the angle, slow waves of time and shapes of the command, each with a
-//! Gaussian prior. It is linear, so that its evidence beside the named model's is exact:
-//! `ln B = 1/2 b' A^-1 b - 1/2 ln|A| + 1/2 ln|P|`, `A = C'C + P`, `b = C'r`, with the whitened columns `C`.
+//! Gaussian prior of variance 1 in its unit. It is linear, and the named model gives way linearly beside it (columns `J`,
+//! prior `P`), so that its evidence beside the named model's is
+//! `ln B = 1/2 b' S^-1 b - 1/2 ln|S|`, `S = C'C + I - C'J (J'J + P)^-1 J'C`, `b = C'r` at the named model's optimum, with
+//! the whitened columns `C`. The load may wander as it likes with it: what the named model leaves to a strong wander, a
+//! shape with a weak one may explain better.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use rayon::prelude::*;
+
+use super::candidate::excess_wander;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::noise::response;
+use super::noise::Response;
+use super::sums::{dot, gram};
 
 /// On what the columns of a group depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,22 +73,28 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let whiteners = problem.whiteners(&level);
     let residual = problem.innovations(fit);
+    let responses = Response::all(problem.runs, problem.damping);
+    let named = problem
+        .jacobian(&fit.hypothesis, &fit.p, &whiteners)
+        .and_then(|jacobian| Named::new(fit, jacobian));
     let gains: Vec<(Dependence, f64)> = Dependence::ALL
         .into_iter()
         .map(|dependence| {
             let count = shapes(dependence);
             let mut columns = vec![Vec::new(); count];
-            for (run, whitener) in problem.runs.iter().zip(whiteners.iter()) {
+            for ((run, response), whitener) in
+                problem.runs.iter().zip(&responses).zip(whiteners.iter())
+            {
                 for (j, all) in columns.iter_mut().enumerate() {
                     let acceleration: Vec<f64> = (0..run.len())
                         .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
                         .collect();
-                    let mut column = response(run, problem.damping, &acceleration);
+                    let mut column = response.to(&acceleration);
                     whitener.whiten(&mut column);
                     all.extend(column);
                 }
             }
-            (dependence, log_bayes_factor(&residual, &columns))
+            (dependence, log_bayes_factor(&residual, &columns, &named))
         })
         .collect();
     let best = gains.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -93,11 +106,37 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     }
 }
 
+/// Most steps of the named model's fit on another level of the wander.
+const STEPS: usize = 4;
+
+/// The flexible acceleration that is likeliest with a wander of its own, and by how many nats it is likelier than the
+/// named set's best fit.
+pub(super) fn likeliest(problem: &Problem<'_>, best: &Fit, scale: f64) -> (Flexible, f64) {
+    let own = flexible(problem, best, scale);
+    // A named set pays for a wander that is not ordinary, the unknown does not.
+    let excess = excess_wander(best.wander, scale);
+    let gain = own.log_gain + excess;
+    let others = problem
+        .levels
+        .par_iter()
+        .filter(|level| **level != best.wander);
+    others
+        .filter_map(|&level| {
+            let fit = problem.fit_at(&best.hypothesis, &best.p, level, STEPS)?;
+            let with = flexible(problem, &fit, scale);
+            let gain = fit.log_evidence - best.log_evidence + with.log_gain + excess;
+            Some((with, gain))
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .fold((own, gain), |a, b| if b.1 > a.1 { b } else { a })
+}
+
 fn shapes(dependence: Dependence) -> usize {
     match dependence {
         Dependence::Speed => 10,
         Dependence::Angle => 12,
-        Dependence::Time => 8,
+        Dependence::Time => 12,
         Dependence::Command => 4,
     }
 }
@@ -126,6 +165,16 @@ fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
         Dependence::Time => {
             let x = run.t_s[k] / run.t_s.last().copied().unwrap_or(1.0).max(1e-9);
             let direction = run.speed_counts_s[k].signum();
+            // What a torque constant or a resistance that drifts does goes with the command and the speed.
+            if let Some(drift) = j.checked_sub(8) {
+                let wave = ((drift / 2 + 1) as f64 * std::f64::consts::PI * x).cos();
+                return wave
+                    * if drift.is_multiple_of(2) {
+                        run.command[k] / run.largest_command
+                    } else {
+                        run.speed_counts_s[k] / run.top_speed_counts_s
+                    };
+            }
             let wave = ((j / 2 + 1) as f64 * std::f64::consts::PI * x).cos();
             if j.is_multiple_of(2) {
                 wave
@@ -145,14 +194,32 @@ fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
     }
 }
 
-fn log_bayes_factor(r: &[f64], columns: &[Vec<f64>]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let d = columns.len();
-    let a = DMatrix::from_fn(d, d, |i, j| {
-        dot(&columns[i], &columns[j]) + f64::from(u8::from(i == j))
-    });
-    let b = DVector::from_fn(d, |k, _| dot(&columns[k], r));
-    let Some(cholesky) = a.cholesky() else {
+/// The columns of the named model, and the factors of `J'J + P`.
+struct Named {
+    jacobian: Vec<Vec<f64>>,
+    factors: Cholesky<f64, Dyn>,
+}
+
+impl Named {
+    fn new(fit: &Fit, jacobian: Vec<Vec<f64>>) -> Option<Self> {
+        let normal = gram(&jacobian, |i, j| fit.hypothesis.precision(i, j));
+        Some(Self {
+            factors: normal.cholesky()?,
+            jacobian,
+        })
+    }
+}
+
+fn log_bayes_factor(r: &[f64], columns: &[Vec<f64>], named: &Option<Named>) -> f64 {
+    let mut schur = gram(columns, |i, j| f64::from(u8::from(i == j)));
+    if let Some(Named { jacobian, factors }) = named {
+        let cross = DMatrix::from_fn(jacobian.len(), columns.len(), |i, j| {
+            dot(&jacobian[i], &columns[j])
+        });
+        schur -= cross.transpose() * factors.solve(&cross);
+    }
+    let b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
+    let Some(cholesky) = schur.cholesky() else {
         return 0.0;
     };
     let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();

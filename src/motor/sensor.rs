@@ -16,7 +16,7 @@ pub(super) struct Sensor<S> {
     /// Probability that an edge is lost.
     pub loss: S,
     /// Edges faster than this are lost, in 1/s.
-    pub max_rate_hz: Option<f64>,
+    pub max_rate_hz: Option<S>,
 }
 
 impl<S: Scalar> Sensor<S> {
@@ -42,7 +42,7 @@ impl<S: Scalar> Sensor<S> {
     /// Whether edges at this speed come too fast.
     pub(super) fn too_fast(&self, speed_rad_s: f64) -> bool {
         let rate_hz = speed_rad_s.abs() * self.counts_per_rev.value() / std::f64::consts::TAU;
-        self.max_rate_hz.is_some_and(|most| rate_hz > most)
+        self.max_rate_hz.is_some_and(|most| rate_hz > most.value())
     }
 
     /// Mean share of the edges that is kept while the speed goes evenly from one value to another.
@@ -51,7 +51,7 @@ impl<S: Scalar> Sensor<S> {
         let Some(most) = self.max_rate_hz else {
             return kept;
         };
-        let limit = S::from(most * std::f64::consts::TAU) / self.counts_per_rev;
+        let limit = most * std::f64::consts::TAU / self.counts_per_rev;
         let (a, b) = (from_rad_s.abs(), to_rad_s.abs());
         let (low, high) = if a.value() < b.value() {
             (a, b)
@@ -145,8 +145,7 @@ impl Effect for MissedCounts {
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.sensor.loss = values[0];
-        let rate = values[1].value();
-        chain.sensor.max_rate_hz = (rate > 0.0).then_some(rate);
+        chain.sensor.max_rate_hz = (values[1].value() > 0.0).then_some(values[1]);
     }
 }
 

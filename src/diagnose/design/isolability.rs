@@ -87,6 +87,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         lost_share: 0.0,
         late_s: 0.0,
         supply: 0.0,
+        rounding: 1.0,
         rough: Disturbance::default(),
     };
     let at = Sampling {

@@ -94,6 +94,7 @@ pub(in crate::diagnose) fn next_experiment(
         lost_share: 0.0,
         late_s: 0.0,
         supply: 0.0,
+        rounding: problem.rounding,
         rough: problem.rough,
     };
     let at = Sampling {

@@ -2,8 +2,9 @@
 
 use crate::board::Profile;
 use crate::diagnose::data::RunData;
-use crate::diagnose::hypothesis::{Hypothesis, predict, predict_with_derivatives};
+use crate::diagnose::hypothesis::Hypothesis;
 use crate::diagnose::noise::{NoiseLevel, Whitener};
+use crate::diagnose::predict::{predict, predict_with_derivatives};
 use crate::diagnose::ties::left_after;
 use crate::motor::effects::catalogue;
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
