@@ -46,6 +46,19 @@ fn part(run: &Run, samples: std::ops::Range<usize>) -> Run {
     }
 }
 
+/// Every `n`-th sample, with the mean command of the `n` that it stands for.
+fn thinned(run: &Run, n: usize) -> Run {
+    let every = |values: &[f64]| values.iter().copied().step_by(n).collect();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    Run {
+        sample_time_s: n as f64 * run.sample_time_s,
+        t_s: every(&run.t_s),
+        command: run.command.chunks(n).map(mean).collect(),
+        counts: run.counts.iter().copied().step_by(n).collect(),
+        ..part(run, 0..0)
+    }
+}
+
 fn diagnosis(runs: &[Run], held_out: &[Run], motor: &str) -> Diagnosis {
     let motor = read_motor(Path::new("tests/real/motors").join(motor)).expect("a motor file");
     diagnose_holding_out(runs, held_out, &motor, &|_| {}).expect("a diagnosis")
@@ -62,7 +75,8 @@ fn friction_of_the_positioning_system_differs_by_direction() {
     let Some(folder) = folder("friction_of_the_positioning_system_differs_by_direction") else {
         return;
     };
-    let whole = run_of(&folder, "emps/DATA_EMPS.csv", "emps.toml");
+    // At 250 Hz, so that it takes seconds; docs/real.md has the whole of it.
+    let whole = thinned(&run_of(&folder, "emps/DATA_EMPS.csv", "emps.toml"), 4);
     let half = whole.len() / 2;
     let (first, second) = (part(&whole, 0..half), part(&whole, half..whole.len()));
     let found = diagnosis(&[first], &[second], "emps.toml");
@@ -82,20 +96,27 @@ fn the_servo_lifts_a_load() {
     let Some(folder) = folder("the_servo_lifts_a_load") else {
         return;
     };
-    let lift = |gain: &str| {
-        let log = format!("xl330/xl330_m490g_l100mm_{gain}_sin_sin.csv");
+    let lift = |log: &str| {
+        let log = format!("xl330/xl330_m490g_l100mm_{log}.csv");
         run_of(&folder, &log, "xl330.toml")
     };
-    let found = diagnosis(&[lift("kp400")], &[lift("kp100")], "xl330.toml");
+    let found = diagnosis(
+        &[lift("kp100_sin_sin")],
+        &[lift("kp400_sin_sin"), lift("kp400_up_and_down")],
+        "xl330.toml",
+    );
     let cause = |id: &str| found.causes.iter().find(|cause| cause.effect == id);
     let gravity = cause("gravity_load").expect("weighed");
     assert!(gravity.inclusion > 0.5, "{}", found.sentence);
     let torque_nm = gravity.parameters["torque_nm"].value;
     assert!((0.24..0.72).contains(&torque_nm), "{torque_nm}");
-    assert!(found.gap.closed_lo95 > 0.8, "{:?}", found.gap);
+    let gap = &found.gap;
+    assert!(gap.closed_lo95 > 0.4, "{gap:?}");
+    assert!(gap.after_effect < gap.after_parameters, "{gap:?}");
 }
 
-/// PWM with coasting pauses drives a light motor faster than its mean voltage: no effect of the catalogue does that.
+/// The wheel turns faster than the mean of its PWM allows with the data sheet's back EMF, probably since the current
+/// coasts in the pauses: no effect of the catalogue does that.
 #[test]
 fn what_the_catalogue_does_not_have_is_not_blamed_on_it() {
     let Some(folder) = folder("what_the_catalogue_does_not_have_is_not_blamed_on_it") else {

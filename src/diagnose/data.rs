@@ -23,8 +23,10 @@ const WINDOW_S: f64 = 0.045;
 /// Below this share of its top speed a shaft turns slowly.
 const SLOW: f64 = 0.05;
 /// Length of a piece in s, and its least number of samples.
-const PIECE_S: f64 = 1.0;
+pub(super) const PIECE_S: f64 = 1.0;
 const PIECE_SAMPLES: usize = 60;
+/// The least of one that is short since its shaft is held by an angle.
+const SHORT_PIECE_SAMPLES: usize = 20;
 /// Uncertainty of the speed at the start of a piece beside what rounding makes, as a share of the top speed.
 const PIECE_SHARE: f64 = 0.02;
 /// Samples that tell the speed at the first of them.
@@ -248,14 +250,19 @@ fn start(t_s: &[f64], counts: &[f64]) -> (f64, f64) {
     (speed, deviation * deviation)
 }
 
-/// Cuts runs into pieces of about [`PIECE_S`]; a run that is no longer stays whole.
+/// Cuts runs into pieces of about this length in s, [`PIECE_S`] or shorter; a run that is no longer stays whole.
 ///
 /// # Errors
 /// None that the whole runs did not have.
-pub(super) fn pieces(runs: &[RunData]) -> Result<Vec<RunData>, SimulationError> {
+pub(super) fn pieces(runs: &[RunData], length_s: f64) -> Result<Vec<RunData>, SimulationError> {
+    let fewest = if length_s < PIECE_S {
+        SHORT_PIECE_SAMPLES
+    } else {
+        PIECE_SAMPLES
+    };
     let mut cut = Vec::new();
     for run in runs {
-        let least = ((PIECE_S / run.sample_time_s).round() as usize).max(PIECE_SAMPLES);
+        let least = ((length_s / run.sample_time_s).round() as usize).max(fewest);
         let count = (run.len() / least).max(1);
         for j in 0..count {
             let (from, to) = (j * run.len() / count, (j + 1) * run.len() / count);
@@ -263,6 +270,20 @@ pub(super) fn pieces(runs: &[RunData]) -> Result<Vec<RunData>, SimulationError> 
         }
     }
     Ok(cut)
+}
+
+/// Pieces spread evenly over all, with this many samples together.
+pub(super) fn spread(pieces: Vec<RunData>, samples: usize) -> Vec<RunData> {
+    let all: usize = pieces.iter().map(RunData::len).sum();
+    let share = samples as f64 / all.max(1) as f64;
+    let mut due = 0.5;
+    let is_due = |_: &RunData| {
+        due += share;
+        let is_due = due >= 1.0;
+        due -= f64::from(u8::from(is_due));
+        is_due
+    };
+    pieces.into_iter().filter(is_due).collect()
 }
 
 /// Size of the largest value, `least` at least.

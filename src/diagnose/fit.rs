@@ -89,7 +89,7 @@ impl<'a> Problem<'a> {
             runs,
             damping,
             levels,
-            setting: Setting::new(runs),
+            setting: Setting::new(nominal, runs),
             supply: supply(nominal, runs),
             rounding: 1.0,
             rough,
@@ -214,6 +214,11 @@ impl<'a> Problem<'a> {
                 let mut damped = jtj.clone();
                 for k in 0..d {
                     damped[(k, k)] += lambda * jtj[(k, k)].max(1e-12);
+                    // The edge of a range bends the objective, not the posterior's width inside.
+                    let (outside, edge) = hypothesis.outside(k, &p);
+                    if outside != 0.0 {
+                        damped[(k, k)] += 1.0 / (edge * edge);
+                    }
                 }
                 let Some(delta) = damped.cholesky().map(|c| c.solve(&gradient)) else {
                     lambda *= 10.0;
@@ -330,7 +335,8 @@ impl<'a> Problem<'a> {
                 }
             }
         }
-        0.5 * quadratic - log_likelihood(r, whiteners)
+        let edges = (0..d).map(|k| hypothesis.outside(k, p).0.powi(2));
+        0.5 * (quadratic + edges.sum::<f64>()) - log_likelihood(r, whiteners)
     }
 
     /// Whitened derivatives of the prediction, a column a number.
@@ -420,7 +426,8 @@ fn normal_equations(
         let prior: f64 = (0..d)
             .map(|j| hypothesis.precision(i, j) * (hypothesis.centre(j) - p[j]))
             .sum();
-        dot(&jacobian[i], r) + prior
+        let (outside, edge) = hypothesis.outside(i, p);
+        dot(&jacobian[i], r) + prior - outside / edge
     });
     (jtj, gradient)
 }

@@ -16,8 +16,9 @@ use super::setting::{MAX_RATE, Setting};
 pub(super) const DEFAULT_TOLERANCE: f64 = 0.05;
 /// Widest tolerance that means anything for a logarithm.
 const WIDEST: f64 = 3.0;
-/// How fast plausibility falls off outside a range, as a share of its width.
+/// How fast plausibility falls off outside a range: as a share of its width, of a logarithm in any case this.
 const EDGE: f64 = 0.04;
+const EDGE_OF_LOGARITHM: f64 = 0.05;
 /// Standard deviations by which a value that changes nothing is implausible as an effect.
 const HOLE: f64 = 12.0;
 /// Key of the order of an angle-periodic effect, and how far outside its range it may be: the first order is
@@ -279,7 +280,7 @@ impl Hypothesis {
             let (lo, hi) = free.range;
             log -= (hi - lo).ln();
             if !free.phase {
-                let outside = (lo - value).max(value - hi).max(0.0) / (EDGE * (hi - lo));
+                let outside = free.outside(*value);
                 let inside = free.neutral.map_or(0.0, |(neutral, least)| {
                     (1.0 - (value - neutral).abs() / least).max(0.0) * HOLE
                 });
@@ -287,6 +288,17 @@ impl Hypothesis {
             }
         }
         log
+    }
+
+    /// How far number `k` is outside its range, in standard deviations of the fall beyond the edge, and that fall;
+    /// negative below the range.
+    pub fn outside(&self, k: usize, p: &[f64]) -> (f64, f64) {
+        match k.checked_sub(BASE) {
+            Some(k) if !self.free[k].phase => {
+                (self.free[k].outside(p[BASE + k]), self.free[k].edge())
+            }
+            _ => (0.0, 1.0),
+        }
     }
 
     /// The motor with these numbers in it.
@@ -370,6 +382,22 @@ fn is_free(parameter: &EffectParameter) -> bool {
 }
 
 impl Free {
+    /// Standard deviation of the fall outside the range.
+    fn edge(&self) -> f64 {
+        let share = EDGE * (self.range.1 - self.range.0);
+        if self.logarithmic {
+            share.min(EDGE_OF_LOGARITHM)
+        } else {
+            share
+        }
+    }
+
+    /// How far outside the range a value is in these; negative below.
+    fn outside(&self, value: f64) -> f64 {
+        let (lo, hi) = self.range;
+        ((value - hi).max(0.0) - (lo - value).max(0.0)) / self.edge()
+    }
+
     fn new(
         member: usize,
         parameter: usize,
@@ -392,7 +420,7 @@ impl Free {
             order: kind.key == ORDER,
             possible: kind.possible,
             neutral: kind
-                .neutral(&motor.parameters)
+                .neutral(&setting.measures(&motor.parameters))
                 .map(|(neutral, least)| match logarithmic {
                     true => (neutral.ln(), least),
                     false => (neutral, least),

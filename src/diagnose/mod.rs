@@ -6,6 +6,7 @@
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
 //! measures the gap on data kept from the fit, `regimes` says where it lies, `design` what to record next.
 
+mod bagging;
 mod candidate;
 mod checks;
 mod conclusions;
@@ -38,13 +39,14 @@ use std::time::Instant;
 
 use crate::motor::{Motor, SimulationError};
 use crate::recording::{CommandKind, Run};
+use bagging::bag;
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
-use data::{RunData, pieces};
+use data::{PIECE_S, RunData, pieces, spread};
 use disturbance::{Disturbance, disturbance, least_disturbance};
 use fit::{Fit, Problem};
 use hypothesis::Hypothesis;
-use rank::rank;
-use search::{damping_of, largest_acceleration};
+use rank::{Ranking, heads, rank};
+use search::{Search, damping_of, largest_acceleration};
 use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};
@@ -65,6 +67,12 @@ const SETTLINGS: usize = 4;
 
 /// Most times that the noise of pieces is estimated anew.
 const MOST_ROUGH: usize = 2;
+/// A recording of more samples than this, all runs together, is first judged to be rough or not by its beginning, of
+/// [`LOOK`] samples, and diagnosed by pieces of this many samples where it is.
+const ENOUGH: usize = 6000;
+const LOOK: usize = 2000;
+/// Of motions that part at a rate, how many times the rate's inverse a piece lasts.
+const PARTED: f64 = 2.0;
 
 /// Why runs cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]
@@ -134,18 +142,33 @@ pub fn diagnose_holding_out(
     let scale = largest_acceleration(motor, &data);
     let levels: Vec<f64> = WANDER_LEVELS.iter().map(|share| share * scale).collect();
     let damping = damping_of(motor, first.command_kind);
-    let mut problem = settled(Problem::new(
-        motor,
-        &data,
-        damping,
-        levels,
-        Disturbance::default(),
-    ))
-    .ok_or(DiagnoseError::NoFit)?;
+    let samples: usize = data.iter().map(RunData::len).sum();
+    let is_long = samples > ENOUGH;
+    let beginnings = heads(&data, LOOK as f64 / samples as f64);
+    let problem_of = |runs| {
+        let levels = levels.clone();
+        settled(Problem::new(
+            motor,
+            runs,
+            damping,
+            levels,
+            Disturbance::default(),
+        ))
+        .ok_or(DiagnoseError::NoFit)
+    };
+    let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
     let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
     let cut;
-    let rough = ranking.candidates.first();
-    let rough = rough.and_then(|best| disturbance(&problem, &best.fit, scale));
+    let rough_by = |problem: &Problem<'_>, ranking: &Ranking| {
+        let best = ranking.candidates.first()?;
+        disturbance(problem, &best.fit, scale)
+    };
+    let mut rough = rough_by(&problem, &ranking);
+    if rough.is_none() && is_long {
+        problem = problem_of(&data)?;
+        ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+        rough = rough_by(&problem, &ranking);
+    }
     let is_rough = rough.is_some();
     if let Some(rough) = rough {
         // A model that forgets within seconds is not judged by where it went in a minute.
@@ -154,13 +177,18 @@ pub fn diagnose_holding_out(
             run: "a piece of a run".to_owned(),
             source,
         };
-        cut = pieces(&data).map_err(simulation)?;
-        kept = pieces(&kept).map_err(simulation)?;
+        let rate = ranking
+            .null()
+            .and_then(|null| Search::new(&problem, &null.fit, 0)?.parting_rate());
+        let length_s = rate.map_or(PIECE_S, |rate| PIECE_S.min(PARTED / rate));
+        kept = pieces(&kept, length_s).map_err(simulation)?;
+        let all = pieces(&data, length_s).map_err(simulation)?;
+        cut = if is_long { spread(all, ENOUGH) } else { all };
         names = cut
             .iter()
             .map(|piece| names[piece.origin].clone())
             .collect();
-        problem = Problem::new(motor, &cut, damping, problem.levels.clone(), rough);
+        problem = Problem::new(motor, &cut, damping, levels.clone(), rough);
         for _ in 0..MOST_ROUGH {
             let sets = ranking.candidates;
             let least = least_disturbance(&mut problem, &sets, rough, scale);
@@ -171,6 +199,7 @@ pub fn diagnose_holding_out(
                 break;
             }
         }
+        bag(&problem, &mut ranking);
     }
     if let Some(best) = ranking.candidates.first_mut()
         && best.fit.hypothesis.loses_by_chance()

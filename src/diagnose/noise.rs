@@ -197,6 +197,19 @@ impl Whitener {
             .map(|step| 1.0 / (step.scale * step.scale))
     }
 
+    /// Log-likelihood of each sample's innovation, less what the tones' determinant adds to all together.
+    pub fn log_likelihoods<'a>(
+        &'a self,
+        run: &'a RunData,
+        innovations: &'a [f64],
+    ) -> impl Iterator<Item = f64> + 'a {
+        let samples = self.steps.iter().zip(&run.weight).zip(innovations);
+        samples.map(|((step, weight), r)| {
+            let spread = weight / (step.scale * step.scale);
+            -0.5 * (r * r + weight * (std::f64::consts::TAU * spread).ln())
+        })
+    }
+
     /// Turns a column (residual, or a derivative of the prediction) into its whitened innovations.
     pub fn whiten(&self, column: &mut [f64]) {
         filter(&self.steps, column);

@@ -181,7 +181,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
 }
 
 /// The first part of every run; a run that cannot be cut is left out.
-fn heads(runs: &[RunData], share: f64) -> Vec<RunData> {
+pub(super) fn heads(runs: &[RunData], share: f64) -> Vec<RunData> {
     let head = |run: &RunData| run.head((run.len() as f64 * share).ceil() as usize).ok();
     runs.iter().filter_map(head).collect()
 }

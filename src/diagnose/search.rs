@@ -14,7 +14,7 @@ use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
 use super::sums::{dot, gram};
 use crate::motor::Motor;
-use crate::motor::effects::{EffectParameter, Prior, catalogue};
+use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
 use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
@@ -191,6 +191,30 @@ impl<'a> Search<'a> {
             _ => STARTS,
         });
         scored.into_iter().map(|(_, h, p)| (h, p)).collect()
+    }
+
+    /// The rate in 1/s at which starts part that differ little, where a torque that repeats with the angle holds the
+    /// shaft: with an acceleration `A sin(N theta)` that is `sqrt(N A)`, and it holds what turns slower than
+    /// `sqrt(2 A/N)`. None where nothing does.
+    pub fn parting_rate(&self) -> Option<f64> {
+        let anchor = self.anchors.first()?;
+        let (index, kind) = find("cogging")?;
+        let best = periodic(self.problem, &self.level, anchor, index, kind.id)
+            .into_iter()
+            .next()?;
+        let (amplitude, order) = (
+            best.1[0] / self.problem.nominal.parameters.inertia_kg_m2,
+            best.1[1],
+        );
+        let mut speeds: Vec<f64> = Vec::new();
+        for run in self.problem.runs {
+            let rad = std::f64::consts::TAU / run.counts_per_rev;
+            let turning = run.speed_counts_s.iter().zip(&run.moving);
+            speeds.extend(turning.filter_map(|(v, moving)| moving.then_some(v.abs() * rad)));
+        }
+        speeds.sort_by(f64::total_cmp);
+        let median = speeds.get(speeds.len() / 2)?;
+        (*median < (2.0 * amplitude / order).sqrt()).then_some((amplitude * order).sqrt())
     }
 
     /// What is left on short horizons after the base has given way linearly.

@@ -1,6 +1,8 @@
 //! What the plausible values of effects depend on besides the motor: the command, the sample times, the clocks.
 //!
-//! A range in multiples of the sample time spans those of all runs. Where the host stamped arrivals, the board's
+//! A range in multiples of the sample time spans those of all runs. Of an axis that is driven by current or torque the
+//! runs' largest command and top speed stand for stall and no load, which a supply does not set there; where the
+//! friction is hardly known, a load may be as large as the torque at stall. Where the host stamped arrivals, the board's
 //! clock is known: its error is `e = d(host - board)/d(board)`, between the earliest arrivals of the first and of
 //! the last tenth, good to a millisecond over the run (`s`) and to the host's own clock. What the host saw, `o`, is
 //! evidence: its density is `N(o; 0, s^2 + h^2)` of an ordinary clock, and that of the effect, even in the logarithm from
@@ -9,8 +11,8 @@
 
 use super::checks::WIDEST_CLOCK;
 use super::data::RunData;
-use crate::motor::Parameters;
-use crate::motor::effects::{EffectKind, EffectParameter, Stage};
+use crate::motor::effects::{EffectKind, EffectParameter, Scale, Stage};
+use crate::motor::{Motor, Parameters};
 use crate::recording::CommandKind;
 
 /// Standard deviation of an ordinary clock's error: from twice this on it is the effect's (`clock_error` begins at 0.1 %).
@@ -24,6 +26,8 @@ const LIMITS: (f64, f64) = (0.7, 1.5);
 const CLOCK_OFF: (f64, f64) = (0.001, 0.1);
 /// Scatter in s of the earliest arrivals.
 const ARRIVAL_S: f64 = 0.001;
+/// Friction that is known no better than this, relative, is no measure of a load.
+const UNKNOWN: f64 = 0.5;
 /// Most that an unexplained clock speaks against a hypothesis, in nats.
 const MOST_NATS: f64 = 50.0;
 
@@ -40,11 +44,17 @@ pub(super) struct Setting {
     host_timed: bool,
     /// Fastest edges that were counted, in 1/s, smoothed.
     fastest_hz: f64,
+    /// Size of the largest command.
+    largest_command: f64,
+    /// Top speed in rad/s.
+    top_speed_rad_s: f64,
+    /// The motor file hardly knows the friction.
+    is_friction_unknown: bool,
 }
 
 impl Setting {
-    /// Of these runs.
-    pub fn new(runs: &[RunData]) -> Self {
+    /// Of these runs of this motor.
+    pub fn new(nominal: &Motor, runs: &[RunData]) -> Self {
         let times = || runs.iter().map(|run| run.sample_time_s);
         let longest = times().fold(0.0, f64::max);
         let mut weights = 0.0;
@@ -66,6 +76,42 @@ impl Setting {
                 .map(|run| run.top_speed_counts_s)
                 .fold(0.0, f64::max),
             host_timed: runs.iter().all(|run| run.arrivals_scatter_s.is_some()),
+            largest_command: runs
+                .iter()
+                .map(|run| run.largest_command)
+                .fold(0.0, f64::max),
+            top_speed_rad_s: runs
+                .iter()
+                .map(|run| run.top_speed_counts_s * std::f64::consts::TAU / run.counts_per_rev)
+                .fold(1e-6, f64::max),
+            is_friction_unknown: nominal
+                .tolerance
+                .get("coulomb_friction_nm")
+                .is_some_and(|tolerance| *tolerance >= UNKNOWN),
+        }
+    }
+
+    /// The numbers that ranges are multiples of: those of the motor, with a supply that stalls it at the largest
+    /// command and turns it at the top speed where it is not driven by voltage.
+    pub fn measures(&self, motor: &Parameters) -> Parameters {
+        let mut p = *motor;
+        let current_a = match self.kind {
+            CommandKind::Voltage => return p,
+            CommandKind::Current => self.largest_command,
+            CommandKind::Torque => self.largest_command / p.torque_constant_nm_per_a,
+        };
+        p.supply_v = p.resistance_ohm * current_a;
+        p.back_emf_v_s_per_rad = p.supply_v / self.top_speed_rad_s;
+        p
+    }
+
+    /// Largest torque that the commands can ask for: at stall, or in these runs where no supply sets it.
+    fn largest_torque_nm(&self, motor: &Parameters) -> f64 {
+        let constant = motor.torque_constant_nm_per_a;
+        match self.kind {
+            CommandKind::Voltage => motor.supply_v * constant / motor.resistance_ohm,
+            CommandKind::Current => self.largest_command * constant,
+            CommandKind::Torque => self.largest_command,
         }
     }
 
@@ -86,15 +132,18 @@ impl Setting {
             let half = 3.0 * deviation;
             return (error - half, error + half);
         }
-        (
-            parameter.range(motor, shortest).0,
-            parameter.range(motor, longest).1,
-        )
+        let measures = self.measures(motor);
+        let lo = parameter.range(&measures, shortest).0;
+        let hi = parameter.range(&measures, longest).1;
+        if self.is_friction_unknown && parameter.scale == Scale::CoulombTorque {
+            return (lo, hi.max(self.largest_torque_nm(motor)));
+        }
+        (lo, hi)
     }
 
     /// What a parameter is taken to be where nothing is known.
     pub fn default(&self, parameter: &EffectParameter, motor: &Parameters) -> f64 {
-        parameter.default(motor, self.sample_times_s.0)
+        parameter.default(&self.measures(motor), self.sample_times_s.0)
     }
 
     /// Logarithm of the density of what the host's clock showed, for a board whose clock is off or ordinary; 0 where it

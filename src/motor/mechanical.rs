@@ -351,7 +351,7 @@ impl Effect for GravityLoad {
             EffectParameter::new(
                 "torque_nm",
                 "N m",
-                (0.3, 30.0),
+                (0.3, 5.0),
                 Scale::CoulombTorque,
                 Prior::LogUniform,
             ),

@@ -99,7 +99,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
     let kinds: Vec<usize> = (0..catalogue().len())
         .filter(|&index| motor.effects.get(catalogue()[index].id).is_none())
         .collect();
-    let setting = Setting::new(std::slice::from_ref(&planned.run));
+    let setting = Setting::new(motor, std::slice::from_ref(&planned.run));
     let hypothesis = |members| Hypothesis::new(motor, members, &setting);
     let mut truths = vec![hypothesis(Vec::new())];
     let mut rivals: Vec<(usize, Hypothesis)> = vec![(0, hypothesis(Vec::new()))];
