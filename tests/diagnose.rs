@@ -132,3 +132,34 @@ fn stribeck_friction_is_named_and_closes_the_gap() {
     assert!(found.gap.after_effect < found.gap.after_parameters);
     assert!(found.gap.closed > 0.9, "{:?}", found.gap);
 }
+
+/// Edges lost by chance, samples taken late and a clock that is off tell of themselves by how they scatter and by what the
+/// host saw: their numbers' intervals hold the truth.
+#[test]
+fn noises_of_an_effects_own_have_intervals_that_hold_the_truth() {
+    let mut said = Vec::new();
+    let (mut numbers, mut held) = (0, 0);
+    for (seed, id) in [
+        (21, "missed_counts"),
+        (22, "missed_counts"),
+        (23, "sample_jitter"),
+        (24, "sample_jitter"),
+        (25, "clock_error"),
+        (26, "clock_error"),
+    ] {
+        let (case, found) = diagnosis(seed, id);
+        if found.effects != [id] {
+            said.push(format!("{seed}: {}", found.sentence));
+            continue;
+        }
+        let cause = found.causes.iter().find(|cause| cause.effect == id);
+        let cause = cause.expect("it is weighed");
+        for (key, truth) in &case.label.effects[0].parameters {
+            let interval = &cause.parameters[key.as_str()];
+            numbers += 1;
+            held += usize::from((interval.lo95..=interval.hi95).contains(truth));
+        }
+    }
+    assert!(said.len() <= 1, "{}", said.join("\n"));
+    assert!(held + 1 >= numbers && numbers >= 6, "{held} of {numbers}");
+}

@@ -2,7 +2,7 @@
 
 use super::design::next_line;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis};
+use crate::diagnose::{Cause, Diagnosis, other_means};
 use crate::report::Bars;
 use crate::report::diagnosis::{cause_words, rungs};
 use crate::report::number::{figure, probability};
@@ -54,6 +54,9 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
     }
     if let Some(next) = &diagnosis.next_experiment {
         output.line(&format!("\n{}", next_line(next)))?;
+    }
+    if let Some(means) = other_means(diagnosis) {
+        output.line(&format!("\n{means}"))?;
     }
     Ok(())
 }

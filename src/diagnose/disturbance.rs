@@ -41,6 +41,11 @@ const STEPS: usize = 5;
 /// An estimate must be worth this many nats more than what there was, and this many for each sample.
 const WORTH: f64 = 50.0;
 const WORTH_A_SAMPLE: f64 = 0.05;
+/// Length in s of the blocks in which noise is looked for, their least number of samples, and in which share of them it must
+/// be there.
+const BLOCK_S: f64 = 0.1;
+const LEAST_BLOCK: usize = 5;
+const WIDESPREAD: f64 = 0.5;
 
 impl Disturbance {
     /// Growth of the speed's variance where the shaft turns slowly or not.
@@ -59,10 +64,39 @@ pub(super) fn disturbance(
     fit: &Fit,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
-    let (gain, _, rough) = likeliest(problem, fit, largest_acceleration);
+    let (gain, _, level) = likeliest(problem, fit, largest_acceleration);
     let samples: usize = problem.runs.iter().map(RunData::len).sum();
     let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);
-    (gain > worth && rough != problem.rough).then_some(rough)
+    let is_rough = gain > worth
+        && level.rough != problem.rough
+        && share_of_blocks(problem, fit, &level) >= WIDESPREAD;
+    is_rough.then_some(level.rough)
+}
+
+/// In which share of the blocks of [`BLOCK_S`] in which the shaft moves a noise explains what a fit leaves better than the
+/// problem's own. Noise is there throughout; a few jumps that nothing explains are no noise.
+fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 {
+    let own = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+    let (mut moving, mut better) = (0, 0);
+    for (run, x) in problem.runs.iter().zip(&fit.predictions) {
+        let likelihoods = |level: &NoiseLevel| -> Vec<f64> {
+            let whitener = Whitener::new(run, level);
+            let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
+            whitener.whiten(&mut r);
+            whitener.log_likelihoods(run, &r).collect()
+        };
+        let (before, after) = (likelihoods(&own), likelihoods(level));
+        let length = ((BLOCK_S / run.sample_time_s).round() as usize).max(LEAST_BLOCK);
+        for from in (0..run.len()).step_by(length) {
+            let to = (from + length).min(run.len());
+            if run.moving[from..to].contains(&true) {
+                moving += 1;
+                let sum = |values: &[f64]| values[from..to].iter().sum::<f64>();
+                better += usize::from(sum(&after) > sum(&before));
+            }
+        }
+    }
+    f64::from(better as u32) / f64::from((moving as u32).max(1))
 }
 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
@@ -82,23 +116,23 @@ pub(super) fn least_disturbance(
             let Some(fit) = problem.fit_at(hypothesis, &p, strongest, STEPS) else {
                 break;
             };
-            let (_, likelihood, rough) = likeliest(problem, &fit, largest_acceleration);
+            let (_, likelihood, level) = likeliest(problem, &fit, largest_acceleration);
             if likelihood > best.0 {
-                best = (likelihood, rough);
+                best = (likelihood, level.rough);
             }
-            problem.set_rough(rough);
+            problem.set_rough(level.rough);
             p = fit.p;
         }
     }
     best.1
 }
 
-/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and it.
+/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it.
 fn likeliest(
     problem: &Problem<'_>,
     fit: &Fit,
     largest_acceleration: f64,
-) -> (f64, f64, Disturbance) {
+) -> (f64, f64, NoiseLevel) {
     let residuals: Vec<Vec<f64>> = problem
         .runs
         .iter()
@@ -156,5 +190,5 @@ fn likeliest(
             break;
         }
     }
-    (best - before, best, level.rough)
+    (best - before, best, level)
 }

@@ -21,6 +21,7 @@ mod matter;
 mod noise;
 mod noise_numbers;
 mod nominal;
+mod other_means;
 mod periodic;
 mod predict;
 mod rank;
@@ -51,6 +52,7 @@ use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};
 pub use nominal::fitted_nominal;
+pub use other_means::other_means;
 pub use verdict::{
     Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,
     SHAPE, Verdict,
@@ -69,7 +71,7 @@ const SETTLINGS: usize = 4;
 const MOST_ROUGH: usize = 2;
 /// A recording of more samples than this, all runs together, is first judged to be rough or not by its beginning, of
 /// [`LOOK`] samples, and diagnosed by pieces of this many samples where it is.
-const ENOUGH: usize = 6000;
+const ENOUGH: usize = 10_000;
 const LOOK: usize = 2000;
 /// Of motions that part at a rate, how many times the rate's inverse a piece lasts.
 const PARTED: f64 = 2.0;

@@ -46,6 +46,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 .take(NAMED)
                 .map(|cause| match cause.effect {
                     "none" => "no effect",
+                    "unknown" => "something unknown",
                     id => id,
                 })
                 .collect();

@@ -8,7 +8,7 @@ mod words;
 
 use super::number::{figure, percent, probability};
 use super::{Page, Size};
-use crate::diagnose::{Cause, DataProblem, Diagnosis, Interval};
+use crate::diagnose::{Cause, DataProblem, Diagnosis, Interval, other_means};
 use crate::export::PARAMETERS;
 use crate::motor::{Motor, SimulationError};
 use crate::recording::Run;
@@ -256,6 +256,10 @@ fn checks(page: &mut Page, problems: &[DataProblem]) {
 }
 
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
+    if let Some(means) = other_means(diagnosis) {
+        page.section("What to measure next");
+        page.paragraph(&means);
+    }
     let Some(next) = &diagnosis.next_experiment else {
         return;
     };
