@@ -23,19 +23,6 @@ struct Recordings {
     recording: Vec<Recording>,
 }
 
-/// Where the recordings are, or the test is skipped.
-fn folder(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("MOTORLAB_REAL").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    support::skip(test, "no recordings in ../shared/real (or MOTORLAB_REAL)");
-    None
-}
-
 fn here(path: &Path) -> PathBuf {
     Path::new("tests/real").join(path)
 }
@@ -94,7 +81,7 @@ fn words<'a>(run: &'a Run, key: &str) -> &'a str {
 
 #[test]
 fn every_recording_imports_without_loss() {
-    let Some(folder) = folder("every_recording_imports_without_loss") else {
+    let Some(folder) = support::real_recordings("every_recording_imports_without_loss") else {
         return;
     };
     let recordings = recordings();
@@ -145,7 +132,7 @@ fn every_recording_imports_without_loss() {
 
 #[test]
 fn counts_stay_whole_and_times_stay_theirs() {
-    let Some(folder) = folder("counts_stay_whole_and_times_stay_theirs") else {
+    let Some(folder) = support::real_recordings("counts_stay_whole_and_times_stay_theirs") else {
         return;
     };
     let (log, run) = run_of(&folder, "micromouse/encoders1.csv");
@@ -169,7 +156,8 @@ fn counts_stay_whole_and_times_stay_theirs() {
 
 #[test]
 fn angles_and_travel_become_the_encoders_counts() {
-    let Some(folder) = folder("angles_and_travel_become_the_encoders_counts") else {
+    let Some(folder) = support::real_recordings("angles_and_travel_become_the_encoders_counts")
+    else {
         return;
     };
     let log = "xl330/xl330_m490g_l100mm_kp400_sin_time_square.csv";
@@ -198,7 +186,8 @@ fn angles_and_travel_become_the_encoders_counts() {
 
 #[test]
 fn trials_of_one_log_become_runs_of_their_own() {
-    let Some(folder) = folder("trials_of_one_log_become_runs_of_their_own") else {
+    let Some(folder) = support::real_recordings("trials_of_one_log_become_runs_of_their_own")
+    else {
         return;
     };
     let scratch = tempfile::tempdir().expect("a directory");
@@ -229,7 +218,7 @@ fn trials_of_one_log_become_runs_of_their_own() {
 
 #[test]
 fn what_a_log_lacks_is_said_in_its_run() {
-    let Some(folder) = folder("what_a_log_lacks_is_said_in_its_run") else {
+    let Some(folder) = support::real_recordings("what_a_log_lacks_is_said_in_its_run") else {
         return;
     };
     let (_, run) = run_of(&folder, "micromouse/batteryVoltage3.csv");

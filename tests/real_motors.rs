@@ -10,19 +10,6 @@ use motorlab::recording::{Run, read_run};
 
 mod support;
 
-/// Where the recordings are, or the test is skipped.
-fn folder(test: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("MOTORLAB_REAL").map_or_else(
-        || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"),
-        PathBuf::from,
-    );
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    support::skip(test, "no recordings in ../shared/real (or MOTORLAB_REAL)");
-    None
-}
-
 fn run_of(folder: &Path, log: &str, map: &str) -> Run {
     let scratch = tempfile::tempdir().expect("a directory");
     let map = Map::read(&Path::new("tests/real/maps").join(map)).expect("a mapping");
@@ -72,7 +59,9 @@ fn likeliest(found: &Diagnosis) -> &[&'static str] {
 /// Janot, Gautier and Brunot: friction differs by direction, by 3.2 N of 20.5 N in their model.
 #[test]
 fn friction_of_the_positioning_system_differs_by_direction() {
-    let Some(folder) = folder("friction_of_the_positioning_system_differs_by_direction") else {
+    let Some(folder) =
+        support::real_recordings("friction_of_the_positioning_system_differs_by_direction")
+    else {
         return;
     };
     // At 250 Hz, so that it takes seconds; docs/real.md has the whole of it.
@@ -93,7 +82,7 @@ fn friction_of_the_positioning_system_differs_by_direction() {
 /// Rhoban's BAM: a load of 0.49 kg at 0.1 m has a moment of 0.48 N m where it is horizontal.
 #[test]
 fn the_servo_lifts_a_load() {
-    let Some(folder) = folder("the_servo_lifts_a_load") else {
+    let Some(folder) = support::real_recordings("the_servo_lifts_a_load") else {
         return;
     };
     let lift = |log: &str| {
@@ -118,7 +107,9 @@ fn the_servo_lifts_a_load() {
 /// coasts in the pauses: no effect of the catalogue does that.
 #[test]
 fn what_the_catalogue_does_not_have_is_not_blamed_on_it() {
-    let Some(folder) = folder("what_the_catalogue_does_not_have_is_not_blamed_on_it") else {
+    let Some(folder) =
+        support::real_recordings("what_the_catalogue_does_not_have_is_not_blamed_on_it")
+    else {
         return;
     };
     let mouse = |k: u32| {

@@ -8,31 +8,28 @@
 //! until it answers instead of waiting for a fixed time.
 
 use std::collections::VecDeque;
-use std::io::{self, Read, Write};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use firmware_protocol::{
-    ALIVE_INTERVAL_MS, BAUD, CHUNK_SEGMENTS, Chunk, EndReason, Hello, HostMessage, MAX_WIRE,
-    PROTOCOL_VERSION, ProfileSegment, Refusal, profile_crc,
+    BAUD, CHUNK_SEGMENTS, Chunk, EndReason, Hello, HostMessage, ProfileSegment, Refusal,
+    profile_crc,
 };
 use tokio::time::timeout;
 
+use super::line::{ALIVE_EVERY, ATTEMPTS, Line};
 use super::{
-    Arrival, Damage, Event, Expectations, Heard, Intake, LineReader, OpenError, Port, Sample,
-    longest_gather, rawlog,
+    Arrival, BoardError, Damage, Event, Expectations, Intake, LineReader, Port, RawLog, Sample,
+    longest_gather,
 };
 
 /// How often a silent board is asked who it is.
 const ASK_EVERY: Duration = Duration::from_millis(250);
 
-/// How long an answer may take, and how often a message is sent in all.
+/// How long an answer may take.
 const ANSWER_WITHIN: Duration = Duration::from_millis(250);
-const ATTEMPTS: u32 = 5;
-
-/// Where a raw log goes.
-pub type RawLog = rawlog::Writer<io::BufWriter<std::fs::File>>;
 
 /// How to talk to a board.
 #[derive(Debug)]
@@ -52,101 +49,6 @@ impl Default for BoardOptions {
             patience: Duration::from_secs(6),
             log: None,
         }
-    }
-}
-
-/// What went wrong with a board.
-#[derive(Debug, thiserror::Error)]
-pub enum BoardError {
-    /// The port cannot be opened.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// Something else is on the line.
-    #[error(
-        "{path} is not a motorlab board: {}", heard_instead(heard, *patience_s)
-    )]
-    NotABoard {
-        /// The port.
-        path: PathBuf,
-        /// What came instead.
-        heard: Box<Heard>,
-        /// For how long it was asked.
-        patience_s: f64,
-    },
-    /// It speaks another version.
-    #[error(
-        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}: update the sketch on the board"
-    )]
-    OtherVersion {
-        /// The port.
-        path: PathBuf,
-        /// The board's version.
-        found: u8,
-    },
-    /// It refused a message.
-    #[error("the board on {path} refused {what}: {reason}{}", refusal_advice(*reason, hello))]
-    Refused {
-        /// The port.
-        path: PathBuf,
-        /// What it refused.
-        what: &'static str,
-        /// Why.
-        reason: Refusal,
-        /// Who it is.
-        hello: Box<Hello>,
-    },
-    /// It does not answer any more.
-    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)")]
-    NoAnswer {
-        /// The port.
-        path: PathBuf,
-        /// What it was asked.
-        what: &'static str,
-    },
-    /// It went away.
-    #[error("the board on {path} was unplugged")]
-    Gone {
-        /// The port.
-        path: PathBuf,
-    },
-    /// The line failed.
-    #[error("the line to {path} failed: {source}")]
-    Line {
-        /// The port.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The profile does not fit on the wire.
-    #[error("the profile commands {command} V, and a board takes -32.767 to 32.767 V")]
-    Command {
-        /// The command in V.
-        command: f64,
-    },
-}
-
-fn heard_instead(heard: &Heard, patience_s: f64) -> String {
-    if heard.total() == 0 {
-        return format!(
-            "it sent nothing in {patience_s} s (is the motorlab sketch on it, and is this the right port?)"
-        );
-    }
-    let hint = if heard.is_text() {
-        "\n  this looks like a sketch that prints text: name its columns, such as --columns t_us,counts"
-    } else {
-        "\n  is the motorlab sketch on it, and is the baud rate right (--baud)?"
-    };
-    format!("it sent {heard}{hint}")
-}
-
-fn refusal_advice(reason: Refusal, hello: &Hello) -> String {
-    match reason {
-        Refusal::SampleTime => format!(
-            "; its shortest is {} s (--ts)",
-            f64::from(hello.shortest_sample_time_us) * 1e-6
-        ),
-        Refusal::ProfileTooLong => format!("; it holds {} segments", hello.max_segments),
-        _ => String::new(),
     }
 }
 
@@ -192,34 +94,6 @@ pub struct Board {
     last: Option<BoardEvent>,
 }
 
-/// The writing side of the line, with the raw log of both.
-#[derive(Debug)]
-struct Line {
-    port: Mutex<Port>,
-    log: Mutex<Option<RawLog>>,
-    origin: Instant,
-}
-
-impl Line {
-    fn say(&self, message: &HostMessage) -> io::Result<()> {
-        let mut wire = [0; MAX_WIRE + 1];
-        // A leading zero ends whatever noise came before.
-        let length = message.encode(&mut wire[1..]).unwrap_or(0);
-        let bytes = &wire[..=length];
-        let mut port = self.port.lock().unwrap_or_else(PoisonError::into_inner);
-        port.write_all(bytes)?;
-        self.log(|log, now_us| log.to_board(now_us, bytes))
-    }
-
-    fn log(&self, write: impl FnOnce(&mut RawLog, u64) -> io::Result<()>) -> io::Result<()> {
-        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
-        match log.as_mut() {
-            Some(log) => write(log, self.origin.elapsed().as_micros() as u64),
-            None => Ok(()),
-        }
-    }
-}
-
 impl Board {
     /// Opens the port for this program alone and asks the board who it is.
     pub async fn open(path: &Path, options: BoardOptions) -> Result<Self, BoardError> {
@@ -245,11 +119,7 @@ impl Board {
             source,
         };
         let mut reader = LineReader::spawn(incoming, origin).map_err(failed)?;
-        let line = Arc::new(Line {
-            port: Mutex::new(outgoing),
-            log: Mutex::new(options.log),
-            origin,
-        });
+        let line = Arc::new(Line::new(outgoing, options.log, origin));
         let mut intake = Intake::default();
         let mut events = VecDeque::new();
         let until = origin + options.patience;
@@ -365,13 +235,11 @@ impl Board {
         self.reader.gather(self.gather);
         let line = Arc::clone(&self.line);
         self.alive = Some(tokio::spawn(async move {
-            let every = Duration::from_millis(u64::from(ALIVE_INTERVAL_MS) * 2 / 3);
-            let mut tick = tokio::time::interval(every);
+            let mut tick = tokio::time::interval(ALIVE_EVERY);
             tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
             loop {
                 tick.tick().await;
-                // A line that is gone shows on the reading side.
-                let _ = line.say(&HostMessage::Alive);
+                line.say_alive();
             }
         }));
         Ok(())
@@ -394,6 +262,9 @@ impl Board {
                 return self.last.take();
             }
             let arrival = self.reader.next().await;
+            if self.alive.is_some() && self.line.is_quiet() {
+                self.line.say_alive();
+            }
             match receive(arrival, &mut self.intake, &self.line, &mut self.events) {
                 Ok(None) => {}
                 Ok(last) => {

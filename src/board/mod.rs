@@ -1,11 +1,13 @@
 //! The board room: everything between a serial device and validated samples.
 
 mod bench;
+mod board_error;
 mod clock;
 mod connection;
 pub mod faults;
 mod heard;
 mod intake;
+mod line;
 mod port;
 mod port_list;
 mod profile;
@@ -18,10 +20,12 @@ pub mod text_lines;
 mod virtual_board;
 
 pub use bench::{Bench, IdealBench};
+pub use board_error::BoardError;
 pub use clock::{ClockFit, ClockFitter};
-pub use connection::{Board, BoardError, BoardEvent, BoardOptions, RawLog, wire_segments};
+pub use connection::{Board, BoardEvent, BoardOptions, wire_segments};
 pub use heard::Heard;
 pub use intake::{Damage, Event, Expectations, Intake, Sample};
+pub use line::RawLog;
 pub use port::{OpenError, Port, READ_PATIENCE};
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};

@@ -20,3 +20,20 @@ pub fn skip(test: &str, why: &str) {
         writeln!(log, "{test}: {why}").expect("the skip log can be written");
     }
 }
+
+/// Where the recordings of real motors are, or the test is skipped.
+#[allow(
+    dead_code,
+    reason = "not every test file that includes this reads them"
+)]
+pub fn real_recordings(test: &str) -> Option<std::path::PathBuf> {
+    let folder = std::env::var_os("MOTORLAB_REAL").map_or_else(
+        || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"),
+        std::path::PathBuf::from,
+    );
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    skip(test, "no recordings in ../shared/real (or MOTORLAB_REAL)");
+    None
+}

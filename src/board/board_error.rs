@@ -1,0 +1,104 @@
+//! What goes wrong with a board, each with what to do about it.
+
+use std::io;
+use std::path::PathBuf;
+
+use firmware_protocol::{Hello, PROTOCOL_VERSION, Refusal};
+
+use super::line::ATTEMPTS;
+use super::{Heard, OpenError};
+
+/// What went wrong with a board.
+#[derive(Debug, thiserror::Error)]
+pub enum BoardError {
+    /// The port cannot be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// Something else is on the line.
+    #[error(
+        "{path} is not a motorlab board: {}", heard_instead(heard, *patience_s)
+    )]
+    NotABoard {
+        /// The port.
+        path: PathBuf,
+        /// What came instead.
+        heard: Box<Heard>,
+        /// For how long it was asked.
+        patience_s: f64,
+    },
+    /// It speaks another version.
+    #[error(
+        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}: update the sketch on the board"
+    )]
+    OtherVersion {
+        /// The port.
+        path: PathBuf,
+        /// The board's version.
+        found: u8,
+    },
+    /// It refused a message.
+    #[error("the board on {path} refused {what}: {reason}{}", refusal_advice(*reason, hello))]
+    Refused {
+        /// The port.
+        path: PathBuf,
+        /// What it refused.
+        what: &'static str,
+        /// Why.
+        reason: Refusal,
+        /// Who it is.
+        hello: Box<Hello>,
+    },
+    /// It does not answer any more.
+    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)")]
+    NoAnswer {
+        /// The port.
+        path: PathBuf,
+        /// What it was asked.
+        what: &'static str,
+    },
+    /// It went away.
+    #[error("the board on {path} was unplugged")]
+    Gone {
+        /// The port.
+        path: PathBuf,
+    },
+    /// The line failed.
+    #[error("the line to {path} failed: {source}")]
+    Line {
+        /// The port.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The profile does not fit on the wire.
+    #[error("the profile commands {command} V, and a board takes -32.767 to 32.767 V")]
+    Command {
+        /// The command in V.
+        command: f64,
+    },
+}
+
+fn heard_instead(heard: &Heard, patience_s: f64) -> String {
+    if heard.total() == 0 {
+        return format!(
+            "it sent nothing in {patience_s} s (is the motorlab sketch on it, and is this the right port?)"
+        );
+    }
+    let hint = if heard.is_text() {
+        "\n  this looks like a sketch that prints text: name its columns, such as --columns t_us,counts"
+    } else {
+        "\n  is the motorlab sketch on it, and is the baud rate right (--baud)?"
+    };
+    format!("it sent {heard}{hint}")
+}
+
+fn refusal_advice(reason: Refusal, hello: &Hello) -> String {
+    match reason {
+        Refusal::SampleTime => format!(
+            "; its shortest is {} s (--ts)",
+            f64::from(hello.shortest_sample_time_us) * 1e-6
+        ),
+        Refusal::ProfileTooLong => format!("; it holds {} segments", hello.max_segments),
+        _ => String::new(),
+    }
+}

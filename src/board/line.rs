@@ -1,0 +1,80 @@
+//! The writing side of a serial line, with the raw log of both directions.
+
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use firmware_protocol::{ALIVE_INTERVAL_MS, HostMessage, MAX_WIRE};
+
+use super::{Port, rawlog};
+
+/// How often a message is sent in all before its answer is given up.
+pub(super) const ATTEMPTS: u32 = 5;
+
+/// How often the board is told that this program is alive.
+pub(super) const ALIVE_EVERY: Duration = Duration::from_millis(ALIVE_INTERVAL_MS as u64 * 2 / 3);
+
+/// Where a raw log goes.
+pub type RawLog = rawlog::Writer<io::BufWriter<std::fs::File>>;
+
+/// The writing side of the line; whoever reads shares it.
+#[derive(Debug)]
+pub(super) struct Line {
+    port: Mutex<Port>,
+    log: Mutex<Option<RawLog>>,
+    origin: Instant,
+    /// When something was said last, in microseconds from `origin`.
+    said_us: AtomicU64,
+}
+
+impl Line {
+    pub(super) fn new(port: Port, log: Option<RawLog>, origin: Instant) -> Self {
+        Self {
+            port: Mutex::new(port),
+            log: Mutex::new(log),
+            origin,
+            said_us: AtomicU64::new(0),
+        }
+    }
+
+    fn now_us(&self) -> u64 {
+        self.origin.elapsed().as_micros() as u64
+    }
+
+    /// Tells the board that this program is alive. A line that is gone shows on the reading side.
+    pub(super) fn say_alive(&self) {
+        let _ = self.say(&HostMessage::Alive);
+    }
+
+    /// Whether the board should have been told long since that this program is alive: whoever notices
+    /// tells it, for a busy computer may keep one thread from its turn while another has it.
+    pub(super) fn is_quiet(&self) -> bool {
+        let silence_us = self
+            .now_us()
+            .saturating_sub(self.said_us.load(Ordering::Relaxed));
+        silence_us > 2 * ALIVE_EVERY.as_micros() as u64
+    }
+
+    pub(super) fn say(&self, message: &HostMessage) -> io::Result<()> {
+        let mut wire = [0; MAX_WIRE + 1];
+        // A leading zero ends whatever noise came before.
+        let length = message.encode(&mut wire[1..]).unwrap_or(0);
+        let bytes = &wire[..=length];
+        let mut port = self.port.lock().unwrap_or_else(PoisonError::into_inner);
+        port.write_all(bytes)?;
+        self.said_us.store(self.now_us(), Ordering::Relaxed);
+        self.log(|log, now_us| log.to_board(now_us, bytes))
+    }
+
+    pub(super) fn log(
+        &self,
+        write: impl FnOnce(&mut RawLog, u64) -> io::Result<()>,
+    ) -> io::Result<()> {
+        let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
+        match log.as_mut() {
+            Some(log) => write(log, self.now_us()),
+            None => Ok(()),
+        }
+    }
+}
