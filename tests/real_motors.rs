@@ -1,7 +1,7 @@
 //! What the diagnosis finds on recordings of real motors, by the commands that docs/real.md tells of: the findings,
 //! not their digits.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use motorlab::diagnose::{Diagnosis, diagnose_holding_out};
 use motorlab::import::{Map, import};
