@@ -307,6 +307,19 @@ fn torques_of_the_angle_and_the_speed() {
     keeps_energy(&run(&dahl, TORQUE, &[0.03; 200]), |x| {
         0.03 * x - 0.02 * (x + z * (-x / z).exp_m1())
     });
+    // It builds up to whatever holds the sliding shaft back: more where friction grows with the torque ...
+    let mut loaded = frictionless(&[("presliding", &[z]), ("load_friction", &[0.2, 0.4])]);
+    loaded.parameters.coulomb_friction_nm = 0.02;
+    keeps_energy(&run(&loaded, TORQUE, &[0.03; 200]), |x| {
+        0.03 * x - (0.02 + 0.2 * 0.03) * (x + z * (-x / z).exp_m1())
+    });
+    // ... and where it falls with the speed, at the steady one.
+    let falling = motor(&[("presliding", &[z]), ("stribeck", &[0.03, 0.5])]);
+    let w = run(&falling, VOLT, &[1.2; 3000]).speed_rad_s[2999];
+    let balance =
+        0.7 * (1.2 - 0.7 * w) / 10.0 - 0.01 * w - 0.02 - 0.03 * (-(w / 0.5) * (w / 0.5)).exp();
+    assert!(w > 0.1);
+    near(balance, 0.0, CONVERGED);
     let (torque, n, phase) = (0.03, 12.0, 1.1);
     let cogging = frictionless(&[("cogging", &[torque, n, phase])]);
     keeps_energy(&run(&cogging, TORQUE, &[0.03; 200]), |x| {

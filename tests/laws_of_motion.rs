@@ -310,3 +310,49 @@ fn any_set_of_effects_moves_the_same_at_any_step() {
     }
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
 }
+
+#[test]
+fn every_effect_acts_beside_every_other() {
+    let command: Vec<f64> = (0..600)
+        .map(|k| [4.5, -2.0, 0.0, 1.5, -0.3][k / 31 % 5])
+        .collect();
+    let t_s: Vec<f64> = (0..600).map(|k| k as f64 * 0.003).collect();
+    let counts_and_angle = |ids: &[&str]| {
+        let mut motor = Motor::default();
+        for id in ids {
+            // Where the usual value is that nothing happens.
+            let given = match *id {
+                "supply_error" => Some(("gain", 1.1)),
+                "missed_counts" => Some(("probability", 0.02)),
+                _ => None,
+            };
+            let effect = ActiveEffect::from_keys(id, given, &motor.parameters).unwrap();
+            motor.effects.set(effect);
+        }
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let options = SimulationOptions {
+            model: Model::SecondOrder,
+            ..SimulationOptions::default()
+        };
+        let run = simulate(&motor, &drive, &options).unwrap();
+        (run.counts, run.angle_rad)
+    };
+    for (k, first) in catalogue().iter().enumerate() {
+        for second in &catalogue()[k + 1..] {
+            let both = counts_and_angle(&[first.id, second.id]);
+            for (alone, other) in [(first, second), (second, first)] {
+                let without = counts_and_angle(&[alone.id]);
+                assert!(
+                    both != without,
+                    "{} does nothing beside {}",
+                    other.id,
+                    alone.id
+                );
+            }
+        }
+    }
+}

@@ -109,14 +109,14 @@ impl<S: Scalar> Machine<S> {
         if let Some(drag) = mechanical.drag {
             load -= drag * speed * speed.abs();
         }
-        motor -= self.bent_friction(m, 0, y[TH1], y[W1]);
+        motor -= self.bent_friction(m, 0, y[TH1], y[W1], y);
         if N <= ONE_BODY {
             if m.slip[0] != 0.0 {
                 n[W1] += (motor + load) / self.inertia[0];
             }
             return;
         }
-        load -= self.bent_friction(m, 1, angle, speed);
+        load -= self.bent_friction(m, 1, angle, speed, y);
         if self.joined(m) {
             if m.slip[0] != 0.0 {
                 let acceleration = (motor + load) / self.inertia[2];
@@ -135,13 +135,20 @@ impl<S: Scalar> Machine<S> {
 
     /// What a side's friction has beyond what is constant or proportional to the current.
     #[inline(always)]
-    fn bent_friction(&self, m: &Mode<S>, side: usize, angle: S, speed: S) -> S {
+    fn bent_friction<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        y: &[S; N],
+    ) -> S {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         if s == 0.0 {
             return S::zero();
         }
         match (&mechanical.break_in_angle_rad, &mechanical.stribeck) {
-            (Some(break_in), _) => self.dahl(m, side, angle, *break_in),
+            (Some(break_in), _) => self.dahl(m, side, angle, speed, y, *break_in),
             (None, Some(stribeck)) => stribeck.at(speed) * self.share[side] * s,
             (None, None) => S::zero(),
         }

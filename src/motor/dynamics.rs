@@ -290,13 +290,20 @@ impl<S: Scalar> Machine<S> {
         speed: S,
         y: &[S; N],
     ) -> S {
-        let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
+        let s = m.slip[side];
         if s == 0.0 {
             return S::zero();
         }
-        if let Some(break_in) = mechanical.break_in_angle_rad {
-            return self.dahl(m, side, angle, break_in);
+        match self.chain.mechanical.break_in_angle_rad {
+            Some(break_in) => self.dahl(m, side, angle, speed, y, break_in),
+            None => self.sliding(m, side, speed, y),
         }
+    }
+
+    /// Friction of a side that slides steadily.
+    #[inline(always)]
+    fn sliding<const N: usize>(&self, m: &Mode<S>, side: usize, speed: S, y: &[S; N]) -> S {
+        let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         let mut level = mechanical.coulomb(s);
         if let Some(stribeck) = &mechanical.stribeck {
             level += stribeck.at(speed);
@@ -312,13 +319,22 @@ impl<S: Scalar> Machine<S> {
         level * self.share[side] * s
     }
 
-    /// Dahl's friction since the last reversal: `F = s T (1 - (1 - s F0 / T) exp(-|theta - theta0| / z))`.
+    /// Dahl's friction since the last reversal, on its way to what it is in steady sliding, `T`:
+    /// `F = T - (T - F0) exp(-|theta - theta0| / z)`. Dahl has a constant `T`; one that follows the speed and the torque
+    /// changes little within a break-in angle.
     #[inline(never)]
-    pub(super) fn dahl(&self, m: &Mode<S>, side: usize, angle: S, break_in: S) -> S {
-        let s = m.slip[side];
-        let level = self.chain.mechanical.coulomb(s) * self.share[side] * s;
+    pub(super) fn dahl<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        y: &[S; N],
+        break_in: S,
+    ) -> S {
+        let level = self.sliding(m, side, speed, y);
         let (angle0, torque0) = m.anchor[side];
-        let decay = ((angle0 - angle) * s / break_in).exp();
+        let decay = ((angle0 - angle) * m.slip[side] / break_in).exp();
         level - (level - torque0) * decay
     }
 

@@ -2,7 +2,7 @@
 //!
 //! `J dw/dt = tau_m + cogging - gravity - drag - b w - friction`. Friction in direction `s` has the level
 //! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level.
-//! With presliding it is Dahl's `F(theta)` instead.
+//! With presliding it approaches that as Dahl's `F(theta)` does.
 
 use super::chain::Chain;
 use super::effects::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
@@ -245,7 +245,7 @@ impl Effect for Presliding {
         id: "presliding",
         stage: Stage::Mechanical,
         summary: "friction builds up over an angle",
-        equation: "dF/dt = sigma (w - |w| F / Tf), sigma = Tf / break_in_angle_rad; F replaces Tf sgn(w)",
+        equation: "F = T + (F0 - T) exp(-|theta - theta0| / break_in_angle_rad) since a reversal, T the sliding friction",
         source: "Dahl, A solid friction model (1968)",
         excited_by: "small reversals",
         confounded_with: &["backlash", "compliance"],

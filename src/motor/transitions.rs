@@ -35,16 +35,23 @@ impl<S: Scalar> Machine<S> {
         } else {
             self.settle_two(m, y, fired);
         }
-        if let (Some(break_in), angles) = (
+        if let (Some(break_in), sides) = (
             self.chain.mechanical.break_in_angle_rad,
-            [y[TH1], if N > ONE_BODY { y[N - 2] } else { y[TH1] }],
+            [
+                (y[TH1], y[W1]),
+                if N > ONE_BODY {
+                    (y[N - 2], y[N - 1])
+                } else {
+                    (y[TH1], y[W1])
+                },
+            ],
         ) {
-            for (side, angle) in angles.into_iter().enumerate() {
+            for (side, (angle, speed)) in sides.into_iter().enumerate() {
                 if m.slip[side] != before.slip[side] {
                     let torque = if before.slip[side] == 0.0 {
                         before.anchor[side].1
                     } else {
-                        self.dahl(&before, side, angle, break_in)
+                        self.dahl(&before, side, angle, speed, y, break_in)
                     };
                     m.anchor[side] = (angle, torque);
                 }
@@ -87,7 +94,7 @@ impl<S: Scalar> Machine<S> {
             let friction = if m.slip[side] == 0.0 {
                 m.anchor[side].1
             } else {
-                self.dahl(m, side, angle, break_in)
+                self.dahl(m, side, angle, speed, y, break_in)
             };
             let left = net - friction;
             return if left.value() != 0.0 {
