@@ -310,8 +310,9 @@ fn torques_of_the_angle_and_the_speed() {
     // It builds up to whatever holds the sliding shaft back: more where friction grows with the torque ...
     let mut loaded = frictionless(&[("presliding", &[z]), ("load_friction", &[0.2, 0.4])]);
     loaded.parameters.coulomb_friction_nm = 0.02;
+    let (level, longer) = (0.02 + 0.2 * 0.03, z * (1.0 + 0.2 * 0.03 / 0.02));
     keeps_energy(&run(&loaded, TORQUE, &[0.03; 200]), |x| {
-        0.03 * x - (0.02 + 0.2 * 0.03) * (x + z * (-x / z).exp_m1())
+        0.03 * x - level * (x + longer * (-x / longer).exp_m1())
     });
     // ... and where it falls with the speed, at the steady one.
     let falling = motor(&[("presliding", &[z]), ("stribeck", &[0.03, 0.5])]);

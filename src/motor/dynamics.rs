@@ -76,9 +76,34 @@ pub(super) struct Mode<S> {
     /// Each side's direction of slip: -1, +1, or 0 where it sticks.
     pub slip: [f64; 2],
     pub contact: Contact,
-    /// Each side's angle and friction torque at its last reversal, for presliding.
-    pub anchor: [(S, S); 2],
+    /// From where each side's friction has been building up.
+    pub anchor: [Anchor<S>; 2],
 }
+
+/// A point of Dahl's friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Anchor<S> {
+    /// Angle in rad.
+    pub angle: S,
+    /// Friction torque there in N m.
+    pub friction: S,
+    /// What it was on its way to there: the friction of steady sliding in N m.
+    pub sliding: S,
+}
+
+impl<S: Scalar> Anchor<S> {
+    /// No friction yet.
+    pub fn at(angle: S) -> Self {
+        Self {
+            angle,
+            friction: S::zero(),
+            sliding: S::zero(),
+        }
+    }
+}
+
+/// Below this, `(1 - exp(-x)) / x` is `1 - x / 2` to nine digits.
+const SMALL: f64 = 1e-5;
 
 /// A chain made ready to be simulated.
 #[derive(Debug, Clone, Copy)]
@@ -175,7 +200,7 @@ impl<S: Scalar> Machine<S> {
             } else {
                 Contact::NoFlanks
             },
-            anchor: [(S::zero(), S::zero()); 2],
+            anchor: [Anchor::at(S::zero()); 2],
         }
     }
 
@@ -302,7 +327,13 @@ impl<S: Scalar> Machine<S> {
 
     /// Friction of a side that slides steadily.
     #[inline(always)]
-    fn sliding<const N: usize>(&self, m: &Mode<S>, side: usize, speed: S, y: &[S; N]) -> S {
+    pub(super) fn sliding<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        speed: S,
+        y: &[S; N],
+    ) -> S {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         let mut level = mechanical.coulomb(s);
         if let Some(stribeck) = &mechanical.stribeck {
@@ -319,9 +350,17 @@ impl<S: Scalar> Machine<S> {
         level * self.share[side] * s
     }
 
-    /// Dahl's friction since the last reversal, on its way to what it is in steady sliding, `T`:
-    /// `F = T - (T - F0) exp(-|theta - theta0| / z)`. Dahl has a constant `T`; one that follows the speed and the torque
-    /// changes little within a break-in angle.
+    /// Whether friction that builds up over an angle follows one that changes on the way.
+    pub(super) fn follows_sliding(&self) -> bool {
+        let mechanical = &self.chain.mechanical;
+        let varies = mechanical.stribeck.is_some() || mechanical.load_friction.is_some();
+        varies && mechanical.break_in_angle_rad.is_some()
+    }
+
+    /// Dahl's friction `dF/dt = sigma (w - |w| F / T)`, of stiffness `sigma = Tf / z`, on its way from its last anchor to
+    /// the friction `T` of steady sliding. Where that is constant, `F = T - (T - F0) exp(-x)` with
+    /// `x = sigma |theta - theta0| / T` is exact; where it has changed since, it is taken to have changed evenly with `x`:
+    /// `F = T - (T0 - F0) exp(-x) - (T - T0) (1 - exp(-x)) / x`.
     #[inline(never)]
     pub(super) fn dahl<const N: usize>(
         &self,
@@ -333,9 +372,49 @@ impl<S: Scalar> Machine<S> {
         break_in: S,
     ) -> S {
         let level = self.sliding(m, side, speed, y);
-        let (angle0, torque0) = m.anchor[side];
-        let decay = ((angle0 - angle) * m.slip[side] / break_in).exp();
-        level - (level - torque0) * decay
+        let (anchor, s) = (&m.anchor[side], m.slip[side]);
+        let mut x = (angle - anchor.angle) * s / break_in;
+        let dry = self.chain.mechanical.coulomb_nm * self.share[side] * s;
+        let mean = (level + anchor.sliding) * 0.5;
+        if mean.value() != 0.0 && dry.value() != 0.0 && mean.value() != dry.value() {
+            x = x * dry / mean;
+        }
+        let decay = (-x).exp();
+        if !self.follows_sliding() {
+            return level - (level - anchor.friction) * decay;
+        }
+        let lag = if x.value().abs() < SMALL {
+            -x * 0.5 + 1.0
+        } else {
+            (-decay + 1.0) / x
+        };
+        level - (anchor.sliding - anchor.friction) * decay - (level - anchor.sliding) * lag
+    }
+
+    /// Each side's angle and speed.
+    pub(super) fn sides<const N: usize>(&self, y: &[S; N]) -> [(S, S); 2] {
+        let load = if N > ONE_BODY {
+            (y[N - 2], y[N - 1])
+        } else {
+            (y[TH1], y[W1])
+        };
+        [(y[TH1], y[W1]), load]
+    }
+
+    /// Takes the friction of now as where Dahl's law goes on from.
+    pub(super) fn anchor<const N: usize>(&self, m: &mut Mode<S>, y: &[S; N]) {
+        let Some(break_in) = self.chain.mechanical.break_in_angle_rad else {
+            return;
+        };
+        for (side, (angle, speed)) in self.sides(y).into_iter().enumerate() {
+            if m.slip[side] != 0.0 {
+                m.anchor[side] = Anchor {
+                    angle,
+                    friction: self.dahl(m, side, angle, speed, y, break_in),
+                    sliding: self.sliding(m, side, speed, y),
+                };
+            }
+        }
     }
 
     /// Rate of change of the state.

@@ -6,7 +6,7 @@
 //! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
 //! their alignment allows, and then run many in a row (`cruise.rs`).
 
-use super::dynamics::{Machine, Mode, ONE_BODY, TH1, W1};
+use super::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
 use super::guards::Guard;
 use super::inside::{hermite, shift};
 use super::ladder::{FINEST, Ladder};
@@ -130,7 +130,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             (self.y[N - 2], self.y[N - 1]) = (S::from(angle_rad), S::from(speed_rad_s));
         }
         self.mode.slip = [0.0; 2];
-        self.mode.anchor = [(S::from(angle_rad), S::zero()); 2];
+        self.mode.anchor = [Anchor::at(S::from(angle_rad)); 2];
         self.settle(None);
         self.remember();
     }
@@ -177,6 +177,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         if moved {
             self.drift(offset);
         }
+        self.machine.anchor(&mut self.mode, &self.y);
         self.machine.set_command(command);
         self.settle(None);
         if moved {
@@ -291,6 +292,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             self.y = next;
             self.now += TICKS >> l;
+            if self.machine.follows_sliding() {
+                self.before.mode.get_or_insert(self.mode);
+                self.machine.anchor(&mut self.mode, &self.y);
+            }
             if error < self.tolerance / 16.0 && self.allowed >= l && l > self.floor {
                 self.allowed = l - 1;
             }

@@ -245,7 +245,7 @@ impl Effect for Presliding {
         id: "presliding",
         stage: Stage::Mechanical,
         summary: "friction builds up over an angle",
-        equation: "F = T + (F0 - T) exp(-|theta - theta0| / break_in_angle_rad) since a reversal, T the sliding friction",
+        equation: "dF/dt = sigma (w - |w| F / T), sigma = Tf / break_in_angle_rad; F replaces the sliding friction T sgn(w)",
         source: "Dahl, A solid friction model (1968)",
         excited_by: "small reversals",
         confounded_with: &["backlash", "compliance"],

@@ -18,6 +18,9 @@ impl<S: Scalar> Machine<S> {
         y: &mut [S; N],
         fired: Option<Guard>,
     ) {
+        if self.follows_sliding() {
+            self.anchor(m, y);
+        }
         let before = *m;
         self.settle_current(m, y, fired);
         if fired == Some(Guard::TorqueZero) {
@@ -35,26 +38,19 @@ impl<S: Scalar> Machine<S> {
         } else {
             self.settle_two(m, y, fired);
         }
-        if let (Some(break_in), sides) = (
-            self.chain.mechanical.break_in_angle_rad,
-            [
-                (y[TH1], y[W1]),
-                if N > ONE_BODY {
-                    (y[N - 2], y[N - 1])
-                } else {
-                    (y[TH1], y[W1])
-                },
-            ],
-        ) {
-            for (side, (angle, speed)) in sides.into_iter().enumerate() {
+        if let Some(break_in) = self.chain.mechanical.break_in_angle_rad {
+            for (side, (angle, speed)) in self.sides(y).into_iter().enumerate() {
                 if m.slip[side] != before.slip[side] {
-                    let torque = if before.slip[side] == 0.0 {
-                        before.anchor[side].1
+                    let anchor = &before.anchor[side];
+                    let friction = if before.slip[side] == 0.0 {
+                        anchor.friction
                     } else {
                         self.dahl(&before, side, angle, speed, y, break_in)
                     };
-                    m.anchor[side] = (angle, torque);
+                    m.anchor[side].angle = angle;
+                    m.anchor[side].friction = friction;
                 }
+                m.anchor[side].sliding = self.sliding(m, side, speed, y);
             }
         }
     }
@@ -92,7 +88,7 @@ impl<S: Scalar> Machine<S> {
                 return -m.slip[side];
             }
             let friction = if m.slip[side] == 0.0 {
-                m.anchor[side].1
+                m.anchor[side].friction
             } else {
                 self.dahl(m, side, angle, speed, y, break_in)
             };

@@ -88,6 +88,10 @@ CASES = {
     "presliding+inductance+quadratic_drag": ("smooth", {
         "presliding": dict(break_in_angle_rad=0.035), "inductance": dict(inductance_h=0.1),
         "quadratic_drag": dict(coefficient_nm_s2_per_rad2=0.002)}),
+    "presliding+stribeck": ("smooth", {
+        "presliding": dict(break_in_angle_rad=0.035), "stribeck": dict(extra_torque_nm=0.03, stribeck_speed_rad_s=0.8)}),
+    "presliding+load_friction": ("smooth", {
+        "presliding": dict(break_in_angle_rad=0.035), "load_friction": dict(driving_fraction=0.2, driven_fraction=0.35)}),
     "compliance+voltage_drop+encoder_eccentricity": ("switching", {
         "compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=1),
         "voltage_drop": dict(drop_v=0.3), "encoder_eccentricity": dict(amplitude_rad=0.026, phase_rad=0.4)}),

@@ -153,7 +153,7 @@ class Motor:
             d[TH1] = w
             if self.presliding is not None:
                 d[W1] = (n1 + n2 - self.b1 * w - x[DAHL]) / self.J1
-                d[DAHL] = self.Tf / self.presliding * (w - m.slip1 * w * x[DAHL] / self.Tf)
+                d[DAHL] = self.Tf / self.presliding * (w - m.slip1 * w * x[DAHL] / self.friction(m.slip1, w, torque))
             elif m.slip1:
                 d[W1] = (n1 + n2 - self.b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
             else:
