@@ -7,8 +7,10 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, by_weight, candidate, sorted};
+use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::looks::{first_fit, scanned_fit};
+use super::pairs::promising;
 use super::periodic::is_scanned;
 use super::search::Search;
 use super::unknown::flexible;
@@ -33,7 +35,7 @@ const REFINED: usize = 4;
 const REFINED_NEAR: f64 = 60.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
-const MOST_EXPANDED: usize = 4;
+const MOST_EXPANDED: usize = 2;
 /// Sets this many nats behind the best are grown too.
 const CLOSE: f64 = 20.0;
 /// Effects this many nats behind the best of a round on short horizons are fitted fully too.
@@ -43,6 +45,11 @@ const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
+
+/// How many pairs are fitted that promise to explain the runs together.
+const PROMISING: usize = 4;
+/// In recordings of more samples than this they are looked for in the first part.
+const LONG: usize = 20_000;
 
 /// What is searched, and how.
 pub(super) struct Field<'a> {
@@ -109,7 +116,7 @@ impl Field<'_> {
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        let mut short: Vec<Candidate> = indices
+        let short: Vec<Candidate> = indices
             .par_iter()
             .filter_map(|&index| {
                 let starts = search.starts(index, None);
@@ -123,6 +130,44 @@ impl Field<'_> {
                 Some(candidate(problem, effects, fit?, self.scale))
             })
             .collect();
+        self.fitted_on(short, level)
+    }
+
+    /// The most promising pairs, fitted: two that show together only are not found one by one.
+    pub fn pairs(&self, null: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+        let problem = self.problem;
+        let level = self.search_level(&null.fit);
+        // A beginning of a long recording tells which pairs are worth a fit.
+        let samples: usize = problem.runs.iter().map(RunData::len).sum();
+        let looked_at = match self.beginnings.first() {
+            Some(beginning) if samples > LONG => beginning,
+            _ => problem,
+        };
+        let null = &null.fit;
+        let Some(null) = looked_at.fit_at(&null.hypothesis, &null.p, null.wander, 0) else {
+            return Vec::new();
+        };
+        let Some(search) = Search::new(looked_at, &null, level) else {
+            return Vec::new();
+        };
+        let short = promising(looked_at, &search, indices, PROMISING)
+            .into_par_iter()
+            .filter_map(|promise| {
+                let effects = promise.effects.to_vec();
+                let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
+                let fit = if is_scanned {
+                    scanned_fit(problem, self.beginnings, promise.starts, level)
+                } else {
+                    first_fit(problem, promise.starts, level)
+                };
+                Some(candidate(problem, effects, fit?, self.scale))
+            });
+        self.fitted_on(short.collect(), level)
+    }
+
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
+    fn fitted_on(&self, mut short: Vec<Candidate>, level: usize) -> Vec<Candidate> {
+        let problem = self.problem;
         short.sort_by(by_weight);
         let best = short.first().map_or(0.0, |first| first.log_weight);
         short

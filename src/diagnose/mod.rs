@@ -22,6 +22,7 @@ mod noise;
 mod noise_numbers;
 mod nominal;
 mod other_means;
+mod pairs;
 mod periodic;
 mod predict;
 mod rank;

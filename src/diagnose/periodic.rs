@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::data::RunData;
-use super::fit::Problem;
+use super::fit::{Filters, Problem};
 use super::hypothesis::BASE;
 use super::noise::{NoiseLevel, Response};
 use super::search::{Anchor, ORDERS, Try};
@@ -17,42 +17,44 @@ use crate::recording::CommandKind;
 /// The best of all orders gains this in squares where there is none.
 const LEAST_GAIN: f64 = 10.0;
 
-/// Effects that repeat with the angle: order by order, amplitude and phase by regression.
-pub(super) fn periodic(
-    problem: &Problem<'_>,
-    level: &NoiseLevel,
-    anchor: &Anchor,
-    index: usize,
-    id: &str,
-) -> Vec<Try> {
-    let orders: Vec<f64> = match id {
-        "gravity_load" | "encoder_eccentricity" => vec![1.0],
-        _ => (8..=120).map(|quarter| f64::from(quarter) * 0.25).collect(),
-    };
-    let motor = &problem.nominal.parameters;
-    let whiteners = problem.whiteners(level);
-    let mut found: Vec<Try> = Vec::new();
-    let responses = Response::all(problem.runs, problem.damping);
-    let regression = Regression::new(anchor);
-    for order in orders {
+/// The answers of the runs to angle-periodic torques, whitened.
+pub(super) struct Waves<'a> {
+    problem: &'a Problem<'a>,
+    whiteners: Filters,
+    responses: Vec<Response>,
+}
+
+impl<'a> Waves<'a> {
+    /// On this level of the noise.
+    pub fn new(problem: &'a Problem<'a>, level: &NoiseLevel) -> Self {
+        Self {
+            problem,
+            whiteners: problem.whiteners(level),
+            responses: Response::all(problem.runs, problem.damping),
+        }
+    }
+
+    /// Sine and cosine of an order of this effect, all runs end to end.
+    pub fn columns(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
         let mut columns = [Vec::new(), Vec::new()];
-        for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners.iter())
-        {
-            let waves = waves(problem, run, response, id, order);
+        let runs = self.problem.runs.iter();
+        for ((run, response), whitener) in runs.zip(&self.responses).zip(self.whiteners.iter()) {
+            let waves = waves(self.problem, run, response, id, order);
             for (column, mut one) in columns.iter_mut().zip(waves) {
                 whitener.whiten(&mut one);
                 column.extend(one);
             }
         }
-        let Some((gain, shift, [a, b])) = regression.with(&columns) else {
-            continue;
-        };
-        if is_scanned(id) && gain < LEAST_GAIN {
-            continue;
-        }
+        columns
+    }
+
+    /// Values of effect `index` whose wave of this order has these coefficients of sine and cosine.
+    pub fn values(&self, index: usize, order: f64, [a, b]: [f64; 2]) -> Vec<f64> {
+        let kind = &catalogue()[index];
+        let motor = &self.problem.nominal.parameters;
         // a sin(x) + b sin(x + pi/2) = c sin(x + phase).
         let (amplitude, phase) = (a.hypot(b), b.atan2(a));
-        let values = match id {
+        let mut values = match kind.id {
             "cogging" => vec![amplitude * motor.inertia_kg_m2, order, phase],
             "torque_ripple" => vec![amplitude.min(0.5), order, phase],
             // Gravity opposes: torque sin(theta + phase) is taken away.
@@ -62,24 +64,50 @@ pub(super) fn periodic(
             ],
             _ => vec![amplitude, phase],
         };
+        for (value, parameter) in values.iter_mut().zip(kind.parameters) {
+            if parameter.prior == Prior::Phase {
+                *value = value.rem_euclid(std::f64::consts::TAU);
+            } else {
+                let (lo, hi) = self.problem.setting.range(parameter, motor);
+                *value = value.clamp(0.5 * lo, 1.5 * hi);
+            }
+        }
+        values
+    }
+}
+
+/// The orders to try of an effect that repeats with the angle; none of another.
+pub(super) fn orders(id: &str) -> Vec<f64> {
+    match id {
+        "gravity_load" | "encoder_eccentricity" => vec![1.0],
+        _ if is_scanned(id) => (8..=120).map(|quarter| f64::from(quarter) * 0.25).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Effects that repeat with the angle: order by order, amplitude and phase by regression.
+pub(super) fn periodic(
+    problem: &Problem<'_>,
+    level: &NoiseLevel,
+    anchor: &Anchor,
+    index: usize,
+    id: &str,
+) -> Vec<Try> {
+    let waves = Waves::new(problem, level);
+    let mut found: Vec<Try> = Vec::new();
+    let regression = Regression::new(anchor);
+    for order in orders(id) {
+        let columns = waves.columns(id, order);
+        let Some((gain, shift, coefficients)) = regression.with(&columns) else {
+            continue;
+        };
+        if is_scanned(id) && gain < LEAST_GAIN {
+            continue;
+        }
+        let values = waves.values(index, order, coefficients);
         found.push((Some(anchor.left - gain), values, shift));
     }
-    let found = peaks(found, id);
-    let parameters = catalogue()[index].parameters;
-    found
-        .into_iter()
-        .map(|(rating, mut values, shift)| {
-            for (value, parameter) in values.iter_mut().zip(parameters) {
-                if parameter.prior == Prior::Phase {
-                    *value = value.rem_euclid(std::f64::consts::TAU);
-                } else {
-                    let (lo, hi) = problem.setting.range(parameter, motor);
-                    *value = value.clamp(0.5 * lo, 1.5 * hi);
-                }
-            }
-            (rating, values, shift)
-        })
-        .collect()
+    peaks(found, id)
 }
 
 /// Whether an effect's order is unknown: beside the right one the objective has many hollows.

@@ -96,7 +96,8 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     progress("fitting the nominal model");
     let empty = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
-    let mut candidates = vec![candidate(problem, Vec::new(), null.clone(), scale)];
+    let null = candidate(problem, Vec::new(), null, scale);
+    let mut candidates = vec![null.clone()];
 
     let applicable: Vec<usize> = (0..catalogue().len())
         .filter(|&index| applies(&catalogue()[index], kind))
@@ -146,6 +147,11 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 .filter(|new| new.log_weight > parent.log_weight - CHEAPEST),
         );
         dedup(&mut candidates);
+        if expanded.len() == 1 && !field.is_enough(&candidates[0]) {
+            progress("trying pairs");
+            candidates.extend(field.pairs(&null, &applicable));
+            dedup(&mut candidates);
+        }
         let again = field.refined(&candidates);
         candidates.extend(again);
         dedup(&mut candidates);

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member};
-use super::noise::NoiseLevel;
+use super::noise::{NoiseLevel, Whitener};
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
 use super::sums::{dot, gram};
@@ -219,27 +219,44 @@ impl<'a> Search<'a> {
 
     /// What is left on short horizons after the base has given way linearly.
     fn cost(&self, anchor: &Anchor, hypothesis: &Hypothesis, start: &[f64]) -> Option<f64> {
-        let motor = hypothesis.motor(self.problem.nominal, start);
         let level = NoiseLevel {
             wander: self.level.wander,
             ..self.problem.noise(hypothesis, start, self.level.wander)
         };
         let whiteners = self.problem.whiteners(&level);
-        let mut r = Vec::with_capacity(anchor.residual.len());
-        let mut determinants = 0.0;
-        for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
-            let x = predict(&motor, run)?;
-            let mut column: Vec<f64> = run
-                .counts
-                .iter()
-                .zip(&x)
-                .map(|(n, x)| n - x - 0.5)
-                .collect();
-            whitener.whiten(&mut column);
-            r.extend(column);
-            determinants += whitener.log_determinant;
-        }
+        let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
+        let r = self.left_by(hypothesis, start, &whiteners)?;
         Some(anchor.left_over(&r, hypothesis, start) + determinants)
+    }
+
+    /// The whitened residual that these numbers leave.
+    fn left_by(
+        &self,
+        hypothesis: &Hypothesis,
+        p: &[f64],
+        whiteners: &[Whitener],
+    ) -> Option<Vec<f64>> {
+        let motor = hypothesis.motor(self.problem.nominal, p);
+        let runs = self.problem.runs.iter();
+        let predictions: Option<Vec<_>> = runs.map(|run| predict(&motor, run)).collect();
+        Some(self.problem.whitened(&predictions?, whiteners))
+    }
+
+    /// Where it looks from, and on which level of the noise.
+    pub fn anchor(&self) -> Option<(&Anchor, &NoiseLevel)> {
+        Some((self.anchors.first()?, &self.level))
+    }
+
+    /// What a start takes off the whitened residual there.
+    pub fn taken_off(&self, (hypothesis, p): &Start) -> Option<Vec<f64>> {
+        let anchor = self.anchors.first()?;
+        let mut at_anchor = p.clone();
+        at_anchor[..BASE].copy_from_slice(&anchor.p[..BASE]);
+        let mut r = self.left_by(hypothesis, &at_anchor, &self.problem.whiteners(&self.level))?;
+        for (r, before) in r.iter_mut().zip(&anchor.residual) {
+            *r = before - *r;
+        }
+        Some(r)
     }
 
     /// A grid over the plausible range: four values of the first number, two of the others.
