@@ -65,13 +65,13 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 .map(|ids| {
                     let ids = ids.replace('_', " ");
                     format!(
-                        ", with the nearest of the catalogue ({ids}) to {:.2}",
+                        " and {:.2} with the nearest of the catalogue ({ids})",
                         gap.after_effect
                     )
                 })
                 .unwrap_or_default();
             format!(
-                "Something is there that no effect of the catalogue explains ({}){region}; refitting alone brings the gap from {:.2} to {:.2} counts{nearest}.",
+                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.",
                 self::sure(unknown.map_or(0.0, |cause| cause.probability)),
                 gap.before,
                 gap.after_parameters
