@@ -4,6 +4,7 @@
 //! of the motors that somebody asks about have no effect beyond their tolerances, more than one effect is rarer than one,
 //! all sets of a size are alike.
 
+use super::disturbance::Disturbance;
 use super::fit::{Fit, Problem};
 use super::matter;
 use crate::motor::effects::catalogue;
@@ -49,7 +50,7 @@ pub(super) fn candidate(
     let is_off = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
     Candidate {
         log_weight: fit.log_evidence + log_prior
-            - excess_wander(fit.wander, scale)
+            - excess_wander(problem, fit.wander, scale)
             - matter::discount(problem, &fit)
             + problem.setting.log_density_of_clock(is_off),
         effects,
@@ -58,8 +59,12 @@ pub(super) fn candidate(
     }
 }
 
-/// How implausible a wander of this size is in an ordinary motor, in nats.
-pub(super) fn excess_wander(wander: f64, scale: f64) -> f64 {
+/// How implausible a wander of this size is in an ordinary motor, in nats. Of a rough recording it is known to be
+/// disturbed, and by how much is estimated.
+pub(super) fn excess_wander(problem: &Problem<'_>, wander: f64, scale: f64) -> f64 {
+    if problem.rough != Disturbance::default() {
+        return 0.0;
+    }
     2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
 }
 

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::Problem;
 use super::hypothesis::BASE;
-use super::noise::{NoiseLevel, Response};
+use super::noise::{Carried, NoiseLevel, Response};
 use super::search::{Anchor, ORDERS, Try};
 use super::sums::{dot, gram};
 use crate::motor::effects::{Prior, catalogue};
@@ -36,11 +36,12 @@ pub(super) fn periodic(
     let regression = Regression::new(anchor);
     for order in orders {
         let mut columns = [Vec::new(), Vec::new()];
+        let mut carried = [Carried::default(); 2];
         for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners.iter())
         {
             let waves = waves(problem, run, response, id, order);
-            for (column, mut one) in columns.iter_mut().zip(waves) {
-                whitener.whiten(&mut one);
+            for ((column, carried), mut one) in columns.iter_mut().zip(&mut carried).zip(waves) {
+                whitener.whiten_on(carried, &mut one);
                 column.extend(one);
             }
         }

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member};
-use super::noise::NoiseLevel;
+use super::noise::{Carried, NoiseLevel};
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
 use super::sums::{dot, gram};
@@ -227,6 +227,7 @@ impl<'a> Search<'a> {
         let whiteners = self.problem.whiteners(&level);
         let mut r = Vec::with_capacity(anchor.residual.len());
         let mut determinants = 0.0;
+        let mut carried = Carried::default();
         for (run, whitener) in self.problem.runs.iter().zip(whiteners.iter()) {
             let x = predict(&motor, run)?;
             let mut column: Vec<f64> = run
@@ -235,7 +236,7 @@ impl<'a> Search<'a> {
                 .zip(&x)
                 .map(|(n, x)| n - x - 0.5)
                 .collect();
-            whitener.whiten(&mut column);
+            whitener.whiten_on(&mut carried, &mut column);
             r.extend(column);
             determinants += whitener.log_determinant;
         }
