@@ -4,7 +4,6 @@
 //! of the motors that somebody asks about have no effect beyond their tolerances, more than one effect is rarer than one,
 //! all sets of a size are alike.
 
-use super::disturbance::Disturbance;
 use super::fit::{Fit, Problem};
 use super::matter;
 use crate::motor::effects::catalogue;
@@ -59,10 +58,10 @@ pub(super) fn candidate(
     }
 }
 
-/// How implausible a wander of this size is in an ordinary motor, in nats. Of a rough recording it is known to be
-/// disturbed, and by how much is estimated.
+/// How implausible a wander of this size is in an ordinary motor, in nats; none where its controller holds the axis,
+/// since the command is as large as what disturbs it.
 pub(super) fn excess_wander(problem: &Problem<'_>, wander: f64, scale: f64) -> f64 {
-    if problem.rough != Disturbance::default() {
+    if problem.setting.is_held {
         return 0.0;
     }
     2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)

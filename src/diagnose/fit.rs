@@ -133,6 +133,7 @@ impl<'a> Problem<'a> {
             supply: self.supply,
             rounding: self.rounding,
             rough: self.rough,
+            goes_on: self.setting.is_held,
         }
     }
 

@@ -50,7 +50,7 @@ use fit::{Fit, Problem};
 use held::is_held;
 use hypothesis::Hypothesis;
 use rank::{Ranking, heads, rank};
-use rough::{Rough, rough_levels};
+use rough::{Rough, held_levels};
 use search::{damping_of, largest_acceleration};
 use sentence::sentence;
 
@@ -171,7 +171,7 @@ pub fn diagnose_holding_out(
             motor,
             &pieces,
             damping,
-            rough_levels(&levels, scale),
+            held_levels(&levels, scale),
             Disturbance::default(),
         )
         .holding(true);
@@ -208,14 +208,13 @@ pub fn diagnose_holding_out(
                 .iter()
                 .map(|piece| names[piece.origin].clone())
                 .collect();
-            let mut problem = Problem::new(
-                motor,
-                &cut,
-                damping,
-                rough_levels(&levels, scale),
-                rough.noise,
-            )
-            .holding(rough.is_held);
+            let levels = if is_held {
+                held_levels(&levels, scale)
+            } else {
+                levels.clone()
+            };
+            let mut problem =
+                Problem::new(motor, &cut, damping, levels, rough.noise).holding(is_held);
             let ranking = rough
                 .weighed(&mut problem, scale, progress)
                 .ok_or(DiagnoseError::NoFit)?;

@@ -50,6 +50,8 @@ pub(super) struct NoiseLevel {
     pub rounding: f64,
     /// What disturbs a rough recording.
     pub rough: Disturbance,
+    /// Whether what wanders goes on from piece to piece of a run.
+    pub goes_on: bool,
 }
 
 /// The gains of one run's filter.
@@ -125,11 +127,12 @@ impl Transition {
 }
 
 impl Whitener {
-    /// The filters of runs, or of pieces of runs: what wanders goes on from piece to piece.
+    /// The filters of runs, or of pieces of runs, from which to which what wanders may go on.
     pub fn all(runs: &[RunData], level: &NoiseLevel) -> Vec<Self> {
         let mut filters: Vec<Self> = Vec::with_capacity(runs.len());
         for (k, run) in runs.iter().enumerate() {
-            let before = k.checked_sub(1).map(|k| (&runs[k], &filters[k]));
+            let before = k.checked_sub(1).filter(|_| level.goes_on);
+            let before = before.map(|k| (&runs[k], &filters[k]));
             filters.push(Self::after(before, run, level));
         }
         filters

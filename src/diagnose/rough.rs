@@ -6,7 +6,7 @@
 use super::bagging::bag;
 use super::candidate::{Candidate, candidate};
 use super::data::PIECE_S;
-use super::disturbance::{Disturbance, least_disturbance};
+use super::disturbance::{Disturbance, disturbance, least_disturbance};
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
 use super::rank::{Ranking, rank, singles};
@@ -15,8 +15,8 @@ use super::search::Search;
 /// Levels of the wander that are stronger than an ordinary motor's, as shares of the largest acceleration: the command
 /// of an axis that is held in place is as large as what disturbs it.
 const STRONG_WANDER_LEVELS: [f64; 2] = [0.3, 0.1];
-/// How often the noise of pieces is estimated: by the sets that are known before, then by every effect alone.
-const ESTIMATES: usize = 2;
+/// Most times that the noise of pieces is estimated anew.
+const MOST_ESTIMATES: usize = 2;
 /// Of motions that part at a rate, how many times the rate's inverse a piece lasts.
 const PARTED: f64 = 2.0;
 /// Most steps of the first fit of an axis that is held.
@@ -28,13 +28,11 @@ pub(super) struct Rough {
     pub noise: Disturbance,
     /// How long a piece of it is in s.
     pub length_s: f64,
-    /// Whether the axis is held by its controller.
-    pub is_held: bool,
     sets: Vec<Candidate>,
 }
 
-/// The levels of the wander of rough recordings, strongest first.
-pub(super) fn rough_levels(levels: &[f64], scale: f64) -> Vec<f64> {
+/// The levels of the wander of an axis that is held, strongest first.
+pub(super) fn held_levels(levels: &[f64], scale: f64) -> Vec<f64> {
     let stronger = STRONG_WANDER_LEVELS.iter().map(|share| share * scale);
     stronger.chain(levels.iter().copied()).collect()
 }
@@ -46,7 +44,6 @@ impl Rough {
         Self {
             noise,
             length_s: null.map_or(PIECE_S, |null| length_s(problem, null)),
-            is_held: false,
             sets: ranking.candidates,
         }
     }
@@ -59,7 +56,6 @@ impl Rough {
         Some(Self {
             noise: Disturbance::default(),
             length_s: length_s(problem, &null),
-            is_held: true,
             sets: vec![candidate(problem, Vec::new(), null, scale)],
         })
     }
@@ -71,17 +67,40 @@ impl Rough {
         scale: f64,
         progress: &(dyn Fn(&str) + Sync),
     ) -> Option<Ranking> {
-        let mut sets = self.sets;
-        for estimate in 0..ESTIMATES {
-            if estimate > 0 {
-                sets = singles(problem, progress)?;
-            }
-            let noise = least_disturbance(problem, &sets, self.noise, scale);
+        let mut ranking = if problem.setting.is_held {
+            let noise = least_disturbance(problem, &self.sets, self.noise, scale);
             problem.set_rough(noise);
-        }
-        let mut ranking = rank(problem, progress)?;
+            let alone = singles(problem, progress)?;
+            let noise = least_disturbance(problem, &alone, self.noise, scale);
+            problem.set_rough(noise);
+            rank(problem, progress)?
+        } else {
+            self.ranked(problem, scale, progress)?
+        };
         bag(problem, &mut ranking);
         Some(ranking)
+    }
+
+    /// Ranks with the noise of the sets that were known before, and again where the best set then has another.
+    fn ranked(
+        self,
+        problem: &mut Problem<'_>,
+        scale: f64,
+        progress: &(dyn Fn(&str) + Sync),
+    ) -> Option<Ranking> {
+        let mut sets = self.sets;
+        let mut estimates = 0;
+        loop {
+            let noise = least_disturbance(problem, &sets, self.noise, scale);
+            problem.set_rough(noise);
+            let ranking = rank(problem, progress)?;
+            estimates += 1;
+            let best = ranking.candidates.first()?;
+            if estimates == MOST_ESTIMATES || disturbance(problem, &best.fit, scale).is_none() {
+                return Some(ranking);
+            }
+            sets = ranking.candidates;
+        }
     }
 }
 

@@ -9,8 +9,8 @@ use crate::recording::CommandKind;
 
 /// An effect that acts in a smaller share of the samples does not show.
 const SHOWS: f64 = 0.01;
-/// Of a turn: an effect that repeats once in it shows in no less.
-const LEAST_TURN: f64 = 0.25;
+/// Of a turn: less of one is too little of what repeats with the angle. A pendulum's weight shows in a tenth.
+const LEAST_TURN: f64 = 0.02;
 
 /// The effects that these runs cannot show, each with why.
 pub(super) fn unseen(runs: &[RunData]) -> Vec<DataProblem> {
