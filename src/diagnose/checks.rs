@@ -310,7 +310,9 @@ mod tests {
     #[test]
     fn a_supply_that_falls_with_the_command_sags_and_one_that_does_not_varies() {
         let mut run = turning();
-        run.command = (0..400).map(|k| f64::from(k / 100 % 2) * 4.0).collect();
+        run.command = (0..400)
+            .map(|k| f64::from((k / 100 + 1) % 2) * 4.0)
+            .collect();
         run.measured_supply_v = Some(run.command.iter().map(|u| 7.4 - 0.1 * u).collect());
         let found = problems("run.csv", &run);
         assert_eq!(found[0].problem, "supply_sags");
