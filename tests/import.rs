@@ -132,6 +132,24 @@ fn every_unit_of_command_gives_the_same_command() {
     }
 }
 
+/// A staircase of speeds, each measured under the command of its row: a row's speed holds from its time on.
+#[test]
+fn a_speed_of_the_commands_own_step_holds_from_its_row_on() {
+    for (rule, expected) in [("forward", [0, 10, 30, 60]), ("backward", [0, 20, 50, 90])] {
+        let map = format!(
+            "counts_per_rev = 720\n{TIME}{NO_COMMAND}\
+             [speed]\ncolumn = \"x\"\nunit = \"counts/s\"\nintegrate = \"{rule}\""
+        );
+        let speeds = (1..=4).map(|k| f64::from(k) * 10.0 / 0.003);
+        let file = imported(log_of(speeds), &map);
+        assert_eq!(
+            words(&file, "position"),
+            format!("integrated from speed, {rule}")
+        );
+        assert_eq!(counts(&file), expected, "{rule}");
+    }
+}
+
 /// v = a t makes a t^2 / 2, which the trapezoid rule gives exactly.
 #[test]
 fn a_log_of_speeds_is_integrated_and_says_so() {

@@ -25,7 +25,8 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
     let Some(best) = ranking.candidates.first() else {
         return;
     };
-    // The unknown is the best set and something beside it: it keeps its odds against that.
+    // The unknown is the best set and something beside it: it keeps its odds against that, of an axis that is held
+    // against the best of each draw. Of other recordings that has not been measured.
     let odds = (ranking.unknown.max(1e-300) / best.probability.max(1e-300)).ln();
     let parts: Vec<Vec<f64>> = ranking
         .candidates
@@ -53,8 +54,14 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
                 offset + parts.iter().zip(&times).map(|(p, n)| p * n).sum::<f64>()
             })
             .collect();
-        let log_unknown = weights[0] + odds;
-        let top = weights.iter().copied().fold(log_unknown, f64::max);
+        let best = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let named = if problem.setting.is_held {
+            best
+        } else {
+            weights[0]
+        };
+        let log_unknown = named + odds;
+        let top = best.max(log_unknown);
         let total: f64 =
             weights.iter().map(|w| (w - top).exp()).sum::<f64>() + (log_unknown - top).exp();
         for (sum, weight) in sums.iter_mut().zip(&weights) {

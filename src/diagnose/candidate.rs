@@ -49,7 +49,7 @@ pub(super) fn candidate(
     let is_off = effects.iter().any(|&e| catalogue()[e].id == "clock_error");
     Candidate {
         log_weight: fit.log_evidence + log_prior
-            - excess_wander(fit.wander, scale)
+            - excess_wander(problem, fit.wander, scale)
             - matter::discount(problem, &fit)
             + problem.setting.log_density_of_clock(is_off),
         effects,
@@ -58,8 +58,12 @@ pub(super) fn candidate(
     }
 }
 
-/// How implausible a wander of this size is in an ordinary motor, in nats.
-pub(super) fn excess_wander(wander: f64, scale: f64) -> f64 {
+/// How implausible a wander of this size is in an ordinary motor, in nats; none where its controller holds the axis,
+/// since the command is as large as what disturbs it.
+pub(super) fn excess_wander(problem: &Problem<'_>, wander: f64, scale: f64) -> f64 {
+    if problem.setting.is_held {
+        return 0.0;
+    }
     2.0 * (wander / scale / ORDINARY_WANDER - 1.0).max(0.0)
 }
 

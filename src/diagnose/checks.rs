@@ -8,6 +8,9 @@ use crate::recording::Run;
 const JITTER: f64 = 0.05;
 /// The median interval, or the host's clock, may be off by this share.
 const CLOCK: f64 = 0.005;
+/// A supply that varies by this share is worth saying; it sags where the command explains this share of the variance.
+const SUPPLY: f64 = 0.01;
+const FOLLOWS: f64 = 0.25;
 /// A clock further off than the catalogue goes was not a clock: times of a run that was not taken in real time.
 pub(super) const WIDEST_CLOCK: f64 = 0.12;
 /// Fewer counts than this say nothing of the motor.
@@ -50,6 +53,7 @@ pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
     intervals(run, &mut say);
     clocks(run, &mut say);
     flags(run, &mut say);
+    supply(run, &mut say);
     motion(run, &mut say);
     found
 }
@@ -169,6 +173,55 @@ fn flags(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     }
 }
 
+/// What a measured supply does beside the command: a sag follows it, anything else is the supply's own.
+fn supply(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    let Some(measured_v) = run.measured_supply_v.as_ref() else {
+        return;
+    };
+    let driven: Vec<f64> = run.command.iter().map(|u| u.abs()).collect();
+    let largest = driven.iter().fold(0.0, |most: f64, u| most.max(*u));
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
+    let (v_mean, u_mean) = (mean(measured_v), mean(&driven));
+    let (mut vv, mut uv, mut uu) = (0.0, 0.0, 0.0);
+    for (v, u) in measured_v.iter().zip(&driven) {
+        vv += (v - v_mean).powi(2);
+        uv += (u - u_mean) * (v - v_mean);
+        uu += (u - u_mean).powi(2);
+    }
+    let deviation = (vv / measured_v.len().max(1) as f64).sqrt();
+    let varies = deviation > SUPPLY * v_mean;
+    if !varies {
+        return;
+    }
+    let (lo, hi) = measured_v
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
+            (v.min(lo), v.max(hi))
+        });
+    let about = format!(
+        "the measured supply is {v_mean:.2} V and varies by {deviation:.2} V (standard deviation; {lo:.1} to {hi:.1} V)"
+    );
+    let explained = if uu > 0.0 { uv * uv / (uu * vv) } else { 0.0 };
+    if explained > FOLLOWS {
+        say(
+            "supply_sags",
+            format!(
+                "{about}; it falls by {:.2} V at the largest command, which explains {:.0} % of that",
+                -uv / uu * largest,
+                100.0 * explained
+            ),
+        );
+    } else {
+        say(
+            "supply_varies",
+            format!(
+                "{about}; the size of the command explains {:.0} % of that: it is no sag under load",
+                100.0 * explained
+            ),
+        );
+    }
+}
+
 fn motion(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     let (least, most) = run
         .counts
@@ -252,6 +305,26 @@ mod tests {
         assert_eq!(kinds(&run), ["clock"]);
         run.header.insert("timing".to_owned(), "host".into());
         assert_eq!(kinds(&run), ["host_timing"]);
+    }
+
+    #[test]
+    fn a_supply_that_falls_with_the_command_sags_and_one_that_does_not_varies() {
+        let mut run = turning();
+        run.command = (0..400)
+            .map(|k| f64::from((k / 100 + 1) % 2) * 4.0)
+            .collect();
+        run.measured_supply_v = Some(run.command.iter().map(|u| 7.4 - 0.1 * u).collect());
+        let found = problems("run.csv", &run);
+        assert_eq!(found[0].problem, "supply_sags");
+        assert!(
+            found[0].detail.contains("falls by 0.40 V"),
+            "{}",
+            found[0].detail
+        );
+        run.measured_supply_v = Some((0..400).map(|k| 7.4 + f64::from(k % 2)).collect());
+        assert_eq!(kinds(&run), ["supply_varies"]);
+        run.measured_supply_v = Some(vec![7.4; 400]);
+        assert!(kinds(&run).is_empty());
     }
 
     #[test]

@@ -143,6 +143,13 @@ impl RunData {
         self.speed_counts_s[k].abs() < SLOW * self.top_speed_counts_s
     }
 
+    /// Time in s from the last sample of a piece to the first of this one; none where they are not of one run, or not in
+    /// this order.
+    pub fn gap_s(&self, last: &Self) -> Option<f64> {
+        let gap_s = self.t_s.first()? - last.t_s.last()?;
+        (self.origin == last.origin && gap_s > 0.0).then_some(gap_s)
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.counts.len()

@@ -12,7 +12,7 @@
 use super::candidate::Candidate;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::noise::{NoiseLevel, Whitener};
+use super::noise::{Carried, NoiseLevel, Whitener};
 
 /// Noise beyond rounding and wander.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -78,21 +78,26 @@ pub(super) fn disturbance(
 fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 {
     let own = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let (mut moving, mut better) = (0, 0);
-    for (run, x) in problem.runs.iter().zip(&fit.predictions) {
-        let likelihoods = |level: &NoiseLevel| -> Vec<f64> {
-            let whitener = Whitener::new(run, level);
-            let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
-            whitener.whiten(&mut r);
-            whitener.log_likelihoods(run, &r).collect()
-        };
-        let (before, after) = (likelihoods(&own), likelihoods(level));
+    let likelihoods = |level: &NoiseLevel| -> Vec<Vec<f64>> {
+        let mut carried = Carried::default();
+        let runs = problem.runs.iter().zip(&fit.predictions);
+        runs.zip(Whitener::all(problem.runs, level))
+            .map(|((run, x), whitener)| {
+                let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
+                whitener.whiten_on(&mut carried, &mut r);
+                whitener.log_likelihoods(run, &r).collect()
+            })
+            .collect()
+    };
+    let (before, after) = (likelihoods(&own), likelihoods(level));
+    for ((run, before), after) in problem.runs.iter().zip(&before).zip(&after) {
         let length = ((BLOCK_S / run.sample_time_s).round() as usize).max(LEAST_BLOCK);
         for from in (0..run.len()).step_by(length) {
             let to = (from + length).min(run.len());
             if run.moving[from..to].contains(&true) {
                 moving += 1;
                 let sum = |values: &[f64]| values[from..to].iter().sum::<f64>();
-                better += usize::from(sum(&after) > sum(&before));
+                better += usize::from(sum(after) > sum(before));
             }
         }
     }
@@ -140,10 +145,11 @@ fn likeliest(
         .map(|(run, x)| run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect())
         .collect();
     let likelihood = |level: &NoiseLevel| -> f64 {
-        let parts = problem.runs.iter().zip(&residuals).map(|(run, r)| {
-            let whitener = Whitener::new(run, level);
+        let mut carried = Carried::default();
+        let filters = Whitener::all(problem.runs, level);
+        let parts = filters.iter().zip(&residuals).map(|(whitener, r)| {
             let mut r = r.clone();
-            whitener.whiten(&mut r);
+            whitener.whiten_on(&mut carried, &mut r);
             let squares: f64 = r.iter().map(|x| x * x).sum();
             -0.5 * (squares + whitener.log_determinant)
         });

@@ -12,7 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::disturbance::Disturbance;
 use super::hypothesis::{BASE, Hypothesis};
-use super::noise::{NoiseLevel, Whitener};
+use super::noise::{Carried, NoiseLevel, Whitener};
 use super::noise_numbers;
 use super::predict::{predict, predict_with_derivatives};
 use super::setting::Setting;
@@ -110,6 +110,12 @@ impl<'a> Problem<'a> {
         self
     }
 
+    /// The same of an axis that is held by its controller, or not.
+    pub fn holding(mut self, is_held: bool) -> Self {
+        self.setting.is_held = is_held;
+        self
+    }
+
     /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
     pub fn noise(&self, hypothesis: &Hypothesis, p: &[f64], wander: f64) -> NoiseLevel {
         let value = |id: &str| {
@@ -127,6 +133,7 @@ impl<'a> Problem<'a> {
             supply: self.supply,
             rounding: self.rounding,
             rough: self.rough,
+            goes_on: self.setting.is_held,
         }
     }
 
@@ -143,10 +150,7 @@ impl<'a> Problem<'a> {
 
     /// The filters of all runs.
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
-        let make = || {
-            let filters = self.runs.iter().map(|run| Whitener::new(run, level));
-            Arc::new(filters.collect::<Vec<_>>())
-        };
+        let make = || Arc::new(Whitener::all(self.runs, level));
         if level.lost_share != 0.0 || level.late_s != 0.0 {
             return make();
         }
@@ -162,10 +166,11 @@ impl<'a> Problem<'a> {
     /// Residuals of all runs end to end, whitened.
     pub fn whitened(&self, predictions: &[Vec<f64>], whiteners: &[Whitener]) -> Vec<f64> {
         let mut all = Vec::new();
+        let mut carried = Carried::default();
         for ((run, x), whitener) in self.runs.iter().zip(predictions).zip(whiteners) {
             // The middle of the prior of the start inside a count is half a count.
             let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
-            whitener.whiten(&mut r);
+            whitener.whiten_on(&mut carried, &mut r);
             all.extend(r);
         }
         all
@@ -346,15 +351,15 @@ impl<'a> Problem<'a> {
         p: &[f64],
         whiteners: &[Whitener],
     ) -> Option<Vec<Vec<f64>>> {
-        let mut columns = vec![Vec::new(); hypothesis.len()];
+        let mut columns = vec![(Carried::default(), Vec::new()); hypothesis.len()];
         for (run, whitener) in self.runs.iter().zip(whiteners) {
             let (_, derivatives) = predict_with_derivatives(hypothesis, self.nominal, p, run)?;
-            for (all, mut column) in columns.iter_mut().zip(derivatives) {
-                whitener.whiten(&mut column);
+            for ((carried, all), mut column) in columns.iter_mut().zip(derivatives) {
+                whitener.whiten_on(carried, &mut column);
                 all.extend(column);
             }
         }
-        Some(columns)
+        Some(columns.into_iter().map(|(_, column)| column).collect())
     }
 
     /// Whitened derivatives for the base alone, at a fit; the linear part of searches.

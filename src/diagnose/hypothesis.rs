@@ -106,7 +106,7 @@ impl Hypothesis {
             members,
             free,
             base_precision: base_precision(motor, kind),
-            base_free: base_free(motor, kind),
+            base_free: base_free(motor, setting),
             kind,
             log_choice,
         }
@@ -431,9 +431,13 @@ impl Free {
 
 /// Which numbers of the base mean anything: none that is nought in the nominal motor can be scaled, and no
 /// back EMF is felt where the current or the torque is commanded.
-fn base_free(motor: &Motor, kind: CommandKind) -> [bool; BASE] {
+fn base_free(motor: &Motor, setting: &Setting) -> [bool; BASE] {
     BASE_KEYS.map(|key| {
-        let felt = key != "back_emf_v_s_per_rad" || kind == CommandKind::Voltage;
+        let felt = match key {
+            "back_emf_v_s_per_rad" => setting.kind == CommandKind::Voltage,
+            "inertia_kg_m2" => !setting.is_held,
+            _ => true,
+        };
         felt && motor.parameters.get(key).is_some_and(|value| value > 0.0)
     })
 }

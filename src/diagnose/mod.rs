@@ -15,6 +15,7 @@ mod design;
 mod disturbance;
 mod fit;
 mod growth;
+mod held;
 mod hypothesis;
 mod looks;
 mod matter;
@@ -27,6 +28,7 @@ mod periodic;
 mod predict;
 mod rank;
 mod regimes;
+mod rough;
 mod rungs;
 mod search;
 mod sentence;
@@ -35,20 +37,22 @@ mod sums;
 mod ties;
 mod tones;
 mod unknown;
+mod unseen;
 mod verdict;
 
 use std::time::Instant;
 
 use crate::motor::{Motor, SimulationError};
 use crate::recording::{CommandKind, Run};
-use bagging::bag;
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
 use data::{PIECE_S, RunData, pieces, spread};
-use disturbance::{Disturbance, disturbance, least_disturbance};
+use disturbance::{Disturbance, disturbance};
 use fit::{Fit, Problem};
+use held::is_held;
 use hypothesis::Hypothesis;
 use rank::{Ranking, heads, rank};
-use search::{Search, damping_of, largest_acceleration};
+use rough::{Rough, held_levels};
+use search::{damping_of, largest_acceleration};
 use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};
@@ -68,14 +72,10 @@ const SETTLING_STEPS: usize = 6;
 /// Most times that it is told anew beside edges lost by chance.
 const SETTLINGS: usize = 4;
 
-/// Most times that the noise of pieces is estimated anew.
-const MOST_ROUGH: usize = 2;
 /// A recording of more samples than this, all runs together, is first judged to be rough or not by its beginning, of
 /// [`LOOK`] samples, and diagnosed by pieces of this many samples where it is.
 const ENOUGH: usize = 10_000;
 const LOOK: usize = 2000;
-/// Of motions that part at a rate, how many times the rate's inverse a piece lasts.
-const PARTED: f64 = 2.0;
 
 /// Why runs cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]
@@ -159,51 +159,69 @@ pub fn diagnose_holding_out(
         ))
         .ok_or(DiagnoseError::NoFit)
     };
-    let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
-    let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-    let cut;
-    let rough_by = |problem: &Problem<'_>, ranking: &Ranking| {
-        let best = ranking.candidates.first()?;
-        disturbance(problem, &best.fit, scale)
+    let simulation = |source| DiagnoseError::Simulation {
+        run: "a piece of a run".to_owned(),
+        source,
     };
-    let mut rough = rough_by(&problem, &ranking);
-    if rough.is_none() && is_long {
-        problem = problem_of(&data)?;
-        ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-        rough = rough_by(&problem, &ranking);
-    }
-    let is_rough = rough.is_some();
-    if let Some(rough) = rough {
-        // A model that forgets within seconds is not judged by where it went in a minute.
-        progress("weighing everything again, piece by piece with the noise of this recording");
-        let simulation = |source| DiagnoseError::Simulation {
-            run: "a piece of a run".to_owned(),
-            source,
+    let is_held = is_held(&data);
+    let judged_whole = if is_held {
+        problems.push(held::note());
+        progress("looking at an axis that is held by its controller, piece by piece");
+        let pieces = spread(pieces(&data, PIECE_S).map_err(simulation)?, ENOUGH);
+        let problem = Problem::new(
+            motor,
+            &pieces,
+            damping,
+            held_levels(&levels, scale),
+            Disturbance::default(),
+        )
+        .holding(true);
+        Err(Rough::of_held(&problem, scale).ok_or(DiagnoseError::NoFit)?)
+    } else {
+        let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
+        let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
+        let noise_by = |problem: &Problem<'_>, ranking: &Ranking| {
+            let best = ranking.candidates.first()?;
+            disturbance(problem, &best.fit, scale)
         };
-        let rate = ranking
-            .null()
-            .and_then(|null| Search::new(&problem, &null.fit, 0)?.parting_rate());
-        let length_s = rate.map_or(PIECE_S, |rate| PIECE_S.min(PARTED / rate));
-        kept = pieces(&kept, length_s).map_err(simulation)?;
-        let all = pieces(&data, length_s).map_err(simulation)?;
-        cut = if is_long { spread(all, ENOUGH) } else { all };
-        names = cut
-            .iter()
-            .map(|piece| names[piece.origin].clone())
-            .collect();
-        problem = Problem::new(motor, &cut, damping, levels.clone(), rough);
-        for _ in 0..MOST_ROUGH {
-            let sets = ranking.candidates;
-            let least = least_disturbance(&mut problem, &sets, rough, scale);
-            problem.set_rough(least);
+        let mut noise = noise_by(&problem, &ranking);
+        if noise.is_none() && is_long {
+            problem = problem_of(&data)?;
             ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-            let best = ranking.candidates.first();
-            if best.is_none_or(|best| disturbance(&problem, &best.fit, scale).is_none()) {
-                break;
-            }
+            noise = noise_by(&problem, &ranking);
         }
-        bag(&problem, &mut ranking);
-    }
+        match noise {
+            None => Ok((problem, ranking)),
+            Some(noise) => Err(Rough::of(&problem, ranking, noise)),
+        }
+    };
+    let is_rough = judged_whole.is_err();
+    let cut;
+    let (mut problem, mut ranking) = match judged_whole {
+        Ok(judged) => judged,
+        Err(rough) => {
+            // A model that forgets within seconds is not judged by where it went in a minute.
+            progress("weighing everything piece by piece with the noise of this recording");
+            kept = pieces(&kept, rough.length_s).map_err(simulation)?;
+            let all = pieces(&data, rough.length_s).map_err(simulation)?;
+            cut = if is_long { spread(all, ENOUGH) } else { all };
+            names = cut
+                .iter()
+                .map(|piece| names[piece.origin].clone())
+                .collect();
+            let levels = if is_held {
+                held_levels(&levels, scale)
+            } else {
+                levels.clone()
+            };
+            let mut problem =
+                Problem::new(motor, &cut, damping, levels, rough.noise).holding(is_held);
+            let ranking = rough
+                .weighed(&mut problem, scale, progress)
+                .ok_or(DiagnoseError::NoFit)?;
+            (problem, ranking)
+        }
+    };
     if let Some(best) = ranking.candidates.first_mut()
         && best.fit.hypothesis.loses_by_chance()
     {
@@ -224,6 +242,9 @@ pub fn diagnose_holding_out(
     };
     let ties = Ties::among(&problem, &ranking);
     let verdict = verdict_of(&ranking, &gap, &ties);
+    if matches!(verdict, Verdict::Ambiguous | Verdict::OutsideCatalogue) {
+        problems.extend(unseen::unseen(&data));
+    }
     let effects = match verdict {
         Verdict::Effect | Verdict::Ambiguous => ids(best),
         _ => Vec::new(),

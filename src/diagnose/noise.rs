@@ -50,6 +50,8 @@ pub(super) struct NoiseLevel {
     pub rounding: f64,
     /// What disturbs a rough recording.
     pub rough: Disturbance,
+    /// Whether what wanders goes on from piece to piece of a run.
+    pub goes_on: bool,
 }
 
 /// The gains of one run's filter.
@@ -57,6 +59,10 @@ pub(super) struct NoiseLevel {
 pub(super) struct Whitener {
     steps: Vec<Step>,
     tones: Projection,
+    /// What is left of the wander of the piece before at the start of this one; none where there is no piece before.
+    left: Option<f64>,
+    /// Covariance at its last sample.
+    end: Covariance,
     /// Sum of ln(2 pi S) over the samples, by their weights, and what the tones add.
     pub log_determinant: f64,
 }
@@ -121,8 +127,23 @@ impl Transition {
 }
 
 impl Whitener {
+    /// The filters of runs, or of pieces of runs, from which to which what wanders may go on.
+    pub fn all(runs: &[RunData], level: &NoiseLevel) -> Vec<Self> {
+        let mut filters: Vec<Self> = Vec::with_capacity(runs.len());
+        for (k, run) in runs.iter().enumerate() {
+            let before = k.checked_sub(1).filter(|_| level.goes_on);
+            let before = before.map(|k| (&runs[k], &filters[k]));
+            filters.push(Self::after(before, run, level));
+        }
+        filters
+    }
+
     /// Runs the filter's covariances through a run.
     pub fn new(run: &RunData, level: &NoiseLevel) -> Self {
+        Self::after(None, run, level)
+    }
+
+    fn after(before: Option<(&RunData, &Self)>, run: &RunData, level: &NoiseLevel) -> Self {
         let variance = level.wander * level.wander;
         // Where inside a count the shaft started: evenly in one count.
         let mut c = Covariance::default();
@@ -130,6 +151,14 @@ impl Whitener {
         c[1][1] = run.start_variance;
         c[2][2] = variance;
         c[3][3] = f64::from(u8::from(level.supply > 0.0));
+        let before = before.and_then(|(last, filter)| Some((run.gap_s(last)?, filter)));
+        let left = before.map(|(gap_s, _)| (-gap_s / WANDER_S).exp());
+        if let (Some(left), Some((_, filter))) = (left, before) {
+            c[2][2] += left * left * (filter.end[2][2] - variance);
+            c[3][3] = filter.end[3][3];
+            c[2][3] = left * filter.end[2][3];
+            c[3][2] = c[2][3];
+        }
         let supply = level.supply * run.counts_per_rev / std::f64::consts::TAU;
         let rough = level.rough;
         let mut steps = Vec::with_capacity(run.len());
@@ -180,11 +209,13 @@ impl Whitener {
         }
         let mut tones = run.tones.clone();
         for tone in &mut tones {
-            filter(&steps, tone);
+            filter(&steps, [0.0; 4], tone);
         }
         let tones = Projection::new(&tones);
         Self {
             steps,
+            left,
+            end: c,
             log_determinant: log_determinant + tones.log_determinant,
             tones,
         }
@@ -210,15 +241,34 @@ impl Whitener {
         })
     }
 
-    /// Turns a column (residual, or a derivative of the prediction) into its whitened innovations.
+    /// Turns a column (residual, or a derivative of the prediction) of a run, or of the first piece of one, into its
+    /// whitened innovations.
     pub fn whiten(&self, column: &mut [f64]) {
-        filter(&self.steps, column);
+        self.whiten_on(&mut Carried::default(), column);
+    }
+
+    /// The same piece by piece: `carried` is what the filters of the pieces before learnt of the same column.
+    pub fn whiten_on(&self, carried: &mut Carried, column: &mut [f64]) {
+        let mut start = [0.0; 4];
+        if let Some(left) = self.left {
+            start[2] = left * carried.wander;
+            start[3] = carried.supply;
+        }
+        let end = filter(&self.steps, start, column);
+        (carried.wander, carried.supply) = (end[2], end[3]);
         self.tones.apply(column);
     }
 }
 
-fn filter(steps: &[Step], column: &mut [f64]) {
-    let mut m = [0.0; 4];
+/// What a filter has learnt of a column, as far as it goes on in the next piece of the run.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Carried {
+    wander: f64,
+    supply: f64,
+}
+
+fn filter(steps: &[Step], start: [f64; 4], column: &mut [f64]) -> [f64; 4] {
+    let mut m = start;
     for (k, (value, step)) in column.iter_mut().zip(steps).enumerate() {
         if k > 0 {
             m = step.transition.apply(m);
@@ -229,6 +279,7 @@ fn filter(steps: &[Step], column: &mut [f64]) {
         }
         *value = innovation * step.scale;
     }
+    m
 }
 
 /// Covariance of p, v, d and g.

@@ -6,7 +6,6 @@
 
 use rayon::prelude::*;
 
-use super::data::RunData;
 use super::fit::{Fit, Problem, log_likelihood};
 use super::hypothesis::Hypothesis;
 use super::noise::{NoiseLevel, Whitener};
@@ -27,8 +26,7 @@ impl Problem<'_> {
                 rounding: share,
                 ..self.noise(&fit.hypothesis, &fit.p, fit.wander)
             };
-            let make = |run: &RunData| Whitener::new(run, &level);
-            let whiteners: Vec<Whitener> = self.runs.iter().map(make).collect();
+            let whiteners = Whitener::all(self.runs, &level);
             log_likelihood(&self.whitened(&fit.predictions, &whiteners), &whiteners)
         };
         let shares: Vec<f64> = (5..=20).map(|k| 0.05 * f64::from(k)).collect();

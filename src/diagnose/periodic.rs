@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::{Filters, Problem};
 use super::hypothesis::BASE;
-use super::noise::{NoiseLevel, Response};
+use super::noise::{Carried, NoiseLevel, Response};
 use super::search::{Anchor, ORDERS, Try};
 use super::sums::{dot, gram};
 use crate::motor::effects::{Prior, catalogue};
@@ -37,11 +37,12 @@ impl<'a> Waves<'a> {
     /// Sine and cosine of an order of this effect, all runs end to end.
     pub fn columns(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
         let mut columns = [Vec::new(), Vec::new()];
+        let mut carried = [Carried::default(); 2];
         let runs = self.problem.runs.iter();
         for ((run, response), whitener) in runs.zip(&self.responses).zip(self.whiteners.iter()) {
             let waves = waves(self.problem, run, response, id, order);
-            for (column, mut one) in columns.iter_mut().zip(waves) {
-                whitener.whiten(&mut one);
+            for ((column, carried), mut one) in columns.iter_mut().zip(&mut carried).zip(waves) {
+                whitener.whiten_on(carried, &mut one);
                 column.extend(one);
             }
         }

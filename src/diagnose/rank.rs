@@ -91,45 +91,17 @@ impl Ranking {
 
 /// Weighs all hypotheses; `None` where not even the nominal motor can be simulated.
 pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> Option<Ranking> {
-    let kind = problem.runs.first()?.kind;
     let scale = largest_acceleration(problem.nominal, problem.runs);
-    progress("fitting the nominal model");
-    let empty = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
-    let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
-    let null = candidate(problem, Vec::new(), null, scale);
-    let mut candidates = vec![null.clone()];
-
-    let applicable: Vec<usize> = (0..catalogue().len())
-        .filter(|&index| applies(&catalogue()[index], kind))
-        .filter(|&index| problem.setting.tells_of(&catalogue()[index]))
-        .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none())
-        .collect();
+    let applicable = applicable(problem)?;
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
-    let beginnings: Vec<Problem<'_>> = heads
-        .iter()
-        .map(|runs| {
-            Problem::new(
-                problem.nominal,
-                runs,
-                problem.damping,
-                problem.levels.clone(),
-                problem.rough,
-            )
-            .with_rounding(problem.rounding)
-        })
-        .collect();
+    let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
     let field = Field {
         problem,
         beginnings: &beginnings,
         scale,
     };
-    progress("trying every effect");
-    let singles = field.with_one_more(&candidates[0], &applicable);
-    candidates.extend(singles);
-    dedup(&mut candidates);
-    let again = field.refined(&candidates);
-    candidates.extend(again);
-    dedup(&mut candidates);
+    let mut candidates = up_to_one(&field, &applicable, progress)?;
+    let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
     let mut expanded: Vec<Vec<usize>> = Vec::new();
     while let Some(parent) = field.next_parent(&candidates, &expanded) {
@@ -184,6 +156,64 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         unknown,
         flexible,
     })
+}
+
+/// No effect and every effect alone, fitted, likeliest first; `None` as [`rank`].
+pub(super) fn singles(
+    problem: &Problem<'_>,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Option<Vec<Candidate>> {
+    let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
+    let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
+    let field = Field {
+        problem,
+        beginnings: &beginnings,
+        scale: largest_acceleration(problem.nominal, problem.runs),
+    };
+    up_to_one(&field, &applicable(problem)?, progress)
+}
+
+fn up_to_one(
+    field: &Field<'_>,
+    applicable: &[usize],
+    progress: &(dyn Fn(&str) + Sync),
+) -> Option<Vec<Candidate>> {
+    let problem = field.problem;
+    progress("fitting the nominal model");
+    let empty = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
+    let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
+    let mut candidates = vec![candidate(problem, Vec::new(), null, field.scale)];
+    progress("trying every effect");
+    let singles = field.with_one_more(&candidates[0], applicable);
+    candidates.extend(singles);
+    dedup(&mut candidates);
+    let again = field.refined(&candidates);
+    candidates.extend(again);
+    dedup(&mut candidates);
+    Some(candidates)
+}
+
+/// The effects that these runs can tell of.
+fn applicable(problem: &Problem<'_>) -> Option<Vec<usize>> {
+    let kind = problem.runs.first()?.kind;
+    let applicable = (0..catalogue().len())
+        .filter(|&index| applies(&catalogue()[index], kind))
+        .filter(|&index| problem.setting.tells_of(&catalogue()[index]))
+        .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none());
+    Some(applicable.collect())
+}
+
+/// The problem of the first part of its runs.
+fn beginning<'a>(problem: &Problem<'a>, runs: &'a [RunData]) -> Problem<'a> {
+    Problem::new(
+        problem.nominal,
+        runs,
+        problem.damping,
+        problem.levels.clone(),
+        problem.rough,
+    )
+    .with_rounding(problem.rounding)
+    .holding(problem.setting.is_held)
 }
 
 /// The first part of every run; a run that cannot be cut is left out.

@@ -191,7 +191,8 @@ fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
         levels,
         problem.rough,
     )
-    .with_rounding(problem.rounding);
+    .with_rounding(problem.rounding)
+    .holding(problem.setting.is_held);
     let found = part.fit(&fit.hypothesis, &fit.p, STEPS);
     let p = found.map_or_else(|| fit.p.clone(), |found| found.p);
     fit.hypothesis.motor(problem.nominal, &p)

@@ -11,6 +11,7 @@
 
 use super::checks::WIDEST_CLOCK;
 use super::data::RunData;
+use super::held;
 use crate::motor::effects::{EffectKind, EffectParameter, Scale, Stage};
 use crate::motor::{Motor, Parameters};
 use crate::recording::CommandKind;
@@ -50,6 +51,8 @@ pub(super) struct Setting {
     top_speed_rad_s: f64,
     /// The motor file hardly knows the friction.
     is_friction_unknown: bool,
+    /// The axis is held by its controller.
+    pub is_held: bool,
 }
 
 impl Setting {
@@ -88,6 +91,7 @@ impl Setting {
                 .tolerance
                 .get("coulomb_friction_nm")
                 .is_some_and(|tolerance| *tolerance >= UNKNOWN),
+            is_held: false,
         }
     }
 
@@ -116,9 +120,10 @@ impl Setting {
     }
 
     /// Whether these runs can tell of an effect: samples taken late, a clock that is off and a command that comes
-    /// late are what arrival times look like in any case.
+    /// late are what arrival times look like in any case; an axis that is held tells of torques only.
     pub fn tells_of(&self, effect: &EffectKind) -> bool {
-        !self.host_timed || (effect.stage != Stage::Timing && effect.id != "transport_delay")
+        let is_timing = effect.stage == Stage::Timing || effect.id == "transport_delay";
+        !(self.host_timed && is_timing) && (!self.is_held || held::tells_of(effect.id))
     }
 
     /// Plausible range of a parameter in its unit.

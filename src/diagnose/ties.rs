@@ -8,6 +8,7 @@
 use nalgebra::DVector;
 
 use super::fit::{Fit, Problem};
+use super::noise::Carried;
 use super::sums::{dot, gram};
 
 /// Separation below which two hypotheses are not told apart.
@@ -19,6 +20,7 @@ pub(super) fn separation(problem: &Problem<'_>, truth: &Fit, rival: &Fit) -> Opt
     let whiteners = problem.whiteners(&level);
     let columns = problem.jacobian(&rival.hypothesis, &rival.p, &whiteners)?;
     let mut r = Vec::new();
+    let mut carried = Carried::default();
     for ((x, y), whitener) in truth
         .predictions
         .iter()
@@ -26,7 +28,7 @@ pub(super) fn separation(problem: &Problem<'_>, truth: &Fit, rival: &Fit) -> Opt
         .zip(whiteners.iter())
     {
         let mut difference: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
-        whitener.whiten(&mut difference);
+        whitener.whiten_on(&mut carried, &mut difference);
         r.extend(difference);
     }
     left_after(&r, &columns, |i, j| rival.hypothesis.precision(i, j))

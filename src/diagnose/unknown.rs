@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use super::candidate::excess_wander;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::noise::Response;
+use super::noise::{Carried, Response};
 use super::sums::{dot, gram};
 
 /// On what the columns of a group depend.
@@ -82,15 +82,16 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
         .map(|dependence| {
             let count = shapes(dependence);
             let mut columns = vec![Vec::new(); count];
+            let mut carried = vec![Carried::default(); count];
             for ((run, response), whitener) in
                 problem.runs.iter().zip(&responses).zip(whiteners.iter())
             {
-                for (j, all) in columns.iter_mut().enumerate() {
+                for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
                     let acceleration: Vec<f64> = (0..run.len())
                         .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
                         .collect();
                     let mut column = response.to(&acceleration);
-                    whitener.whiten(&mut column);
+                    whitener.whiten_on(carried, &mut column);
                     all.extend(column);
                 }
             }
@@ -114,7 +115,7 @@ const STEPS: usize = 4;
 pub(super) fn likeliest(problem: &Problem<'_>, best: &Fit, scale: f64) -> (Flexible, f64) {
     let own = flexible(problem, best, scale);
     // A named set pays for a wander that is not ordinary, the unknown does not.
-    let excess = excess_wander(best.wander, scale);
+    let excess = excess_wander(problem, best.wander, scale);
     let gain = own.log_gain + excess;
     let others = problem
         .levels

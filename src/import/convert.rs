@@ -2,8 +2,8 @@
 //!
 //! Position in counts is `(number + turns * wrap) * scale + offset`, rounded; `turns` goes up or down
 //! by one whenever the number jumps by more than half of `wrap`. A speed-only log is integrated:
-//! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid) or
-//! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward).
+//! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid),
+//! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
 
 use super::cells::{Cells, number, shortened};
 use super::error::RowProblem;
@@ -214,6 +214,7 @@ impl<'a> Converter<'a> {
                     let mean = match rule {
                         Integration::Trapezoid => (last.speed + before.speed) / 2.0,
                         Integration::Backward => before.speed,
+                        Integration::Forward => last.speed,
                     };
                     before.position = last.position + mean * (t_s - last.t_s);
                 }

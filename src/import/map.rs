@@ -117,6 +117,8 @@ pub(super) enum Integration {
     Trapezoid,
     /// A row's speed held since the row before: for a speed that was made from differences of position.
     Backward,
+    /// A row's speed held until the row after: for one that was measured under the command of the same row.
+    Forward,
 }
 
 impl Map {

@@ -215,6 +215,10 @@ fn position_words(map: &Map) -> &'static str {
             rule: Integration::Backward,
             ..
         } => "integrated from speed, backward",
+        PositionSource::Speed {
+            rule: Integration::Forward,
+            ..
+        } => "integrated from speed, forward",
         PositionSource::NotRecorded => "not recorded",
     }
 }

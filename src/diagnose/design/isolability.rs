@@ -89,6 +89,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         supply: 0.0,
         rounding: 1.0,
         rough: Disturbance::default(),
+        goes_on: false,
     };
     let at = Sampling {
         sample_time_s,

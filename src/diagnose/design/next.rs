@@ -96,6 +96,7 @@ pub(in crate::diagnose) fn next_experiment(
         supply: 0.0,
         rounding: problem.rounding,
         rough: problem.rough,
+        goes_on: false,
     };
     let at = Sampling {
         sample_time_s,
