@@ -36,6 +36,8 @@ const REFINED_NEAR: f64 = 60.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
 const MOST_EXPANDED: usize = 2;
+/// The same where pairs are not weighed at once.
+const MOST_EXPANDED_ALONE: usize = 4;
 /// Sets this many nats behind the best are grown too.
 const CLOSE: f64 = 20.0;
 /// Effects this many nats behind the best of a round on short horizons are fitted fully too.
@@ -75,7 +77,12 @@ impl Field<'_> {
                 && c.effects.len() < MOST_EFFECTS
                 && !expanded.contains(&sorted(&c.effects))
         };
-        if expanded.len() >= MOST_EXPANDED {
+        let most = if self.problem.setting.is_held {
+            MOST_EXPANDED_ALONE
+        } else {
+            MOST_EXPANDED
+        };
+        if expanded.len() >= most {
             return None;
         }
         if open(&best) && best.effects.len() == 1 {

@@ -119,7 +119,8 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 .filter(|new| new.log_weight > parent.log_weight - CHEAPEST),
         );
         dedup(&mut candidates);
-        if expanded.len() == 1 && !field.is_enough(&candidates[0]) {
+        // Where the command answers to the motion, what effects take off the residual does not add up.
+        if expanded.len() == 1 && !problem.setting.is_held && !field.is_enough(&candidates[0]) {
             progress("trying pairs");
             candidates.extend(field.pairs(&null, &applicable));
             dedup(&mut candidates);
