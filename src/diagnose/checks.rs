@@ -202,7 +202,7 @@ fn supply(run: &Run, say: &mut impl FnMut(&'static str, String)) {
         "the measured supply is {v_mean:.2} V and varies by {deviation:.2} V (standard deviation; {lo:.1} to {hi:.1} V)"
     );
     let explained = if uu > 0.0 { uv * uv / (uu * vv) } else { 0.0 };
-    if explained > FOLLOWS {
+    if explained > FOLLOWS && uv < 0.0 {
         say(
             "supply_sags",
             format!(
@@ -321,6 +321,9 @@ mod tests {
             "{}",
             found[0].detail
         );
+        // One that rises with the command does not sag.
+        run.measured_supply_v = Some(run.command.iter().map(|u| 7.0 + 0.1 * u).collect());
+        assert_eq!(kinds(&run), ["supply_varies"]);
         run.measured_supply_v = Some((0..400).map(|k| 7.4 + f64::from(k % 2)).collect());
         assert_eq!(kinds(&run), ["supply_varies"]);
         run.measured_supply_v = Some(vec![7.4; 400]);

@@ -26,8 +26,6 @@ const PLACES: usize = 2;
 pub(super) struct Promise {
     /// Their indices in the catalogue.
     pub effects: [usize; 2],
-    /// Squares that they gain together.
-    gain: f64,
     /// Starts, best first.
     pub starts: Vec<Start>,
 }
@@ -62,20 +60,8 @@ struct Base<'a> {
 
 impl<'a> Base<'a> {
     fn new(anchor: &'a Anchor) -> Option<Self> {
-        let d = anchor.base.len();
-        let precision = |i: usize, j: usize| anchor.hypothesis.precision(i, j);
-        let mut normal = anchor.gram.clone();
-        for i in 0..d {
-            for j in 0..d {
-                normal[(i, j)] += precision(i, j);
-            }
-            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
-        }
-        let factor = normal.cholesky()?;
-        let right = DVector::from_fn(d, |k, _| {
-            let pull: f64 = (0..d).map(|j| precision(k, j) * anchor.p[j]).sum();
-            dot(&anchor.base[k], &anchor.residual) - pull
-        });
+        let factor = anchor.normal(&anchor.hypothesis).cholesky()?;
+        let right = anchor.right();
         let residual = factor.l_dirty().solve_lower_triangular(&right)?;
         Some(Self {
             anchor,
@@ -196,7 +182,7 @@ pub(super) fn promising(
     }));
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut promises: Vec<Promise> = Vec::new();
-    for (gain, members) in found {
+    for (_, members) in found {
         let effects = [members[0].0, members[1].0];
         let known = promises.iter().position(|p| p.effects == effects);
         let members = members.map(|(index, values)| Member { index, values });
@@ -206,13 +192,11 @@ pub(super) fn promising(
             }
             None if promises.len() < most => promises.push(Promise {
                 effects,
-                gain,
                 starts: vec![start_of(problem, anchor, members)],
             }),
             _ => {}
         }
     }
-    promises.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     promises
 }
 

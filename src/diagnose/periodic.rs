@@ -188,19 +188,7 @@ struct Regression<'a> {
 
 impl<'a> Regression<'a> {
     fn new(anchor: &'a Anchor) -> Self {
-        let d = anchor.base.len();
-        let precision = |i: usize, j: usize| anchor.hypothesis.precision(i, j);
-        let mut normal = anchor.gram.clone();
-        for i in 0..d {
-            for j in 0..d {
-                normal[(i, j)] += precision(i, j);
-            }
-            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
-        }
-        let right = DVector::from_fn(d, |k, _| {
-            let pull: f64 = (0..d).map(|j| precision(k, j) * anchor.p[j]).sum();
-            dot(&anchor.base[k], &anchor.residual) - pull
-        });
+        let (normal, right) = (anchor.normal(&anchor.hypothesis), anchor.right());
         let solved = normal.clone().cholesky().map(|c| c.solve(&right));
         Self {
             gain: solved.map_or(0.0, |x| x.dot(&right)),

@@ -95,6 +95,30 @@ impl Anchor {
         Some(anchor)
     }
 
+    /// Products of the base with itself, with its prior and a little ridge.
+    pub fn normal(&self, hypothesis: &Hypothesis) -> DMatrix<f64> {
+        let d = self.base.len();
+        let mut normal = self.gram.clone();
+        for i in 0..d {
+            for j in 0..d {
+                normal[(i, j)] += hypothesis.precision(i, j);
+            }
+            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
+        }
+        normal
+    }
+
+    /// Products of the base with the residual, less the pull of its prior.
+    pub fn right(&self) -> DVector<f64> {
+        let d = self.base.len();
+        DVector::from_fn(d, |k, _| {
+            let pull: f64 = (0..d)
+                .map(|j| self.hypothesis.precision(k, j) * self.p[j])
+                .sum();
+            dot(&self.base[k], &self.residual) - pull
+        })
+    }
+
     /// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
     fn left_over(&self, r: &[f64], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
         let d = self.base.len();
@@ -104,14 +128,7 @@ impl Anchor {
             priced += p[i] * pull;
             dot(&self.base[i], r) - pull
         });
-        let mut normal = self.gram.clone();
-        for i in 0..d {
-            for j in 0..d {
-                normal[(i, j)] += hypothesis.precision(i, j);
-            }
-            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
-        }
-        match normal.cholesky() {
+        match self.normal(hypothesis).cholesky() {
             Some(cholesky) => priced - cholesky.solve(&right).dot(&right),
             None => priced,
         }

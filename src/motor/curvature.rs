@@ -94,11 +94,7 @@ impl<S: Scalar> Machine<S> {
     #[inline(always)]
     fn bend<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) {
         let mechanical = &self.chain.mechanical;
-        let (angle, speed) = if N > ONE_BODY {
-            (y[N - 2], y[N - 1])
-        } else {
-            (y[TH1], y[W1])
-        };
+        let (angle, speed) = self.sides(y)[1];
         let (mut motor, mut load) = (S::zero(), S::zero());
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);

@@ -392,6 +392,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Each side's angle and speed.
+    #[inline(always)]
     pub(super) fn sides<const N: usize>(&self, y: &[S; N]) -> [(S, S); 2] {
         let load = if N > ONE_BODY {
             (y[N - 2], y[N - 1])
