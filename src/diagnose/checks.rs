@@ -18,6 +18,23 @@ const FEWEST_COUNTS: i64 = 50;
 /// Fewer samples than this say nothing either.
 const FEWEST_SAMPLES: usize = 20;
 
+/// What an imported log did not have, though nothing can be diagnosed without it: the column is nought throughout.
+pub(super) fn not_recorded(run: &Run) -> Option<&'static str> {
+    let imported = run.header.get("imported")?;
+    ["position", "command"]
+        .into_iter()
+        .find(|what| imported.get(what).and_then(toml::Value::as_str) == Some("not recorded"))
+}
+
+/// What can be said of such a log: of its times, its flags and its supply.
+pub(super) fn of_what_there_is(name: &str, run: &Run) -> String {
+    let there = |found: &DataProblem| {
+        !matches!(found.problem, "no_motion" | "not_at_rest" | "stale_counts")
+    };
+    let found = problems(name, run).into_iter().filter(there);
+    found.map(|found| format!("; {}", found.detail)).collect()
+}
+
 /// Every problem of a run.
 pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
     let mut found = Vec::new();
@@ -328,6 +345,23 @@ mod tests {
         assert_eq!(kinds(&run), ["supply_varies"]);
         run.measured_supply_v = Some(vec![7.4; 400]);
         assert!(kinds(&run).is_empty());
+    }
+
+    #[test]
+    fn of_a_log_without_position_its_supply_can_be_told_and_nothing_of_its_motion() {
+        let mut run = turning();
+        assert_eq!(not_recorded(&run), None);
+        let imported: toml::Table = "[imported]\nposition = 'not recorded'"
+            .parse()
+            .expect("TOML");
+        run.header = imported;
+        run.counts = vec![0; 400];
+        run.command[..100].fill(0.0);
+        run.measured_supply_v = Some(run.command.iter().map(|u| 7.4 - 0.1 * u).collect());
+        assert_eq!(not_recorded(&run), Some("position"));
+        let found = of_what_there_is("run.csv", &run);
+        assert!(found.contains("it falls by 0.45 V"), "{found}");
+        assert!(!found.contains("encoder"), "{found}");
     }
 
     #[test]

@@ -91,6 +91,18 @@ pub enum DiagnoseError {
         /// Its samples.
         samples: usize,
     },
+    /// A run without what a model is judged by, or driven by.
+    #[error(
+        "{run}: the {what} was not recorded (its header says so under `imported`), without which nothing can be diagnosed{found}"
+    )]
+    NotRecorded {
+        /// Path or number of the run.
+        run: String,
+        /// `position` or `command`.
+        what: &'static str,
+        /// What can be said of the recording all the same.
+        found: String,
+    },
     /// Runs of different axes.
     #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart")]
     Mixed {
@@ -323,6 +335,14 @@ fn ready(
                 run: name,
                 found: run.command_kind.column(),
                 first: kind.column(),
+            });
+        }
+        if let Some(what) = checks::not_recorded(run) {
+            let found = checks::of_what_there_is(&name, run);
+            return Err(DiagnoseError::NotRecorded {
+                run: name,
+                what,
+                found,
             });
         }
         problems.extend(checks::problems(&name, run));

@@ -7,7 +7,8 @@
 //! the last tenth, good to a millisecond over the run (`s`) and to the host's own clock. What the host saw, `o`, is
 //! evidence: its density is `N(o; 0, s^2 + h^2)` of an ordinary clock, and that of the effect, even in the logarithm from
 //! 0.1 to 10 % on both sides, of one that is off. Where arrivals are all
-//! the time there is, nothing that shows in the timing alone can be told from the line's own.
+//! the time there is, nothing that shows in the timing alone can be told from the line's own. Where the shaft passes whole
+//! turns from one sample to the next, what repeats with the angle has come and gone between them.
 
 use super::checks::WIDEST_CLOCK;
 use super::data::RunData;
@@ -29,6 +30,15 @@ const CLOCK_OFF: (f64, f64) = (0.001, 0.1);
 const ARRIVAL_S: f64 = 0.001;
 /// Friction that is known no better than this, relative, is no measure of a load.
 const UNKNOWN: f64 = 0.5;
+/// Effects that repeat with the angle, and the turns from one sample to the next, half of the time in which the shaft
+/// moves, from which on nothing is seen of them.
+const PERIODIC: [&str; 4] = [
+    "torque_ripple",
+    "gravity_load",
+    "cogging",
+    "encoder_eccentricity",
+];
+const WHOLE_TURNS: f64 = 1.0;
 /// Most that an unexplained clock speaks against a hypothesis, in nats.
 const MOST_NATS: f64 = 50.0;
 
@@ -51,6 +61,8 @@ pub(super) struct Setting {
     top_speed_rad_s: f64,
     /// The motor file hardly knows the friction.
     is_friction_unknown: bool,
+    /// The shaft passes whole turns between samples.
+    skips_turns: bool,
     /// The axis is held by its controller.
     pub is_held: bool,
 }
@@ -91,6 +103,7 @@ impl Setting {
                 .tolerance
                 .get("coulomb_friction_nm")
                 .is_some_and(|tolerance| *tolerance >= UNKNOWN),
+            skips_turns: skips_turns(runs),
             is_held: false,
         }
     }
@@ -120,10 +133,14 @@ impl Setting {
     }
 
     /// Whether these runs can tell of an effect: samples taken late, a clock that is off and a command that comes
-    /// late are what arrival times look like in any case; an axis that is held tells of torques only.
+    /// late are what arrival times look like in any case; an axis that is held tells of torques only; whole turns between
+    /// samples hide what repeats with the angle.
     pub fn tells_of(&self, effect: &EffectKind) -> bool {
         let is_timing = effect.stage == Stage::Timing || effect.id == "transport_delay";
-        !(self.host_timed && is_timing) && (!self.is_held || held::tells_of(effect.id))
+        let is_hidden = self.skips_turns && PERIODIC.contains(&effect.id);
+        !(self.host_timed && is_timing)
+            && !is_hidden
+            && (!self.is_held || held::tells_of(effect.id))
     }
 
     /// Plausible range of a parameter in its unit.
@@ -165,4 +182,22 @@ impl Setting {
         let off = error / spread;
         -(0.5 * off * off).min(MOST_NATS) - (spread * std::f64::consts::TAU.sqrt()).ln()
     }
+}
+
+/// Whether the shaft passes whole turns from one sample to the next, half of the time in which it moves.
+pub(super) fn skips_turns(runs: &[RunData]) -> bool {
+    let (mut moving, mut skipping) = (0_usize, 0_usize);
+    for run in runs {
+        for (speed, _) in run
+            .speed_counts_s
+            .iter()
+            .zip(&run.moving)
+            .filter(|(_, moves)| **moves)
+        {
+            moving += 1;
+            let turns = speed.abs() * run.sample_time_s / run.counts_per_rev;
+            skipping += usize::from(turns > WHOLE_TURNS);
+        }
+    }
+    2 * skipping > moving
 }

@@ -3,6 +3,7 @@
 //! Said where a diagnosis does not come to one answer, so that silence on an effect is not taken for its absence.
 
 use super::data::RunData;
+use super::setting::skips_turns;
 use super::verdict::DataProblem;
 use crate::motor::effects::find;
 use crate::recording::CommandKind;
@@ -81,6 +82,12 @@ pub(super) fn unseen(runs: &[RunData]) -> Vec<DataProblem> {
             format!("the shaft turns by {turned:.2} of a turn at most"),
         );
     }
+    if skips_turns(runs) {
+        say(
+            "gravity, cogging, ripple, eccentricity",
+            "the shaft passes whole turns from one sample to the next".to_owned(),
+        );
+    }
     found
 }
 
@@ -112,6 +119,13 @@ mod tests {
         );
         assert!(said.contains("one way only"), "{said}");
         assert!(!said.contains("gravity"), "{said}");
+    }
+
+    #[test]
+    fn whole_turns_between_samples_hide_what_repeats_with_the_angle() {
+        let hidden = "passes whole turns from one sample to the next; these runs cannot show it";
+        assert!(said(|_| 4.5, |k| i64::from(k) * 800).contains(hidden));
+        assert!(!said(|_| 4.5, |k| i64::from(k) * 600).contains(hidden));
     }
 
     #[test]
