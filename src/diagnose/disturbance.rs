@@ -7,9 +7,11 @@
 //!
 //! The three are the same for all hypotheses: those that make what the best named set leaves likeliest, one after the
 //! other over a grid until none gains, with the wander free beside them. A recording in which they gain little has none.
+//! Edges lost by chance and samples taken late are a noise too, and beside one of them little may be left to gain: so the
+//! best set without either, with such noise, is asked as well whether it is the likelier one.
 //! Where they are needed, runs are cut into pieces (`data.rs`), each simulated from the recorded angle and speed.
 
-use super::candidate::Candidate;
+use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::noise::{Carried, NoiseLevel, Whitener};
@@ -41,6 +43,12 @@ const STEPS: usize = 5;
 /// An estimate must be worth this many nats more than what there was, and this many for each sample.
 const WORTH: f64 = 50.0;
 const WORTH_A_SAMPLE: f64 = 0.05;
+/// How many sets without a noise of their own are asked, where the best has one.
+const RIVALS: usize = 3;
+/// What three numbers picked from a grid gain by chance at most, in nats: the logarithm of how many there are.
+const CHOICE: f64 = 7.2;
+/// Most steps of their fits on each level of the wander.
+const RIVAL_STEPS: usize = 12;
 /// Length in s of the blocks in which noise is looked for, their least number of samples, and in which share of them it must
 /// be there.
 const BLOCK_S: f64 = 0.1;
@@ -64,6 +72,44 @@ pub(super) fn disturbance(
     fit: &Fit,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
+    worthwhile(problem, fit, largest_acceleration)
+}
+
+/// The disturbance of a recording that was ranked without one, likeliest set first. A noise among the effects of the best
+/// set may stand for the recording's own: where a set without either, fitted with a disturbance, is the likelier one.
+pub(super) fn disturbance_of(
+    problem: &mut Problem<'_>,
+    sets: &[Candidate],
+    largest_acceleration: f64,
+) -> Option<Disturbance> {
+    let best = sets.first()?;
+    if let Some(rough) = disturbance(problem, &best.fit, largest_acceleration) {
+        return Some(rough);
+    }
+    let is_noisy = |set: &&Candidate| set.fit.hypothesis.noise_numbers().next().is_some();
+    let mut likeliest = (best.log_weight + CHOICE, None);
+    if is_noisy(&best) {
+        let own = problem.rough;
+        for set in sets.iter().filter(|set| !is_noisy(set)).take(RIVALS) {
+            let Some(rough) = worthwhile(problem, &set.fit, largest_acceleration) else {
+                continue;
+            };
+            problem.set_rough(rough);
+            let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS);
+            let again = fit.map(|fit| {
+                candidate(problem, set.effects.clone(), fit, largest_acceleration).log_weight
+            });
+            problem.set_rough(own);
+            if let Some(weight) = again.filter(|weight| *weight > likeliest.0) {
+                likeliest = (weight, Some(rough));
+            }
+        }
+    }
+    likeliest.1
+}
+
+/// The disturbance that makes likeliest what a fit leaves, where that is worth it.
+fn worthwhile(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Option<Disturbance> {
     let (gain, _, level) = likeliest(problem, fit, largest_acceleration);
     let samples: usize = problem.runs.iter().map(RunData::len).sum();
     let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);

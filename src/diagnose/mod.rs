@@ -46,11 +46,11 @@ use crate::motor::{Motor, SimulationError};
 use crate::recording::{CommandKind, Run};
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
 use data::{PIECE_S, RunData, pieces, spread};
-use disturbance::{Disturbance, disturbance};
+use disturbance::{Disturbance, disturbance_of};
 use fit::{Fit, Problem};
 use held::is_held;
 use hypothesis::Hypothesis;
-use rank::{Ranking, heads, rank};
+use rank::{heads, rank};
 use rough::{Rough, held_levels};
 use search::{damping_of, largest_acceleration};
 use sentence::sentence;
@@ -192,15 +192,11 @@ pub fn diagnose_holding_out(
     } else {
         let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
         let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-        let noise_by = |problem: &Problem<'_>, ranking: &Ranking| {
-            let best = ranking.candidates.first()?;
-            disturbance(problem, &best.fit, scale)
-        };
-        let mut noise = noise_by(&problem, &ranking);
+        let mut noise = disturbance_of(&mut problem, &ranking.candidates, scale);
         if noise.is_none() && is_long {
             problem = problem_of(&data)?;
             ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-            noise = noise_by(&problem, &ranking);
+            noise = disturbance_of(&mut problem, &ranking.candidates, scale);
         }
         match noise {
             None => Ok((problem, ranking)),
