@@ -137,10 +137,9 @@ impl Setting {
     /// samples hide what repeats with the angle.
     pub fn tells_of(&self, effect: &EffectKind) -> bool {
         let is_timing = effect.stage == Stage::Timing || effect.id == "transport_delay";
-        let is_hidden = self.skips_turns && PERIODIC.contains(&effect.id);
-        !(self.host_timed && is_timing)
-            && !is_hidden
-            && (!self.is_held || held::tells_of(effect.id))
+        let is_periodic = PERIODIC.contains(&effect.id);
+        let is_hidden = self.host_timed && is_timing || self.skips_turns && is_periodic;
+        !is_hidden && (!self.is_held || held::tells_of(effect.id))
     }
 
     /// Plausible range of a parameter in its unit.
