@@ -340,3 +340,43 @@ fn text_and_page_account_for_every_miss() {
          likeliest: compliance 0.700, backlash 0.200, unknown 0.100"
     ));
 }
+
+/// How one more verdict bears.
+fn bearing_of(label: &'static str, diagnosis: Value) -> Bearing {
+    judge(&Story::new(label, diagnosis).opened(1), None).bearing
+}
+
+#[test]
+fn a_member_that_cannot_be_told_from_none_may_be_absent() {
+    let said = |verdict: &str| {
+        json!({"verdict": verdict, "effects": ["backlash", "transport_delay"], "causes": [
+            {"effect": "backlash", "probability": 0.6},
+            {"effect": "transport_delay", "probability": 0.4, "indistinguishable_from": ["none"]}]})
+    };
+    assert_eq!(bearing_of("backlash", said("ambiguous")), Bearing::Tied);
+    assert_eq!(
+        bearing_of("backlash+transport_delay", said("ambiguous")),
+        Bearing::Tied
+    );
+    assert_eq!(
+        bearing_of("transport_delay", said("ambiguous")),
+        Bearing::Missed
+    );
+    assert_eq!(bearing_of("backlash", said("effect")), Bearing::Missed);
+}
+
+#[test]
+fn an_effect_said_to_look_like_none_is_counted_apart_and_not_as_right() {
+    let said = |tied: &[&str]| {
+        json!({"verdict": "parameters", "causes": [
+            {"effect": "none", "probability": 0.95, "indistinguishable_from": tied},
+            {"effect": "viscous_friction", "probability": 0.05}]})
+    };
+    let hidden = bearing_of("viscous_friction", said(&["viscous_friction"]));
+    assert_eq!(hidden, Bearing::Hidden);
+    assert_eq!(bearing_of("viscous_friction", said(&[])), Bearing::Missed);
+    assert_eq!(
+        bearing_of("none", said(&["viscous_friction"])),
+        Bearing::Named
+    );
+}

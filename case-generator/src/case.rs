@@ -81,24 +81,33 @@ pub fn generate(seed: u64, kind: &Kind) -> Case {
 /// [`generate`] with other motors, more wander, or weaker effects.
 pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
-    let motor = Motor::draw(&mut rng, options.other_motors);
-    let nominal = motor.believed(&mut rng);
-    let wander = WanderLevel {
-        sigma: options.wander_scale * log_uniform(&mut rng, 0.0003, 0.01),
-        time_s: log_uniform(&mut rng, 0.3, 3.0),
-    };
-    let profiles = profiles(&motor, &mut rng);
-    let chances = rng.random::<u64>();
-    let plain = Hidden::nothing(motor);
-    let judged = &profiles[..3];
-    let without = still_counts(&plain, judged, chances);
-
     let ids: Vec<&str> = match kind {
         Kind::None => vec![],
         Kind::Single(id) | Kind::Outside(id) => vec![id],
         Kind::Pair(a, b) => vec![a, b],
     };
-    let drawn = draw_effects(&ids, &plain, judged, chances, options, &mut rng);
+    let mut scene = Scene::draw(&ids, options, &mut rng);
+    for _ in 1..SCENES {
+        if scene.drawn.margin >= 1.0 {
+            break;
+        }
+        // An effect without a magnitude of its own may do nothing in these runs of this motor.
+        let other = Scene::draw(&ids, options, &mut rng);
+        if other.drawn.margin > scene.drawn.margin {
+            scene = other;
+        }
+    }
+    let Scene {
+        motor,
+        nominal,
+        wander,
+        profiles,
+        chances,
+        drawn,
+    } = scene;
+    let plain = Hidden::nothing(motor);
+    let judged = &profiles[..3];
+    let without = still_counts(&plain, judged, chances);
     let beyond_refit_counts = if ids.is_empty() {
         0.0
     } else {
@@ -140,6 +149,42 @@ pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
     }
 }
 
+/// Most motors that are drawn until the effects change the angle by enough.
+const SCENES: usize = 20;
+
+/// A motor, how it is driven, and its effects.
+struct Scene {
+    motor: Motor,
+    nominal: Motor,
+    wander: WanderLevel,
+    profiles: Vec<Profile>,
+    chances: u64,
+    drawn: Drawn,
+}
+
+impl Scene {
+    fn draw(ids: &[&str], options: &Options, rng: &mut impl Rng) -> Self {
+        let motor = Motor::draw(rng, options.other_motors);
+        let nominal = motor.believed(rng);
+        let wander = WanderLevel {
+            sigma: options.wander_scale * log_uniform(rng, 0.0003, 0.01),
+            time_s: log_uniform(rng, 0.3, 3.0),
+        };
+        let profiles = profiles(&motor, rng);
+        let chances = rng.random::<u64>();
+        let plain = Hidden::nothing(motor);
+        let drawn = draw_effects(ids, &plain, &profiles[..3], chances, options, rng);
+        Self {
+            motor,
+            nominal,
+            wander,
+            profiles,
+            chances,
+            drawn,
+        }
+    }
+}
+
 /// The three runs of a case, then the unseen one.
 fn profiles(motor: &Motor, rng: &mut impl Rng) -> Vec<Profile> {
     let supply = motor.supply_v;
@@ -159,6 +204,8 @@ struct Drawn {
     strengths: BTreeMap<String, f64>,
     /// What the encoder reads with all effects, without wander.
     counts: Vec<f64>,
+    /// The weakest effect's strength in multiples of the least one.
+    margin: f64,
 }
 
 /// Draws magnitudes until each effect changes the angle by enough; after many tries, the strongest.
@@ -179,7 +226,7 @@ fn draw_effects(
         let counts = still_counts(&hidden, profiles, chances);
         (hidden, counts)
     };
-    let mut best: Option<(f64, Drawn)> = None;
+    let mut best: Option<Drawn> = None;
     for _ in 0..TRIES {
         let effects: Vec<Effect> = ids
             .iter()
@@ -199,23 +246,22 @@ fn draw_effects(
             effects,
             strengths,
             counts,
+            margin,
         };
         if margin >= 1.0 {
             return drawn;
         }
-        if best.as_ref().is_none_or(|(other, _)| margin > *other) {
-            best = Some((margin, drawn));
+        if best.as_ref().is_none_or(|other| margin > other.margin) {
+            best = Some(drawn);
         }
     }
-    match best {
-        Some((_, drawn)) => drawn,
-        None => Drawn {
-            hidden: plain.clone(),
-            effects: Vec::new(),
-            strengths: BTreeMap::new(),
-            counts: still_counts(plain, profiles, chances),
-        },
-    }
+    best.unwrap_or_else(|| Drawn {
+        hidden: plain.clone(),
+        effects: Vec::new(),
+        strengths: BTreeMap::new(),
+        counts: still_counts(plain, profiles, chances),
+        margin: 0.0,
+    })
 }
 
 /// The least strength of an effect. Jitter is measured by another yard: a spread of a whole sample at

@@ -177,6 +177,15 @@ fn a_case_comes_again_from_its_seed_and_keeps_the_least_strength() {
 }
 
 #[test]
+fn an_effect_without_a_magnitude_is_given_a_motor_on_which_it_shows() {
+    for seed in 0..12 {
+        let case = generate(seed, &Kind::Single("coast_at_zero"));
+        let strength = case.label.strength_counts["coast_at_zero"];
+        assert!(strength >= 2.0, "seed {seed}: {strength} counts");
+    }
+}
+
+#[test]
 fn without_effect_and_wander_the_unseen_run_leaves_the_quantisation() {
     let case = generate(4, &Kind::None);
     let floor = case.label.unseen_floor_counts;

@@ -168,14 +168,22 @@ impl Claim {
                 for tied in self.ties(&names(member)) {
                     let mut other = leading.clone();
                     other.remove(member);
+                    // A member that cannot be told from none may be absent.
+                    let is_absent = tied.is_empty();
                     other.extend(tied);
-                    if other.len() == leading.len() {
+                    if is_absent || other.len() == leading.len() {
                         add(other);
                     }
                 }
             }
         }
         standing
+    }
+
+    /// Whether it says that nothing is there, and of this set that these runs cannot tell it from nothing.
+    pub(super) fn hides(&self, set: &Names) -> bool {
+        matches!(self.verdict, Word::NoGap | Word::Parameters)
+            && self.ties(&Names::new()).contains(set)
     }
 
     fn ties(&self, of: &Names) -> Vec<Names> {

@@ -19,6 +19,8 @@ pub enum Bearing {
     Named,
     /// The truth is among names stated to be one class.
     Tied,
+    /// It says none, and that the truth looks the same in these runs.
+    Hidden,
     /// Some of several effects are right.
     Partly,
     /// It says something else.
@@ -190,6 +192,8 @@ fn bearing(claim: &Claim, truth: &Names, standing: &[Names]) -> Bearing {
         Bearing::Named
     } else if standing.contains(truth) {
         Bearing::Tied
+    } else if claim.hides(truth) {
+        Bearing::Hidden
     } else if truth.len() > 1 && standing.iter().any(|set| !set.is_disjoint(truth)) {
         Bearing::Partly
     } else {

@@ -20,6 +20,9 @@ pub struct Score {
     pub set: SetFacts,
     /// Single effects.
     pub singles: Standing,
+    /// Single effects of which it is said that none is there, and that this one would look the same in these runs. They
+    /// do not count as right.
+    pub singles_hidden: Share,
     /// Pairs.
     pub pairs: Standing,
     /// Pairs of which one effect is right and not both.
@@ -201,6 +204,7 @@ pub fn score(opened: &Opened, cases: Vec<Judgement>) -> Score {
             head: opened.head.clone(),
         },
         singles: Standing::of(singles.iter().copied()),
+        singles_hidden: Share::count(singles.iter().copied(), |j| j.bearing == Bearing::Hidden),
         pairs: Standing::of(of_kind(TruthKind::Pair)),
         pairs_half_right: Share::count(of_kind(TruthKind::Pair), |j| j.bearing == Bearing::Partly),
         // A diagnosis that failed raises no alarm; it is counted as failed.

@@ -22,6 +22,11 @@ pub(super) fn headline(score: &Score) -> Table {
         score.singles.right.words(),
         "97 %",
     );
+    row(
+        "single effects besides, said to look like none in these runs",
+        score.singles_hidden.words(),
+        "",
+    );
     row("pairs, both right", score.pairs.right.words(), "80 %");
     row(
         "pairs, one of two right",

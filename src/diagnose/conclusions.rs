@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::candidate::Candidate;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, BASE_KEYS};
+use super::other_law::Doubtful;
 use super::rank::Ranking;
 use super::unknown::flexible;
 use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};
@@ -15,6 +16,8 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
+/// That there is none is said of all effects at once, and said outright from this probability on.
+const NONE_NAMED: f64 = 0.8;
 /// Sets this many nats behind the best are looked at for ties.
 const IN_PLAY: f64 = 12.0;
 
@@ -38,11 +41,19 @@ pub(super) struct Ties {
 }
 
 impl Ties {
-    pub(super) fn among(problem: &Problem<'_>, ranking: &Ranking) -> Self {
+    pub(super) fn among(
+        problem: &Problem<'_>,
+        ranking: &Ranking,
+        doubtful: Option<Doubtful>,
+    ) -> Self {
         let mut ties = Self {
             pairs: Vec::new(),
-            of_the_best: false,
+            of_the_best: doubtful.is_some(),
         };
+        if let Some(doubtful) = doubtful {
+            let id = catalogue()[doubtful.effect].id;
+            ties.pairs.push((id, "none", doubtful.separation));
+        }
         let best = &ranking.candidates[0];
         for rival in &ranking.candidates[1..] {
             if rival.log_weight < best.log_weight - IN_PLAY {
@@ -94,7 +105,12 @@ pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
     if ranking.unknown > best.probability {
         return Verdict::OutsideCatalogue;
     }
-    let named = best.probability >= NAMED || (best.probability >= 0.5 && !ties.of_the_best);
+    let from = if best.effects.is_empty() {
+        NONE_NAMED
+    } else {
+        NAMED
+    };
+    let named = best.probability >= from || (best.probability >= 0.5 && !ties.of_the_best);
     if best.effects.is_empty() && named {
         return if gap.before - gap.floor < NO_GAP_COUNTS {
             Verdict::NoGap

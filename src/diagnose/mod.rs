@@ -22,6 +22,7 @@ mod matter;
 mod noise;
 mod noise_numbers;
 mod nominal;
+mod other_law;
 mod other_means;
 mod pairs;
 mod periodic;
@@ -244,11 +245,14 @@ pub fn diagnose_holding_out(
         (Some(best), Some(null)) => rungs::held_out(&problem, &null.fit, &best.fit, &kept),
         _ => return Err(DiagnoseError::NoFit),
     };
-    ranking.judge(&gap);
+    let by_chance =
+        (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
+    ranking.judge(&gap, by_chance);
+    let doubtful = other_law::weigh(&problem, &mut ranking);
     let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
         return Err(DiagnoseError::NoFit);
     };
-    let ties = Ties::among(&problem, &ranking);
+    let ties = Ties::among(&problem, &ranking, doubtful);
     let verdict = verdict_of(&ranking, &gap, &ties);
     if matches!(verdict, Verdict::Ambiguous | Verdict::OutsideCatalogue) {
         problems.extend(unseen::unseen(&data));

@@ -29,6 +29,8 @@ const UNEXPLAINED_NATS: f64 = 50.0;
 const WELL_EXPLAINED: f64 = 0.95;
 const OTHER_LAW_NATS: f64 = 15.0;
 const JUDGED_COUNTS: f64 = 1.0;
+/// How much further than by its standard deviation a sum of chances may wander.
+const CHANCE: f64 = 2.0;
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
 
@@ -46,8 +48,9 @@ pub(super) struct Ranking {
 impl Ranking {
     /// Weighs the unknown against the named sets by what these explain of data kept from the fit: the best set
     /// that closes a small share of a gap leaves most of it to something else; one that closes nearly all of it is the
-    /// cause, even if its law is not quite the catalogue's.
-    pub fn judge(&mut self, gap: &Gap) {
+    /// cause, even if its law is not quite the catalogue's. `by_chance` in counts RMS is what the best set itself says that no
+    /// model can predict: down to twice that it has explained what there is to explain.
+    pub fn judge(&mut self, gap: &Gap, by_chance: f64) {
         let named = self
             .candidates
             .first()
@@ -55,7 +58,12 @@ impl Ranking {
         if !named || gap.before < gap.floor + JUDGED_COUNTS {
             return;
         }
-        let short = (EXPLAINED - gap.closed).max(0.0);
+        let is_chance = gap.after_effect < CHANCE * by_chance;
+        let short = if is_chance {
+            0.0
+        } else {
+            (EXPLAINED - gap.closed).max(0.0)
+        };
         let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
         let more = (UNEXPLAINED_NATS * short - OTHER_LAW_NATS * well).exp();
         let total = 1.0 + self.unknown * (more - 1.0);

@@ -143,6 +143,24 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
     )
 }
 
+/// What edges lost by chance leave of a right model in open loop, in counts RMS: each is an error of one count from then on,
+/// so that the variance after a travel of `n` counts is `q (1 - q) n`.
+pub(super) fn lost_by_chance(problem: &Problem<'_>, fit: &Fit) -> f64 {
+    let q = problem
+        .noise(&fit.hypothesis, &fit.p, fit.wander)
+        .lost_share;
+    let (mut squares, mut samples) = (0.0, 0);
+    for run in problem.runs {
+        let mut travel = 0.0;
+        for pair in run.counts.windows(2) {
+            travel += (pair[1] - pair[0]).abs();
+            squares += q * (1.0 - q) * travel;
+        }
+        samples += run.len();
+    }
+    (squares / samples.max(1) as f64).sqrt()
+}
+
 fn runs(count: usize) -> String {
     match count {
         1 => "one run".to_owned(),

@@ -28,8 +28,10 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             gap.before
         ),
         Verdict::Parameters => format!(
-            "The model is right and its numbers are a little off ({sure}): refitting them brings the gap from {:.2} to {:.2} counts; {floor}.",
-            gap.before, gap.after_parameters
+            "The model is right and its numbers are a little off ({sure}): refitting them brings the gap from {:.2} to {:.2} counts; {floor}.{}",
+            gap.before,
+            gap.after_parameters,
+            hidden_behind_the_numbers(diagnosis)
         ),
         Verdict::Effect => format!(
             "The gap is {} ({sure}){region}: adding it closes {:.0} % of the gap, from {:.2} counts to {:.2}; refitting alone leaves {:.2}, {floor}.",
@@ -40,6 +42,19 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             gap.after_effect,
             gap.after_parameters
         ),
+        Verdict::Ambiguous if !perhaps_none(diagnosis).is_empty() => {
+            let doubtful = perhaps_none(diagnosis);
+            let others: Vec<_> = (diagnosis.effects.iter().copied())
+                .filter(|id| !doubtful.contains(id))
+                .collect();
+            format!(
+                "The gap is {}{region}. With {} beside it the gap goes from {:.2} counts to {:.2}, but another law of the same effect could leave as little; {floor}.",
+                in_words(&others),
+                doubtful.join(" and ").replace('_', " "),
+                gap.before,
+                gap.after_effect
+            )
+        }
         Verdict::Ambiguous => {
             let in_play = diagnosis.causes.iter().filter(|c| c.probability > IN_PLAY);
             let rivals: Vec<&str> = in_play
@@ -78,6 +93,33 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// Chosen effects beside others that these runs cannot tell from none.
+fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&'static str> {
+    let is_doubtful = |id: &&&'static str| {
+        let mut causes = diagnosis.causes.iter();
+        let cause = causes.find(|cause| cause.effect == **id);
+        cause.is_some_and(|cause| cause.indistinguishable_from.contains(&"none"))
+    };
+    if diagnosis.effects.len() < 2 {
+        return Vec::new();
+    }
+    (diagnosis.effects.iter().filter(is_doubtful).copied()).collect()
+}
+
+/// What these runs cannot tell from other numbers of the model, as a sentence.
+fn hidden_behind_the_numbers(diagnosis: &Diagnosis) -> String {
+    let none = diagnosis.causes.iter().find(|cause| cause.effect == "none");
+    let tied = none.map_or(&[][..], |none| &none.indistinguishable_from);
+    if tied.is_empty() {
+        return String::new();
+    }
+    let names: Vec<String> = tied.iter().map(|id| id.replace('_', " ")).collect();
+    format!(
+        " A small effect of these would look the same in these runs: {}.",
+        names.join(", ")
+    )
 }
 
 /// Effects by name, each with what it is.
