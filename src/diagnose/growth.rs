@@ -12,7 +12,7 @@ use super::fit::{Fit, Problem};
 use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
-use super::search::Search;
+use super::search::{Search, Start};
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -47,6 +47,12 @@ const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
+
+/// Squares that a further effect must promise to be fitted (the prior of one more effect is worth seven), those of one that
+/// is scanned for, and how many are fitted that promise less.
+const LEAST_PROMISE: f64 = 3.0;
+const LEAST_SCANNED: f64 = 16.0;
+const UNPROMISING: usize = 3;
 
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
@@ -123,10 +129,20 @@ impl Field<'_> {
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        let short: Vec<Candidate> = indices
+        let looked_at: Vec<Looked> = indices
             .par_iter()
-            .filter_map(|&index| {
-                let starts = search.starts(index, None);
+            .map(|&index| {
+                let (starts, promise) = search.starts_and_promise(index, None);
+                Looked {
+                    index,
+                    starts,
+                    promise,
+                }
+            })
+            .collect();
+        let short: Vec<Candidate> = promising_ones(looked_at)
+            .into_par_iter()
+            .filter_map(|Looked { index, starts, .. }| {
                 let fit = if is_scanned(catalogue()[index].id) {
                     scanned_fit(problem, self.beginnings, starts, level)
                 } else {
@@ -263,6 +279,37 @@ impl Field<'_> {
                 Some(candidate(problem, effects, fit, self.scale))
             })
             .collect()
+    }
+}
+
+/// An effect that was looked at beside a parent.
+struct Looked {
+    index: usize,
+    starts: Vec<Start>,
+    /// By how many squares less it may leave.
+    promise: f64,
+}
+
+/// Those that are worth a fit, and the best of the others.
+fn promising_ones(mut looked_at: Vec<Looked>) -> Vec<Looked> {
+    looked_at.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+    let mut others = 0;
+    looked_at.retain(|looked| {
+        let is_worth = looked.promise >= least_promise(looked.index);
+        others += usize::from(!is_worth);
+        is_worth || others <= UNPROMISING
+    });
+    looked_at
+}
+
+/// The squares that an effect must promise to take off to be fitted. One that is scanned over some hundred orders promises
+/// that by chance; whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
+fn least_promise(index: usize) -> f64 {
+    let kind = &catalogue()[index];
+    match kind.id {
+        id if is_scanned(id) => LEAST_SCANNED,
+        "clock_error" | "resolution_error" => 0.0,
+        _ => LEAST_PROMISE,
     }
 }
 

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member};
-use super::noise::{NoiseLevel, Whitener};
+use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
 use super::sums::{dot, gram};
@@ -58,6 +58,9 @@ pub(super) struct Search<'a> {
     members: Vec<Member>,
     level: NoiseLevel,
     anchors: Vec<Anchor>,
+    /// The fit as it is, on its own horizon.
+    own: Anchor,
+    own_level: NoiseLevel,
 }
 
 /// A point around which the base gives way linearly.
@@ -119,6 +122,19 @@ impl Anchor {
         })
     }
 
+    /// Squares that a column gains whose whole leaves `r`, with the magnitude that suits it best, above nought.
+    fn gain_along(&self, r: &[f64]) -> f64 {
+        let column: Vec<f64> = self.residual.iter().zip(r).map(|(a, b)| a - b).collect();
+        let Some(cholesky) = self.normal(&self.hypothesis).cholesky() else {
+            return f64::INFINITY;
+        };
+        let shared = DVector::from_fn(self.base.len(), |k, _| dot(&self.base[k], &column));
+        let given = cholesky.solve(&shared);
+        let along = dot(&column, &self.residual) - given.dot(&self.right());
+        let size = dot(&column, &column) - given.dot(&shared);
+        along.max(0.0).powi(2) / size.max(1e-12)
+    }
+
     /// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
     fn left_over(&self, r: &[f64], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
         let d = self.base.len();
@@ -144,6 +160,7 @@ impl<'a> Search<'a> {
             .get(level)
             .or(problem.levels.last())
             .copied()?;
+        let own = Anchor::new(problem, fit)?;
         let mut at_level = fit.clone();
         at_level.wander = strongest;
         let mut anchors = vec![Anchor::new(problem, &at_level)?];
@@ -159,15 +176,25 @@ impl<'a> Search<'a> {
             members: fit.hypothesis.members.clone(),
             level: problem.noise(&fit.hypothesis, &fit.p, strongest),
             anchors,
+            own,
+            own_level: problem.noise(&fit.hypothesis, &fit.p, fit.wander),
         })
     }
 
     /// The most promising hypotheses with effect `index` added, each with its starting numbers; `known` are the
     /// effect's values in a fit, near which to look more closely.
     pub fn starts(&self, index: usize, known: Option<&[f64]>) -> Vec<Start> {
+        self.starts_and_promise(index, known).0
+    }
+
+    /// The same, and by how many squares less the effect may leave than the fit so far, on short horizons or on the fit's
+    /// own: each start with the magnitude, as a factor of what it does there, that suits it best.
+    pub fn starts_and_promise(&self, index: usize, known: Option<&[f64]>) -> (Vec<Start>, f64) {
         let kind = &catalogue()[index];
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
-        for anchor in &self.anchors {
+        let before = self.anchors.first().map_or(0.0, |anchor| anchor.left);
+        let mut promise: f64 = 0.0;
+        for (place, anchor) in self.anchors.iter().enumerate() {
             let tried: Vec<Try> = match kind.id {
                 "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
                     periodic(self.problem, &self.level, anchor, index, kind.id)
@@ -197,8 +224,12 @@ impl<'a> Search<'a> {
                     *value += shift.clamp(-WIDEST_SHIFT, WIDEST_SHIFT);
                 }
                 hypothesis.clamp(&mut start);
-                let cost = rating.or_else(|| self.cost(anchor, &hypothesis, &start));
-                scored.push((cost.unwrap_or(f64::INFINITY), hypothesis, start));
+                let (cost, promised) = match rating {
+                    Some(rating) => (rating, before - rating),
+                    None => self.judged(place, &hypothesis, &start),
+                };
+                promise = promise.max(promised);
+                scored.push((cost, hypothesis, start));
             }
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -207,7 +238,8 @@ impl<'a> Search<'a> {
             "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
             _ => STARTS,
         });
-        scored.into_iter().map(|(_, h, p)| (h, p)).collect()
+        let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
+        (starts, promise)
     }
 
     /// The rate in 1/s at which starts part that differ little, where a torque that repeats with the angle holds the
@@ -234,29 +266,39 @@ impl<'a> Search<'a> {
         (*median < (2.0 * amplitude / order).sqrt()).then_some((amplitude * order).sqrt())
     }
 
-    /// What is left on short horizons after the base has given way linearly.
-    fn cost(&self, anchor: &Anchor, hypothesis: &Hypothesis, start: &[f64]) -> Option<f64> {
-        let level = NoiseLevel {
-            wander: self.level.wander,
-            ..self.problem.noise(hypothesis, start, self.level.wander)
+    /// Squares left on short horizons by a start beside the anchor with this number, once the base has given way linearly;
+    /// and by how many fewer they may be than those of the fit so far.
+    fn judged(&self, place: usize, hypothesis: &Hypothesis, start: &[f64]) -> (f64, f64) {
+        let nothing = (f64::INFINITY, 0.0);
+        let (Some(anchor), Some(first)) = (self.anchors.get(place), self.anchors.first()) else {
+            return nothing;
         };
+        let Some(predictions) = self.predictions(hypothesis, start) else {
+            return nothing;
+        };
+        let level = self.problem.noise(hypothesis, start, self.level.wander);
         let whiteners = self.problem.whiteners(&level);
         let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
-        let r = self.left_by(hypothesis, start, &whiteners)?;
-        Some(anchor.left_over(&r, hypothesis, start) + determinants)
+        let r = self.problem.whitened(&predictions, &whiteners);
+        let left = anchor.left_over(&r, hypothesis, start) + determinants;
+        if level != self.level {
+            // A noise of its own is no column of a regression.
+            return (left, f64::INFINITY);
+        }
+        let scaled = anchor.left - anchor.gain_along(&r);
+        let mut promise = first.left - left.min(scaled);
+        if place == 0 && self.own_level != self.level {
+            let whiteners = self.problem.whiteners(&self.own_level);
+            let r = self.problem.whitened(&predictions, &whiteners);
+            promise = promise.max(self.own.gain_along(&r));
+        }
+        (left, promise)
     }
 
-    /// The whitened residual that these numbers leave.
-    fn left_by(
-        &self,
-        hypothesis: &Hypothesis,
-        p: &[f64],
-        whiteners: &[Whitener],
-    ) -> Option<Vec<f64>> {
+    fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
         let motor = hypothesis.motor(self.problem.nominal, p);
         let runs = self.problem.runs.iter();
-        let predictions: Option<Vec<_>> = runs.map(|run| predict(&motor, run)).collect();
-        Some(self.problem.whitened(&predictions?, whiteners))
+        runs.map(|run| predict(&motor, run)).collect()
     }
 
     /// Where it looks from, and on which level of the noise.
@@ -269,7 +311,9 @@ impl<'a> Search<'a> {
         let anchor = self.anchors.first()?;
         let mut at_anchor = p.clone();
         at_anchor[..BASE].copy_from_slice(&anchor.p[..BASE]);
-        let mut r = self.left_by(hypothesis, &at_anchor, &self.problem.whiteners(&self.level))?;
+        let predictions = self.predictions(hypothesis, &at_anchor)?;
+        let whiteners = self.problem.whiteners(&self.level);
+        let mut r = self.problem.whitened(&predictions, &whiteners);
         for (r, before) in r.iter_mut().zip(&anchor.residual) {
             *r = before - *r;
         }
