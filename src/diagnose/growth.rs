@@ -12,7 +12,7 @@ use super::fit::{Fit, Problem};
 use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
-use super::search::{Search, Start};
+use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -45,14 +45,15 @@ const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
+/// How many nats a fit loses at most in a hollow that is not the deepest.
+const DEEPEST_HOLLOW: f64 = 300.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
 
-/// Squares that a further effect must promise to be fitted (the prior of one more effect is worth seven), those of one that
-/// is scanned for, and how many are fitted that promise less.
+/// Squares that a further effect must promise to be fitted (the prior of one more effect is worth seven), and those of one
+/// that is scanned for.
 const LEAST_PROMISE: f64 = 3.0;
 const LEAST_SCANNED: f64 = 16.0;
-const UNPROMISING: usize = 3;
 
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
@@ -129,20 +130,13 @@ impl Field<'_> {
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        let looked_at: Vec<Looked> = indices
+        let short: Vec<Candidate> = indices
             .par_iter()
-            .map(|&index| {
+            .filter_map(|&index| {
                 let (starts, promise) = search.starts_and_promise(index, None);
-                Looked {
-                    index,
-                    starts,
-                    promise,
+                if promise < least_promise(index) {
+                    return None;
                 }
-            })
-            .collect();
-        let short: Vec<Candidate> = promising_ones(looked_at)
-            .into_par_iter()
-            .filter_map(|Looked { index, starts, .. }| {
                 let fit = if is_scanned(catalogue()[index].id) {
                     scanned_fit(problem, self.beginnings, starts, level)
                 } else {
@@ -282,26 +276,6 @@ impl Field<'_> {
     }
 }
 
-/// An effect that was looked at beside a parent.
-struct Looked {
-    index: usize,
-    starts: Vec<Start>,
-    /// By how many squares less it may leave.
-    promise: f64,
-}
-
-/// Those that are worth a fit, and the best of the others.
-fn promising_ones(mut looked_at: Vec<Looked>) -> Vec<Looked> {
-    looked_at.sort_by(|a, b| b.promise.total_cmp(&a.promise));
-    let mut others = 0;
-    looked_at.retain(|looked| {
-        let is_worth = looked.promise >= least_promise(looked.index);
-        others += usize::from(!is_worth);
-        is_worth || others <= UNPROMISING
-    });
-    looked_at
-}
-
 /// The squares that an effect must promise to take off to be fitted. One that is scanned over some hundred orders promises
 /// that by chance; whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
 fn least_promise(index: usize) -> f64 {
@@ -313,14 +287,26 @@ fn least_promise(index: usize) -> f64 {
     }
 }
 
-/// Fits a candidate's set without each of its effects, from the candidate's own numbers: a smaller set must
-/// not lose because its own fit ended in a worse hollow.
-pub(super) fn without_one(problem: &Problem<'_>, full: &Candidate, scale: f64) -> Vec<Candidate> {
+/// Fits the best candidate's set without each of its effects, from that candidate's own numbers: a smaller set must
+/// not lose because its own fit ended in a worse hollow. No hollow is as deep as what those lack that are far behind.
+pub(super) fn without_one(
+    problem: &Problem<'_>,
+    candidates: &[Candidate],
+    scale: f64,
+) -> Vec<Candidate> {
+    let Some(full) = candidates.first() else {
+        return Vec::new();
+    };
     (0..full.effects.len())
         .into_par_iter()
         .filter_map(|m| {
             let mut effects = full.effects.clone();
             let removed = effects.remove(m);
+            let set = sorted(&effects);
+            let known = candidates.iter().find(|c| sorted(&c.effects) == set);
+            if known.is_some_and(|known| known.log_weight < full.log_weight - DEEPEST_HOLLOW) {
+                return None;
+            }
             let (hypothesis, start) = full.fit.hypothesis.without(
                 removed,
                 problem.nominal,

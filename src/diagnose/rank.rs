@@ -139,7 +139,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     }
     progress("checking that every part of it is needed");
     for _ in 0..MOST_ROUNDS {
-        let better = without_one(problem, &candidates[0], scale);
+        let better = without_one(problem, &candidates, scale);
         let before = sorted(&candidates[0].effects);
         candidates.extend(better);
         dedup(&mut candidates);

@@ -5,6 +5,7 @@
 //! run by a fit on the others and on its first part. The interval is a bootstrap over half-second blocks.
 
 use rand::{RngExt, SeedableRng};
+use rayon::prelude::*;
 
 use super::data::RunData;
 use super::fit::{Fit, Problem};
@@ -41,11 +42,11 @@ struct Block {
 /// The rungs of the chosen fit beside the refitted model without effects.
 pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
     let total: usize = problem.runs.iter().map(RunData::len).sum();
-    let mut blocks: Vec<Block> = Vec::new();
-    let (mut whole, mut parts) = (0, 0);
-    for (k, run) in problem.runs.iter().enumerate() {
-        let keep_whole = problem.runs.len() > 1 && 2 * (total - run.len()) >= total;
-        let from = if keep_whole {
+    let is_kept_whole = |run: &RunData| problem.runs.len() > 1 && 2 * (total - run.len()) >= total;
+    let whole = problem.runs.iter().filter(|run| is_kept_whole(run)).count();
+    let parts = problem.runs.len() - whole;
+    let of_run = |(k, run): (usize, &RunData)| {
+        let from = if is_kept_whole(run) {
             0
         } else {
             (run.len() as f64 * FITTED_SHARE) as usize
@@ -58,20 +59,22 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
                 training.push(head);
             }
         }
-        if keep_whole {
-            whole += 1;
-        } else {
-            parts += 1;
-        }
-        let refitted = refit(problem, &training, null);
-        let with_effects = if chosen.hypothesis.members.is_empty() {
-            refitted.clone()
-        } else {
-            refit(problem, &training, chosen)
-        };
-        let models = [problem.nominal.clone(), refitted, with_effects];
-        blocks.extend(errors(&models, run, from));
-    }
+        let (refitted, with_effects) = rayon::join(
+            || refit(problem, &training, null),
+            || {
+                let has_effects = !chosen.hypothesis.members.is_empty();
+                has_effects.then(|| refit(problem, &training, chosen))
+            },
+        );
+        let with_effects = with_effects.unwrap_or_else(|| refitted.clone());
+        errors(
+            &[problem.nominal.clone(), refitted, with_effects],
+            run,
+            from,
+        )
+    };
+    let by_run: Vec<Vec<Block>> = problem.runs.par_iter().enumerate().map(of_run).collect();
+    let blocks = by_run.concat();
     let held_out = match (whole, parts) {
         (0, _) => "the last 40 % of each run, predicted by a fit on the first 60 %".to_owned(),
         (_, 0) => "each run whole, predicted by a fit on the others".to_owned(),
