@@ -6,6 +6,7 @@
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
 //! measures the gap on data kept from the fit, `regimes` says where it lies, `design` what to record next.
 
+mod anchor;
 mod bagging;
 mod candidate;
 mod checks;

@@ -8,10 +8,11 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
+use super::anchor::Anchor;
 use super::fit::Problem;
 use super::hypothesis::{BASE, Hypothesis, Member};
 use super::periodic::{Waves, is_scanned, orders};
-use super::search::{Anchor, Search, Start};
+use super::search::{Search, Start};
 use super::sums::dot;
 use crate::motor::effects::catalogue;
 

@@ -5,11 +5,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::{Filters, Problem};
 use super::hypothesis::BASE;
 use super::noise::{Carried, NoiseLevel, Response};
-use super::search::{Anchor, ORDERS, Try};
+use super::search::{ORDERS, Try};
 use super::sums::{dot, gram};
 use crate::motor::effects::{Prior, catalogue};
 use crate::recording::CommandKind;

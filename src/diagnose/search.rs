@@ -4,15 +4,13 @@
 //! tried over a grid of its plausible range, and the starts that leave least, after the base model has
 //! given way linearly, are fitted. Effects that repeat with the angle have a search of their own (`periodic`).
 
-use nalgebra::{DMatrix, DVector};
-
+use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member};
 use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
-use super::sums::{dot, gram};
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
 use crate::recording::CommandKind;
@@ -61,94 +59,6 @@ pub(super) struct Search<'a> {
     /// The fit as it is, on its own horizon.
     own: Anchor,
     own_level: NoiseLevel,
-}
-
-/// A point around which the base gives way linearly.
-pub(super) struct Anchor {
-    /// What is fitted there.
-    pub hypothesis: Hypothesis,
-    /// Its numbers.
-    pub p: Vec<f64>,
-    /// Whitened residual there.
-    pub residual: Vec<f64>,
-    /// Whitened columns of the base.
-    pub base: Vec<Vec<f64>>,
-    /// Sums of their products.
-    pub gram: DMatrix<f64>,
-    /// What is left there after the base has given way linearly.
-    pub left: f64,
-}
-
-impl Anchor {
-    fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
-        let residual = problem.innovations(fit);
-        let base = problem.base_jacobian(fit)?;
-        let noise = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
-        let whiteners = problem.whiteners(&noise);
-        let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
-        let mut anchor = Self {
-            left: 0.0,
-            gram: gram(&base, |_, _| 0.0),
-            hypothesis: fit.hypothesis.clone(),
-            p: fit.p.clone(),
-            residual,
-            base,
-        };
-        anchor.left = anchor.left_over(&anchor.residual, &fit.hypothesis, &fit.p) + determinants;
-        Some(anchor)
-    }
-
-    /// Products of the base with itself, with its prior and a little ridge.
-    pub fn normal(&self, hypothesis: &Hypothesis) -> DMatrix<f64> {
-        let d = self.base.len();
-        let mut normal = self.gram.clone();
-        for i in 0..d {
-            for j in 0..d {
-                normal[(i, j)] += hypothesis.precision(i, j);
-            }
-            normal[(i, i)] += 1e-9 * normal[(i, i)] + 1e-12;
-        }
-        normal
-    }
-
-    /// Products of the base with the residual, less the pull of its prior.
-    pub fn right(&self) -> DVector<f64> {
-        let d = self.base.len();
-        DVector::from_fn(d, |k, _| {
-            let pull: f64 = (0..d)
-                .map(|j| self.hypothesis.precision(k, j) * self.p[j])
-                .sum();
-            dot(&self.base[k], &self.residual) - pull
-        })
-    }
-
-    /// Squares that a column gains whose whole leaves `r`, with the magnitude that suits it best, above nought.
-    fn gain_along(&self, r: &[f64]) -> f64 {
-        let column: Vec<f64> = self.residual.iter().zip(r).map(|(a, b)| a - b).collect();
-        let Some(cholesky) = self.normal(&self.hypothesis).cholesky() else {
-            return f64::INFINITY;
-        };
-        let shared = DVector::from_fn(self.base.len(), |k, _| dot(&self.base[k], &column));
-        let given = cholesky.solve(&shared);
-        let along = dot(&column, &self.residual) - given.dot(&self.right());
-        let size = dot(&column, &column) - given.dot(&shared);
-        along.max(0.0).powi(2) / size.max(1e-12)
-    }
-
-    /// What is left of `r` in squares after the base has given way linearly, at the price of its prior.
-    fn left_over(&self, r: &[f64], hypothesis: &Hypothesis, p: &[f64]) -> f64 {
-        let d = self.base.len();
-        let mut priced = dot(r, r);
-        let right = DVector::from_fn(d, |i, _| {
-            let pull: f64 = (0..d).map(|j| hypothesis.precision(i, j) * p[j]).sum();
-            priced += p[i] * pull;
-            dot(&self.base[i], r) - pull
-        });
-        match self.normal(hypothesis).cholesky() {
-            Some(cholesky) => priced - cholesky.solve(&right).dot(&right),
-            None => priced,
-        }
-    }
 }
 
 impl<'a> Search<'a> {
