@@ -143,6 +143,18 @@ impl RunData {
         self.speed_counts_s[k].abs() < SLOW * self.top_speed_counts_s
     }
 
+    /// Largest acceleration of the shaft where it moves, over the window, in counts/s^2.
+    pub fn largest_acceleration(&self) -> f64 {
+        let half = ((WINDOW_S / self.sample_time_s).round() as usize).clamp(1, 1000);
+        let moves = |k: &usize| self.moving[k - half] && self.moving[k + half];
+        let inside = (half..self.len().saturating_sub(half)).filter(moves);
+        let change = |k: usize| {
+            let change = self.speed_counts_s[k + half] - self.speed_counts_s[k - half];
+            change.abs() / (self.t_s[k + half] - self.t_s[k - half])
+        };
+        inside.map(change).fold(0.0, f64::max)
+    }
+
     /// Time in s from the last sample of a piece to the first of this one; none where they are not of one run, or not in
     /// this order.
     pub fn gap_s(&self, last: &Self) -> Option<f64> {

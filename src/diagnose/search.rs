@@ -19,6 +19,8 @@ use crate::recording::CommandKind;
 const STARTS: usize = 3;
 /// How many of one that goes in steps.
 const STEPPED_STARTS: usize = 6;
+/// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
+const FAR_LARGER: f64 = 4.0;
 /// How many orders of an angle-periodic effect are fitted.
 pub(super) const ORDERS: usize = 4;
 
@@ -311,7 +313,8 @@ pub(super) fn damping_of(motor: &Motor, kind: CommandKind) -> f64 {
     (p.viscous_friction_nm_s_per_rad + coupling) / p.inertia_kg_m2
 }
 
-/// Largest acceleration that the commands of the runs ask for, in counts/s^2.
+/// Largest acceleration that the commands of the runs ask for, in counts/s^2; the recorded one where that is far larger: a
+/// shaft that swings or coasts with hardly a command.
 pub(super) fn largest_acceleration(motor: &Motor, runs: &[RunData]) -> f64 {
     let p = &motor.parameters;
     let largest = runs.iter().map(|run| {
@@ -323,5 +326,12 @@ pub(super) fn largest_acceleration(motor: &Motor, runs: &[RunData]) -> f64 {
         };
         torque / p.inertia_kg_m2 * run.counts_per_rev / std::f64::consts::TAU
     });
-    largest.fold(1.0, f64::max)
+    let asked = largest.fold(1.0, f64::max);
+    let recorded = runs.iter().map(RunData::largest_acceleration);
+    let recorded = recorded.fold(0.0, f64::max);
+    if recorded > FAR_LARGER * asked {
+        recorded
+    } else {
+        asked
+    }
 }
