@@ -141,6 +141,67 @@ fn what_the_catalogue_does_not_have_is_not_blamed_on_it() {
     );
 }
 
+/// The wheel stands still up to duty 60 of 255 and turns from 70: 1.74 to 2.03 V. One row a second, in which it turns ten
+/// times, tells nothing of what repeats with the angle.
+#[test]
+fn the_speed_calibration_shows_the_dead_zone() {
+    let Some(folder) = support::real_recordings("the_speed_calibration_shows_the_dead_zone") else {
+        return;
+    };
+    let log = "micromouse/wheelSpeedCalibration1.csv";
+    let run = run_of(&folder, log, "micromouse_calibration.toml");
+    let found = diagnosis(&[run], &[], "micromouse.toml");
+    let set = likeliest(&found);
+    assert!(set.contains(&"dead_zone"), "{set:?}");
+    let cause = found
+        .causes
+        .iter()
+        .find(|cause| cause.effect == "dead_zone");
+    let threshold_v = cause.expect("weighed").parameters["threshold_v"].value;
+    assert!((1.74..2.03).contains(&threshold_v), "{threshold_v}");
+    assert!(
+        found.causes.iter().all(|cause| cause.effect != "cogging"),
+        "{:?}",
+        found.causes
+    );
+}
+
+/// The batteries' logs have no position: nothing is diagnosed, and what there is said.
+#[test]
+fn a_log_without_position_is_refused() {
+    let Some(folder) = support::real_recordings("a_log_without_position_is_refused") else {
+        return;
+    };
+    let log = "micromouse/batteryVoltage1.csv";
+    let run = run_of(&folder, log, "micromouse_battery_aaa.toml");
+    let motor = read_motor(Path::new("tests/real/motors/micromouse.toml")).expect("a motor file");
+    let refused = diagnose_holding_out(&[run], &[], &motor, &|_| {}).expect_err("nothing to judge");
+    let said = refused.to_string();
+    assert!(said.contains("the position was not recorded"), "{said}");
+    assert!(said.contains("it falls by 0.22 V"), "{said}");
+}
+
+/// Stick-slip of a servo passed for lost edges, and was then judged in open loop.
+#[test]
+fn a_servos_own_noise_is_not_taken_for_lost_edges() {
+    let Some(folder) = support::real_recordings("a_servos_own_noise_is_not_taken_for_lost_edges")
+    else {
+        return;
+    };
+    let log = "xl330/xl330_m490g_l100mm_kp100_sin_time_square.csv";
+    let whole = run_of(&folder, log, "xl330.toml");
+    let second = part(&whole, whole.len() / 2..whole.len());
+    let found = diagnosis(&[second], &[], "xl330.toml");
+    let set = likeliest(&found);
+    assert!(set.contains(&"gravity_load"), "{set:?}");
+    assert!(!set.contains(&"missed_counts"), "{set:?}");
+    assert!(
+        found.gap.held_out.contains("at a time"),
+        "{}",
+        found.gap.held_out
+    );
+}
+
 /// A slow turn in which the current holds the rotor against its cogging, most of it of order 7 (61 % of the current's
 /// variance by regression, at 0.027 N m).
 #[test]
