@@ -27,6 +27,12 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
             "There is no gap to explain: the nominal model leaves {:.2} counts, {floor}.",
             gap.before
         ),
+        Verdict::Parameters if gap.after_parameters >= gap.before => format!(
+            "The model is right as it is ({sure}): it leaves {:.2} counts, and refitting its numbers does not make that less ({:.2} on data kept from the fit); {floor}.{}",
+            gap.before,
+            gap.after_parameters,
+            hidden_behind_the_numbers(diagnosis)
+        ),
         Verdict::Parameters => format!(
             "The model is right and its numbers are a little off ({sure}): refitting them brings the gap from {:.2} to {:.2} counts; {floor}.{}",
             gap.before,
