@@ -45,13 +45,13 @@ const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
-/// How many nats a fit loses at most in a hollow that is not the deepest.
+/// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
 
-/// Squares that a further effect must promise to be fitted (the prior of one more effect is worth seven), and those of one
-/// that is scanned for.
+/// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
+/// is worth seven), and those of one that is scanned for.
 const LEAST_PROMISE: f64 = 3.0;
 const LEAST_SCANNED: f64 = 16.0;
 
@@ -130,11 +130,13 @@ impl Field<'_> {
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
+        // Where much is left, what is linear close by tells little of what an effect could do.
+        let is_good = !parent.effects.is_empty() && self.is_enough(parent);
         let short: Vec<Candidate> = indices
             .par_iter()
             .filter_map(|&index| {
                 let (starts, promise) = search.starts_and_promise(index, None);
-                if promise < least_promise(index) {
+                if is_good && promise < least_promise(index) {
                     return None;
                 }
                 let fit = if is_scanned(catalogue()[index].id) {
@@ -288,7 +290,7 @@ fn least_promise(index: usize) -> f64 {
 }
 
 /// Fits the best candidate's set without each of its effects, from that candidate's own numbers: a smaller set must
-/// not lose because its own fit ended in a worse hollow. No hollow is as deep as what those lack that are far behind.
+/// not lose because its own fit ended in a worse hollow. The base alone has none as deep as what it lacks where it is far behind.
 pub(super) fn without_one(
     problem: &Problem<'_>,
     candidates: &[Candidate],
@@ -302,9 +304,10 @@ pub(super) fn without_one(
         .filter_map(|m| {
             let mut effects = full.effects.clone();
             let removed = effects.remove(m);
-            let set = sorted(&effects);
-            let known = candidates.iter().find(|c| sorted(&c.effects) == set);
-            if known.is_some_and(|known| known.log_weight < full.log_weight - DEEPEST_HOLLOW) {
+            let alone = candidates.iter().find(|c| c.effects.is_empty());
+            let is_hopeless =
+                alone.is_some_and(|c| c.log_weight < full.log_weight - DEEPEST_HOLLOW);
+            if effects.is_empty() && is_hopeless {
                 return None;
             }
             let (hypothesis, start) = full.fit.hypothesis.without(
