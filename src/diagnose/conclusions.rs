@@ -16,7 +16,7 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
-/// That there is none is said of all effects at once, and said outright from this probability on.
+/// Where there is a gap, that there is none is said of all effects at once, and said outright from this probability on.
 const NONE_NAMED: f64 = 0.8;
 /// Sets this many nats behind the best are looked at for ties.
 const IN_PLAY: f64 = 12.0;
@@ -105,17 +105,18 @@ pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
     if ranking.unknown > best.probability {
         return Verdict::OutsideCatalogue;
     }
-    let from = if best.effects.is_empty() {
+    let is_gap = gap.before - gap.floor >= NO_GAP_COUNTS;
+    let from = if best.effects.is_empty() && is_gap {
         NONE_NAMED
     } else {
         NAMED
     };
     let named = best.probability >= from || (best.probability >= 0.5 && !ties.of_the_best);
     if best.effects.is_empty() && named {
-        return if gap.before - gap.floor < NO_GAP_COUNTS {
-            Verdict::NoGap
-        } else {
+        return if is_gap {
             Verdict::Parameters
+        } else {
+            Verdict::NoGap
         };
     }
     if named {
