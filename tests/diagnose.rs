@@ -163,3 +163,23 @@ fn noises_of_an_effects_own_have_intervals_that_hold_the_truth() {
     assert!(said.len() <= 1, "{}", said.join("\n"));
     assert!(held + 1 >= numbers && numbers >= 6, "{held} of {numbers}");
 }
+
+/// Its samples come late together from then on, which neither lost edges nor late samples do; and the host saw it.
+#[test]
+fn a_board_whose_clock_stands_still_is_outside_the_catalogue_and_listed() {
+    let (_, found) = diagnosis(31, "clock_stall");
+    assert_eq!(
+        found.verdict,
+        Verdict::OutsideCatalogue,
+        "{}",
+        found.sentence
+    );
+    let listed = found.data.iter().map(|problem| problem.problem);
+    let listed: Vec<&str> = listed.collect();
+    assert!(listed.contains(&"clock_stood"), "{listed:?}");
+    // A clock that is off does not stand still.
+    let (_, found) = diagnosis(32, "clock_error");
+    assert_eq!(found.effects, ["clock_error"], "{}", found.sentence);
+    let mut listed = found.data.iter().map(|problem| problem.problem);
+    assert!(!listed.any(|problem| problem == "clock_stood"));
+}

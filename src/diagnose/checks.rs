@@ -1,5 +1,6 @@
 //! What is wrong with a recording itself, before anything is fitted.
 
+use super::host_clock::{host_clock, stands};
 use super::verdict::DataProblem;
 use crate::compare::lost_samples;
 use crate::recording::Run;
@@ -108,28 +109,6 @@ fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     }
 }
 
-/// By how much the board's clock is off as the host saw it, and the time in s between first and last look;
-/// `None` where only one clock was there.
-///
-/// A line through the earliest arrivals of the first and the last tenth: arrival is late by a scatter, the slope is
-/// the clock's.
-pub(super) fn host_clock(run: &Run) -> Option<(f64, f64)> {
-    if run.is_host_timed() {
-        return None;
-    }
-    let host = run.host_t_s.as_ref()?;
-    let n = run.len();
-    let tenth = (n / 10).max(1);
-    let earliest = |range: std::ops::Range<usize>| {
-        let late = range.map(|k| (host[k] - run.t_s[k], run.t_s[k]));
-        late.min_by(|a, b| a.0.total_cmp(&b.0))
-    };
-    let (first, last) = (earliest(0..tenth)?, earliest(n.saturating_sub(tenth)..n)?);
-    let span_s = last.1 - first.1;
-    let error = (last.0 - first.0) / span_s;
-    (error.is_finite() && span_s > 0.0).then_some((error, span_s))
-}
-
 fn clocks(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     if run.is_host_timed() {
         say(
@@ -150,6 +129,19 @@ fn clocks(run: &Run, say: &mut impl FnMut(&'static str, String)) {
             ),
         );
         return;
+    }
+    let stands = stands(run);
+    if let Some(first) = stands.first() {
+        say(
+            "clock_stood",
+            format!(
+                "by the host's clock the board's stood still {} times, for {:.0} ms in all, first for {:.0} ms at {:.3} s",
+                stands.len(),
+                1e3 * stands.iter().map(|stand| stand.lost_s).sum::<f64>(),
+                1e3 * first.lost_s,
+                run.t_s[first.sample]
+            ),
+        );
     }
     // The earliest arrivals scatter by a millisecond or so.
     if error.abs() > CLOCK.max(0.004 / span_s) {

@@ -50,9 +50,22 @@ impl Ties {
             pairs: Vec::new(),
             of_the_best: doubtful.is_some(),
         };
-        if let Some(doubtful) = doubtful {
-            let id = catalogue()[doubtful.effect].id;
-            ties.pairs.push((id, "none", doubtful.separation));
+        if let Some(Doubtful {
+            effects,
+            instead,
+            separation,
+        }) = doubtful
+        {
+            let id = |effect: &usize| catalogue()[*effect].id;
+            for a in effects.iter().map(id) {
+                if instead.is_empty() {
+                    ties.pairs.push((a, "none", separation));
+                }
+                for b in instead.iter().map(id) {
+                    ties.pairs.push((a, b, separation));
+                    ties.pairs.push((b, a, separation));
+                }
+            }
         }
         let best = &ranking.candidates[0];
         for rival in &ranking.candidates[1..] {

@@ -10,7 +10,7 @@
 //! A recording may begin in motion, and anywhere in a turn: the simulation starts at the first count's angle, and at
 //! the speed of a parabola through the first samples where that is not rest.
 
-use super::checks::host_clock;
+use super::host_clock::host_clock;
 use super::tones;
 use nalgebra::{Matrix3, Vector3};
 

@@ -32,7 +32,7 @@ const CALM: f64 = 0.001;
 const UNBENT: f64 = 13.3;
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;
-const REFINED_NEAR: f64 = 60.0;
+const REFINED_NEAR: f64 = 200.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
 const MOST_EXPANDED: usize = 2;
@@ -71,8 +71,8 @@ pub(super) struct Field<'a> {
 }
 
 impl Field<'_> {
-    /// Which set to grow next: the best; then, as long as the best leaves something, each of its parts alone
-    /// (the best pair need not hold the best single effect), the other best single effects, and what is close.
+    /// Which set to grow next: the best; then each part of a best pair (the best pair need not hold the best single effect);
+    /// as long as the best leaves something, the other best single effects, and what is close.
     pub fn next_parent(
         &self,
         candidates: &[Candidate],
@@ -95,19 +95,22 @@ impl Field<'_> {
         if open(&best) && best.effects.len() == 1 {
             return Some(best.clone());
         }
-        if self.is_enough(best) {
-            return None;
-        }
         let part_of_best = |c: &&Candidate| {
             c.effects.len() + 1 == best.effects.len()
                 && c.effects.iter().all(|e| best.effects.contains(e))
         };
+        let other_part = candidates.iter().filter(open).find(part_of_best);
+        // What stands in for one effect while the other is missing need not be it: a pair is looked for from both of its
+        // parts, even where the first that was found leaves nothing.
+        if best.effects.len() == 2 && other_part.is_some() {
+            return other_part.cloned();
+        }
+        if self.is_enough(best) {
+            return None;
+        }
         let singles = candidates.iter().filter(|c| c.effects.len() == 1);
         let close = |c: &&Candidate| c.log_weight > best.log_weight - CLOSE;
-        let found = candidates
-            .iter()
-            .filter(open)
-            .find(part_of_best)
+        let found = other_part
             .or_else(|| singles.take(BEST_SINGLES).find(open))
             .or_else(|| candidates.first().filter(open))
             .or_else(|| candidates.iter().filter(open).find(close));
@@ -120,7 +123,7 @@ impl Field<'_> {
         let fit = &candidate.fit;
         fit.wander <= CALM * self.scale
             && fit.hypothesis.strain(&fit.p) < UNBENT
-            && flexible(self.problem, fit, self.scale).log_gain < 0.0
+            && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
     }
 
     /// Fits the parent with each of these effects added.

@@ -370,7 +370,7 @@ impl Hypothesis {
 }
 
 /// Whether edges are lost above a rate.
-fn is_limited(member: &Member) -> bool {
+pub(super) fn is_limited(member: &Member) -> bool {
     let parameters = catalogue()[member.index].parameters.iter();
     let mut values = parameters.zip(&member.values);
     values.any(|(parameter, value)| parameter.key == MAX_RATE && *value > 0.0)

@@ -17,7 +17,9 @@ mod disturbance;
 mod fit;
 mod growth;
 mod held;
+mod host_clock;
 mod hypothesis;
+mod jumps;
 mod looks;
 mod matter;
 mod noise;
@@ -25,6 +27,7 @@ mod noise_numbers;
 mod nominal;
 mod other_law;
 mod other_means;
+mod other_noise;
 mod pairs;
 mod periodic;
 mod predict;
@@ -32,6 +35,8 @@ mod rank;
 mod regimes;
 mod rough;
 mod rungs;
+#[cfg(test)]
+mod samples;
 mod search;
 mod sentence;
 mod setting;
@@ -249,7 +254,8 @@ pub fn diagnose_holding_out(
     let by_chance =
         (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
     ranking.judge(&gap, by_chance);
-    let doubtful = other_law::weigh(&problem, &mut ranking);
+    let doubtful = other_noise::weigh(&problem, &mut ranking)
+        .or_else(|| other_law::weigh(&problem, &mut ranking));
     let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
         return Err(DiagnoseError::NoFit);
     };

@@ -22,12 +22,14 @@ const OF_FLANKS: f64 = 10.0;
 /// Share of the probability that another law gets then.
 const SHARE: f64 = 0.5;
 
-/// A further effect that another law of the others may stand for.
-#[derive(Debug, Clone, Copy)]
+/// Effects of the best set that something else may stand for.
+#[derive(Debug, Clone)]
 pub(super) struct Doubtful {
-    /// Its index in the catalogue.
-    pub effect: usize,
-    /// How far the set without it is from the set with it.
+    /// Their indices in the catalogue.
+    pub effects: Vec<usize>,
+    /// Those of what may stand for them; none where that is no effect.
+    pub instead: Vec<usize>,
+    /// How far the best set is from the set that has the others instead.
     pub separation: f64,
 }
 
@@ -58,7 +60,11 @@ pub(super) fn weigh(problem: &Problem<'_>, ranking: &mut Ranking) -> Option<Doub
     let moved = SHARE * best.probability;
     ranking.candidates[0].probability -= moved;
     ranking.candidates[place].probability += moved;
-    Some(Doubtful { effect, separation })
+    Some(Doubtful {
+        effects: vec![effect],
+        instead: Vec::new(),
+        separation,
+    })
 }
 
 /// Whether an effect has laws that differ from motor to motor.
@@ -71,4 +77,78 @@ fn has_laws(effect: usize) -> bool {
 fn may_be_of_a_law(effect: usize) -> bool {
     let kind = &catalogue()[effect];
     !matches!(kind.stage, Stage::Sensor | Stage::Timing) && kind.id != "winding_heating"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::candidate::Candidate;
+    use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
+    use super::super::unknown::{Dependence, Flexible};
+    use super::*;
+
+    const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
+
+    /// Stribeck friction and one more effect of this size, the pair at 98 % and Stribeck friction alone at 1 %: what is said
+    /// of it, the two probabilities then, and how far the two are apart.
+    fn weighed(further: &str, size: f64) -> (Option<Doubtful>, [f64; 2], f64) {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[STRIBECK, (further, &[size])])));
+        let problem = problem(&nominal, &runs);
+        let set = |members: &[(&str, &[f64])], probability| Candidate {
+            effects: members.iter().map(|(id, _)| index(id)).collect(),
+            fit: held_at(&problem, members),
+            log_weight: f64::ln(probability),
+            probability,
+        };
+        let both = set(&[STRIBECK, (further, &[size])], 0.98);
+        let alone = set(&[STRIBECK], 0.01);
+        let apart = separation(&problem, &both.fit, &alone.fit).expect("a separation");
+        let mut ranking = Ranking {
+            candidates: vec![both, alone],
+            unknown: 0.01,
+            flexible: Flexible {
+                log_gain: 0.0,
+                depends_on: Dependence::Time,
+                gains: Vec::new(),
+                gain_of_large: 0.0,
+            },
+            jumps: 0.0,
+        };
+        let doubtful = weigh(&problem, &mut ranking);
+        let probabilities = [0, 1].map(|k| ranking.candidates[k].probability);
+        (doubtful, probabilities, apart)
+    }
+
+    /// The size of an effect at which it is about so many standard deviations away, from one that it is tried at.
+    fn size_at(further: &str, tried: f64, separation: f64) -> f64 {
+        (0..4).fold(tried, |size, _| {
+            let (_, _, apart) = weighed(further, size);
+            size * separation / apart
+        })
+    }
+
+    #[test]
+    fn a_small_further_effect_of_friction_may_be_another_law_of_friction() {
+        let size = size_at("quadratic_drag", 1e-4, 6.0);
+        let (doubtful, [both, alone], apart) = weighed("quadratic_drag", size);
+        assert!((4.0..8.0).contains(&apart), "{apart}");
+        let doubtful = doubtful.expect("it is in doubt");
+        assert_eq!(doubtful.effects, [index("quadratic_drag")]);
+        assert!(doubtful.instead.is_empty());
+        assert!((both - 0.49).abs() < 1e-9 && (alone - 0.50).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_large_one_and_one_of_the_clock_are_findings() {
+        let size = size_at("quadratic_drag", 1e-4, 30.0);
+        let (doubtful, [both, _], apart) = weighed("quadratic_drag", size);
+        assert!(apart > 3.0 * TIE && doubtful.is_none(), "{apart}");
+        assert!((both - 0.98).abs() < 1e-9);
+        let size = size_at("clock_error", 0.002, 6.0);
+        let (doubtful, _, apart) = weighed("clock_error", size);
+        assert!(
+            (TIE..3.0 * TIE).contains(&apart) && doubtful.is_none(),
+            "{apart}"
+        );
+    }
 }

@@ -8,6 +8,7 @@ use super::data::RunData;
 use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
+use super::jumps::jumps;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
@@ -29,6 +30,8 @@ const UNEXPLAINED_NATS: f64 = 50.0;
 const WELL_EXPLAINED: f64 = 0.95;
 const OTHER_LAW_NATS: f64 = 15.0;
 const JUDGED_COUNTS: f64 = 1.0;
+/// More than this jumps do not count.
+const MOST_NATS: f64 = 300.0;
 /// How much further than by its standard deviation a sum of chances may wander.
 const CHANCE: f64 = 2.0;
 /// Most rounds of taking away what is not needed.
@@ -43,29 +46,33 @@ pub(super) struct Ranking {
     pub unknown: f64,
     /// What a flexible acceleration would add to the winner.
     pub flexible: Flexible,
+    /// By how many nats jumps that nothing in the catalogue makes would explain what the winner leaves.
+    pub jumps: f64,
 }
 
 impl Ranking {
     /// Weighs the unknown against the named sets by what these explain of data kept from the fit: the best set
     /// that closes a small share of a gap leaves most of it to something else; one that closes nearly all of it is the
-    /// cause, even if its law is not quite the catalogue's. `by_chance` in counts RMS is what the best set itself says that no
-    /// model can predict: down to twice that it has explained what there is to explain.
+    /// cause, even if its law is not quite the catalogue's and the recording has a glitch. `by_chance` in counts RMS is what the
+    /// best set itself says that no model can predict: down to twice that it has explained what there is to explain, unless
+    /// the angle jumps as no noise does.
     pub fn judge(&mut self, gap: &Gap, by_chance: f64) {
         let named = self
             .candidates
             .first()
             .is_some_and(|best| !best.effects.is_empty());
-        if !named || gap.before < gap.floor + JUDGED_COUNTS {
+        if gap.before < gap.floor + JUDGED_COUNTS {
             return;
         }
-        let is_chance = gap.after_effect < CHANCE * by_chance;
+        let is_chance = !named || gap.after_effect < CHANCE * by_chance;
         let short = if is_chance {
             0.0
         } else {
             (EXPLAINED - gap.closed).max(0.0)
         };
         let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
-        let more = (UNEXPLAINED_NATS * short - OTHER_LAW_NATS * well).exp();
+        let jumped = (self.jumps * (1.0 - well)).min(MOST_NATS);
+        let more = (UNEXPLAINED_NATS * short + jumped - OTHER_LAW_NATS * well).exp();
         let total = 1.0 + self.unknown * (more - 1.0);
         self.unknown *= more / total;
         for candidate in &mut self.candidates {
@@ -150,6 +157,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     let best = &candidates[0];
     // The unknown: the best named model, its wander as large as it likes, and a free acceleration.
     let (flexible, gain) = likeliest(problem, &best.fit, scale);
+    let jumps = jumps(problem, &best.fit);
     let log_unknown = best.log_weight + gain + PRIOR_UNKNOWN.ln();
     let top = best.log_weight.max(log_unknown);
     let mut total = (log_unknown - top).exp();
@@ -164,6 +172,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         candidates,
         unknown,
         flexible,
+        jumps,
     })
 }
 

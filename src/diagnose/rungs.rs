@@ -314,3 +314,42 @@ fn middle95(mut values: Vec<f64>) -> (f64, f64) {
     let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
     (at(0.025), at(0.975))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{held_at, motor_with, problem, ready, recording};
+    use super::*;
+
+    /// Edges thrown away one by one, by no code of the diagnosis, forty times over.
+    #[test]
+    fn what_chance_takes_is_what_edges_thrown_away_one_by_one_leave() {
+        const LOST: f64 = 0.02;
+        const TIMES: usize = 40;
+        let motor = motor_with(&[]);
+        let run = recording(&motor);
+        let runs = ready(&run);
+        let problem = problem(&motor, &runs);
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(7);
+        let (mut squares, mut samples) = (0.0, 0);
+        for _ in 0..TIMES {
+            let mut off = 0.0;
+            for pair in run.counts.windows(2) {
+                let step = pair[1] - pair[0];
+                for _ in 0..step.abs() {
+                    let lost = f64::from(u8::from(rng.random_bool(LOST)));
+                    // Beside those that are lost on average.
+                    off += step.signum() as f64 * (LOST - lost);
+                }
+                squares += off * off;
+                samples += 1;
+            }
+        }
+        let drawn = (squares / f64::from(samples)).sqrt();
+        let fit = held_at(&problem, &[("missed_counts", &[LOST, 0.0])]);
+        let said = lost_by_chance(&problem, &fit);
+        assert!(
+            (0.8 * drawn..1.25 * drawn).contains(&said),
+            "{said}, drawn {drawn}"
+        );
+    }
+}

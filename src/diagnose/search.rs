@@ -7,7 +7,7 @@
 use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::hypothesis::{BASE, Hypothesis, Member};
+use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
 use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
@@ -32,6 +32,9 @@ const RATES: [f64; 12] = [
 /// Most thresholds of a dead zone to try, and how far from that of a fit to try all.
 const MOST_THRESHOLDS: usize = 40;
 const NEARBY: f64 = 1.25;
+
+/// By how much less than the least of its range an effect does next to nothing.
+const NEXT_TO_NOTHING: f64 = 5.0;
 
 /// Squares of the prior's standard deviations from which on a base counts as bent.
 const STRAINED: f64 = 6.0;
@@ -121,6 +124,11 @@ impl<'a> Search<'a> {
                 "missed_counts" => {
                     let mut values = self.grid(kind.parameters);
                     values.extend(self.fastest_rates());
+                    unrated(values)
+                }
+                _ if self.members.iter().any(is_limited) => {
+                    let mut values = self.grid(kind.parameters);
+                    values.push(self.next_to_nothing(kind.parameters));
                     unrated(values)
                 }
                 _ => unrated(self.grid(kind.parameters)),
@@ -272,6 +280,24 @@ impl<'a> Search<'a> {
         points
     }
 
+    /// Values at which an effect does next to nothing. Beside edges that are lost above a rate a larger one moves the speed
+    /// across that rate, and what is left is no longer what the fit before had found.
+    fn next_to_nothing(&self, parameters: &[EffectParameter]) -> Vec<f64> {
+        let (setting, motor) = (&self.problem.setting, &self.problem.nominal.parameters);
+        let value = |(k, parameter): (usize, &EffectParameter)| {
+            let (lo, hi) = setting.range(parameter, motor);
+            match parameter.neutral(&setting.measures(motor)) {
+                Some((neutral, _)) => neutral,
+                None if k == 0 && hi > lo && parameter.prior == Prior::LogUniform => {
+                    lo / NEXT_TO_NOTHING
+                }
+                None if k == 0 => lo,
+                None => setting.default(parameter, motor),
+            }
+        };
+        parameters.iter().enumerate().map(value).collect()
+    }
+
     /// A dead zone swallows whole levels of the command: only which ones matters. Tried are the gaps between
     /// levels, in a ramp of many levels every so many; all of them near the value of a fit.
     fn thresholds(&self, near: Option<f64>) -> Vec<Vec<f64>> {
@@ -333,5 +359,36 @@ pub(super) fn largest_acceleration(motor: &Motor, runs: &[RunData]) -> f64 {
         recorded
     } else {
         asked
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{fit, index, motor_with, problem, ready, recording};
+    use super::*;
+
+    /// What a regression promises against what a fit then takes off: twice the gain in log-likelihood.
+    #[test]
+    fn an_effect_that_is_there_promises_what_its_fit_keeps_and_one_that_is_not_promises_little() {
+        let drag = ("quadratic_drag", &[1e-3][..]);
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[drag])));
+        let problem = problem(&nominal, &runs);
+        let level = problem.levels.len() - 1;
+        let without = fit(&problem, &[]);
+        let with = fit(&problem, &[drag]);
+        let kept = 2.0 * (with.log_evidence - without.log_evidence);
+        let search = Search::new(&problem, &without, level).expect("it can be simulated");
+        let (_, promise) = search.starts_and_promise(index(drag.0), None);
+        assert!(
+            promise > 0.5 * kept && kept > 30.0,
+            "{promise}, kept {kept}"
+        );
+        // Beside what is there, what is not.
+        let search = Search::new(&problem, &with, level).expect("it can be simulated");
+        for absent in ["load_friction", "supply_sag", "asymmetric_friction"] {
+            let (_, promise) = search.starts_and_promise(index(absent), None);
+            assert!(promise < 9.0, "{absent}: {promise}");
+        }
     }
 }

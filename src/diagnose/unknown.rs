@@ -2,11 +2,12 @@
 //!
 //! Its model is the best named one plus an acceleration that nobody has written an equation for, a sum of
 //! bumps over speed, harmonics of the angle, slow waves of time and shapes of the command, each with a
-//! Gaussian prior of variance 1 in its unit. It is linear, and the named model gives way linearly beside it (columns `J`,
-//! prior `P`), so that its evidence beside the named model's is
-//! `ln B = 1/2 b' S^-1 b - 1/2 ln|S|`, `S = C'C + I - C'J (J'J + P)^-1 J'C`, `b = C'r` at the named model's optimum, with
-//! the whitened columns `C`. The load may wander as it likes with it: what the named model leaves to a strong wander, a
-//! shape with a weak one may explain better.
+//! Gaussian prior of variance 1 in its unit, a large one or a small one ([`SIZES`]). It is linear, and the named model gives
+//! way linearly beside it (columns `J`, prior `P`), so that its evidence beside the named model's is
+//! `ln B = 1/2 b' S^-1 b - 1/2 ln|S|`, `S = C'C + I - C'J (J'J + P)^-1 J'C`, `b = C'(r - J dp)`, with the whitened columns
+//! `C` and the step `dp = (J'J + P)^-1 (J'r - P (p - c))` that the named model would still take itself, none at its optimum.
+//! The load may wander as it likes with it: what the named model leaves to a strong wander, a shape with a weak one may
+//! explain better.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -63,10 +64,14 @@ pub(super) struct Flexible {
     pub depends_on: Dependence,
     /// Gain of each group.
     pub gains: Vec<(Dependence, f64)>,
+    /// The best of them for shapes of the largest size alone: whether much is left.
+    pub gain_of_large: f64,
 }
 
 /// Standard deviation of each column's coefficient, as a share of the largest acceleration.
 const PRIOR_SHARE: f64 = 0.03;
+/// How much smaller it may be besides, one as plausible as the other.
+const SIZES: [f64; 3] = [1.0, 0.2, 0.04];
 
 /// How much each kind of flexible acceleration would explain of what a fit leaves.
 pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Flexible {
@@ -76,8 +81,8 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     let responses = Response::all(problem.runs, problem.damping);
     let named = problem
         .jacobian(&fit.hypothesis, &fit.p, &whiteners)
-        .and_then(|jacobian| Named::new(fit, jacobian));
-    let gains: Vec<(Dependence, f64)> = Dependence::ALL
+        .and_then(|jacobian| Named::new(fit, jacobian, &residual));
+    let by_size: Vec<(Dependence, [f64; SIZES.len()])> = Dependence::ALL
         .into_iter()
         .map(|dependence| {
             let count = shapes(dependence);
@@ -95,15 +100,22 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
                     all.extend(column);
                 }
             }
-            (dependence, log_bayes_factor(&residual, &columns, &named))
+            (dependence, log_bayes_factors(&residual, &columns, &named))
         })
         .collect();
+    // The likeliest size for all, at the price of the choice.
+    let largest = |sizes: &[f64]| sizes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let gains: Vec<(Dependence, f64)> = (by_size.iter())
+        .map(|(dependence, gains)| (*dependence, largest(gains) - (SIZES.len() as f64).ln()))
+        .collect();
+    let of_large: Vec<f64> = by_size.iter().map(|(_, gains)| gains[0]).collect();
     let best = gains.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
     let (depends_on, log_gain) = best.unwrap_or((Dependence::Time, 0.0));
     Flexible {
         log_gain,
         depends_on,
         gains,
+        gain_of_large: largest(&of_large),
     }
 }
 
@@ -195,34 +207,55 @@ fn shape(dependence: Dependence, j: usize, run: &RunData, k: usize) -> f64 {
     }
 }
 
-/// The columns of the named model, and the factors of `J'J + P`.
+/// The columns of the named model, the factors of `J'J + P`, and the step to its optimum.
 struct Named {
     jacobian: Vec<Vec<f64>>,
     factors: Cholesky<f64, Dyn>,
+    step: DVector<f64>,
 }
 
 impl Named {
-    fn new(fit: &Fit, jacobian: Vec<Vec<f64>>) -> Option<Self> {
-        let normal = gram(&jacobian, |i, j| fit.hypothesis.precision(i, j));
+    fn new(fit: &Fit, jacobian: Vec<Vec<f64>>, r: &[f64]) -> Option<Self> {
+        let hypothesis = &fit.hypothesis;
+        let normal = gram(&jacobian, |i, j| hypothesis.precision(i, j));
+        let factors = normal.cholesky()?;
+        let d = jacobian.len();
+        let gradient = DVector::from_fn(d, |k, _| {
+            let pull =
+                (0..d).map(|j| hypothesis.precision(k, j) * (fit.p[j] - hypothesis.centre(j)));
+            dot(&jacobian[k], r) - pull.sum::<f64>()
+        });
         Some(Self {
-            factors: normal.cholesky()?,
+            step: factors.solve(&gradient),
+            factors,
             jacobian,
         })
     }
 }
 
-fn log_bayes_factor(r: &[f64], columns: &[Vec<f64>], named: &Option<Named>) -> f64 {
+/// Logarithm of the Bayes factor for the columns against none, for each of their sizes.
+fn log_bayes_factors(r: &[f64], columns: &[Vec<f64>], named: &Option<Named>) -> [f64; SIZES.len()] {
     let mut schur = gram(columns, |i, j| f64::from(u8::from(i == j)));
-    if let Some(Named { jacobian, factors }) = named {
+    let mut b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
+    if let Some(Named {
+        jacobian,
+        factors,
+        step,
+    }) = named
+    {
         let cross = DMatrix::from_fn(jacobian.len(), columns.len(), |i, j| {
             dot(&jacobian[i], &columns[j])
         });
         schur -= cross.transpose() * factors.solve(&cross);
+        b -= cross.transpose() * step;
     }
-    let b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
-    let Some(cholesky) = schur.cholesky() else {
-        return 0.0;
-    };
-    let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
-    0.5 * cholesky.solve(&b).dot(&b) - half_log_determinant
+    let ones = DMatrix::from_diagonal_element(columns.len(), columns.len(), 1.0);
+    let shared = schur - &ones;
+    SIZES.map(|size| {
+        let Some(cholesky) = (&shared * (size * size) + &ones).cholesky() else {
+            return 0.0;
+        };
+        let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
+        0.5 * size * size * cholesky.solve(&b).dot(&b) - half_log_determinant
+    })
 }

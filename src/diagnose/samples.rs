@@ -1,0 +1,90 @@
+//! Runs of a motor that is known, for the tests of what is inside the diagnosis.
+
+use super::WANDER_LEVELS;
+use super::data::RunData;
+use super::disturbance::Disturbance;
+use super::fit::{Fit, Problem};
+use super::hypothesis::{Hypothesis, Member};
+use super::search::{damping_of, largest_acceleration};
+use crate::board::Profile;
+use crate::motor::effects::{ActiveEffect, find};
+use crate::motor::{Drive, Motor, SimulationOptions, simulate};
+use crate::recording::{CommandKind, Run};
+
+/// The lab handout's motor with these effects, each with the values of its parameters.
+pub(super) fn motor_with(effects: &[(&str, &[f64])]) -> Motor {
+    let mut motor = Motor::default();
+    for (id, values) in effects {
+        let effect = ActiveEffect::new(id, values).expect("an effect of the catalogue");
+        motor.effects.set(effect);
+    }
+    motor
+}
+
+/// What the encoder of such a motor counts in 15 s of levels that reverse, at 3 ms.
+pub(super) fn recording(motor: &Motor) -> Run {
+    let sample_time_s = 0.003;
+    let profile = Profile::named("reversing", 4.5, 15.0).expect("a profile of the board");
+    let t_s: Vec<f64> = (0..5000).map(|k| f64::from(k) * sample_time_s).collect();
+    let command: Vec<f64> = t_s.iter().map(|&t_s| profile.command_at(t_s)).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let counts = simulate(motor, &drive, &SimulationOptions::default())
+        .expect("it can be simulated")
+        .counts;
+    Run {
+        sample_time_s,
+        counts_per_rev: 720.0,
+        supply_v: Some(4.5),
+        complete: true,
+        t_s,
+        command,
+        counts,
+        ..Run::default()
+    }
+}
+
+/// The same ready for the likelihood.
+pub(super) fn ready(run: &Run) -> Vec<RunData> {
+    vec![RunData::new(run, 0).expect("it can be simulated")]
+}
+
+/// These runs beside the lab handout's motor.
+pub(super) fn problem<'a>(nominal: &'a Motor, runs: &'a [RunData]) -> Problem<'a> {
+    let scale = largest_acceleration(nominal, runs);
+    let levels = WANDER_LEVELS.map(|share| share * scale).to_vec();
+    let damping = damping_of(nominal, CommandKind::Voltage);
+    Problem::new(nominal, runs, damping, levels, Disturbance::default())
+}
+
+/// Place of an effect in the catalogue.
+pub(super) fn index(id: &str) -> usize {
+    find(id).expect("an effect of the catalogue").0
+}
+
+/// The fit of these effects from these values.
+pub(super) fn fit(problem: &Problem<'_>, effects: &[(&str, &[f64])]) -> Fit {
+    let (hypothesis, start) = start(problem, effects);
+    (problem.fit(&hypothesis, &start, 10)).expect("it can be simulated")
+}
+
+/// The same with all numbers as they are given, on the weakest wander.
+pub(super) fn held_at(problem: &Problem<'_>, effects: &[(&str, &[f64])]) -> Fit {
+    let (hypothesis, start) = start(problem, effects);
+    let weakest = problem.levels[problem.levels.len() - 1];
+    (problem.fit_at(&hypothesis, &start, weakest, 0)).expect("it can be simulated")
+}
+
+fn start(problem: &Problem<'_>, effects: &[(&str, &[f64])]) -> (Hypothesis, Vec<f64>) {
+    let member = |(id, values): &(&str, &[f64])| Member {
+        index: index(id),
+        values: values.to_vec(),
+    };
+    let members = effects.iter().map(member).collect();
+    let hypothesis = Hypothesis::new(problem.nominal, members, &problem.setting);
+    let start = hypothesis.start();
+    (hypothesis, start)
+}
