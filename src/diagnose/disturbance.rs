@@ -15,6 +15,7 @@ use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::noise::{Carried, NoiseLevel, Whitener};
+use super::rank::Ranking;
 
 /// Noise beyond rounding and wander.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -75,19 +76,22 @@ pub(super) fn disturbance(
     worthwhile(problem, fit, largest_acceleration)
 }
 
-/// The disturbance of a recording that was ranked without one, likeliest set first. A noise among the effects of the best
-/// set may stand for the recording's own: where a set without either, fitted with a disturbance, is the likelier one.
+/// The disturbance of a recording that was ranked without one. A noise among the effects of the best set may stand for the
+/// recording's own: where a set without either, fitted with a disturbance, is likelier, also than something unknown beside
+/// the best set.
 pub(super) fn disturbance_of(
     problem: &mut Problem<'_>,
-    sets: &[Candidate],
+    ranking: &Ranking,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
+    let sets = &ranking.candidates;
     let best = sets.first()?;
     if let Some(rough) = disturbance(problem, &best.fit, largest_acceleration) {
         return Some(rough);
     }
     let is_noisy = |set: &&Candidate| set.fit.hypothesis.noise_numbers().next().is_some();
-    let mut likeliest = (best.log_weight + CHOICE, None);
+    let bar = best.log_weight + CHOICE + ranking.unknown_gain.max(0.0);
+    let mut likeliest = (bar, None);
     if is_noisy(&best) {
         let own = problem.rough;
         for set in sets.iter().filter(|set| !is_noisy(set)).take(RIVALS) {

@@ -112,6 +112,7 @@ mod tests {
                 gains: Vec::new(),
                 gain_of_large: 0.0,
             },
+            unknown_gain: 0.0,
             jumps: 0.0,
         };
         let doubtful = weigh(&problem, &mut ranking);

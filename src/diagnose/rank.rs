@@ -46,6 +46,8 @@ pub(super) struct Ranking {
     pub unknown: f64,
     /// What a flexible acceleration would add to the winner.
     pub flexible: Flexible,
+    /// By how many nats the unknown is likelier than the winner, priors aside.
+    pub unknown_gain: f64,
     /// By how many nats jumps that nothing in the catalogue makes would explain what the winner leaves.
     pub jumps: f64,
 }
@@ -172,6 +174,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         candidates,
         unknown,
         flexible,
+        unknown_gain: gain,
         jumps,
     })
 }
