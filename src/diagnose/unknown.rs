@@ -14,8 +14,8 @@ use rayon::prelude::*;
 
 use super::candidate::excess_wander;
 use super::data::RunData;
-use super::fit::{Fit, Problem};
-use super::noise::{Carried, Response};
+use super::fit::{Fit, Problem, normal_equations};
+use super::noise::{Carried, Response, Whitener};
 use super::sums::{dot, gram};
 
 /// On what the columns of a group depend.
@@ -73,29 +73,16 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let whiteners = problem.whiteners(&level);
     let residual = problem.innovations(fit);
-    let responses = Response::all(problem.runs, problem.damping);
     let named = problem
         .jacobian(&fit.hypothesis, &fit.p, &whiteners)
         .and_then(|jacobian| Named::new(fit, jacobian));
     let gains: Vec<(Dependence, f64)> = Dependence::ALL
         .into_iter()
         .map(|dependence| {
-            let count = shapes(dependence);
-            let mut columns = vec![Vec::new(); count];
-            let mut carried = vec![Carried::default(); count];
-            for ((run, response), whitener) in
-                problem.runs.iter().zip(&responses).zip(whiteners.iter())
-            {
-                for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
-                    let acceleration: Vec<f64> = (0..run.len())
-                        .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
-                        .collect();
-                    let mut column = response.to(&acceleration);
-                    whitener.whiten_on(carried, &mut column);
-                    all.extend(column);
-                }
-            }
-            (dependence, log_bayes_factor(&residual, &columns, &named))
+            let columns = columns(problem, &whiteners, dependence, largest_acceleration);
+            let found = solved(&residual, &columns, named.as_ref(), None);
+            let gain = found.map_or(0.0, |found| found.log_gain);
+            (dependence, gain)
         })
         .collect();
     let best = gains.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -202,6 +189,25 @@ struct Named {
 }
 
 impl Named {
+    /// The same where numbers may stand beyond the edge of their range, against which they give way little.
+    fn at_edges(fit: &Fit, jacobian: Vec<Vec<f64>>) -> Option<Self> {
+        let edge = |k: usize| {
+            let (outside, edge) = fit.hypothesis.outside(k, &fit.p);
+            if outside == 0.0 {
+                0.0
+            } else {
+                1.0 / (edge * edge)
+            }
+        };
+        let normal = gram(&jacobian, |i, j| {
+            fit.hypothesis.precision(i, j) + if i == j { edge(i) } else { 0.0 }
+        });
+        Some(Self {
+            factors: normal.cholesky()?,
+            jacobian,
+        })
+    }
+
     fn new(fit: &Fit, jacobian: Vec<Vec<f64>>) -> Option<Self> {
         let normal = gram(&jacobian, |i, j| fit.hypothesis.precision(i, j));
         Some(Self {
@@ -211,18 +217,162 @@ impl Named {
     }
 }
 
-fn log_bayes_factor(r: &[f64], columns: &[Vec<f64>], named: &Option<Named>) -> f64 {
+/// What columns come to beside a named model.
+struct Solved {
+    /// Logarithm of the Bayes factor against none of them.
+    log_gain: f64,
+    /// Their likeliest coefficients.
+    coefficients: DVector<f64>,
+    /// By how much the numbers of the named model give way.
+    given_way: Option<DVector<f64>>,
+}
+
+/// What columns come to; `slope` is that of the named model's numbers where they are not at their optimum, to which they go
+/// first.
+fn solved(
+    r: &[f64],
+    columns: &[Vec<f64>],
+    named: Option<&Named>,
+    slope: Option<&DVector<f64>>,
+) -> Option<Solved> {
     let mut schur = gram(columns, |i, j| f64::from(u8::from(i == j)));
+    let mut b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
+    let mut answers = None;
     if let Some(Named { jacobian, factors }) = named {
         let cross = DMatrix::from_fn(jacobian.len(), columns.len(), |i, j| {
             dot(&jacobian[i], &columns[j])
         });
-        schur -= cross.transpose() * factors.solve(&cross);
+        let answer = factors.solve(&cross);
+        schur -= cross.transpose() * &answer;
+        let step = slope.map(|slope| factors.solve(slope));
+        if let Some(step) = &step {
+            b -= cross.transpose() * step;
+        }
+        answers = Some((answer, step));
     }
-    let b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
-    let Some(cholesky) = schur.cholesky() else {
-        return 0.0;
-    };
+    let cholesky = schur.cholesky()?;
     let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
-    0.5 * cholesky.solve(&b).dot(&b) - half_log_determinant
+    let coefficients = cholesky.solve(&b);
+    Some(Solved {
+        log_gain: 0.5 * coefficients.dot(&b) - half_log_determinant,
+        given_way: answers.map(|(answers, step)| {
+            let away = answers * &coefficients;
+            step.map_or_else(|| -&away, |step| step - &away)
+        }),
+        coefficients,
+    })
+}
+
+/// Whitened answers of the runs to each shape of an acceleration that depends on this.
+fn columns(
+    problem: &Problem<'_>,
+    whiteners: &[Whitener],
+    dependence: Dependence,
+    largest_acceleration: f64,
+) -> Vec<Vec<f64>> {
+    let count = shapes(dependence);
+    let mut columns = vec![Vec::new(); count];
+    let mut carried = vec![Carried::default(); count];
+    let responses = Response::all(problem.runs, problem.damping);
+    for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners) {
+        for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
+            let acceleration: Vec<f64> = (0..run.len())
+                .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
+                .collect();
+            let mut column = response.to(&acceleration);
+            whitener.whiten_on(carried, &mut column);
+            all.extend(column);
+        }
+    }
+    columns
+}
+
+/// A fit with a flexible acceleration of every kind at once beside it.
+#[derive(Debug, Clone)]
+pub(super) struct Flexed {
+    /// Logarithm of the Bayes factor against the fit alone.
+    pub log_gain: f64,
+    /// What both together leave, whitened, run by run end to end.
+    pub residual: Vec<f64>,
+}
+
+/// A fit beside a flexible acceleration that depends on speed, angle, time and command at once; `None` where that cannot be
+/// solved.
+pub(super) fn flexed(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+) -> Option<Flexed> {
+    let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+    let whiteners = problem.whiteners(&level);
+    let mut residual = problem.innovations(fit);
+    let jacobian = problem.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
+    let (_, slope) = normal_equations(&fit.hypothesis, &jacobian, &residual, &fit.p);
+    let named = Named::at_edges(fit, jacobian)?;
+    let all: Vec<Vec<f64>> = Dependence::ALL
+        .into_iter()
+        .flat_map(|dependence| columns(problem, &whiteners, dependence, largest_acceleration))
+        .collect();
+    let found = solved(&residual, &all, Some(&named), Some(&slope))?;
+    let mut take = |columns: &[Vec<f64>], by: &DVector<f64>| {
+        for (column, share) in columns.iter().zip(by.iter()) {
+            for (left, x) in residual.iter_mut().zip(column) {
+                *left -= share * x;
+            }
+        }
+    };
+    take(&all, &found.coefficients);
+    if let Some(given_way) = &found.given_way {
+        take(&named.jacobian, given_way);
+    }
+    Some(Flexed {
+        log_gain: found.log_gain,
+        residual,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Mul;
+
+    use super::*;
+
+    /// Logarithm of a Gaussian density with mean nought, from its covariance.
+    fn log_density(r: &[f64], covariance: DMatrix<f64>) -> f64 {
+        let r = DVector::from_column_slice(r);
+        let log_determinant = covariance.determinant().ln();
+        let squares = r.dot(&covariance.try_inverse().expect("regular").mul(&r));
+        -0.5 * (squares + log_determinant)
+    }
+
+    /// Of a linear model the Bayes factor is that of two Gaussian densities of the data with everything marginalised, from
+    /// wherever the named model's numbers start.
+    #[test]
+    fn the_gain_is_that_of_the_marginal_densities() {
+        let n = 12;
+        let wave = |k: f64| (0..n).map(|i| (k * i as f64).sin()).collect::<Vec<f64>>();
+        let (jacobian, columns) = (
+            vec![wave(0.3), wave(0.9)],
+            vec![wave(0.5), wave(1.7), wave(2.6)],
+        );
+        let r: Vec<f64> = (0..n).map(|i| 3.0 * (0.4 * i as f64).cos() + 0.2).collect();
+        let precision = 4.0;
+        let normal = gram(&jacobian, |i, j| if i == j { precision } else { 0.0 });
+        let factors = normal.cholesky().expect("regular");
+        let slope = DVector::from_fn(2, |i, _| dot(&jacobian[i], &r));
+        let spread = |columns: &[Vec<f64>], variance: f64| {
+            DMatrix::from_fn(n, n, |i, k| {
+                variance * columns.iter().map(|c| c[i] * c[k]).sum::<f64>()
+            })
+        };
+        let named = DMatrix::identity(n, n) + spread(&jacobian, 1.0 / precision);
+        let expected = log_density(&r, &named + spread(&columns, 1.0)) - log_density(&r, named);
+        let named = Named { jacobian, factors };
+        let found = solved(&r, &columns, Some(&named), Some(&slope)).expect("solved");
+        assert!(
+            (found.log_gain - expected).abs() < 1e-9,
+            "{} {expected}",
+            found.log_gain
+        );
+    }
 }
