@@ -10,11 +10,17 @@ use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use motorlab::blind::{Judgement, NewCase, Program, Truth, TruthKind, add_cases, judge, open, run};
+use motorlab::diagnose::{Diagnosis, Verdict, diagnose};
+use motorlab::motor::Motor;
+use motorlab::recording::{Run, read_run_from};
 
 /// Chosen before any of it was diagnosed.
 const KINDS: &str = "stribeck,voltage_drop,dead_zone,backlash,cogging,transport_delay,asymmetric_friction,gravity_load,\
                      coast_at_zero,inertia,voltage_drop+gravity_load,none,driver_curve";
 const SEED: &str = "1";
+/// A motor that has an effect of the catalogue and something outside it, and one that has the latter alone.
+const BESIDE: &str = "gravity_load+eddy_brake,driver_curve";
+const BESIDE_SEED: &str = "91";
 /// Share of single effects that is named, or in a tie that the verdict states.
 const SINGLES_RIGHT: f64 = 0.9;
 
@@ -30,13 +36,13 @@ fn python() -> Option<PathBuf> {
         .find(has_scipy)
 }
 
-fn made(python: &Path, directory: &Path) -> Vec<NewCase> {
+fn made(python: &Path, directory: &Path, seed: &str, kinds: &str) -> Vec<NewCase> {
     let labels = directory.join("labels.json");
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference/diagnosis_cases.py");
     let output = Command::new(python)
         .arg(script)
         .args([directory, &labels])
-        .args(["--seed", SEED, "--kinds", KINDS])
+        .args(["--seed", seed, "--kinds", kinds])
         .output()
         .expect("Python starts");
     let complaint = String::from_utf8_lossy(&output.stderr);
@@ -58,7 +64,7 @@ fn made(python: &Path, directory: &Path) -> Vec<NewCase> {
 fn judged(python: &Path) -> Vec<Judgement> {
     let keep = tempfile::tempdir().expect("a directory");
     let (set, labels) = (keep.path().join("set"), keep.path().join("sealed.json"));
-    let cases = made(python, &keep.path().join("made"));
+    let cases = made(python, &keep.path().join("made"), SEED, KINDS);
     add_cases(&set, &labels, None, cases).expect("sealed");
     let diagnoser = Program::new(Path::new(env!("CARGO_BIN_EXE_motorlab")), 1);
     let diagnoser = diagnoser.expect("it starts");
@@ -100,4 +106,48 @@ fn effects_under_other_laws_are_named() {
     for kind in [TruthKind::None, TruthKind::Pair, TruthKind::Outside] {
         assert_eq!(right(kind), 1.0, "{kind:?}\n{report}");
     }
+}
+
+/// Something unknown is no rival of what is there beside it.
+#[test]
+fn an_effect_beside_something_unknown_is_said_to_be_there() {
+    let Some(python) = python() else {
+        return support::skip(
+            "an_effect_beside_something_unknown_is_said_to_be_there",
+            "no Python with SciPy: tests/reference/install makes one",
+        );
+    };
+    let keep = tempfile::tempdir().expect("a directory");
+    let cases = made(&python, keep.path(), BESIDE_SEED, BESIDE);
+    let there: Vec<(Diagnosis, Vec<&str>)> = cases
+        .iter()
+        .map(|case| {
+            let runs = case.runs.iter();
+            let runs: Vec<Run> = runs
+                .map(|text| read_run_from(text.as_bytes(), "case").expect("a run").0)
+                .collect();
+            let motor = Motor::from_toml(&case.motor).expect("a motor file");
+            let found = diagnose(&runs, &motor, &|_| {}).expect("a diagnosis");
+            assert_eq!(
+                found.verdict,
+                Verdict::OutsideCatalogue,
+                "{}",
+                found.sentence
+            );
+            assert!(found.effects.is_empty());
+            let total: f64 = found.causes.iter().map(|cause| cause.probability).sum();
+            assert!((total - 1.0).abs() < 1e-9, "{total}");
+            let effects = found.causes.iter().filter(|cause| cause.stage.is_some());
+            let sure = effects.filter(|cause| cause.inclusion >= 0.9);
+            let sure = sure.map(|cause| cause.effect).collect();
+            (found, sure)
+        })
+        .collect();
+    let (found, sure) = &there[0];
+    assert!(sure.contains(&"gravity_load"), "{sure:?}");
+    let words = "Beside it there is gravity load (more than 99 % sure)";
+    assert!(found.sentence.contains(words), "{}", found.sentence);
+    let (found, sure) = &there[1];
+    assert!(sure.is_empty(), "{sure:?}: {}", found.sentence);
+    assert!(!found.sentence.contains("Beside it"), "{}", found.sentence);
 }

@@ -11,7 +11,9 @@ use crate::report::number::{figure, probability};
 const LISTED: usize = 5;
 /// Width of a bar in characters.
 const BAR: usize = 24;
-/// Causes below this probability have their numbers left out.
+/// Effects that are there at all with this probability are listed in any case, with it.
+const BESIDE_FROM: f64 = 0.5;
+/// Causes that are there with less than this probability have their numbers left out.
 const NUMBERS_FROM: f64 = 0.02;
 
 /// Writes the short form.
@@ -36,7 +38,10 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
         gap.held_out
     ))?;
     output.line("\ncauses")?;
-    for cause in diagnosis.causes.iter().take(LISTED) {
+    let listed = diagnosis.causes.iter().enumerate();
+    for (_, cause) in
+        listed.filter(|(place, cause)| *place < LISTED || cause.inclusion >= BESIDE_FROM)
+    {
         causes(cause, output)?;
     }
     if !diagnosis.place.regions.is_empty() {
@@ -67,6 +72,12 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
         probability(cause.probability),
         cause_words(cause.effect)
     );
+    if cause.inclusion >= BESIDE_FROM && cause.inclusion > cause.probability + 0.01 {
+        line.push_str(&format!(
+            "; is there at all: {}",
+            probability(cause.inclusion)
+        ));
+    }
     if !cause.indistinguishable_from.is_empty() {
         line.push_str(&format!(
             "; not told from {}",
@@ -80,7 +91,7 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
         line.push_str("; its fit has not settled");
     }
     output.line(&line)?;
-    if cause.probability < NUMBERS_FROM {
+    if cause.inclusion < NUMBERS_FROM {
         return Ok(());
     }
     for (name, number) in &cause.parameters {

@@ -9,9 +9,8 @@
 
 use rand::{RngExt, SeedableRng};
 
-use super::candidate::Candidate;
 use super::data::RunData;
-use super::fit::Problem;
+use super::fit::{Fit, Problem};
 use super::rank::Ranking;
 
 /// Length of a block in s.
@@ -21,7 +20,7 @@ const DRAWS: usize = 400;
 
 /// Averages the probabilities of a ranking over draws of blocks.
 pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
-    let (block, count) = blocks(problem.runs);
+    let blocks = Blocks::of(problem.runs);
     let Some(best) = ranking.candidates.first() else {
         return;
     };
@@ -31,29 +30,11 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
     let parts: Vec<Vec<f64>> = ranking
         .candidates
         .iter()
-        .map(|candidate| log_likelihoods(problem, candidate, &block, count))
+        .map(|c| blocks.log_likelihoods(problem, &c.fit, &problem.innovations(&c.fit)))
         .collect();
-    let offsets: Vec<f64> = ranking
-        .candidates
-        .iter()
-        .zip(&parts)
-        .map(|(candidate, parts)| candidate.log_weight - parts.iter().sum::<f64>())
-        .collect();
-    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
-    let mut sums = vec![0.0; parts.len()];
-    let mut unknown = 0.0;
-    for _ in 0..DRAWS {
-        let mut times = vec![0.0; count];
-        for _ in 0..count {
-            times[rng.random_range(0..count)] += 1.0;
-        }
-        let weights: Vec<f64> = offsets
-            .iter()
-            .zip(&parts)
-            .map(|(offset, parts)| {
-                offset + parts.iter().zip(&times).map(|(p, n)| p * n).sum::<f64>()
-            })
-            .collect();
+    let parts: Vec<&[f64]> = parts.iter().map(Vec::as_slice).collect();
+    let weights: Vec<f64> = ranking.candidates.iter().map(|c| c.log_weight).collect();
+    let mut shares = over_draws(&weights, &parts, |weights| {
         let best = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let named = if problem.setting.is_held {
             best
@@ -64,63 +45,125 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
         let top = best.max(log_unknown);
         let total: f64 =
             weights.iter().map(|w| (w - top).exp()).sum::<f64>() + (log_unknown - top).exp();
-        for (sum, weight) in sums.iter_mut().zip(&weights) {
-            *sum += (weight - top).exp() / total;
-        }
-        unknown += (log_unknown - top).exp() / total;
+        let all = weights.iter().chain(std::iter::once(&log_unknown));
+        all.map(|weight| (weight - top).exp() / total).collect()
+    });
+    ranking.unknown = shares.pop().unwrap_or(0.0);
+    for (candidate, share) in ranking.candidates.iter_mut().zip(shares) {
+        candidate.probability = share;
     }
-    for (candidate, sum) in ranking.candidates.iter_mut().zip(sums) {
-        candidate.probability = sum / DRAWS as f64;
-    }
-    ranking.unknown = unknown / DRAWS as f64;
     ranking.candidates.sort_by(|a, b| {
         let by_probability = b.probability.total_cmp(&a.probability);
         by_probability.then(b.log_weight.total_cmp(&a.log_weight))
     });
 }
 
-/// The block of each sample of all runs end to end, and how many there are.
-fn blocks(runs: &[RunData]) -> (Vec<usize>, usize) {
-    let mut numbers = Vec::new();
-    let mut last = None;
-    let mut count = 0;
-    for run in runs {
-        for t in &run.t_s {
-            let place = (run.origin, (t / BLOCK_S).floor());
-            if last != Some(place) {
-                count += 1;
-                last = Some(place);
-            }
-            numbers.push(count - 1);
+/// The mean over draws of blocks of what the weights of that draw come to; `parts` are the log-likelihoods of each block
+/// that are part of each weight.
+pub(super) fn over_draws(
+    log_weights: &[f64],
+    parts: &[&[f64]],
+    shares: impl Fn(&[f64]) -> Vec<f64>,
+) -> Vec<f64> {
+    let count = parts.first().map_or(0, |parts| parts.len());
+    let offsets: Vec<f64> = log_weights
+        .iter()
+        .zip(parts)
+        .map(|(weight, parts)| weight - parts.iter().sum::<f64>())
+        .collect();
+    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
+    let mut sums: Vec<f64> = Vec::new();
+    for _ in 0..DRAWS {
+        let mut times = vec![0.0; count];
+        for _ in 0..count {
+            times[rng.random_range(0..count)] += 1.0;
+        }
+        let weights: Vec<f64> = offsets
+            .iter()
+            .zip(parts)
+            .map(|(offset, parts)| {
+                offset + parts.iter().zip(&times).map(|(p, n)| p * n).sum::<f64>()
+            })
+            .collect();
+        let found = shares(&weights);
+        sums.resize(found.len(), 0.0);
+        for (sum, share) in sums.iter_mut().zip(found) {
+            *sum += share;
         }
     }
-    (numbers, count)
+    sums.into_iter().map(|sum| sum / DRAWS as f64).collect()
 }
 
-/// Log-likelihood of each block under a set's fit.
-fn log_likelihoods(
-    problem: &Problem<'_>,
-    candidate: &Candidate,
-    block: &[usize],
+/// The blocks of runs.
+pub(super) struct Blocks {
+    /// The block of each sample of all runs end to end.
+    numbers: Vec<usize>,
     count: usize,
-) -> Vec<f64> {
-    let fit = &candidate.fit;
-    let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
-    let whiteners = problem.whiteners(&level);
-    let mut sums = vec![0.0; count];
-    let mut block = block.iter();
-    for ((run, whitener), innovations) in problem
-        .runs
-        .iter()
-        .zip(whiteners.iter())
-        .zip(problem.innovations_by_run(fit))
-    {
-        for (value, &number) in whitener
-            .log_likelihoods(run, &innovations)
-            .zip(block.by_ref())
-        {
-            sums[number] += value;
+}
+
+impl Blocks {
+    /// Of these runs.
+    pub fn of(runs: &[RunData]) -> Self {
+        let mut numbers = Vec::new();
+        let mut last = None;
+        let mut count = 0;
+        for run in runs {
+            for t in &run.t_s {
+                let place = (run.origin, (t / BLOCK_S).floor());
+                if last != Some(place) {
+                    count += 1;
+                    last = Some(place);
+                }
+                numbers.push(count - 1);
+            }
         }
+        Self { numbers, count }
     }
-    sums
+
+    /// Log-likelihood of each block, of the whitened residuals of all runs end to end with a fit's noise.
+    pub fn log_likelihoods(&self, problem: &Problem<'_>, fit: &Fit, residuals: &[f64]) -> Vec<f64> {
+        let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+        let whiteners = problem.whiteners(&level);
+        let mut sums = vec![0.0; self.count];
+        let mut number = self.numbers.iter();
+        let mut left = residuals;
+        for (run, whitener) in problem.runs.iter().zip(whiteners.iter()) {
+            let (own, others) = left.split_at(run.len());
+            left = others;
+            for (value, &number) in whitener.log_likelihoods(run, own).zip(number.by_ref()) {
+                sums[number] += value;
+            }
+        }
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of_the_first(parts: &[&[f64]]) -> f64 {
+        let weights: Vec<f64> = parts.iter().map(|parts| parts.iter().sum()).collect();
+        let shares = |weights: &[f64]| {
+            let second = (weights[1] - weights[0]).exp();
+            vec![1.0 / (1.0 + second), second / (1.0 + second)]
+        };
+        over_draws(&weights, parts, shares)[0]
+    }
+
+    /// A block is in a draw of as many with `1 - 1/e`: evidence in one block only gets no farther.
+    #[test]
+    fn evidence_in_one_block_is_in_two_thirds_of_the_draws() {
+        let none = [0.0; 40];
+        let mut one = [-5.0; 40];
+        one[7] = 1000.0;
+        let share = of_the_first(&[&one, &none]);
+        assert!((share - 0.632).abs() < 0.08, "{share}");
+    }
+
+    #[test]
+    fn evidence_in_every_block_is_certain() {
+        let share = of_the_first(&[&[1.0; 40], &[0.0; 40]]);
+        assert!(share > 0.999_999, "{share}");
+    }
 }

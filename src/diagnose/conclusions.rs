@@ -45,6 +45,7 @@ impl Ties {
         problem: &Problem<'_>,
         ranking: &Ranking,
         doubtful: Option<Doubtful>,
+        alike: &[Vec<usize>],
     ) -> Self {
         let mut ties = Self {
             pairs: Vec::new(),
@@ -69,15 +70,17 @@ impl Ties {
         }
         let best = &ranking.candidates[0];
         for rival in &ranking.candidates[1..] {
-            if rival.log_weight < best.log_weight - IN_PLAY {
-                break;
+            let is_alike = alike.contains(&rival.effects);
+            if rival.log_weight < best.log_weight - IN_PLAY && !is_alike {
+                continue;
             }
             let Some(d) = ties::separation(problem, &best.fit, &rival.fit) else {
                 continue;
             };
-            if d >= ties::TIE {
+            if d >= ties::TIE && !is_alike {
                 continue;
             }
+            ties.of_the_best |= is_alike;
             let (mine, theirs) = (ids(best), ids(rival));
             let only = |a: &[&'static str], b: &[&'static str]| -> Vec<&'static str> {
                 a.iter().copied().filter(|id| !b.contains(id)).collect()

@@ -419,7 +419,7 @@ pub(super) fn log_likelihood(r: &[f64], whiteners: &[Whitener]) -> f64 {
     -0.5 * (squares + determinants)
 }
 
-fn normal_equations(
+pub(super) fn normal_equations(
     hypothesis: &Hypothesis,
     jacobian: &[Vec<f64>],
     r: &[f64],

@@ -8,11 +8,13 @@
 
 mod anchor;
 mod bagging;
+mod beside;
 mod candidate;
 mod checks;
 mod conclusions;
 mod data;
 mod design;
+mod discrepancy;
 mod disturbance;
 mod fit;
 mod growth;
@@ -254,12 +256,22 @@ pub fn diagnose_holding_out(
     let by_chance =
         (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
     ranking.judge(&gap, by_chance);
-    let doubtful = other_noise::weigh(&problem, &mut ranking)
-        .or_else(|| other_law::weigh(&problem, &mut ranking));
+    let alike = if is_rough {
+        discrepancy::share_out(&problem, &mut ranking)
+    } else {
+        Vec::new()
+    };
+    let doubtful = if alike.is_empty() {
+        other_noise::weigh(&problem, &mut ranking)
+            .or_else(|| other_law::weigh(&problem, &mut ranking))
+    } else {
+        None
+    };
+    beside::weigh(&problem, &mut ranking, scale, is_rough);
     let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
         return Err(DiagnoseError::NoFit);
     };
-    let ties = Ties::among(&problem, &ranking, doubtful);
+    let ties = Ties::among(&problem, &ranking, doubtful, &alike);
     let verdict = verdict_of(&ranking, &gap, &ties);
     if matches!(verdict, Verdict::Ambiguous | Verdict::OutsideCatalogue) {
         problems.extend(unseen::unseen(&data));

@@ -16,7 +16,7 @@ use super::ties::{TIE, separation};
 use crate::motor::effects::{Stage, catalogue};
 
 /// By how many times the separation that noise hides two laws of the same effect may differ.
-const OF_A_LAW: f64 = 3.0;
+pub(super) const OF_A_LAW: f64 = 3.0;
 /// The same of a compliance beside backlash.
 const OF_FLANKS: f64 = 10.0;
 /// Share of the probability that another law gets then.
@@ -68,7 +68,7 @@ pub(super) fn weigh(problem: &Problem<'_>, ranking: &mut Ranking) -> Option<Doub
 }
 
 /// Whether an effect has laws that differ from motor to motor.
-fn has_laws(effect: usize) -> bool {
+pub(super) fn has_laws(effect: usize) -> bool {
     let stage = catalogue()[effect].stage;
     !matches!(stage, Stage::Command | Stage::Sensor | Stage::Timing)
 }
@@ -114,6 +114,7 @@ mod tests {
             },
             unknown_gain: 0.0,
             jumps: 0.0,
+            beside: Vec::new(),
         };
         let doubtful = weigh(&problem, &mut ranking);
         let probabilities = [0, 1].map(|k| ranking.candidates[k].probability);

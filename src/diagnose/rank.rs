@@ -9,6 +9,7 @@ use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
+use super::other_law::has_laws;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
@@ -50,6 +51,8 @@ pub(super) struct Ranking {
     pub unknown_gain: f64,
     /// By how many nats jumps that nothing in the catalogue makes would explain what the winner leaves.
     pub jumps: f64,
+    /// Effects and their probability beside something unknown, given that it is there.
+    pub beside: Vec<(usize, f64)>,
 }
 
 impl Ranking {
@@ -96,13 +99,15 @@ impl Ranking {
         with.map(|c| c.probability / c.effects.len() as f64).sum()
     }
 
-    /// Probability that effect `index` is there, alone or with others.
+    /// Probability that effect `index` is there, alone, with others or beside something unknown.
     pub fn inclusion_of(&self, index: usize) -> f64 {
         let with = self
             .candidates
             .iter()
             .filter(|c| c.effects.contains(&index));
-        with.map(|c| c.probability).sum()
+        let beside = self.beside.iter().find(|(other, _)| *other == index);
+        let beside = beside.map_or(0.0, |(_, share)| self.unknown * share);
+        with.map(|c| c.probability).sum::<f64>() + beside
     }
 }
 
@@ -161,22 +166,73 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     let (flexible, gain) = likeliest(problem, &best.fit, scale);
     let jumps = jumps(problem, &best.fit);
     let log_unknown = best.log_weight + gain + PRIOR_UNKNOWN.ln();
-    let top = best.log_weight.max(log_unknown);
-    let mut total = (log_unknown - top).exp();
-    for c in &candidates {
-        total += (c.log_weight - top).exp();
-    }
-    for c in &mut candidates {
-        c.probability = (c.log_weight - top).exp() / total;
-    }
-    let unknown = (log_unknown - top).exp() / total;
+    let unknown = share_out(&mut candidates, log_unknown);
     Some(Ranking {
         candidates,
         unknown,
         flexible,
         unknown_gain: gain,
         jumps,
+        beside: Vec::new(),
     })
+}
+
+/// Gives each set its share of all weights; that of the unknown.
+fn share_out(candidates: &mut [Candidate], log_unknown: f64) -> f64 {
+    let weights = candidates.iter().map(|c| c.log_weight);
+    let top = weights.fold(log_unknown, f64::max);
+    let mut total = (log_unknown - top).exp();
+    for c in &*candidates {
+        total += (c.log_weight - top).exp();
+    }
+    for c in &mut *candidates {
+        c.probability = (c.log_weight - top).exp() / total;
+    }
+    (log_unknown - top).exp() / total
+}
+
+/// Weighs the best set with each of its effects exchanged for another too, where both have laws.
+pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
+    let (Some(best), Some(applicable)) = (ranking.candidates.first(), applicable(problem)) else {
+        return;
+    };
+    if best.effects.len() < 2 || ranking.unknown > best.probability {
+        return;
+    }
+    let log_unknown = best.log_weight + (ranking.unknown.max(1e-300) / best.probability).ln();
+    let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
+    let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
+    let field = Field {
+        problem,
+        beginnings: &beginnings,
+        scale: largest_acceleration(problem.nominal, problem.runs),
+    };
+    let mut grown = Vec::new();
+    for removed in best.effects.iter().filter(|&&e| has_laws(e)) {
+        let is_rest = |c: &&Candidate| {
+            c.effects.len() + 1 == best.effects.len()
+                && !c.effects.contains(removed)
+                && c.effects.iter().all(|e| best.effects.contains(e))
+        };
+        let Some(rest) = ranking.candidates.iter().find(is_rest) else {
+            continue;
+        };
+        let is_new = |index: &usize| {
+            let known = |c: &Candidate| {
+                c.effects.len() == best.effects.len()
+                    && c.effects.contains(index)
+                    && rest.effects.iter().all(|e| c.effects.contains(e))
+            };
+            has_laws(*index)
+                && !best.effects.contains(index)
+                && !ranking.candidates.iter().any(known)
+        };
+        let others: Vec<usize> = applicable.iter().copied().filter(is_new).collect();
+        grown.extend(field.with_one_more(rest, &others));
+    }
+    ranking.candidates.extend(grown);
+    dedup(&mut ranking.candidates);
+    ranking.unknown = share_out(&mut ranking.candidates, log_unknown);
 }
 
 /// No effect and every effect alone, fitted, likeliest first; `None` as [`rank`].

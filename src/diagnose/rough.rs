@@ -9,7 +9,7 @@ use super::data::PIECE_S;
 use super::disturbance::{Disturbance, disturbance, least_disturbance};
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
-use super::rank::{Ranking, rank, singles};
+use super::rank::{Ranking, exchange, rank, singles};
 use super::search::Search;
 
 /// Levels of the wander that are stronger than an ordinary motor's, as shares of the largest acceleration: the command
@@ -75,7 +75,9 @@ impl Rough {
             problem.set_rough(noise);
             rank(problem, progress)?
         } else {
-            self.ranked(problem, scale, progress)?
+            let mut ranking = self.ranked(problem, scale, progress)?;
+            exchange(problem, &mut ranking);
+            ranking
         };
         bag(problem, &mut ranking);
         Some(ranking)

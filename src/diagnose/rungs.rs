@@ -113,24 +113,9 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
         );
         return Gap { held_out, ..found };
     }
-    let is_early = |k: usize| {
-        let origin = problem.runs[k].origin;
-        let same = |run: &&RunData| run.origin == origin;
-        let count = problem.runs.iter().filter(same).count();
-        let before = problem.runs[..k].iter().filter(same).count();
-        count > 1 && ((before as f64) < FITTED_SHARE * count as f64)
-    };
-    let (mut training, mut test) = (Vec::new(), Vec::new());
-    for (k, piece) in problem.runs.iter().enumerate() {
-        if is_early(k) {
-            training.push(piece.clone());
-        } else {
-            test.push(piece.clone());
-        }
-    }
-    if training.is_empty() || test.is_empty() {
+    let Some((training, test)) = early_and_late(problem) else {
         return rungs(problem, null, chosen);
-    }
+    };
     let models = [
         problem.nominal.clone(),
         refit(problem, &training, null),
@@ -144,6 +129,42 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
         &blocks,
         format!("the last 40 % of each run, by a fit on the first 60 %, predicted {horizon}"),
     )
+}
+
+/// What each of these fits leaves of the last pieces of each run, in counts RMS, refitted to those before; `None` where no
+/// piece can be kept.
+pub(super) fn left_by(problem: &Problem<'_>, fits: &[&Fit]) -> Option<Vec<f64>> {
+    let (training, test) = early_and_late(problem)?;
+    let samples: usize = test.iter().map(RunData::len).sum();
+    let left = fits.par_iter().map(|fit| {
+        let motor = refit(problem, &training, fit);
+        let squares = |piece: &RunData| -> f64 {
+            let left = residuals(&motor, piece, 0);
+            left.iter().map(|x| x * x).sum()
+        };
+        (test.iter().map(squares).sum::<f64>() / samples as f64).sqrt()
+    });
+    Some(left.collect())
+}
+
+/// The pieces of the first part of each run, and the others; `None` where there are not both.
+fn early_and_late(problem: &Problem<'_>) -> Option<(Vec<RunData>, Vec<RunData>)> {
+    let is_early = |k: usize| {
+        let origin = problem.runs[k].origin;
+        let same = |run: &&RunData| run.origin == origin;
+        let count = problem.runs.iter().filter(same).count();
+        let before = problem.runs[..k].iter().filter(same).count();
+        count > 1 && ((before as f64) < FITTED_SHARE * count as f64)
+    };
+    let (mut early, mut late) = (Vec::new(), Vec::new());
+    for (k, piece) in problem.runs.iter().enumerate() {
+        if is_early(k) {
+            early.push(piece.clone());
+        } else {
+            late.push(piece.clone());
+        }
+    }
+    (!early.is_empty() && !late.is_empty()).then_some((early, late))
 }
 
 /// What edges lost by chance leave of a right model in open loop, in counts RMS: each is an error of one count from then on,
@@ -221,15 +242,7 @@ fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
 
 /// Squared errors from sample `from` on, block by block.
 fn errors(models: &[Motor; 3], run: &RunData, from: usize) -> Vec<Block> {
-    let residuals = models.each_ref().map(|motor| {
-        let x = predict(motor, run).unwrap_or_else(|| vec![f64::NAN; run.len()]);
-        let raw: Vec<f64> = run.counts.iter().zip(&x).map(|(n, x)| n - x).collect();
-        let kept = &raw[from..];
-        let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
-        // Where inside a count the shaft started.
-        let start = mean.clamp(0.0, 1.0);
-        kept.iter().map(|r| r - start).collect::<Vec<f64>>()
-    });
+    let residuals = models.each_ref().map(|motor| residuals(motor, run, from));
     let samples = run.len() - from;
     let length = ((BLOCK_S / run.sample_time_s).round() as usize).max(1);
     (0..samples)
@@ -246,6 +259,17 @@ fn errors(models: &[Motor; 3], run: &RunData, from: usize) -> Vec<Block> {
             }
         })
         .collect()
+}
+
+/// Recorded less predicted counts from sample `from` on; not a number where the motor cannot be simulated.
+fn residuals(motor: &Motor, run: &RunData, from: usize) -> Vec<f64> {
+    let x = predict(motor, run).unwrap_or_else(|| vec![f64::NAN; run.len()]);
+    let raw: Vec<f64> = run.counts.iter().zip(&x).map(|(n, x)| n - x).collect();
+    let kept = &raw[from..];
+    let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;
+    // Where inside a count the shaft started.
+    let start = mean.clamp(0.0, 1.0);
+    kept.iter().map(|r| r - start).collect()
 }
 
 fn pooled(blocks: &[Block]) -> [f64; 3] {

@@ -10,6 +10,9 @@ const IN_PLAY: f64 = 0.02;
 /// Most causes that are named then.
 const NAMED: usize = 4;
 
+/// An effect beside something unknown is named from this probability on.
+const BESIDE: f64 = 0.9;
+
 /// A regime is named where it has at least this share of the gap.
 const LEAST_SHARE: f64 = 0.25;
 
@@ -92,10 +95,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 })
                 .unwrap_or_default();
             format!(
-                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.",
+                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.{}",
                 self::sure(unknown.map_or(0.0, |cause| cause.probability)),
                 gap.before,
-                gap.after_parameters
+                gap.after_parameters,
+                beside_it(diagnosis)
             )
         }
     }
@@ -112,6 +116,25 @@ fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&'static str> {
         return Vec::new();
     }
     (diagnosis.effects.iter().filter(is_doubtful).copied()).collect()
+}
+
+/// Which effects are there beside something unknown, as a sentence.
+fn beside_it(diagnosis: &Diagnosis) -> String {
+    let mut there: Vec<_> = (diagnosis.causes.iter())
+        .filter(|cause| cause.stage.is_some() && cause.inclusion >= BESIDE)
+        .collect();
+    there.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
+    if there.is_empty() {
+        return String::new();
+    }
+    let named: Vec<String> = there
+        .iter()
+        .map(|cause| {
+            let name = cause.effect.replace('_', " ");
+            format!("{name} ({})", sure(cause.inclusion))
+        })
+        .collect();
+    format!(" Beside it there is {}.", named.join(" and "))
 }
 
 /// What these runs cannot tell from other numbers of the model, as a sentence.

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use super::candidate::excess_wander;
 use super::data::RunData;
-use super::fit::{Fit, Problem};
-use super::noise::{Carried, Response};
+use super::fit::{Fit, Problem, normal_equations};
+use super::noise::{Carried, Response, Whitener};
 use super::sums::{dot, gram};
 
 /// On what the columns of a group depend.
@@ -78,33 +78,20 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let whiteners = problem.whiteners(&level);
     let residual = problem.innovations(fit);
-    let responses = Response::all(problem.runs, problem.damping);
     let named = problem
         .jacobian(&fit.hypothesis, &fit.p, &whiteners)
         .and_then(|jacobian| Named::new(fit, jacobian, &residual));
     let by_size: Vec<(Dependence, [f64; SIZES.len()])> = Dependence::ALL
         .into_iter()
         .map(|dependence| {
-            let count = shapes(dependence);
-            let mut columns = vec![Vec::new(); count];
-            let mut carried = vec![Carried::default(); count];
-            for ((run, response), whitener) in
-                problem.runs.iter().zip(&responses).zip(whiteners.iter())
-            {
-                for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
-                    let acceleration: Vec<f64> = (0..run.len())
-                        .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
-                        .collect();
-                    let mut column = response.to(&acceleration);
-                    whitener.whiten_on(carried, &mut column);
-                    all.extend(column);
-                }
-            }
-            (dependence, log_bayes_factors(&residual, &columns, &named))
+            let columns = columns(problem, &whiteners, dependence, largest_acceleration);
+            let beside = Beside::new(&residual, &columns, named.as_ref());
+            let gain = |size| beside.solved(size).map_or(0.0, |found| found.log_gain);
+            (dependence, SIZES.map(gain))
         })
         .collect();
     // The likeliest size for all, at the price of the choice.
-    let largest = |sizes: &[f64]| sizes.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let largest = |gains: &[f64]| gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let gains: Vec<(Dependence, f64)> = (by_size.iter())
         .map(|(dependence, gains)| (*dependence, largest(gains) - (SIZES.len() as f64).ln()))
         .collect();
@@ -215,47 +202,192 @@ struct Named {
 }
 
 impl Named {
+    /// Of a fit that leaves `r`. Numbers that stand beyond the edge of their range give way little against it.
     fn new(fit: &Fit, jacobian: Vec<Vec<f64>>, r: &[f64]) -> Option<Self> {
-        let hypothesis = &fit.hypothesis;
-        let normal = gram(&jacobian, |i, j| hypothesis.precision(i, j));
-        let factors = normal.cholesky()?;
-        let d = jacobian.len();
-        let gradient = DVector::from_fn(d, |k, _| {
-            let pull =
-                (0..d).map(|j| hypothesis.precision(k, j) * (fit.p[j] - hypothesis.centre(j)));
-            dot(&jacobian[k], r) - pull.sum::<f64>()
+        let (_, slope) = normal_equations(&fit.hypothesis, &jacobian, r, &fit.p);
+        let edge = |k: usize| {
+            let (outside, edge) = fit.hypothesis.outside(k, &fit.p);
+            if outside == 0.0 {
+                0.0
+            } else {
+                1.0 / (edge * edge)
+            }
+        };
+        let normal = gram(&jacobian, |i, j| {
+            fit.hypothesis.precision(i, j) + if i == j { edge(i) } else { 0.0 }
         });
+        let factors = normal.cholesky()?;
         Some(Self {
-            step: factors.solve(&gradient),
+            step: factors.solve(&slope),
             factors,
             jacobian,
         })
     }
 }
 
-/// Logarithm of the Bayes factor for the columns against none, for each of their sizes.
-fn log_bayes_factors(r: &[f64], columns: &[Vec<f64>], named: &Option<Named>) -> [f64; SIZES.len()] {
-    let mut schur = gram(columns, |i, j| f64::from(u8::from(i == j)));
-    let mut b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
-    if let Some(Named {
-        jacobian,
-        factors,
-        step,
-    }) = named
-    {
-        let cross = DMatrix::from_fn(jacobian.len(), columns.len(), |i, j| {
-            dot(&jacobian[i], &columns[j])
+/// What columns come to beside a named model.
+struct Solved {
+    /// Logarithm of the Bayes factor against none of them.
+    log_gain: f64,
+    /// Their likeliest coefficients.
+    coefficients: DVector<f64>,
+    /// By how much the numbers of the named model give way.
+    given_way: Option<DVector<f64>>,
+}
+
+/// Columns beside a named model, which goes to its own optimum first.
+struct Beside<'a> {
+    /// `C'C - C'J (J'J + P)^-1 J'C`.
+    shared: DMatrix<f64>,
+    b: DVector<f64>,
+    named: Option<(&'a Named, DMatrix<f64>)>,
+}
+
+impl<'a> Beside<'a> {
+    fn new(r: &[f64], columns: &[Vec<f64>], named: Option<&'a Named>) -> Self {
+        let mut shared = gram(columns, |_, _| 0.0);
+        let mut b = DVector::from_fn(columns.len(), |k, _| dot(&columns[k], r));
+        let named = named.map(|named| {
+            let cross = DMatrix::from_fn(named.jacobian.len(), columns.len(), |i, j| {
+                dot(&named.jacobian[i], &columns[j])
+            });
+            let answer = named.factors.solve(&cross);
+            shared -= cross.transpose() * &answer;
+            b -= cross.transpose() * &named.step;
+            (named, answer)
         });
-        schur -= cross.transpose() * factors.solve(&cross);
-        b -= cross.transpose() * step;
+        Self { shared, b, named }
     }
-    let ones = DMatrix::from_diagonal_element(columns.len(), columns.len(), 1.0);
-    let shared = schur - &ones;
-    SIZES.map(|size| {
-        let Some(cholesky) = (&shared * (size * size) + &ones).cholesky() else {
-            return 0.0;
-        };
+
+    /// With a prior of this size.
+    fn solved(&self, size: f64) -> Option<Solved> {
+        let n = self.b.len();
+        let schur = &self.shared * (size * size) + DMatrix::identity(n, n);
+        let cholesky = schur.cholesky()?;
         let half_log_determinant: f64 = cholesky.l_dirty().diagonal().iter().map(|x| x.ln()).sum();
-        0.5 * size * size * cholesky.solve(&b).dot(&b) - half_log_determinant
+        let coefficients = cholesky.solve(&self.b) * (size * size);
+        let given_way =
+            |(named, answer): &(&Named, DMatrix<f64>)| &named.step - answer * &coefficients;
+        Some(Solved {
+            log_gain: 0.5 * coefficients.dot(&self.b) - half_log_determinant,
+            given_way: self.named.as_ref().map(given_way),
+            coefficients,
+        })
+    }
+}
+
+/// Whitened answers of the runs to each shape of an acceleration that depends on this.
+fn columns(
+    problem: &Problem<'_>,
+    whiteners: &[Whitener],
+    dependence: Dependence,
+    largest_acceleration: f64,
+) -> Vec<Vec<f64>> {
+    let count = shapes(dependence);
+    let mut columns = vec![Vec::new(); count];
+    let mut carried = vec![Carried::default(); count];
+    let responses = Response::all(problem.runs, problem.damping);
+    for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners) {
+        for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
+            let acceleration: Vec<f64> = (0..run.len())
+                .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
+                .collect();
+            let mut column = response.to(&acceleration);
+            whitener.whiten_on(carried, &mut column);
+            all.extend(column);
+        }
+    }
+    columns
+}
+
+/// A fit with a flexible acceleration of every kind at once beside it.
+#[derive(Debug, Clone)]
+pub(super) struct Flexed {
+    /// Logarithm of the Bayes factor against the fit alone.
+    pub log_gain: f64,
+    /// What both together leave, whitened, run by run end to end.
+    pub residual: Vec<f64>,
+}
+
+/// A fit beside a flexible acceleration that depends on speed, angle, time and command at once; `None` where that cannot be
+/// solved.
+pub(super) fn flexed(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+) -> Option<Flexed> {
+    let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
+    let whiteners = problem.whiteners(&level);
+    let mut residual = problem.innovations(fit);
+    let jacobian = problem.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
+    let named = Named::new(fit, jacobian, &residual)?;
+    let all: Vec<Vec<f64>> = Dependence::ALL
+        .into_iter()
+        .flat_map(|dependence| columns(problem, &whiteners, dependence, largest_acceleration))
+        .collect();
+    let found = Beside::new(&residual, &all, Some(&named)).solved(1.0)?;
+    let mut take = |columns: &[Vec<f64>], by: &DVector<f64>| {
+        for (column, share) in columns.iter().zip(by.iter()) {
+            for (left, x) in residual.iter_mut().zip(column) {
+                *left -= share * x;
+            }
+        }
+    };
+    take(&all, &found.coefficients);
+    if let Some(given_way) = &found.given_way {
+        take(&named.jacobian, given_way);
+    }
+    Some(Flexed {
+        log_gain: found.log_gain,
+        residual,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::Mul;
+
+    use super::*;
+
+    /// Logarithm of a Gaussian density with mean nought, from its covariance.
+    fn log_density(r: &[f64], covariance: DMatrix<f64>) -> f64 {
+        let r = DVector::from_column_slice(r);
+        let log_determinant = covariance.determinant().ln();
+        let squares = r.dot(&covariance.try_inverse().expect("regular").mul(&r));
+        -0.5 * (squares + log_determinant)
+    }
+
+    /// Of a linear model the Bayes factor is that of two Gaussian densities of the data with everything marginalised, from
+    /// wherever the named model's numbers start and whatever the size of the columns' prior.
+    #[test]
+    fn the_gain_is_that_of_the_marginal_densities() {
+        const SIZE: f64 = 0.3;
+        let n = 12;
+        let wave = |k: f64| (0..n).map(|i| (k * i as f64).sin()).collect::<Vec<f64>>();
+        let (jacobian, columns) = (
+            vec![wave(0.3), wave(0.9)],
+            vec![wave(0.5), wave(1.7), wave(2.6)],
+        );
+        let r: Vec<f64> = (0..n).map(|i| 3.0 * (0.4 * i as f64).cos() + 0.2).collect();
+        let precision = 4.0;
+        let normal = gram(&jacobian, |i, j| if i == j { precision } else { 0.0 });
+        let factors = normal.cholesky().expect("regular");
+        let slope = DVector::from_fn(2, |i, _| dot(&jacobian[i], &r));
+        let spread = |columns: &[Vec<f64>], variance: f64| {
+            DMatrix::from_fn(n, n, |i, k| {
+                variance * columns.iter().map(|c| c[i] * c[k]).sum::<f64>()
+            })
+        };
+        let named = DMatrix::identity(n, n) + spread(&jacobian, 1.0 / precision);
+        let expected =
+            log_density(&r, &named + spread(&columns, SIZE * SIZE)) - log_density(&r, named);
+        let named = Named {
+            step: factors.solve(&slope),
+            jacobian,
+            factors,
+        };
+        let found = Beside::new(&r, &columns, Some(&named)).solved(SIZE);
+        let gain = found.expect("solved").log_gain;
+        assert!((gain - expected).abs() < 1e-9, "{gain} {expected}");
+    }
 }

@@ -72,7 +72,7 @@ pub struct Cause {
     pub stage: Option<&'static str>,
     /// Probability; of a set of several effects each has an equal share, so that all causes add to 1.
     pub probability: f64,
-    /// Probability that the effect is there at all, alone or with others.
+    /// Probability that the effect is there at all: alone, with others or beside something unknown.
     pub inclusion: f64,
     /// Its numbers where it fits best.
     pub parameters: BTreeMap<&'static str, Interval>,

@@ -122,7 +122,7 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
         &rows,
     );
     page.note(
-        "The probabilities of all causes add to 1; of several effects at once each has an equal share. D is the separation in standard deviations of the noise: below 3 these runs cannot tell two causes apart.",
+        "The probabilities of all causes add to 1; of several effects at once each has an equal share. An effect that is there at all is there alone, with others or beside something unknown. D is the separation in standard deviations of the noise: below 3 these runs cannot tell two causes apart.",
     );
     if !others.is_empty() {
         let total: f64 = others.iter().map(|cause| cause.probability).sum();
@@ -160,13 +160,18 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
     }
 }
 
-/// Causes that are listed, and the others.
-fn split(causes: &[Cause]) -> (&[Cause], &[Cause]) {
-    let likely = causes
-        .iter()
-        .take_while(|cause| cause.probability >= LISTED_FROM)
-        .count();
-    causes.split_at(likely.max(LISTED).min(causes.len()))
+/// Causes that are listed, those that are there beside something unknown among them, and the others.
+fn split(causes: &[Cause]) -> (Vec<&Cause>, Vec<&Cause>) {
+    let mut listed = Vec::new();
+    let mut others = Vec::new();
+    for (place, cause) in causes.iter().enumerate() {
+        if place < LISTED || cause.probability.max(cause.inclusion) >= LISTED_FROM {
+            listed.push(cause);
+        } else {
+            others.push(cause);
+        }
+    }
+    (listed, others)
 }
 
 fn tie_words(cause: &Cause) -> String {
@@ -184,7 +189,7 @@ fn parameters(page: &mut Page, diagnosis: &Diagnosis, nominal: &Motor) {
     let best = words::best_set(diagnosis);
     let shown = |cause: &&Cause| {
         best.contains(&cause.effect)
-            || cause.probability >= NUMBERS_FROM
+            || cause.inclusion >= NUMBERS_FROM
             || cause
                 .indistinguishable_from
                 .iter()

@@ -1,0 +1,157 @@
+//! Which effects are there beside something unknown.
+//!
+//! The unknown's model is a named set and an acceleration that nobody has written an equation for (`unknown.rs`): it is no
+//! rival of the set's effects. Given that it is there, an effect `e` is there too with
+//!
+//! `P(e | unknown) = (sum over S with e of v(S)) / (sum over all S of v(S))`,  `ln v(S) = ln w(S) + ln B(S)`
+//!
+//! where `ln B(S)` is what a flexible acceleration of all kinds at once gains beside the set `S`. Sets with and without the
+//! effect are both weighed with it, since it may imitate the effect: a smooth function of speed a Stribeck curve. Of a rough
+//! recording the shares are averaged over blocks drawn again, as in `bagging.rs`.
+//!
+//! An acceleration cannot stand for what is unknown in counting or timing, so that lost edges or a slow clock would win
+//! whatever it is: of those nothing is said. Nor is it enough that an effect bends more like the unknown than the flexible
+//! acceleration does. It must be needed: without it, the best set refitted must leave [`NEEDED`] times as much of the data kept
+//! from the fit.
+
+use rayon::prelude::*;
+
+use super::bagging::{Blocks, over_draws};
+use super::candidate::{Candidate, excess_wander};
+use super::fit::Problem;
+use super::rank::Ranking;
+use super::rungs::{by_pieces, rungs};
+use super::unknown::flexed;
+use crate::motor::effects::{Stage, catalogue};
+
+/// How many sets are weighed: the best, its parts, none, and those that come next.
+const SETS: usize = 8;
+/// Most steps of a set's fit on another level of the wander.
+const STEPS: usize = 4;
+/// From this probability of the unknown on it is worth the time.
+const WORTH: f64 = 0.02;
+/// How many times as much of kept data the best set must leave without an effect.
+const NEEDED: f64 = 2.0;
+/// An effect that is less probable is not asked whether it is needed: it is not said to be there.
+const LIKELY: f64 = 0.5;
+
+/// A set with a flexible acceleration beside it.
+struct Weighed {
+    /// Indices of its effects in the catalogue.
+    effects: Vec<usize>,
+    /// Logarithm of its weight.
+    log_weight: f64,
+    /// The part of that which is the likelihood of each block.
+    parts: Vec<f64>,
+}
+
+/// Gives the effects of the best set their probability beside something unknown.
+pub(super) fn weigh(problem: &Problem<'_>, ranking: &mut Ranking, scale: f64, is_rough: bool) {
+    let Some(best) = ranking.candidates.first() else {
+        return;
+    };
+    let mut in_question = best.effects.iter().filter(|&&index| can_be_told(index));
+    if ranking.unknown < WORTH || in_question.next().is_none() {
+        return;
+    }
+    let blocks = Blocks::of(problem.runs);
+    let sets: Vec<Weighed> = looked_at(&ranking.candidates)
+        .into_par_iter()
+        .filter_map(|set| weighed(problem, set, scale, &blocks))
+        .collect();
+    let parts: Vec<&[f64]> = sets.iter().map(|set| set.parts.as_slice()).collect();
+    let weights: Vec<f64> = sets.iter().map(|set| set.log_weight).collect();
+    let shares = if is_rough {
+        over_draws(&weights, &parts, shares)
+    } else {
+        shares(&weights)
+    };
+    let share_of = |index: usize| {
+        let with = sets.iter().zip(&shares);
+        let with = with.filter(|(set, _)| set.effects.contains(&index));
+        with.map(|(_, share)| share).sum::<f64>()
+    };
+    let beside = (best.effects.iter().copied())
+        .filter(|&index| can_be_told(index))
+        .map(|index| (index, share_of(index)))
+        .filter(|(index, share)| {
+            *share >= LIKELY && is_needed(problem, &ranking.candidates, *index, is_rough)
+        });
+    ranking.beside = beside.collect();
+}
+
+/// Whether the best set leaves much more of kept data without this effect, refitted, than with it.
+fn is_needed(
+    problem: &Problem<'_>,
+    candidates: &[Candidate],
+    index: usize,
+    is_rough: bool,
+) -> bool {
+    let best = &candidates[0];
+    let is_rest = |c: &&Candidate| {
+        c.effects.len() + 1 == best.effects.len()
+            && (best.effects.iter()).all(|e| *e == index || c.effects.contains(e))
+    };
+    let Some(rest) = candidates.iter().find(is_rest) else {
+        return false;
+    };
+    let gap = if is_rough {
+        by_pieces(problem, &rest.fit, &best.fit, &[])
+    } else {
+        rungs(problem, &rest.fit, &best.fit)
+    };
+    gap.after_parameters > NEEDED * gap.after_effect
+}
+
+/// The best set, its parts, none, and the next.
+fn looked_at(candidates: &[Candidate]) -> Vec<&Candidate> {
+    let Some(best) = candidates.first() else {
+        return Vec::new();
+    };
+    let is_part = |c: &&Candidate| c.effects.iter().all(|e| best.effects.contains(e));
+    let parts = candidates.iter().filter(is_part);
+    let others = candidates.iter().filter(|c| !is_part(c));
+    parts.chain(others).take(SETS).collect()
+}
+
+fn weighed(problem: &Problem<'_>, set: &Candidate, scale: f64, blocks: &Blocks) -> Option<Weighed> {
+    let own = &set.fit;
+    // A named set pays for a wander that is not ordinary, beside something unknown it does not.
+    let weight = set.log_weight + excess_wander(problem, own.wander, scale);
+    let at = |wander: f64| {
+        let fit = if wander == own.wander {
+            own.clone()
+        } else {
+            problem.fit_at(&own.hypothesis, &own.p, wander, STEPS)?
+        };
+        let with = flexed(problem, &fit, scale)?;
+        let gain = fit.log_evidence - own.log_evidence + with.log_gain;
+        Some((gain, fit, with))
+    };
+    let (gain, fit, with) = problem
+        .levels
+        .par_iter()
+        .filter_map(|&wander| at(wander))
+        .max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Weighed {
+        effects: set.effects.clone(),
+        log_weight: weight + gain,
+        parts: blocks.log_likelihoods(problem, &fit, &with.residual),
+    })
+}
+
+/// Each weight's share of all.
+fn shares(log_weights: &[f64]) -> Vec<f64> {
+    let top = log_weights
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = log_weights.iter().map(|w| (w - top).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    weights.into_iter().map(|w| w / total).collect()
+}
+
+/// Whether a flexible acceleration is a rival of it at all.
+fn can_be_told(index: usize) -> bool {
+    !matches!(catalogue()[index].stage, Stage::Sensor | Stage::Timing)
+}
