@@ -3,22 +3,26 @@
 //! The unknown's model is a named set and an acceleration that nobody has written an equation for (`unknown.rs`): it is no
 //! rival of the set's effects. Given that it is there, an effect `e` is there too with
 //!
-//! `P(e | unknown) = (sum over S with e of v(S)) / (sum over all S of v(S))`,  `ln v(S) = ln w(S) + ln B(S)`
+//! `P(e | unknown) = (sum over S with e of v(S)) / (sum over all S of v(S))`,  `ln v(S) = (ln w(S) + ln B(S)) / 9`
 //!
 //! where `ln B(S)` is what a flexible acceleration of all kinds at once gains beside the set `S`. Sets with and without the
-//! effect are both weighed with it, since it may imitate the effect: a smooth function of speed a Stribeck curve. Of a rough
-//! recording the shares are averaged over blocks drawn again, as in `bagging.rs`.
+//! effect are both weighed with it, since it may imitate the effect: a smooth function of speed a Stribeck curve. Where
+//! something is unknown, no law is quite the motor's: what it lacks is an error of its own, three times what noise hides, as
+//! in `discrepancy.rs`, so that logarithms count a ninth. Of a rough recording the shares are averaged over blocks drawn
+//! again, as in `bagging.rs`.
 //!
 //! An acceleration cannot stand for what is unknown in counting or timing, so that lost edges or a slow clock would win
-//! whatever it is: of those nothing is said. Nor is it enough that an effect bends more like the unknown than the flexible
-//! acceleration does. It must be needed: without it, the best set refitted must leave [`NEEDED`] times as much of the data kept
-//! from the fit.
+//! whatever it is: of those nothing is said. Neither of what only says that a number of the motor file is another (a supply,
+//! an inertia): that number bends to whatever is missing. Nor is it enough that an effect bends more like the unknown than
+//! the flexible acceleration does. It must be needed: without it, the best set refitted must leave [`NEEDED`] times as much
+//! of the data kept from the fit.
 
 use rayon::prelude::*;
 
 use super::bagging::{Blocks, over_draws};
 use super::candidate::{Candidate, excess_wander};
 use super::fit::Problem;
+use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
 use super::unknown::flexed;
@@ -34,6 +38,13 @@ const WORTH: f64 = 0.02;
 const NEEDED: f64 = 2.0;
 /// An effect that is less probable is not asked whether it is needed: it is not said to be there.
 const LIKELY: f64 = 0.5;
+/// Effects that say that a number of the motor file is another.
+const RETUNED: [&str; 4] = [
+    "supply_error",
+    "coulomb_friction",
+    "viscous_friction",
+    "inertia",
+];
 
 /// A set with a flexible acceleration beside it.
 struct Weighed {
@@ -140,18 +151,35 @@ fn weighed(problem: &Problem<'_>, set: &Candidate, scale: f64, blocks: &Blocks) 
     })
 }
 
-/// Each weight's share of all.
+/// Each weight's share of all, with laws that lack something.
 fn shares(log_weights: &[f64]) -> Vec<f64> {
     let top = log_weights
         .iter()
         .copied()
         .fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = log_weights.iter().map(|w| (w - top).exp()).collect();
+    let weights: Vec<f64> = (log_weights.iter())
+        .map(|w| ((w - top) / (OF_A_LAW * OF_A_LAW)).exp())
+        .collect();
     let total: f64 = weights.iter().sum();
     weights.into_iter().map(|w| w / total).collect()
 }
 
-/// Whether a flexible acceleration is a rival of it at all.
+/// Whether a flexible acceleration is a rival of it at all, and the motor file's own numbers are none.
 fn can_be_told(index: usize) -> bool {
-    !matches!(catalogue()[index].stage, Stage::Sensor | Stage::Timing)
+    let kind = &catalogue()[index];
+    !matches!(kind.stage, Stage::Sensor | Stage::Timing) && !RETUNED.contains(&kind.id)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nine nats count as one: 1 of 1 + e.
+    #[test]
+    fn weights_count_by_their_ninth_root() {
+        let found = shares(&[-100.0, -109.0]);
+        let expected = 1.0 / (1.0 + (-1.0_f64).exp());
+        assert!((found[0] - expected).abs() < 1e-12, "{found:?}");
+        assert!((found[0] + found[1] - 1.0).abs() < 1e-12, "{found:?}");
+    }
 }
