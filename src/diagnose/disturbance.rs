@@ -11,6 +11,8 @@
 //! best set without either, with such noise, is asked as well whether it is the likelier one.
 //! Where they are needed, runs are cut into pieces (`data.rs`), each simulated from the recorded angle and speed.
 
+use rayon::prelude::*;
+
 use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
@@ -206,41 +208,42 @@ fn likeliest(
         parts.sum()
     };
     let walk = |share: f64| (share * largest_acceleration).powi(2) * BRIEF_S;
+    let with = |from: NoiseLevel, change: &dyn Fn(&mut NoiseLevel)| {
+        let mut tried = from;
+        change(&mut tried);
+        tried
+    };
+    let speed_walks = |from: NoiseLevel| {
+        let of = |share: f64| with(from, &|to| to.rough.speed_walk = walk(share));
+        SHAKES.map(of).to_vec()
+    };
+    let slow_walks = |from: NoiseLevel| {
+        let of = |share: f64| with(from, &|to| to.rough.slow_walk = walk(share));
+        SHAKES.map(of).to_vec()
+    };
+    let scatters = |from: NoiseLevel| {
+        let of = |counts: f64| with(from, &|to| to.rough.scatter = counts * counts);
+        SCATTERS.map(of).to_vec()
+    };
+    let wanders = |from: NoiseLevel| {
+        let of = |wander: &f64| with(from, &|to| to.wander = *wander);
+        problem.levels.iter().map(of).collect::<Vec<NoiseLevel>>()
+    };
+    let grids: [&dyn Fn(NoiseLevel) -> Vec<NoiseLevel>; 4] =
+        [&speed_walks, &slow_walks, &scatters, &wanders];
     let mut level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let before = likelihood(&level);
     let mut best = before;
-    let mut improve = |tried: NoiseLevel, level: &mut NoiseLevel| {
-        let gain = likelihood(&tried);
-        if gain > best {
-            (best, *level) = (gain, tried);
-        }
-    };
     for _ in 0..MOST_ROUNDS {
         let last = level;
-        let with = |level: &NoiseLevel, rough: Disturbance| NoiseLevel { rough, ..*level };
-        for speed_walk in SHAKES.map(walk) {
-            let rough = Disturbance {
-                speed_walk,
-                ..level.rough
-            };
-            improve(with(&level, rough), &mut level);
-        }
-        for slow_walk in SHAKES.map(walk) {
-            let rough = Disturbance {
-                slow_walk,
-                ..level.rough
-            };
-            improve(with(&level, rough), &mut level);
-        }
-        for scatter in SCATTERS.map(|counts| counts * counts) {
-            let rough = Disturbance {
-                scatter,
-                ..level.rough
-            };
-            improve(with(&level, rough), &mut level);
-        }
-        for &wander in &problem.levels {
-            improve(NoiseLevel { wander, ..level }, &mut level);
+        for grid in grids {
+            let tried = grid(level);
+            let likelihoods: Vec<f64> = tried.par_iter().map(likelihood).collect();
+            for (found, tried) in likelihoods.into_iter().zip(tried) {
+                if found > best {
+                    (best, level) = (found, tried);
+                }
+            }
         }
         if level == last {
             break;

@@ -53,6 +53,9 @@ const SETTLED: f64 = 0.05;
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
 
+/// Numbers of each sample, run by run or all runs end to end.
+type Columns = Vec<Vec<f64>>;
+
 /// The filters of all runs.
 pub(super) type Filters = Arc<Vec<Whitener>>;
 
@@ -188,7 +191,9 @@ impl<'a> Problem<'a> {
         let mut p = start.to_vec();
         hypothesis.clamp(&mut p);
         let mut whiteners = self.whiteners(&self.noise(hypothesis, &p, wander));
-        let mut predictions = self.predictions(hypothesis, &p)?;
+        // The first derivatives bring the first predictions with them.
+        let (mut predictions, first) = self.predictions_and_jacobian(hypothesis, &p, &whiteners)?;
+        let mut first = Some(first);
         let mut r = self.whitened(&predictions, &whiteners);
         let mut cost = self.cost(hypothesis, &p, &r, &whiteners);
         let mut lambda = 1e-3;
@@ -202,7 +207,10 @@ impl<'a> Problem<'a> {
             most_steps + 1
         };
         for step in 0..steps {
-            let jacobian = self.jacobian(hypothesis, &p, &whiteners)?;
+            let jacobian = match first.take() {
+                Some(first) => first,
+                None => self.jacobian(hypothesis, &p, &whiteners)?,
+            };
             let mut gradient: DVector<f64>;
             (jtj, gradient) = normal_equations(hypothesis, &jacobian, &r, &p);
             of_noise = self.noise_curvature(hypothesis, &p, wander, &predictions, &r, &whiteners);
@@ -351,15 +359,31 @@ impl<'a> Problem<'a> {
         p: &[f64],
         whiteners: &[Whitener],
     ) -> Option<Vec<Vec<f64>>> {
-        let mut columns = vec![(Carried::default(), Vec::new()); hypothesis.len()];
+        let (_, columns) = self.predictions_and_jacobian(hypothesis, p, whiteners)?;
+        Some(columns)
+    }
+
+    /// The same, and the prediction of each run that they belong to, in counts.
+    fn predictions_and_jacobian(
+        &self,
+        hypothesis: &Hypothesis,
+        p: &[f64],
+        whiteners: &[Whitener],
+    ) -> Option<(Columns, Columns)> {
+        let samples: usize = self.runs.iter().map(RunData::len).sum();
+        let mut columns = vec![Vec::with_capacity(samples); hypothesis.len()];
+        let mut carried = vec![Carried::default(); hypothesis.len()];
+        let mut predictions = Vec::with_capacity(self.runs.len());
         for (run, whitener) in self.runs.iter().zip(whiteners) {
-            let (_, derivatives) = predict_with_derivatives(hypothesis, self.nominal, p, run)?;
-            for ((carried, all), mut column) in columns.iter_mut().zip(derivatives) {
-                whitener.whiten_on(carried, &mut column);
+            let (prediction, mut derivatives) =
+                predict_with_derivatives(hypothesis, self.nominal, p, run)?;
+            whitener.whiten_all_on(&mut carried, &mut derivatives);
+            for (all, column) in columns.iter_mut().zip(derivatives) {
                 all.extend(column);
             }
+            predictions.push(prediction);
         }
-        Some(columns.into_iter().map(|(_, column)| column).collect())
+        Some((predictions, columns))
     }
 
     /// Whitened derivatives for the base alone, at a fit; the linear part of searches.

@@ -137,6 +137,7 @@ impl Field<'_> {
         let is_good = !parent.effects.is_empty() && self.is_enough(parent);
         let short: Vec<Candidate> = indices
             .par_iter()
+            .with_max_len(1)
             .filter_map(|&index| {
                 let (starts, promise) = search.starts_and_promise(index, None);
                 if is_good && promise < least_promise(index) {
@@ -174,6 +175,7 @@ impl Field<'_> {
         };
         let short = promising(looked_at, &search, indices, PROMISING)
             .into_par_iter()
+            .with_max_len(1)
             .filter_map(|promise| {
                 let effects = promise.effects.to_vec();
                 let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
@@ -194,6 +196,7 @@ impl Field<'_> {
         let best = short.first().map_or(0.0, |first| first.log_weight);
         short
             .par_iter_mut()
+            .with_max_len(1)
             .enumerate()
             .filter(|(place, c)| {
                 *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
@@ -203,6 +206,7 @@ impl Field<'_> {
         let best = short.first().map_or(0.0, |first| first.log_weight);
         short
             .into_par_iter()
+            .with_max_len(1)
             .enumerate()
             .map(|(place, c)| {
                 // The long horizons decide between the best; the others keep what they have.
@@ -259,6 +263,7 @@ impl Field<'_> {
             .collect();
         parts
             .into_par_iter()
+            .with_max_len(1)
             .filter_map(|(full, m)| {
                 let mut effects = full.effects.clone();
                 let index = effects.remove(m);

@@ -258,7 +258,33 @@ impl Whitener {
         (carried.wander, carried.supply) = (end[2], end[3]);
         self.tones.apply(column);
     }
+
+    /// The same for many columns, several at a time: what one waits for, another computes.
+    pub fn whiten_all_on(&self, carried: &mut [Carried], columns: &mut [Vec<f64>]) {
+        let (some, others) = columns.as_chunks_mut::<TOGETHER>();
+        let (carried_some, carried_others) = carried.as_chunks_mut::<TOGETHER>();
+        for (columns, carried) in some.iter_mut().zip(carried_some) {
+            let mut start = [[0.0; TOGETHER]; 4];
+            if let Some(left) = self.left {
+                start[2] = carried.map(|c| left * c.wander);
+                start[3] = carried.map(|c| c.supply);
+            }
+            let end = filter_together(&self.steps, start, columns);
+            for (j, carried) in carried.iter_mut().enumerate() {
+                (carried.wander, carried.supply) = (end[2][j], end[3][j]);
+            }
+            for column in columns {
+                self.tones.apply(column);
+            }
+        }
+        for (column, carried) in others.iter_mut().zip(carried_others) {
+            self.whiten_on(carried, column);
+        }
+    }
 }
+
+/// How many columns are filtered together.
+const TOGETHER: usize = 4;
 
 /// What a filter has learnt of a column, as far as it goes on in the next piece of the run.
 #[derive(Debug, Clone, Copy, Default)]
@@ -280,6 +306,32 @@ fn filter(steps: &[Step], start: [f64; 4], column: &mut [f64]) -> [f64; 4] {
         *value = innovation * step.scale;
     }
     m
+}
+
+/// The same of columns of one length, bit by bit.
+fn filter_together(
+    steps: &[Step],
+    start: [[f64; TOGETHER]; 4],
+    columns: &mut [Vec<f64>; TOGETHER],
+) -> [[f64; TOGETHER]; 4] {
+    let [mut p, mut v, mut d, mut g] = start;
+    let [a, b, c, e] = columns.each_mut().map(Vec::as_mut_slice);
+    let values = a.iter_mut().zip(b).zip(c).zip(e);
+    for (k, (step, (((a, b), c), e))) in steps.iter().zip(values).enumerate() {
+        let values = [a, b, c, e];
+        for (j, value) in values.into_iter().enumerate() {
+            if k > 0 {
+                [p[j], v[j], d[j], g[j]] = step.transition.apply([p[j], v[j], d[j], g[j]]);
+            }
+            let innovation = *value - p[j];
+            p[j] += step.gain[0] * innovation;
+            v[j] += step.gain[1] * innovation;
+            d[j] += step.gain[2] * innovation;
+            g[j] += step.gain[3] * innovation;
+            *value = innovation * step.scale;
+        }
+    }
+    [p, v, d, g]
 }
 
 /// Covariance of p, v, d and g.

@@ -82,7 +82,8 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
         .jacobian(&fit.hypothesis, &fit.p, &whiteners)
         .and_then(|jacobian| Named::new(fit, jacobian, &residual));
     let by_size: Vec<(Dependence, [f64; SIZES.len()])> = Dependence::ALL
-        .into_iter()
+        .into_par_iter()
+        .with_max_len(1)
         .map(|dependence| {
             let columns = columns(problem, &whiteners, dependence, largest_acceleration);
             let beside = Beside::new(&residual, &columns, named.as_ref());

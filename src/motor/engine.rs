@@ -8,7 +8,7 @@
 
 use super::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
 use super::guards::Guard;
-use super::inside::{hermite, shift};
+use super::inside::{Inside, shift};
 use super::ladder::{FINEST, Ladder};
 use super::scalar::Scalar;
 
@@ -31,12 +31,20 @@ pub(super) struct Key {
 
 /// What there was when a step started.
 #[derive(Debug, Clone, Copy)]
-struct Before<S, const N: usize> {
-    now: u64,
-    y: [S; N],
+pub(super) struct Before<S, const N: usize> {
+    pub(super) now: u64,
+    pub(super) y: [S; N],
     allowed: usize,
     /// The mode, where it has changed since.
     mode: Option<Mode<S>>,
+}
+
+/// The rate of change at the end of a step in which nothing happened, whole and its part that is not linear.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EndRate<S, const N: usize> {
+    pub(super) now: u64,
+    pub(super) rate: [S; N],
+    pub(super) bent: [S; N],
 }
 
 /// A machine on its way.
@@ -48,15 +56,15 @@ pub(super) struct Engine<S, const N: usize> {
     /// Ticks since the start.
     pub(super) now: u64,
     /// Where the last step started, and what was there.
-    before: Before<S, N>,
+    pub(super) before: Before<S, N>,
     pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
     pub(super) ladder: usize,
     /// What `y' = A y + n` has for `n`, where it is constant.
     pub(super) constant: [S; N],
     /// Whether it is.
     pub(super) straight: bool,
-    /// Rate at the end of a step in which nothing happened, and the tick.
-    end_rate: Option<(u64, [S; N])>,
+    /// Rate at the end of the last step, where known.
+    pub(super) end_rate: Option<EndRate<S, N>>,
     longest_s: f64,
     /// Rung that the error estimate allows, and that caution after a change does.
     pub(super) allowed: usize,
@@ -234,8 +242,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             return y;
         }
         let start = &self.before;
-        let start_rate = match self.end_rate {
-            Some((at, rate)) if at == start.now => rate,
+        let start_rate = match &self.end_rate {
+            Some(end) if end.now == start.now => end.rate,
             _ => {
                 let mode = start.mode.as_ref().unwrap_or(&self.mode);
                 self.machine.rate(mode, &start.y)
@@ -250,11 +258,26 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             return y;
         }
-        let span_s = (self.now - start.now) as f64 * self.tick_s();
-        let at_s = (offset + (tick - start.now) as f64) * self.tick_s();
-        let end_rate = self.rate();
-        let y = hermite(&start.y, &start_rate, &self.y, &end_rate, at_s, span_s);
-        self.end_rate = Some((self.now, end_rate));
+        let ticks = (self.now - start.now) as f64;
+        let span_s = ticks * self.tick_s();
+        let at = offset + (tick - start.now) as f64;
+        let (end_rate, bent) = match &self.end_rate {
+            Some(end) if end.now == self.now => (end.rate, end.bent),
+            _ => self.rate_in_parts(),
+        };
+        let (start, end) = ((&start.y, &start_rate), (&self.y, &end_rate));
+        let place = Inside::at(at.value() / ticks, span_s);
+        let by = at - at.value();
+        let y = if by.is_nought() {
+            place.state(start, end)
+        } else {
+            place.moved(start, end, by * self.tick_s())
+        };
+        self.end_rate = Some(EndRate {
+            now: self.now,
+            rate: end_rate,
+            bent,
+        });
         y
     }
 

@@ -1,6 +1,10 @@
 //! The state inside a step, between its two ends.
+//!
+//! Angles by the quintic through angle, speed and acceleration at both ends, the rest by the cubic through value and rate
+//! (Hermite): sums of what is known at the ends, by weights that depend on the place alone. Where a parameter moves the
+//! place too, along the rate there.
 
-use super::dynamics::ONE_BODY;
+use super::dynamics::{ONE_BODY, TH1};
 use super::scalar::Scalar;
 
 /// Moves a state along its rate.
@@ -10,39 +14,124 @@ pub(super) fn shift<S: Scalar, const N: usize>(y: &mut [S; N], rate: &[S; N], by
     }
 }
 
-/// The state inside a step: angles by the quintic through angle, speed and acceleration at both ends, the rest by the
-/// cubic through value and rate.
-#[inline(never)]
-pub(super) fn hermite<S: Scalar, const N: usize>(
-    y0: &[S; N],
-    rate0: &[S; N],
-    y1: &[S; N],
-    rate1: &[S; N],
-    at_s: S,
-    span_s: f64,
-) -> [S; N] {
-    let x = at_s / span_s;
-    let (x2, x3) = (x * x, x * x * x);
-    let rest = -x + 1.0;
-    let mut out = *y0;
-    for k in 0..N {
-        let rise = y1[k] - y0[k];
-        let (a, b) = (rate0[k] * span_s - rise, rise - rate1[k] * span_s);
-        out[k] = y0[k] + rise * x + x * rest * (a * rest + b * x);
-    }
-    for (angle, speed) in [(0, 1), (N - 2, N - 1)] {
-        if N <= ONE_BODY && angle != 0 {
-            continue;
+/// A state and its rate.
+pub(super) type End<'a, S, const N: usize> = (&'a [S; N], &'a [S; N]);
+
+/// A place inside a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inside {
+    /// Weights for an angle: of the rise, both speeds and both accelerations.
+    angle: [f64; 5],
+    /// For the rest: of the rise and both rates.
+    other: [f64; 3],
+    /// For its rate.
+    slope: [f64; 3],
+}
+
+impl Inside {
+    /// At a share `x` of a step of `span_s`.
+    #[inline(always)]
+    pub(super) fn at(x: f64, span_s: f64) -> Self {
+        let rest = 1.0 - x;
+        let (x2, h2) = (x * x, span_s * span_s);
+        let x3 = x2 * x;
+        Self {
+            angle: [
+                x3 * (10.0 + x * (6.0 * x - 15.0)),
+                span_s * (x + x3 * (x * (8.0 - 3.0 * x) - 6.0)),
+                span_s * x3 * (x * (7.0 - 3.0 * x) - 4.0),
+                h2 * 0.5 * x2 * rest * rest * rest,
+                h2 * 0.5 * x3 * rest * rest,
+            ],
+            other: [
+                x2 * (3.0 - 2.0 * x),
+                span_s * x * rest * rest,
+                -span_s * x2 * rest,
+            ],
+            slope: [
+                6.0 * x * rest / span_s,
+                rest * (1.0 - 3.0 * x),
+                x * (3.0 * x - 2.0),
+            ],
         }
-        let h = span_s;
-        let rise = y1[angle] - y0[angle];
-        let (v0, v1) = (y0[speed] * h, y1[speed] * h);
-        let (a0, a1) = (rate0[speed] * (h * h), rate1[speed] * (h * h));
-        // theta = y0 + v0 x + a0 x^2 / 2 + c3 x^3 + c4 x^4 + c5 x^5
-        let c3 = rise * 10.0 - v0 * 6.0 - v1 * 4.0 - a0 * 1.5 + a1 * 0.5;
-        let c4 = rise * -15.0 + v0 * 8.0 + v1 * 7.0 + a0 * 1.5 - a1;
-        let c5 = rise * 6.0 - (v0 + v1) * 3.0 + (a1 - a0) * 0.5;
-        out[angle] = y0[angle] + v0 * x + a0 * x2 * 0.5 + x3 * (c3 + c4 * x + c5 * x2);
     }
-    out
+
+    /// The state there.
+    #[inline(always)]
+    pub(super) fn state<S: Scalar, const N: usize>(
+        &self,
+        (y0, rate0): End<'_, S, N>,
+        (y1, rate1): End<'_, S, N>,
+    ) -> [S; N] {
+        let mut out = *y0;
+        for k in 0..N {
+            let rise = y1[k] - y0[k];
+            if is_angle::<N>(k) {
+                let w = &self.angle;
+                out[k] += rise * w[0]
+                    + (y0[k + 1] * w[1] + y1[k + 1] * w[2])
+                    + (rate0[k + 1] * w[3] + rate1[k + 1] * w[4]);
+            } else {
+                let w = &self.other;
+                out[k] += rise * w[0] + (rate0[k] * w[1] + rate1[k] * w[2]);
+            }
+        }
+        out
+    }
+
+    /// The state there where parameters move the place by `by_s`, which is 0 now.
+    pub(super) fn moved<S: Scalar, const N: usize>(
+        &self,
+        (y0, rate0): End<'_, S, N>,
+        (y1, rate1): End<'_, S, N>,
+        by_s: S,
+    ) -> [S; N] {
+        let mut out = self.state((y0, rate0), (y1, rate1));
+        let mut rate = out;
+        for k in 0..N {
+            rate[k] = if is_angle::<N>(k) {
+                out[k + 1]
+            } else {
+                let w = &self.slope;
+                (y1[k] - y0[k]) * w[0] + (rate0[k] * w[1] + rate1[k] * w[2])
+            };
+        }
+        shift(&mut out, &rate, by_s);
+        out
+    }
+}
+
+/// Whether a number of the state is an angle; its speed is the next.
+#[inline(always)]
+fn is_angle<const N: usize>(k: usize) -> bool {
+    k == TH1 || (N > ONE_BODY && k == N - 2)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scalar::Dual;
+
+    /// An angle that is a polynomial of the fourth degree has a speed of the third: both are met exactly, and so is how they
+    /// change with the place.
+    #[test]
+    fn polynomials_are_met() {
+        let speed = |t: f64| 3.0 + t * (-5.0 + t * (7.0 + 11.0 * t));
+        let angle = |t: f64| t * (3.0 + t * (-2.5 + t * (7.0 / 3.0 + 2.75 * t)));
+        let acceleration = |t: f64| -5.0 + t * (14.0 + 33.0 * t);
+        let state = |t: f64| [angle(t), speed(t), 0.0].map(Dual::<1>::from);
+        let rate = |t: f64| [speed(t), acceleration(t), 0.0].map(Dual::<1>::from);
+        let span_s = 0.7;
+        let (y0, rate0, y1, rate1) = (state(0.0), rate(0.0), state(span_s), rate(span_s));
+        for x in [0.0, 0.001, 0.3, 0.77, 1.0] {
+            let by_s = Dual { v: 0.0, d: [1.0] };
+            let t = x * span_s;
+            let found = Inside::at(x, span_s).moved((&y0, &rate0), (&y1, &rate1), by_s);
+            let expected = [(angle(t), speed(t)), (speed(t), acceleration(t))];
+            for (found, (value, slope)) in found.iter().zip(expected) {
+                assert!((found.v - value).abs() < 1e-12, "{x}: {found:?}");
+                assert!((found.d[0] - slope).abs() < 1e-12, "{x}: {found:?}");
+            }
+        }
+    }
 }

@@ -39,7 +39,28 @@ pub(super) fn push<S: Scalar, const N: usize>(p: &Matrix<S, N>, n: &[S; N]) -> [
     out
 }
 
+/// `A y` of a machine that is not held in place by its angle.
+#[inline(always)]
+pub(super) fn linear<S: Scalar, const N: usize>(a: &Matrix<S, N>, y: &[S; N]) -> [S; N] {
+    if N > ONE_BODY {
+        return apply(a, y);
+    }
+    push(a, y)
+}
+
 impl<S: Scalar, const N: usize> Engine<S, N> {
+    /// The rate of change of the state now, and the part of it that is not linear, `A y + n` and `n`.
+    #[inline(always)]
+    pub(super) fn rate_in_parts(&self) -> ([S; N], [S; N]) {
+        let a = &self.ladders[self.ladder].1.a;
+        let n = if self.straight {
+            self.constant
+        } else {
+            self.machine.rest(&self.mode, a, &self.constant, &self.y)
+        };
+        (add(linear(a, &self.y), &n), n)
+    }
+
     /// The state after a step on rung `l`, and an estimate of its error.
     #[inline(always)]
     pub(super) fn propagate(&self, l: usize) -> ([S; N], f64) {
@@ -58,7 +79,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let rest = |y: &[S; N]| self.machine.rest(&self.mode, &ladder.a, &self.constant, y);
         let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
         let y = &self.y;
-        let n0 = rest(y);
+        let n0 = match &self.end_rate {
+            Some(end) if end.now == self.now => end.bent,
+            _ => rest(y),
+        };
         let u2 = add(advance(&half.e, y), &push(&half.p1, &n0));
         let n2 = rest(&u2);
         let mut d = [S::zero(); N];

@@ -7,6 +7,9 @@ use super::simulate::{Drive, SimulationError};
 /// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this.
 pub(super) const LONGEST_STEP_S: f64 = 0.003;
 
+/// How many times as long they may be in a fit.
+const COARSER: f64 = 2.0;
+
 /// A drive made ready: which samples change the command, and how time is divided.
 #[derive(Debug, Clone)]
 pub(super) struct Schedule {
@@ -18,6 +21,8 @@ pub(super) struct Schedule {
     step_s: f64,
     /// Steps a sample where all samples are the same time apart, else 0.
     steps_per_sample: u64,
+    /// Where samples that are not lie by a clock that is right: whole ticks and the rest.
+    places: Vec<(u64, f64)>,
 }
 
 impl Schedule {
@@ -52,12 +57,30 @@ impl Schedule {
             .enumerate()
             .all(|(k, x)| (x - k as f64 * mean_s).abs() < 1e-9);
         let steps = (mean_s / LONGEST_STEP_S - 1e-6).ceil().max(1.0);
-        Ok(Self {
+        let schedule = Self {
             times_s,
             changes,
             step_s: mean_s / steps,
             steps_per_sample: if uniform { steps as u64 } else { 0 },
-        })
+            places: Vec::new(),
+        };
+        Ok(schedule.placed())
+    }
+
+    fn placed(mut self) -> Self {
+        if self.steps_per_sample == 0 {
+            self.places = (0..self.len()).map(|k| self.tick(k, 1.0, 0.0)).collect();
+        }
+        self
+    }
+
+    /// The same with longer steps where samples lie between the ends of steps anyway, for fits: they are read off inside steps,
+    /// which differs by some thousandths of a count where the command has just changed, and by a ten-thousandth RMS.
+    pub(super) fn coarser(mut self) -> Self {
+        if self.steps_per_sample == 0 {
+            self.step_s *= COARSER;
+        }
+        self.placed()
     }
 
     pub(super) fn len(&self) -> usize {
@@ -120,9 +143,17 @@ impl Schedule {
         let regular = self.steps_per_sample > 0
             && (stretch - stretch.value()).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
+        // Samples whose time no parameter moves, wherever it lies.
+        let known = self.steps_per_sample == 0
+            && (stretch - 1.0).is_nought()
+            && engine.machine.chain.timing.jitter_s.is_nought();
         let mut k = 0;
         while k < self.len() {
-            let (tick, offset) = self.tick(k, stretch, late_s(k));
+            let (tick, offset) = if known {
+                (self.places[k].0, S::from(self.places[k].1))
+            } else {
+                self.tick(k, stretch, late_s(k))
+            };
             while let Some(&((at, after), command)) = changes.peek() {
                 if (at, after.value()) > (tick, offset.value()) {
                     break;
@@ -149,6 +180,14 @@ impl Schedule {
                 k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
                     emit(k + n, engine, y)
                 });
+            } else if known {
+                let change = changes.peek().map(|&((at, after), _)| (at, after.value()));
+                let first = k;
+                let at = |n: usize| {
+                    let place = self.places.get(first + n).copied();
+                    place.filter(|place| change.is_none_or(|change| *place < change))
+                };
+                k += engine.cruise_between(at, |n, engine, y| emit(first + n, engine, y));
             }
         }
         Ok(())
