@@ -2,7 +2,7 @@
 //!
 //! `closed = 1 - (after - floor)/(before - floor)`: before with the nominal motor file, after with the one
 //! that the diagnosis wrote, floor what rounding to counts leaves (0.289), all RMS in counts of the whole
-//! run simulated in open loop from rest.
+//! run simulated in open loop from rest. As a diagnosis says it: 1 where no more is left than the floor, -1 at least.
 
 use std::path::Path;
 
@@ -65,10 +65,25 @@ pub fn measure_gap(directory: &Path, case: &OpenedCase) -> Result<Option<GapChec
 /// Share of the gap above the floor that is gone.
 pub(super) fn closed(before_counts: f64, after_counts: f64) -> Option<f64> {
     let gap = before_counts - FLOOR_COUNTS;
-    (gap >= LEAST_GAP_COUNTS).then(|| 1.0 - (after_counts - FLOOR_COUNTS) / gap)
+    let left = (after_counts - FLOOR_COUNTS).max(0.0);
+    (gap >= LEAST_GAP_COUNTS).then(|| (1.0 - left / gap).max(-1.0))
 }
 
 fn error_counts(run: &Run, motor: &Motor) -> Option<f64> {
     let overlay = compare(run, motor, Model::SecondOrder).ok()?;
     Some(overlay.figures.position_rmse_counts).filter(|error| error.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What lies below the floor by chance has closed the gap, and a model that makes it worse has not closed it.
+    #[test]
+    fn a_share_lies_where_a_diagnosis_may_say_it() {
+        assert_eq!(closed(10.0, 0.9 * FLOOR_COUNTS), Some(1.0));
+        assert_eq!(closed(10.0, 10.0), Some(0.0));
+        assert_eq!(closed(10.0, 100.0), Some(-1.0));
+        assert_eq!(closed(1.01 * FLOOR_COUNTS, 0.0), None);
+    }
 }

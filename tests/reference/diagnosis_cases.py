@@ -110,14 +110,19 @@ def profiles(m, rng):
         command = np.full(round(4.0 / sample_time), SUPPLY_V)
         command[: round(0.3 / sample_time)] = 0.0
         runs.append(("step", sample_time, command))
+    runs.append(("multi-level", 0.003, levels(m, 5000, rng)))
+    return runs
+
+
+def levels(m, samples, rng):
+    """Levels in V in both directions, some about breakaway, each held for 50 to 300 samples."""
     breakaway = m["coulomb_friction_nm"] * m["resistance_ohm"] / m["torque_constant_nm_per_a"]
     command = [0.0] * 60
-    while len(command) < 5000:
+    while len(command) < samples:
         kind = rng.uniform()
         level = 0.0 if kind < 0.15 else breakaway * rng.uniform(0.6, 3.0) if kind < 0.4 else SUPPLY_V * rng.uniform(0.25, 1.0)
         command += [round(float(rng.choice([-1.0, 1.0])) * min(level, SUPPLY_V), 3)] * int(rng.uniform(50, 300))
-    runs.append(("multi-level", 0.003, np.array(command[:5000])))
-    return runs
+    return np.array(command[:samples])
 
 
 def coloured(slope, seconds, rng):
@@ -295,7 +300,7 @@ def read_out(m, fx, law, profile, chances, still=False):
     host_rate = 1.0 + 20e-6 * rng.standard_normal()
     delay = 0.6e-3 + rng.lognormal(np.log(3e-4), 0.5, n)
     lateness = rng.uniform(0, 1, n)
-    noises = [coloured(law["wander_slope"], 20.0, rng) for _ in range(2)]
+    noises = [coloured(law["wander_slope"], max(20.0, n * sample_time + 5.0), rng) for _ in range(2)]
     real = sample_time * (1.0 + fx.get("clock_error", {}).get("relative", 0.0))
     tick = np.arange(n) * real + late
     at = tick + fx.get("sample_jitter", {}).get("spread_s", 0.0) * lateness
