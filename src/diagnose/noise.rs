@@ -379,3 +379,33 @@ impl Response {
         out
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::hypothesis::Hypothesis;
+    use super::super::samples::{motor_with, problem, ready, recording};
+    use super::*;
+
+    #[test]
+    fn columns_whitened_together_are_those_whitened_one_by_one() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let motor = Hypothesis::new(&nominal, Vec::new(), &problem.setting);
+        let level = problem.noise(&motor, &motor.start(), problem.levels[2]);
+        let wave = |j: usize, k: usize| (k as f64 * (0.01 + 0.003 * j as f64)).sin();
+        let mut carried = [[Carried::default(); 7]; 2];
+        for (run, whitener) in runs.iter().zip(problem.whiteners(&level).iter()) {
+            let mut together: Vec<Vec<f64>> = (0..7)
+                .map(|j| (0..run.len()).map(|k| wave(j, k)).collect())
+                .collect();
+            let mut alone = together.clone();
+            whitener.whiten_all_on(&mut carried[0], &mut together);
+            for (column, carried) in alone.iter_mut().zip(&mut carried[1]) {
+                whitener.whiten_on(carried, column);
+            }
+            assert_eq!(together, alone);
+            assert!(together[5].iter().any(|x| x.abs() > 1e-3));
+        }
+    }
+}

@@ -31,9 +31,9 @@ pub(super) struct Key {
 
 /// What there was when a step started.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Before<S, const N: usize> {
-    pub(super) now: u64,
-    pub(super) y: [S; N],
+struct Before<S, const N: usize> {
+    now: u64,
+    y: [S; N],
     allowed: usize,
     /// The mode, where it has changed since.
     mode: Option<Mode<S>>,
@@ -56,7 +56,7 @@ pub(super) struct Engine<S, const N: usize> {
     /// Ticks since the start.
     pub(super) now: u64,
     /// Where the last step started, and what was there.
-    pub(super) before: Before<S, N>,
+    before: Before<S, N>,
     pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
     pub(super) ladder: usize,
     /// What `y' = A y + n` has for `n`, where it is constant.
