@@ -129,6 +129,17 @@ fn what_the_catalogue_does_not_have_is_not_blamed_on_it() {
     );
     assert!(found.effects.is_empty(), "{}", found.sentence);
     assert_eq!(found.causes[0].effect, "unknown", "{}", found.sentence);
+    // The runs held out refute the nearest set, so that nothing is said of it beside the unknown either.
+    assert!(found.gap.after_effect > 2.0 * found.gap.after_parameters);
+    let named = found.causes.iter().filter(|cause| cause.stage.is_some());
+    for cause in named {
+        assert!(
+            cause.inclusion < 0.5,
+            "{}: {}",
+            cause.effect,
+            cause.inclusion
+        );
+    }
     // The dead zone is documented; ramps of 5 ms show nothing of it.
     let cannot = found
         .data

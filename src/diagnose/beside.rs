@@ -15,7 +15,7 @@
 //! whatever it is: of those nothing is said. Neither of what only says that a number of the motor file is another (a supply,
 //! an inertia): that number bends to whatever is missing. Nor is it enough that an effect bends more like the unknown than
 //! the flexible acceleration does. It must be needed: without it, the best set refitted must leave [`NEEDED`] times as much
-//! of the data kept from the fit.
+//! of the data kept from the fit. And of a set that leaves so many times as much there as refitting alone nothing is said.
 
 use rayon::prelude::*;
 
@@ -26,6 +26,7 @@ use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
 use super::unknown::flexed;
+use super::verdict::Gap;
 use crate::motor::effects::{Stage, catalogue};
 
 /// How many sets are weighed: the best, its parts, none, and those that come next.
@@ -56,11 +57,21 @@ struct Weighed {
     parts: Vec<f64>,
 }
 
-/// Gives the effects of the best set their probability beside something unknown.
-pub(super) fn weigh(problem: &Problem<'_>, ranking: &mut Ranking, scale: f64, is_rough: bool) {
+/// Gives the effects of the best set their probability beside something unknown; none where data kept from the fit, or runs
+/// kept from everything, refute the set.
+pub(super) fn weigh(
+    problem: &Problem<'_>,
+    ranking: &mut Ranking,
+    gap: &Gap,
+    scale: f64,
+    is_rough: bool,
+) {
     let Some(best) = ranking.candidates.first() else {
         return;
     };
+    if is_refuted(gap) {
+        return;
+    }
     let mut in_question = best.effects.iter().filter(|&&index| can_be_told(index));
     if ranking.unknown < WORTH || in_question.next().is_none() {
         return;
@@ -89,6 +100,11 @@ pub(super) fn weigh(problem: &Problem<'_>, ranking: &mut Ranking, scale: f64, is
             *share >= LIKELY && is_needed(problem, &ranking.candidates, *index, is_rough)
         });
     ranking.beside = beside.collect();
+}
+
+/// Whether the set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
+fn is_refuted(gap: &Gap) -> bool {
+    gap.after_effect > NEEDED * gap.after_parameters
 }
 
 /// Whether the best set leaves much more of kept data without this effect, refitted, than with it.

@@ -267,7 +267,7 @@ pub fn diagnose_holding_out(
     } else {
         None
     };
-    beside::weigh(&problem, &mut ranking, scale, is_rough);
+    beside::weigh(&problem, &mut ranking, &gap, scale, is_rough);
     let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
         return Err(DiagnoseError::NoFit);
     };
