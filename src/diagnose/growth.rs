@@ -12,6 +12,7 @@ use super::fit::{Fit, Problem};
 use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
+use super::prospect::{Bar, Look, Prospect};
 use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
@@ -49,11 +50,6 @@ const HOPELESS: f64 = 1000.0;
 const DEEPEST_HOLLOW: f64 = 300.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
-
-/// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
-/// is worth seven), and those of one that is scanned for.
-const LEAST_PROMISE: f64 = 3.0;
-const LEAST_SCANNED: f64 = 16.0;
 
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
@@ -133,20 +129,23 @@ impl Field<'_> {
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        // Where much is left, what is linear close by tells little of what an effect could do.
-        let is_good = !parent.effects.is_empty() && self.is_enough(parent);
-        let short: Vec<Candidate> = indices
+        let found: Vec<Prospect> = indices
             .par_iter()
             .with_max_len(1)
-            .filter_map(|&index| {
-                let (starts, promise) = search.starts_and_promise(index, None);
-                if is_good && promise < least_promise(index) {
-                    return None;
-                }
-                let fit = if is_scanned(catalogue()[index].id) {
-                    scanned_fit(problem, self.beginnings, starts, level)
-                } else {
-                    first_fit(problem, starts, level)
+            .map(|&index| search.prospect(index, None))
+            .collect();
+        // Where much is left, what is linear close by tells little of what an effect could do.
+        let is_good = !parent.effects.is_empty() && self.is_enough(parent);
+        let bar = Bar::of(&found, parent.effects.is_empty(), is_good);
+        let short: Vec<Candidate> = found
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(|new| {
+                let index = new.index;
+                let fit = match bar.look_at(&new) {
+                    Look::None => return None,
+                    Look::Short => first_fit(problem, new.starts, level),
+                    Look::Long => scanned_fit(problem, self.beginnings, new.starts, level),
                 };
                 let mut effects = parent.effects.clone();
                 effects.push(index);
@@ -277,23 +276,12 @@ impl Field<'_> {
                 let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
                 let search = Search::new(problem, &rest, level)?;
                 let known = full.fit.hypothesis.values(m, &full.fit.p);
-                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
+                let fit = first_fit(problem, search.prospect(index, Some(&known)).starts, level)?;
                 effects.push(index);
                 let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
                 Some(candidate(problem, effects, fit, self.scale))
             })
             .collect()
-    }
-}
-
-/// The squares that an effect must promise to take off to be fitted. One that is scanned over some hundred orders promises
-/// that by chance; whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
-fn least_promise(index: usize) -> f64 {
-    let kind = &catalogue()[index];
-    match kind.id {
-        id if is_scanned(id) => LEAST_SCANNED,
-        "clock_error" | "resolution_error" => 0.0,
-        _ => LEAST_PROMISE,
     }
 }
 

@@ -33,6 +33,7 @@ mod other_noise;
 mod pairs;
 mod periodic;
 mod predict;
+mod prospect;
 mod rank;
 mod regimes;
 mod rough;

@@ -137,7 +137,7 @@ pub(super) fn promising(
     let at_starts: Vec<Block> = others
         .par_iter()
         .flat_map_iter(|&index| {
-            let starts = search.starts(index, None).into_iter().take(STARTS);
+            let starts = search.prospect(index, None).starts.into_iter().take(STARTS);
             starts.map(move |start| (index, start))
         })
         .filter_map(|(index, start)| {

@@ -1,0 +1,87 @@
+//! What an effect promises before any fit of it, and how closely it is looked at for that.
+//!
+//! A regression on short horizons says by how many squares an effect may leave less than the fit so far. What it
+//! promises far less than another is not what is missing next: it is looked at in passing, or not beside this set.
+
+use super::periodic::is_scanned;
+use super::search::Start;
+use crate::motor::effects::catalogue;
+
+/// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
+/// is worth seven), and those of one whose order is scanned for: some hundred orders promise that by chance.
+const LEAST: f64 = 3.0;
+const LEAST_SCANNED: f64 = 16.0;
+/// Share of the highest promise from which on an effect is fitted beside others, and from which on the fits of one
+/// whose order is scanned for, ten times as many, are made.
+const SHARE: f64 = 0.05;
+const SCANNED_SHARE: f64 = 0.2;
+
+/// Where fits of an effect may start, best first.
+pub(super) struct Prospect {
+    /// The effect's index in the catalogue.
+    pub index: usize,
+    /// The starts.
+    pub starts: Vec<Start>,
+    /// By how many squares less the effect may leave than the fit so far, on short horizons or on the fit's own: each
+    /// start with the magnitude, as a factor of what it does there, that suits it best. Infinite where no regression tells.
+    pub promise: f64,
+}
+
+impl Prospect {
+    fn is_scanned(&self) -> bool {
+        is_scanned(catalogue()[self.index].id)
+    }
+}
+
+/// How closely an effect is looked at.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Look {
+    /// Not at all.
+    None,
+    /// A step from every start, and a few more.
+    Short,
+    /// From the beginning of the runs on, with the order held first.
+    Long,
+}
+
+/// What has to be promised to be looked at.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bar {
+    /// Most squares that one of the effects promises.
+    highest: f64,
+    /// Whether they are tried alone, not beside others.
+    is_alone: bool,
+    /// Whether the set beside which they are tried leaves nothing to explain.
+    is_good: bool,
+}
+
+impl Bar {
+    /// For these effects.
+    pub fn of(prospects: &[Prospect], is_alone: bool, is_good: bool) -> Self {
+        let promises = prospects.iter().map(|new| new.promise);
+        Self {
+            highest: promises.filter(|x| x.is_finite()).fold(0.0, f64::max),
+            is_alone,
+            is_good,
+        }
+    }
+
+    /// How closely to look at one of them.
+    pub fn look_at(&self, new: &Prospect) -> Look {
+        let is_promising = |least: f64, share: f64| {
+            new.promise >= share * self.highest && (new.promise >= least || !self.is_good)
+        };
+        // Whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
+        let is_told = !matches!(
+            catalogue()[new.index].id,
+            "clock_error" | "resolution_error"
+        );
+        if new.is_scanned() && is_promising(LEAST_SCANNED, SCANNED_SHARE) {
+            Look::Long
+        } else if self.is_alone || !is_told || (!new.is_scanned() && is_promising(LEAST, SHARE)) {
+            Look::Short
+        } else {
+            Look::None
+        }
+    }
+}
