@@ -12,7 +12,7 @@ use super::fit::{Fit, Problem};
 use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
-use super::prospect::{Bar, Look, Prospect};
+use super::prospect::{Bar, Look, Prospect, Round};
 use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
@@ -123,7 +123,12 @@ impl Field<'_> {
     }
 
     /// Fits the parent with each of these effects added.
-    pub fn with_one_more(&self, parent: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+    pub fn with_one_more(
+        &self,
+        parent: &Candidate,
+        indices: &[usize],
+        round: Round,
+    ) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&parent.fit);
         let Some(search) = Search::new(problem, &parent.fit, level) else {
@@ -135,8 +140,8 @@ impl Field<'_> {
             .map(|&index| search.prospect(index, None))
             .collect();
         // Where much is left, what is linear close by tells little of what an effect could do.
-        let is_good = !parent.effects.is_empty() && self.is_enough(parent);
-        let bar = Bar::of(&found, parent.effects.is_empty(), is_good);
+        let is_good = round != Round::Alone && self.is_enough(parent);
+        let bar = Bar::of(&found, round, is_good);
         let short: Vec<Candidate> = found
             .into_par_iter()
             .with_max_len(1)
@@ -198,7 +203,7 @@ impl Field<'_> {
             .with_max_len(1)
             .enumerate()
             .filter(|(place, c)| {
-                *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
+                *place == 0 || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
             })
             .for_each(|(_, c)| self.continue_fit(c));
         short.sort_by(by_weight);
@@ -210,7 +215,9 @@ impl Field<'_> {
             .map(|(place, c)| {
                 // The long horizons decide between the best; the others keep what they have.
                 let behind = best - c.log_weight;
-                if behind > NEAR && (place >= FULLY_FITTED || behind > FAR) && place >= LEADERS {
+                let is_close = behind <= NEAR || (behind <= FAR && place < FULLY_FITTED);
+                let leads = place == 0 || (place < LEADERS && behind <= HOPELESS);
+                if !is_close && !leads {
                     return c;
                 }
                 match problem.fit_from(level, &c.fit.hypothesis, &c.fit.p, FINAL_STEPS) {
@@ -249,7 +256,7 @@ impl Field<'_> {
     /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
     /// of the common resolutions, which order) looked for again beside the others as they are now: what was
     /// right while the others were missing need not be right with them.
-    pub fn refined(&self, candidates: &[Candidate]) -> Vec<Candidate> {
+    pub fn refined(&self, candidates: &[Candidate], known: &mut Refined) -> Vec<Candidate> {
         let problem = self.problem;
         let best = candidates.first().map_or(0.0, |first| first.log_weight);
         let near = candidates
@@ -258,7 +265,7 @@ impl Field<'_> {
             .take(REFINED);
         let parts: Vec<(&Candidate, usize)> = near
             .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
-            .filter(|(c, m)| goes_in_steps(c.effects[*m]))
+            .filter(|(c, m)| goes_in_steps(c.effects[*m]) && known.is_news(c, *m))
             .collect();
         parts
             .into_par_iter()
@@ -282,6 +289,22 @@ impl Field<'_> {
                 Some(candidate(problem, effects, fit, self.scale))
             })
             .collect()
+    }
+}
+
+/// What was looked for again beside which fit of the others.
+#[derive(Default)]
+pub(super) struct Refined(Vec<(Vec<usize>, usize, f64)>);
+
+impl Refined {
+    /// Whether member `m` of this set was not yet looked for beside this fit; from now on it was.
+    fn is_news(&mut self, c: &Candidate, m: usize) -> bool {
+        let asked = (sorted(&c.effects), c.effects[m], c.log_weight);
+        let is_news = !self.0.contains(&asked);
+        if is_news {
+            self.0.push(asked);
+        }
+        is_news
     }
 }
 

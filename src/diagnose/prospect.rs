@@ -11,9 +11,10 @@ use crate::motor::effects::catalogue;
 /// is worth seven), and those of one whose order is scanned for: some hundred orders promise that by chance.
 const LEAST: f64 = 3.0;
 const LEAST_SCANNED: f64 = 16.0;
-/// Share of the highest promise from which on an effect is fitted beside others, and from which on the fits of one
-/// whose order is scanned for, ten times as many, are made.
+/// Share of the highest promise from which on an effect is fitted beside others; the same where it would have to do as well
+/// as one that is known; and from which on the fits of one whose order is scanned for, ten times as many, are made.
 const SHARE: f64 = 0.05;
+const SHARE_OF_KNOWN: f64 = 0.3;
 const SCANNED_SHARE: f64 = 0.2;
 
 /// Where fits of an effect may start, best first.
@@ -44,30 +45,45 @@ pub(super) enum Look {
     Long,
 }
 
+/// What effects are tried for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Round {
+    /// To explain the runs alone.
+    Alone,
+    /// To explain what a set leaves.
+    Beside,
+    /// To explain what a set leaves better than one that is known to explain it.
+    Instead,
+}
+
 /// What has to be promised to be looked at.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bar {
     /// Most squares that one of the effects promises.
     highest: f64,
-    /// Whether they are tried alone, not beside others.
-    is_alone: bool,
+    /// What they are tried for.
+    round: Round,
     /// Whether the set beside which they are tried leaves nothing to explain.
     is_good: bool,
 }
 
 impl Bar {
     /// For these effects.
-    pub fn of(prospects: &[Prospect], is_alone: bool, is_good: bool) -> Self {
+    pub fn of(prospects: &[Prospect], round: Round, is_good: bool) -> Self {
         let promises = prospects.iter().map(|new| new.promise);
         Self {
             highest: promises.filter(|x| x.is_finite()).fold(0.0, f64::max),
-            is_alone,
+            round,
             is_good,
         }
     }
 
     /// How closely to look at one of them.
     pub fn look_at(&self, new: &Prospect) -> Look {
+        let (share, scanned_share) = match self.round {
+            Round::Instead => (SHARE_OF_KNOWN, SHARE_OF_KNOWN),
+            _ => (SHARE, SCANNED_SHARE),
+        };
         let is_promising = |least: f64, share: f64| {
             new.promise >= share * self.highest && (new.promise >= least || !self.is_good)
         };
@@ -76,9 +92,12 @@ impl Bar {
             catalogue()[new.index].id,
             "clock_error" | "resolution_error"
         );
-        if new.is_scanned() && is_promising(LEAST_SCANNED, SCANNED_SHARE) {
+        if new.is_scanned() && is_promising(LEAST_SCANNED, scanned_share) {
             Look::Long
-        } else if self.is_alone || !is_told || (!new.is_scanned() && is_promising(LEAST, SHARE)) {
+        } else if self.round == Round::Alone
+            || !is_told
+            || (!new.is_scanned() && is_promising(LEAST, share))
+        {
             Look::Short
         } else {
             Look::None

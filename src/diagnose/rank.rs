@@ -6,10 +6,11 @@
 use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::data::RunData;
 use super::fit::Problem;
-use super::growth::{FINAL_STEPS, Field, without_one};
+use super::growth::{FINAL_STEPS, Field, Refined, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
 use super::other_law::has_laws;
+use super::prospect::Round;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
@@ -122,7 +123,8 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         beginnings: &beginnings,
         scale,
     };
-    let mut candidates = up_to_one(&field, &applicable, progress)?;
+    let mut refined = Refined::default();
+    let mut candidates = up_to_one(&field, &applicable, &mut refined, progress)?;
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
     let mut expanded: Vec<Vec<usize>> = Vec::new();
@@ -134,7 +136,16 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             .copied()
             .filter(|index| !parent.effects.contains(index))
             .collect();
-        let grown = field.with_one_more(&parent, &others);
+        let is_part = candidates.first().is_some_and(|best| {
+            best.effects.len() > parent.effects.len()
+                && parent.effects.iter().all(|e| best.effects.contains(e))
+        });
+        let round = if is_part {
+            Round::Instead
+        } else {
+            Round::Beside
+        };
+        let grown = field.with_one_more(&parent, &others, round);
         candidates.extend(
             grown
                 .into_iter()
@@ -147,7 +158,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             candidates.extend(field.pairs(&null, &applicable));
             dedup(&mut candidates);
         }
-        let again = field.refined(&candidates);
+        let again = field.refined(&candidates, &mut refined);
         candidates.extend(again);
         dedup(&mut candidates);
     }
@@ -228,7 +239,7 @@ pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
                 && !ranking.candidates.iter().any(known)
         };
         let others: Vec<usize> = applicable.iter().copied().filter(is_new).collect();
-        grown.extend(field.with_one_more(rest, &others));
+        grown.extend(field.with_one_more(rest, &others, Round::Beside));
     }
     ranking.candidates.extend(grown);
     dedup(&mut ranking.candidates);
@@ -247,12 +258,18 @@ pub(super) fn singles(
         beginnings: &beginnings,
         scale: largest_acceleration(problem.nominal, problem.runs),
     };
-    up_to_one(&field, &applicable(problem)?, progress)
+    up_to_one(
+        &field,
+        &applicable(problem)?,
+        &mut Refined::default(),
+        progress,
+    )
 }
 
 fn up_to_one(
     field: &Field<'_>,
     applicable: &[usize],
+    refined: &mut Refined,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Candidate>> {
     let problem = field.problem;
@@ -261,10 +278,10 @@ fn up_to_one(
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
     let mut candidates = vec![candidate(problem, Vec::new(), null, field.scale)];
     progress("trying every effect");
-    let singles = field.with_one_more(&candidates[0], applicable);
+    let singles = field.with_one_more(&candidates[0], applicable, Round::Alone);
     candidates.extend(singles);
     dedup(&mut candidates);
-    let again = field.refined(&candidates);
+    let again = field.refined(&candidates, refined);
     candidates.extend(again);
     dedup(&mut candidates);
     Some(candidates)
