@@ -34,6 +34,8 @@ const UNBENT: f64 = 13.3;
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;
 const REFINED_NEAR: f64 = 200.0;
+/// Fits of a set that weigh the same but for so many nats are the same.
+const SAME: f64 = 1.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
 const MOST_EXPANDED: usize = 2;
@@ -131,9 +133,12 @@ impl Field<'_> {
     ) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&parent.fit);
-        let Some(search) = Search::new(problem, &parent.fit, level) else {
+        let Some(mut search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
+        if round == Round::Instead {
+            search.narrow();
+        }
         let found: Vec<Prospect> = indices
             .par_iter()
             .with_max_len(1)
@@ -299,10 +304,12 @@ pub(super) struct Refined(Vec<(Vec<usize>, usize, f64)>);
 impl Refined {
     /// Whether member `m` of this set was not yet looked for beside this fit; from now on it was.
     fn is_news(&mut self, c: &Candidate, m: usize) -> bool {
-        let asked = (sorted(&c.effects), c.effects[m], c.log_weight);
-        let is_news = !self.0.contains(&asked);
+        let (set, sought) = (sorted(&c.effects), c.effects[m]);
+        let is_news = !self.0.iter().any(|(other, m, weight)| {
+            (other, *m) == (&set, sought) && (c.log_weight - weight).abs() < SAME
+        });
         if is_news {
-            self.0.push(asked);
+            self.0.push((set, sought, c.log_weight));
         }
         is_news
     }

@@ -87,11 +87,13 @@ impl Bar {
         let is_promising = |least: f64, share: f64| {
             new.promise >= share * self.highest && (new.promise >= least || !self.is_good)
         };
-        // Whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
-        let is_told = !matches!(
-            catalogue()[new.index].id,
-            "clock_error" | "resolution_error"
-        );
+        // Whether a resolution suits, or a clock that the host's does not bear out, no slope tells: but neither is what
+        // takes off as much as a known effect.
+        let is_told = self.round == Round::Instead
+            || !matches!(
+                catalogue()[new.index].id,
+                "clock_error" | "resolution_error"
+            );
         if new.is_scanned() && is_promising(LEAST_SCANNED, scanned_share) {
             Look::Long
         } else if self.round == Round::Alone

@@ -97,6 +97,12 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// Looks only from where the base alone leaves least.
+    pub fn narrow(&mut self) {
+        self.anchors.sort_by(|a, b| a.left.total_cmp(&b.left));
+        self.anchors.truncate(1);
+    }
+
     /// The most promising hypotheses with effect `index` added, each with its starting numbers, and what they promise;
     /// `known` are the effect's values in a fit, near which to look more closely.
     pub fn prospect(&self, index: usize, known: Option<&[f64]>) -> Prospect {
