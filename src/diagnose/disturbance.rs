@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
+use super::hypothesis::Hypothesis;
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::rank::Ranking;
 
@@ -43,6 +44,8 @@ const MOST_ROUNDS: usize = 4;
 /// How often a set is fitted to its own disturbance, and with how many steps.
 const ITERATIONS: usize = 2;
 const STEPS: usize = 5;
+/// By how many nats at most a set catches up with another when it is fitted once more.
+const CATCHES_UP: f64 = 200.0;
 /// An estimate must be worth this many nats more than what there was, and this many for each sample.
 const WORTH: f64 = 50.0;
 const WORTH_A_SAMPLE: f64 = 0.05;
@@ -82,7 +85,7 @@ pub(super) fn disturbance(
 /// recording's own: where a set without either, fitted with a disturbance, is likelier, also than something unknown beside
 /// the best set.
 pub(super) fn disturbance_of(
-    problem: &mut Problem<'_>,
+    problem: &Problem<'_>,
     ranking: &Ranking,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
@@ -95,18 +98,24 @@ pub(super) fn disturbance_of(
     let bar = best.log_weight + CHOICE + ranking.unknown_gain.max(0.0);
     let mut likeliest = (bar, None);
     if is_noisy(&best) {
-        let own = problem.rough;
-        for set in sets.iter().filter(|set| !is_noisy(set)).take(RIVALS) {
-            let Some(rough) = worthwhile(problem, &set.fit, largest_acceleration) else {
-                continue;
-            };
-            problem.set_rough(rough);
-            let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS);
-            let again = fit.map(|fit| {
-                candidate(problem, set.effects.clone(), fit, largest_acceleration).log_weight
-            });
-            problem.set_rough(own);
-            if let Some(weight) = again.filter(|weight| *weight > likeliest.0) {
+        let rivals: Vec<&Candidate> = sets
+            .iter()
+            .filter(|set| !is_noisy(set))
+            .take(RIVALS)
+            .collect();
+        let found: Vec<Option<(f64, Disturbance)>> = rivals
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|set| {
+                let rough = worthwhile(problem, &set.fit, largest_acceleration)?;
+                let problem = problem.beside(rough);
+                let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS)?;
+                let again = candidate(&problem, set.effects.clone(), fit, largest_acceleration);
+                Some((again.log_weight, rough))
+            })
+            .collect();
+        for (weight, rough) in found.into_iter().flatten() {
+            if weight > likeliest.0 {
                 likeliest = (weight, Some(rough));
             }
         }
@@ -159,27 +168,39 @@ fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
 /// would swallow what the right one explains. Sets of one effect at most are tried; `start` is where each begins.
 pub(super) fn least_disturbance(
-    problem: &mut Problem<'_>,
+    problem: &Problem<'_>,
     sets: &[Candidate],
     start: Disturbance,
     largest_acceleration: f64,
 ) -> Disturbance {
     let strongest = problem.levels.first().copied().unwrap_or(0.0);
+    let mut tried: Vec<(&Hypothesis, Vec<f64>, Disturbance)> = sets
+        .iter()
+        .filter(|set| set.effects.len() <= 1)
+        .map(|set| (&set.fit.hypothesis, set.fit.p.clone(), start))
+        .collect();
     let mut best = (f64::NEG_INFINITY, start);
-    for set in sets.iter().filter(|set| set.effects.len() <= 1) {
-        problem.set_rough(start);
-        let (hypothesis, mut p) = (&set.fit.hypothesis, set.fit.p.clone());
-        for _ in 0..ITERATIONS {
-            let Some(fit) = problem.fit_at(hypothesis, &p, strongest, STEPS) else {
-                break;
-            };
-            let (_, likelihood, level) = likeliest(problem, &fit, largest_acceleration);
-            if likelihood > best.0 {
-                best = (likelihood, level.rough);
+    for _ in 0..ITERATIONS {
+        let found: Vec<(&Hypothesis, Vec<f64>, f64, Disturbance)> = tried
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(|(hypothesis, p, rough)| {
+                let problem = problem.beside(rough);
+                let fit = problem.fit_at(hypothesis, &p, strongest, STEPS)?;
+                let (_, likelihood, level) = likeliest(&problem, &fit, largest_acceleration);
+                Some((hypothesis, fit.p, likelihood, level.rough))
+            })
+            .collect();
+        for (.., likelihood, rough) in &found {
+            if *likelihood > best.0 {
+                best = (*likelihood, *rough);
             }
-            problem.set_rough(level.rough);
-            p = fit.p;
         }
+        tried = found
+            .into_iter()
+            .filter(|(.., likelihood, _)| *likelihood > best.0 - CATCHES_UP)
+            .map(|(hypothesis, p, _, rough)| (hypothesis, p, rough))
+            .collect();
     }
     best.1
 }
@@ -234,9 +255,14 @@ fn likeliest(
     let mut level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let before = likelihood(&level);
     let mut best = before;
+    // Where each grid was left: nothing is to be found there as long as the others leave it.
+    let mut left: [Option<NoiseLevel>; 4] = [None; 4];
     for _ in 0..MOST_ROUNDS {
         let last = level;
-        for grid in grids {
+        for (grid, left) in grids.iter().zip(&mut left) {
+            if *left == Some(level) {
+                continue;
+            }
             let tried = grid(level);
             let likelihoods: Vec<f64> = tried.par_iter().map(likelihood).collect();
             for (found, tried) in likelihoods.into_iter().zip(tried) {
@@ -244,6 +270,7 @@ fn likeliest(
                     (best, level) = (found, tried);
                 }
             }
+            *left = Some(level);
         }
         if level == last {
             break;

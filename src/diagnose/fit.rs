@@ -116,6 +116,17 @@ impl<'a> Problem<'a> {
         self.forget();
     }
 
+    /// The same problem with another estimate of what disturbs the recordings.
+    pub fn beside(&self, rough: Disturbance) -> Self {
+        Self {
+            levels: self.levels.clone(),
+            rough,
+            filters: Mutex::default(),
+            waves: KeptWaves::default(),
+            ..*self
+        }
+    }
+
     /// The same with another variance of rounding, as a share of 1/12.
     pub fn with_rounding(mut self, share: f64) -> Self {
         self.rounding = share;

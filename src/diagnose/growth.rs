@@ -13,7 +13,7 @@ use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
 use super::prospect::{Bar, Look, Prospect, Round};
-use super::search::Search;
+use super::search::{Search, Start};
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -147,26 +147,61 @@ impl Field<'_> {
         // Where much is left, what is linear close by tells little of what an effect could do.
         let is_good = round != Round::Alone && self.is_enough(parent);
         let bar = Bar::of(&found, round, is_good);
-        let short: Vec<Candidate> = found
-            .into_par_iter()
-            .with_max_len(1)
-            .filter_map(|new| {
-                let index = new.index;
-                let fit = match bar.look_at(&new) {
-                    Look::None => return None,
-                    Look::Short => first_fit(problem, new.starts, level),
-                    Look::Long => scanned_fit(problem, self.beginnings, new.starts, level),
-                };
+        let (close, passing): (Vec<Prospect>, Vec<Prospect>) = found
+            .into_iter()
+            .filter(|new| bar.look_at(new) != Look::None)
+            .partition(|new| bar.look_at(new) == Look::Long);
+        let close = close.iter().map(|new| (new, true));
+        let all: Vec<(Vec<usize>, &[Start], bool)> = passing
+            .iter()
+            .map(|new| (new, false))
+            .chain(close)
+            .map(|(new, is_close)| {
                 let mut effects = parent.effects.clone();
-                effects.push(index);
-                Some(candidate(problem, effects, fit?, self.scale))
+                effects.push(new.index);
+                (effects, new.starts.as_slice(), is_close)
             })
             .collect();
-        self.fitted_on(short, level)
+        self.fitted_on(self.looks(&all, level, None), level)
     }
 
-    /// The most promising pairs, fitted: two that show together only are not found one by one.
-    pub fn pairs(&self, null: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+    /// First looks at these sets from these starts; closer ones where that is asked for and a set is not hopelessly behind
+    /// `bar` or the best of them.
+    fn looks(
+        &self,
+        all: &[(Vec<usize>, &[Start], bool)],
+        level: usize,
+        bar: Option<f64>,
+    ) -> Vec<Candidate> {
+        let problem = self.problem;
+        let of = |effects: &Vec<usize>, fit| candidate(problem, effects.clone(), fit, self.scale);
+        let mut found: Vec<(Candidate, &[Start], bool)> = all
+            .par_iter()
+            .with_max_len(1)
+            .filter_map(|(effects, starts, is_close)| {
+                let fit = first_fit(problem, starts, level)?;
+                Some((of(effects, fit), *starts, *is_close))
+            })
+            .collect();
+        let weights = found.iter().map(|(c, ..)| c.log_weight);
+        let best = weights.chain(bar).fold(f64::NEG_INFINITY, f64::max);
+        found
+            .par_iter_mut()
+            .with_max_len(1)
+            .filter(|(c, _, is_close)| *is_close && c.log_weight > best - HOPELESS)
+            .for_each(|(c, starts, _)| {
+                if let Some(fit) = scanned_fit(problem, self.beginnings, starts, level) {
+                    let closer = of(&c.effects, fit);
+                    if closer.log_weight > c.log_weight {
+                        *c = closer;
+                    }
+                }
+            });
+        found.into_iter().map(|(c, ..)| c).collect()
+    }
+
+    /// The most promising pairs, fitted: two that show together only are not found one by one. `best` is the best set known.
+    pub fn pairs(&self, null: &Candidate, best: &Candidate, indices: &[usize]) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&null.fit);
         // A beginning of a long recording tells which pairs are worth a fit.
@@ -182,20 +217,26 @@ impl Field<'_> {
         let Some(search) = Search::new(looked_at, &null, level) else {
             return Vec::new();
         };
-        let short = promising(looked_at, &search, indices, PROMISING)
-            .into_par_iter()
-            .with_max_len(1)
-            .filter_map(|promise| {
-                let effects = promise.effects.to_vec();
-                let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
-                let fit = if is_scanned {
-                    scanned_fit(problem, self.beginnings, promise.starts, level)
-                } else {
-                    first_fit(problem, promise.starts, level)
-                };
-                Some(candidate(problem, effects, fit?, self.scale))
-            });
-        self.fitted_on(short.collect(), level)
+        let promises = promising(looked_at, &search, indices, PROMISING);
+        let all: Vec<(Vec<usize>, &[Start], bool)> = promises
+            .iter()
+            .map(|promise| {
+                let is_scanned = |e: &usize| is_scanned(catalogue()[*e].id);
+                let is_close = promise.effects.iter().any(is_scanned);
+                (
+                    promise.effects.to_vec(),
+                    promise.starts.as_slice(),
+                    is_close,
+                )
+            })
+            .collect();
+        // What is far behind a set that is known, on the same horizons, is not what is sought.
+        let bar = problem
+            .fit_at(&best.fit.hypothesis, &best.fit.p, problem.levels[level], 0)
+            .map(|fit| candidate(problem, best.effects.clone(), fit, self.scale).log_weight);
+        let mut short = self.looks(&all, level, bar);
+        short.retain(|c| bar.is_none_or(|bar| c.log_weight > bar - HOPELESS));
+        self.fitted_on(short, level)
     }
 
     /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
@@ -288,7 +329,7 @@ impl Field<'_> {
                 let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
                 let search = Search::new(problem, &rest, level)?;
                 let known = full.fit.hypothesis.values(m, &full.fit.p);
-                let fit = first_fit(problem, search.prospect(index, Some(&known)).starts, level)?;
+                let fit = first_fit(problem, &search.prospect(index, Some(&known)).starts, level)?;
                 effects.push(index);
                 let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
                 Some(candidate(problem, effects, fit, self.scale))

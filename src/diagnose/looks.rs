@@ -12,12 +12,12 @@ const SCANNED_STEPS: usize = 6;
 const SCANS_KEPT: usize = 2;
 
 /// A step from every start on short horizons, and a few more from where the best of them leads.
-pub(super) fn first_fit(problem: &Problem<'_>, starts: Vec<Start>, level: usize) -> Option<Fit> {
+pub(super) fn first_fit(problem: &Problem<'_>, starts: &[Start], level: usize) -> Option<Fit> {
     let wander = problem.levels[level];
     let first = best_fit(
         starts
-            .into_iter()
-            .filter_map(|(hypothesis, start)| problem.fit_at(&hypothesis, &start, wander, 1)),
+            .iter()
+            .filter_map(|(hypothesis, start)| problem.fit_at(hypothesis, start, wander, 1)),
     )?;
     problem.fit_at(&first.hypothesis, &first.p, wander, FIRST_STEPS)
 }
@@ -27,11 +27,12 @@ pub(super) fn first_fit(problem: &Problem<'_>, starts: Vec<Start>, level: usize)
 pub(super) fn scanned_fit(
     problem: &Problem<'_>,
     beginnings: &[Problem<'_>],
-    mut starts: Vec<Start>,
+    starts: &[Start],
     level: usize,
 ) -> Option<Fit> {
     let shortest = problem.levels.first().copied()?;
     let short = problem.levels[level];
+    let mut starts = starts.to_vec();
     for beginning in beginnings {
         let fit = |(hypothesis, p): Start| {
             let held = hypothesis.with_orders_held(&p);

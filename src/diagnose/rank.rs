@@ -155,7 +155,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         // Where the command answers to the motion, what effects take off the residual does not add up.
         if expanded.len() == 1 && !problem.setting.is_held && !field.is_enough(&candidates[0]) {
             progress("trying pairs");
-            candidates.extend(field.pairs(&null, &applicable));
+            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
             dedup(&mut candidates);
         }
         let again = field.refined(&candidates, &mut refined);
