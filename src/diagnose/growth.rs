@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::looks::{first_fit, scanned_fit};
+use super::looks::{Asked, first_fit, looks};
 use super::pairs::promising;
 use super::periodic::is_scanned;
 use super::prospect::{Bar, Look, Prospect, Round};
-use super::search::{Search, Start};
+use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -47,7 +47,7 @@ const CLOSE: f64 = 20.0;
 const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
-const HOPELESS: f64 = 1000.0;
+pub(super) const HOPELESS: f64 = 1000.0;
 /// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
 /// How many of a round are fitted fully in any case.
@@ -147,57 +147,47 @@ impl Field<'_> {
         // Where much is left, what is linear close by tells little of what an effect could do.
         let is_good = round != Round::Alone && self.is_enough(parent);
         let bar = Bar::of(&found, round, is_good);
-        let (close, passing): (Vec<Prospect>, Vec<Prospect>) = found
-            .into_iter()
-            .filter(|new| bar.look_at(new) != Look::None)
-            .partition(|new| bar.look_at(new) == Look::Long);
-        let close = close.iter().map(|new| (new, true));
-        let all: Vec<(Vec<usize>, &[Start], bool)> = passing
+        let weight = self.weight_at(parent, level).unwrap_or(f64::INFINITY);
+        let asked = |new: &'_ Prospect, look: Look| {
+            let mut effects = parent.effects.clone();
+            effects.push(new.index);
+            Asked {
+                effects,
+                starts: new.starts.clone(),
+                could_weigh: (look == Look::Long).then_some(weight + 0.5 * new.promise),
+            }
+        };
+        let (first, rest): (Vec<&Prospect>, Vec<&Prospect>) =
+            found.iter().partition(|new| bar.look_at(new) != Look::None);
+        let first = first.into_iter().map(|new| asked(new, bar.look_at(new)));
+        let mut grown = self.looked_at(first.collect(), level, None);
+        // What promises little may be what a parent bent itself to.
+        let best = grown
             .iter()
-            .map(|new| (new, false))
-            .chain(close)
-            .map(|(new, is_close)| {
-                let mut effects = parent.effects.clone();
-                effects.push(new.index);
-                (effects, new.starts.as_slice(), is_close)
-            })
-            .collect();
-        self.fitted_on(self.looks(&all, level, None), level)
+            .max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+        let is_left = || !best.is_some_and(|best| self.is_enough(best));
+        if round == Round::Beside && !is_good && is_left() {
+            let rest = rest.into_iter().map(|new| asked(new, Look::Short));
+            grown.extend(self.looked_at(rest.collect(), level, None));
+        }
+        grown
     }
 
-    /// First looks at these sets from these starts; closer ones where that is asked for and a set is not hopelessly behind
-    /// `bar` or the best of them.
-    fn looks(
-        &self,
-        all: &[(Vec<usize>, &[Start], bool)],
-        level: usize,
-        bar: Option<f64>,
-    ) -> Vec<Candidate> {
-        let problem = self.problem;
-        let of = |effects: &Vec<usize>, fit| candidate(problem, effects.clone(), fit, self.scale);
-        let mut found: Vec<(Candidate, &[Start], bool)> = all
-            .par_iter()
-            .with_max_len(1)
-            .filter_map(|(effects, starts, is_close)| {
-                let fit = first_fit(problem, starts, level)?;
-                Some((of(effects, fit), *starts, *is_close))
-            })
-            .collect();
-        let weights = found.iter().map(|(c, ..)| c.log_weight);
-        let best = weights.chain(bar).fold(f64::NEG_INFINITY, f64::max);
-        found
-            .par_iter_mut()
-            .with_max_len(1)
-            .filter(|(c, _, is_close)| *is_close && c.log_weight > best - HOPELESS)
-            .for_each(|(c, starts, _)| {
-                if let Some(fit) = scanned_fit(problem, self.beginnings, starts, level) {
-                    let closer = of(&c.effects, fit);
-                    if closer.log_weight > c.log_weight {
-                        *c = closer;
-                    }
-                }
-            });
-        found.into_iter().map(|(c, ..)| c).collect()
+    /// What a set weighs on this level of the wander, with the numbers of its fit.
+    fn weight_at(&self, set: &Candidate, level: usize) -> Option<f64> {
+        let (hypothesis, p) = (&set.fit.hypothesis, &set.fit.p);
+        let fit = self
+            .problem
+            .fit_at(hypothesis, p, self.problem.levels[level], 0)?;
+        Some(candidate(self.problem, set.effects.clone(), fit, self.scale).log_weight)
+    }
+
+    /// Looks at these sets; those not hopelessly behind the best of them and `bar` are fitted on.
+    fn looked_at(&self, asked: Vec<Asked>, level: usize, bar: Option<f64>) -> Vec<Candidate> {
+        let of = |effects, fit| candidate(self.problem, effects, fit, self.scale);
+        let mut found = looks(self.problem, self.beginnings, asked, level, bar, &of);
+        found.retain(|c| bar.is_none_or(|bar| c.log_weight > bar - HOPELESS));
+        self.fitted_on(found, level)
     }
 
     /// The most promising pairs, fitted: two that show together only are not found one by one. `best` is the best set known.
@@ -210,33 +200,35 @@ impl Field<'_> {
             Some(beginning) if samples > LONG => beginning,
             _ => problem,
         };
-        let null = &null.fit;
-        let Some(null) = looked_at.fit_at(&null.hypothesis, &null.p, null.wander, 0) else {
+        let own = &null.fit;
+        let Some(own) = looked_at.fit_at(&own.hypothesis, &own.p, own.wander, 0) else {
             return Vec::new();
         };
-        let Some(search) = Search::new(looked_at, &null, level) else {
+        let Some(search) = Search::new(looked_at, &own, level) else {
             return Vec::new();
         };
-        let promises = promising(looked_at, &search, indices, PROMISING);
-        let all: Vec<(Vec<usize>, &[Start], bool)> = promises
-            .iter()
+        let weight = match std::ptr::eq(looked_at, problem) {
+            true => self.weight_at(null, level).unwrap_or(f64::INFINITY),
+            // A beginning does not say what the whole gains.
+            false => f64::INFINITY,
+        };
+        let asked = promising(looked_at, &search, indices, PROMISING)
+            .into_iter()
             .map(|promise| {
                 let is_scanned = |e: &usize| is_scanned(catalogue()[*e].id);
-                let is_close = promise.effects.iter().any(is_scanned);
-                (
-                    promise.effects.to_vec(),
-                    promise.starts.as_slice(),
-                    is_close,
-                )
-            })
-            .collect();
+                let could_weigh = weight + 0.5 * promise.squares;
+                Asked {
+                    could_weigh: promise
+                        .effects
+                        .iter()
+                        .any(is_scanned)
+                        .then_some(could_weigh),
+                    effects: promise.effects.to_vec(),
+                    starts: promise.starts,
+                }
+            });
         // What is far behind a set that is known, on the same horizons, is not what is sought.
-        let bar = problem
-            .fit_at(&best.fit.hypothesis, &best.fit.p, problem.levels[level], 0)
-            .map(|fit| candidate(problem, best.effects.clone(), fit, self.scale).log_weight);
-        let mut short = self.looks(&all, level, bar);
-        short.retain(|c| bar.is_none_or(|bar| c.log_weight > bar - HOPELESS));
-        self.fitted_on(short, level)
+        self.looked_at(asked.collect(), level, self.weight_at(best, level))
     }
 
     /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.

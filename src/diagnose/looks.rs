@@ -2,7 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::candidate::Candidate;
 use super::fit::{Fit, Problem};
+use super::growth::HOPELESS;
 use super::search::Start;
 
 /// Most steps from the best start, and of each fit of an effect whose order was scanned for.
@@ -10,6 +12,58 @@ const FIRST_STEPS: usize = 2;
 const SCANNED_STEPS: usize = 6;
 /// How many orders are still in play after a beginning.
 const SCANS_KEPT: usize = 2;
+
+/// A set to look at.
+pub(super) struct Asked {
+    /// The indices of its effects in the catalogue.
+    pub effects: Vec<usize>,
+    /// Where its fits start.
+    pub starts: Vec<Start>,
+    /// What it could weigh by a regression's promise, where an order was scanned for that is worth a closer look.
+    pub could_weigh: Option<f64>,
+}
+
+/// First looks at these sets, and closer ones at those that ask for one and by their first look or their promise are not
+/// hopelessly behind `bar` and the best of all.
+pub(super) fn looks(
+    problem: &Problem<'_>,
+    beginnings: &[Problem<'_>],
+    asked: Vec<Asked>,
+    level: usize,
+    bar: Option<f64>,
+    of: &(dyn Fn(Vec<usize>, Fit) -> Candidate + Sync),
+) -> Vec<Candidate> {
+    let first: Vec<(Asked, Option<Candidate>)> = asked
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|set| {
+            let fit = first_fit(problem, &set.starts, level);
+            let found = fit.map(|fit| of(set.effects.clone(), fit));
+            (set, found)
+        })
+        .collect();
+    let weights = first
+        .iter()
+        .filter_map(|(_, c)| Some(c.as_ref()?.log_weight));
+    let least = weights.chain(bar).fold(f64::NEG_INFINITY, f64::max) - HOPELESS;
+    first
+        .into_par_iter()
+        .with_max_len(1)
+        .filter_map(|(set, found)| {
+            let weight = found.as_ref().map_or(f64::NEG_INFINITY, |c| c.log_weight);
+            let is_close = |could_weigh: f64| could_weigh.max(weight) > least;
+            if !set.could_weigh.is_some_and(is_close) {
+                return found;
+            }
+            let fit = scanned_fit(problem, beginnings, &set.starts, level);
+            let closer = fit.map(|fit| of(set.effects, fit));
+            match closer {
+                Some(closer) if closer.log_weight > weight => Some(closer),
+                _ => found,
+            }
+        })
+        .collect()
+}
 
 /// A step from every start on short horizons, and a few more from where the best of them leads.
 pub(super) fn first_fit(problem: &Problem<'_>, starts: &[Start], level: usize) -> Option<Fit> {

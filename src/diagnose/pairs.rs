@@ -29,6 +29,8 @@ pub(super) struct Promise {
     pub effects: [usize; 2],
     /// Starts, best first.
     pub starts: Vec<Start>,
+    /// Squares that the best of them gains.
+    pub squares: f64,
 }
 
 /// Squares that two effects gain, with their indices and values.
@@ -183,7 +185,7 @@ pub(super) fn promising(
     }));
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut promises: Vec<Promise> = Vec::new();
-    for (_, members) in found {
+    for (squares, members) in found {
         let effects = [members[0].0, members[1].0];
         let known = promises.iter().position(|p| p.effects == effects);
         let members = members.map(|(index, values)| Member { index, values });
@@ -193,6 +195,7 @@ pub(super) fn promising(
             }
             None if promises.len() < most => promises.push(Promise {
                 effects,
+                squares,
                 starts: vec![start_of(problem, anchor, members)],
             }),
             _ => {}

@@ -20,6 +20,9 @@ use crate::recording::CommandKind;
 const STARTS: usize = 3;
 /// How many of one that goes in steps.
 const STEPPED_STARTS: usize = 6;
+/// Where the best start takes off more squares than this, those that take off less than this share of it are left out.
+const CLEAR: f64 = 20.0;
+const KEPT_SHARE: f64 = 0.5;
 /// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
 const FAR_LARGER: f64 = 4.0;
 /// How many orders of an angle-periodic effect are fitted.
@@ -159,6 +162,10 @@ impl<'a> Search<'a> {
             "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
             _ => STARTS,
         });
+        let best = scored.first().map_or(before, |(left, ..)| *left);
+        if before - best > CLEAR {
+            scored.retain(|(left, ..)| before - left >= KEPT_SHARE * (before - best));
+        }
         let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
         Prospect {
             index,
