@@ -20,7 +20,8 @@ use crate::recording::CommandKind;
 const STARTS: usize = 3;
 /// How many of one that goes in steps.
 const STEPPED_STARTS: usize = 6;
-/// Where the best start takes off more squares than this, those that take off less than this share of it are left out.
+/// Where the best start takes off more squares than this, those that take off less than this share of it are left out; not
+/// of an effect whose order is scanned for, where the second order may lead into the right hollow.
 const CLEAR: f64 = 20.0;
 const KEPT_SHARE: f64 = 0.5;
 /// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
@@ -163,7 +164,7 @@ impl<'a> Search<'a> {
             _ => STARTS,
         });
         let best = scored.first().map_or(before, |(left, ..)| *left);
-        if before - best > CLEAR {
+        if before - best > CLEAR && !is_scanned(kind.id) {
             scored.retain(|(left, ..)| before - left >= KEPT_SHARE * (before - best));
         }
         let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
