@@ -125,7 +125,7 @@ pub(super) fn disturbance_of(
 
 /// The disturbance that makes likeliest what a fit leaves, where that is worth it.
 fn worthwhile(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Option<Disturbance> {
-    let (gain, _, level) = likeliest(problem, fit, largest_acceleration);
+    let (gain, _, level) = likeliest(problem, fit, largest_acceleration, false);
     let samples: usize = problem.runs.iter().map(RunData::len).sum();
     let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);
     let is_rough = gain > worth
@@ -180,14 +180,15 @@ pub(super) fn least_disturbance(
         .map(|set| (&set.fit.hypothesis, set.fit.p.clone(), start))
         .collect();
     let mut best = (f64::NEG_INFINITY, start);
-    for _ in 0..ITERATIONS {
+    for iteration in 0..ITERATIONS {
         let found: Vec<(&Hypothesis, Vec<f64>, f64, Disturbance)> = tried
             .into_par_iter()
             .with_max_len(1)
             .filter_map(|(hypothesis, p, rough)| {
                 let problem = problem.beside(rough);
                 let fit = problem.fit_at(hypothesis, &p, strongest, STEPS)?;
-                let (_, likelihood, level) = likeliest(&problem, &fit, largest_acceleration);
+                let (_, likelihood, level) =
+                    likeliest(&problem, &fit, largest_acceleration, iteration > 0);
                 Some((hypothesis, fit.p, likelihood, level.rough))
             })
             .collect();
@@ -205,11 +206,22 @@ pub(super) fn least_disturbance(
     best.1
 }
 
-/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it.
+/// The places beside one of so many.
+fn neighbours(at: usize, count: usize) -> Vec<usize> {
+    let below = at.checked_sub(1);
+    below
+        .into_iter()
+        .chain(Some(at + 1).filter(|k| *k < count))
+        .collect()
+}
+
+/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it; `is_near`
+/// where it is not far from the problem's.
 fn likeliest(
     problem: &Problem<'_>,
     fit: &Fit,
     largest_acceleration: f64,
+    is_near: bool,
 ) -> (f64, f64, NoiseLevel) {
     let residuals: Vec<Vec<f64>> = problem
         .runs
@@ -257,18 +269,32 @@ fn likeliest(
     let mut best = before;
     // Where each grid was left: nothing is to be found there as long as the others leave it.
     let mut left: [Option<NoiseLevel>; 4] = [None; 4];
-    for _ in 0..MOST_ROUNDS {
+    for round in 0..MOST_ROUNDS {
         let last = level;
         for (grid, left) in grids.iter().zip(&mut left) {
             if *left == Some(level) {
                 continue;
             }
-            let tried = grid(level);
-            let likelihoods: Vec<f64> = tried.par_iter().map(likelihood).collect();
-            for (found, tried) in likelihoods.into_iter().zip(tried) {
-                if found > best {
-                    (best, level) = (found, tried);
-                }
+            let all = grid(level);
+            let at = all.iter().position(|tried| *tried == level);
+            let mut asked: Vec<usize> = match at {
+                // Once all have been looked at, what is likeliest moves to a neighbour.
+                Some(at) if is_near || round > 0 => neighbours(at, all.len()),
+                _ => (0..all.len()).filter(|k| Some(*k) != at).collect(),
+            };
+            while !asked.is_empty() {
+                let found: Vec<f64> = asked.par_iter().map(|k| likelihood(&all[*k])).collect();
+                let top = asked.iter().zip(found).max_by(|a, b| a.1.total_cmp(&b.1));
+                let Some((&k, found)) = top.filter(|(_, found)| *found > best) else {
+                    break;
+                };
+                let beyond = |next: &usize| !asked.contains(next) && all[*next] != level;
+                let next = neighbours(k, all.len())
+                    .into_iter()
+                    .filter(beyond)
+                    .collect();
+                (best, level) = (found, all[k]);
+                asked = next;
             }
             *left = Some(level);
         }
