@@ -167,8 +167,9 @@ impl Field<'_> {
             .max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
         let is_left = || !best.is_some_and(|best| self.is_enough(best));
         if round == Round::Beside && !is_good && is_left() {
+            let known = best.and_then(|best| self.weight_at(best, level));
             let rest = rest.into_iter().map(|new| asked(new, Look::Short));
-            grown.extend(self.looked_at(rest.collect(), level, None));
+            grown.extend(self.looked_at(rest.collect(), level, known));
         }
         grown
     }
@@ -182,12 +183,13 @@ impl Field<'_> {
         Some(candidate(self.problem, set.effects.clone(), fit, self.scale).log_weight)
     }
 
-    /// Looks at these sets; those not hopelessly behind the best of them and `bar` are fitted on.
-    fn looked_at(&self, asked: Vec<Asked>, level: usize, bar: Option<f64>) -> Vec<Candidate> {
+    /// Looks at these sets; those not hopelessly behind the best of them and of a known one, which weighs `known` on this level,
+    /// are fitted on.
+    fn looked_at(&self, asked: Vec<Asked>, level: usize, known: Option<f64>) -> Vec<Candidate> {
         let of = |effects, fit| candidate(self.problem, effects, fit, self.scale);
-        let mut found = looks(self.problem, self.beginnings, asked, level, bar, &of);
-        found.retain(|c| bar.is_none_or(|bar| c.log_weight > bar - HOPELESS));
-        self.fitted_on(found, level)
+        let mut found = looks(self.problem, self.beginnings, asked, level, known, &of);
+        found.retain(|c| known.is_none_or(|known| c.log_weight > known - HOPELESS));
+        self.fitted_on(found, level, known)
     }
 
     /// The most promising pairs, fitted: two that show together only are not found one by one. `best` is the best set known.
@@ -231,11 +233,24 @@ impl Field<'_> {
         self.looked_at(asked.collect(), level, self.weight_at(best, level))
     }
 
-    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
-    fn fitted_on(&self, mut short: Vec<Candidate>, level: usize) -> Vec<Candidate> {
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; where a set is
+    /// `known`, those that come near it and the best.
+    fn fitted_on(
+        &self,
+        mut short: Vec<Candidate>,
+        level: usize,
+        known: Option<f64>,
+    ) -> Vec<Candidate> {
         let problem = self.problem;
         short.sort_by(by_weight);
-        let best = short.first().map_or(0.0, |first| first.log_weight);
+        let best_of = |short: &[Candidate]| {
+            let weights = short.first().map(|first| first.log_weight);
+            weights
+                .into_iter()
+                .chain(known)
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        let best = best_of(&short);
         short
             .par_iter_mut()
             .with_max_len(1)
@@ -245,7 +260,8 @@ impl Field<'_> {
             })
             .for_each(|(_, c)| self.continue_fit(c));
         short.sort_by(by_weight);
-        let best = short.first().map_or(0.0, |first| first.log_weight);
+        let best = best_of(&short);
+        let leaders = if known.is_some() { 1 } else { LEADERS };
         short
             .into_par_iter()
             .with_max_len(1)
@@ -254,7 +270,7 @@ impl Field<'_> {
                 // The long horizons decide between the best; the others keep what they have.
                 let behind = best - c.log_weight;
                 let is_close = behind <= NEAR || (behind <= FAR && place < FULLY_FITTED);
-                let leads = place == 0 || (place < LEADERS && behind <= HOPELESS);
+                let leads = place == 0 || (place < leaders && behind <= HOPELESS);
                 if !is_close && !leads {
                     return c;
                 }
