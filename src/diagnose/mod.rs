@@ -35,6 +35,7 @@ mod periodic;
 mod predict;
 mod prospect;
 mod rank;
+mod refined;
 mod regimes;
 mod rough;
 mod rungs;

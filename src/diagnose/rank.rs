@@ -6,11 +6,12 @@
 use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::data::RunData;
 use super::fit::Problem;
-use super::growth::{FINAL_STEPS, Field, Refined, without_one};
+use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
 use super::other_law::has_laws;
 use super::prospect::Round;
+use super::refined::Refined;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
