@@ -114,7 +114,7 @@ impl Field<'_> {
     /// nothing in the residual that depends on speed, angle, time or command.
     pub fn is_enough(&self, candidate: &Candidate) -> bool {
         let fit = &candidate.fit;
-        fit.wander <= CALM * self.scale
+        self.is_calm(candidate)
             && fit.hypothesis.strain(&fit.p) < UNBENT
             && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
     }
@@ -155,16 +155,19 @@ impl Field<'_> {
         let (first, rest): (Vec<&Prospect>, Vec<&Prospect>) =
             found.iter().partition(|new| bar.look_at(new) != Look::None);
         let first = first.into_iter().map(|new| asked(new, bar.look_at(new)));
-        let mut grown = self.looked_at(first.collect(), level, None);
+        let first = self.looks(first.collect(), level, None);
+        let mut grown = self.fitted_on(first, level, None);
         // What promises little may be what a parent bent itself to.
         let best = grown
             .iter()
             .max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
         let is_left = || !best.is_some_and(|best| self.is_enough(best));
         if round == Round::Beside && !is_good && is_left() {
-            let known = best.and_then(|best| self.weight_at(best, level));
+            let calm = best.filter(|best| self.is_calm(best));
+            let known = calm.and_then(|best| self.weight_at(best, level));
             let rest = rest.into_iter().map(|new| asked(new, Look::Short));
-            grown.extend(self.looked_at(rest.collect(), level, known));
+            let found = self.looks(rest.collect(), level, known);
+            grown.extend(self.fitted_on(found, level, known));
         }
         grown
     }
@@ -178,13 +181,19 @@ impl Field<'_> {
         Some(candidate(self.problem, set.effects.clone(), fit, self.scale).log_weight)
     }
 
-    /// Looks at these sets; those not hopelessly behind the best of them and of a known one, which weighs `known` on this level,
-    /// are fitted on.
-    fn looked_at(&self, asked: Vec<Asked>, level: usize, known: Option<f64>) -> Vec<Candidate> {
+    /// Looks at these sets; those that are hopelessly behind the best of them, or a known one that weighs `known` on this
+    /// level, are left out.
+    fn looks(&self, asked: Vec<Asked>, level: usize, known: Option<f64>) -> Vec<Candidate> {
         let of = |effects, fit| candidate(self.problem, effects, fit, self.scale);
         let mut found = looks(self.problem, self.beginnings, asked, level, known, &of);
         found.retain(|c| known.is_none_or(|known| c.log_weight > known - HOPELESS));
-        self.fitted_on(found, level, known)
+        found
+    }
+
+    /// Whether a set wants no wander to speak of: what is far behind it on short horizons falls further behind on long ones.
+    /// Beside a set that wants a strong one that is not so.
+    fn is_calm(&self, set: &Candidate) -> bool {
+        set.fit.wander <= CALM * self.scale
     }
 
     /// The most promising pairs, fitted: two that show together only are not found one by one. `best` is the best set known.
@@ -225,7 +234,9 @@ impl Field<'_> {
                 }
             });
         // What is far behind a set that is known, on the same horizons, is not what is sought.
-        self.looked_at(asked.collect(), level, self.weight_at(best, level))
+        let known = self.weight_at(best, level);
+        let found = self.looks(asked.collect(), level, known);
+        self.fitted_on(found, level, known.filter(|_| self.is_calm(best)))
     }
 
     /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; where a set is
