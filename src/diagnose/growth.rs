@@ -131,7 +131,8 @@ impl Field<'_> {
         let Some(mut search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        if round == Round::Instead {
+        let is_held = problem.setting.is_held;
+        if round == Round::Instead && !is_held {
             search.narrow();
         }
         let found: Vec<Prospect> = indices
@@ -141,8 +142,11 @@ impl Field<'_> {
             .collect();
         // Where much is left, what is linear close by tells little of what an effect could do.
         let is_good = round != Round::Alone && self.is_enough(parent);
-        let bar = Bar::of(&found, round, is_good);
-        let weight = self.weight_at(parent, level).unwrap_or(f64::INFINITY);
+        let bar = Bar::of(&found, round, is_good, is_held);
+        let weight = match self.weight_at(parent, level) {
+            Some(weight) if !is_held => weight,
+            _ => f64::INFINITY,
+        };
         let asked = |new: &'_ Prospect, look: Look| {
             let mut effects = parent.effects.clone();
             effects.push(new.index);
@@ -249,6 +253,8 @@ impl Field<'_> {
     ) -> Vec<Candidate> {
         let problem = self.problem;
         short.sort_by(by_weight);
+        // Where no regression tells, first looks tell less too.
+        let sure = if problem.setting.is_held { LEADERS } else { 1 };
         let best_of = |short: &[Candidate]| {
             let weights = short.first().map(|first| first.log_weight);
             weights
@@ -262,7 +268,7 @@ impl Field<'_> {
             .with_max_len(1)
             .enumerate()
             .filter(|(place, c)| {
-                *place == 0 || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
+                (*place < FITTED_ON && c.log_weight > best - HOPELESS) || *place < sure
             })
             .for_each(|(_, c)| self.continue_fit(c));
         short.sort_by(by_weight);
@@ -276,7 +282,7 @@ impl Field<'_> {
                 // The long horizons decide between the best; the others keep what they have.
                 let behind = best - c.log_weight;
                 let is_close = behind <= NEAR || (behind <= FAR && place < FULLY_FITTED);
-                let leads = place == 0 || (place < leaders && behind <= HOPELESS);
+                let leads = place < sure || (place < leaders && behind <= HOPELESS);
                 if !is_close && !leads {
                     return c;
                 }

@@ -1,7 +1,8 @@
 //! What an effect promises before any fit of it, and how closely it is looked at for that.
 //!
 //! A regression on short horizons says by how many squares an effect may leave less than the fit so far. What it
-//! promises far less than another is not what is missing next: it is looked at in passing, or not beside this set.
+//! promises far less than another is not what is missing next: it is looked at in passing, or not beside this set. Where
+//! the command answers to the motion, as on an axis that its controller holds, no regression tells, and all are looked at.
 
 use super::periodic::is_scanned;
 use super::search::Start;
@@ -65,22 +66,26 @@ pub(super) struct Bar {
     round: Round,
     /// Whether the set beside which they are tried leaves nothing to explain.
     is_good: bool,
+    /// Whether the axis is held by its controller.
+    is_held: bool,
 }
 
 impl Bar {
     /// For these effects.
-    pub fn of(prospects: &[Prospect], round: Round, is_good: bool) -> Self {
+    pub fn of(prospects: &[Prospect], round: Round, is_good: bool, is_held: bool) -> Self {
         let promises = prospects.iter().map(|new| new.promise);
         Self {
             highest: promises.filter(|x| x.is_finite()).fold(0.0, f64::max),
             round,
             is_good,
+            is_held,
         }
     }
 
     /// How closely to look at one of them.
     pub fn look_at(&self, new: &Prospect) -> Look {
         let (share, scanned_share) = match self.round {
+            _ if self.is_held => (0.0, 0.0),
             Round::Instead => (SHARE_OF_KNOWN, SHARE_OF_KNOWN),
             _ => (SHARE, SCANNED_SHARE),
         };

@@ -164,7 +164,8 @@ impl<'a> Search<'a> {
             _ => STARTS,
         });
         let best = scored.first().map_or(before, |(left, ..)| *left);
-        if before - best > CLEAR && !is_scanned(kind.id) {
+        let all_count = is_scanned(kind.id) || self.problem.setting.is_held;
+        if before - best > CLEAR && !all_count {
             scored.retain(|(left, ..)| before - left >= KEPT_SHARE * (before - best));
         }
         let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
