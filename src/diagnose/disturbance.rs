@@ -16,7 +16,6 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::hypothesis::Hypothesis;
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::rank::Ranking;
 
@@ -44,8 +43,6 @@ const MOST_ROUNDS: usize = 4;
 /// How often a set is fitted to its own disturbance, and with how many steps.
 const ITERATIONS: usize = 2;
 const STEPS: usize = 5;
-/// By how many nats at most a set catches up with another when it is fitted once more.
-const CATCHES_UP: f64 = 200.0;
 /// An estimate must be worth this many nats more than what there was, and this many for each sample.
 const WORTH: f64 = 50.0;
 const WORTH_A_SAMPLE: f64 = 0.05;
@@ -85,7 +82,7 @@ pub(super) fn disturbance(
 /// recording's own: where a set without either, fitted with a disturbance, is likelier, also than something unknown beside
 /// the best set.
 pub(super) fn disturbance_of(
-    problem: &Problem<'_>,
+    problem: &mut Problem<'_>,
     ranking: &Ranking,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
@@ -98,24 +95,18 @@ pub(super) fn disturbance_of(
     let bar = best.log_weight + CHOICE + ranking.unknown_gain.max(0.0);
     let mut likeliest = (bar, None);
     if is_noisy(&best) {
-        let rivals: Vec<&Candidate> = sets
-            .iter()
-            .filter(|set| !is_noisy(set))
-            .take(RIVALS)
-            .collect();
-        let found: Vec<Option<(f64, Disturbance)>> = rivals
-            .into_par_iter()
-            .with_max_len(1)
-            .map(|set| {
-                let rough = worthwhile(problem, &set.fit, largest_acceleration)?;
-                let problem = problem.beside(rough);
-                let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS)?;
-                let again = candidate(&problem, set.effects.clone(), fit, largest_acceleration);
-                Some((again.log_weight, rough))
-            })
-            .collect();
-        for (weight, rough) in found.into_iter().flatten() {
-            if weight > likeliest.0 {
+        let own = problem.rough;
+        for set in sets.iter().filter(|set| !is_noisy(set)).take(RIVALS) {
+            let Some(rough) = worthwhile(problem, &set.fit, largest_acceleration) else {
+                continue;
+            };
+            problem.set_rough(rough);
+            let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS);
+            let again = fit.map(|fit| {
+                candidate(problem, set.effects.clone(), fit, largest_acceleration).log_weight
+            });
+            problem.set_rough(own);
+            if let Some(weight) = again.filter(|weight| *weight > likeliest.0) {
                 likeliest = (weight, Some(rough));
             }
         }
@@ -125,7 +116,7 @@ pub(super) fn disturbance_of(
 
 /// The disturbance that makes likeliest what a fit leaves, where that is worth it.
 fn worthwhile(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Option<Disturbance> {
-    let (gain, _, level) = likeliest(problem, fit, largest_acceleration, false);
+    let (gain, _, level) = likeliest(problem, fit, largest_acceleration);
     let samples: usize = problem.runs.iter().map(RunData::len).sum();
     let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);
     let is_rough = gain > worth
@@ -168,60 +159,36 @@ fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
 /// would swallow what the right one explains. Sets of one effect at most are tried; `start` is where each begins.
 pub(super) fn least_disturbance(
-    problem: &Problem<'_>,
+    problem: &mut Problem<'_>,
     sets: &[Candidate],
     start: Disturbance,
     largest_acceleration: f64,
 ) -> Disturbance {
     let strongest = problem.levels.first().copied().unwrap_or(0.0);
-    let mut tried: Vec<(&Hypothesis, Vec<f64>, Disturbance)> = sets
-        .iter()
-        .filter(|set| set.effects.len() <= 1)
-        .map(|set| (&set.fit.hypothesis, set.fit.p.clone(), start))
-        .collect();
     let mut best = (f64::NEG_INFINITY, start);
-    for iteration in 0..ITERATIONS {
-        let found: Vec<(&Hypothesis, Vec<f64>, f64, Disturbance)> = tried
-            .into_par_iter()
-            .with_max_len(1)
-            .filter_map(|(hypothesis, p, rough)| {
-                let problem = problem.beside(rough);
-                let fit = problem.fit_at(hypothesis, &p, strongest, STEPS)?;
-                let (_, likelihood, level) =
-                    likeliest(&problem, &fit, largest_acceleration, iteration > 0);
-                Some((hypothesis, fit.p, likelihood, level.rough))
-            })
-            .collect();
-        for (.., likelihood, rough) in &found {
-            if *likelihood > best.0 {
-                best = (*likelihood, *rough);
+    for set in sets.iter().filter(|set| set.effects.len() <= 1) {
+        problem.set_rough(start);
+        let (hypothesis, mut p) = (&set.fit.hypothesis, set.fit.p.clone());
+        for _ in 0..ITERATIONS {
+            let Some(fit) = problem.fit_at(hypothesis, &p, strongest, STEPS) else {
+                break;
+            };
+            let (_, likelihood, level) = likeliest(problem, &fit, largest_acceleration);
+            if likelihood > best.0 {
+                best = (likelihood, level.rough);
             }
+            problem.set_rough(level.rough);
+            p = fit.p;
         }
-        tried = found
-            .into_iter()
-            .filter(|(.., likelihood, _)| *likelihood > best.0 - CATCHES_UP)
-            .map(|(hypothesis, p, _, rough)| (hypothesis, p, rough))
-            .collect();
     }
     best.1
 }
 
-/// The places beside one of so many.
-fn neighbours(at: usize, count: usize) -> Vec<usize> {
-    let below = at.checked_sub(1);
-    below
-        .into_iter()
-        .chain(Some(at + 1).filter(|k| *k < count))
-        .collect()
-}
-
-/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it; `is_near`
-/// where it is not far from the problem's.
+/// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it.
 fn likeliest(
     problem: &Problem<'_>,
     fit: &Fit,
     largest_acceleration: f64,
-    is_near: bool,
 ) -> (f64, f64, NoiseLevel) {
     let residuals: Vec<Vec<f64>> = problem
         .runs
@@ -267,36 +234,16 @@ fn likeliest(
     let mut level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let before = likelihood(&level);
     let mut best = before;
-    // Where each grid was left: nothing is to be found there as long as the others leave it.
-    let mut left: [Option<NoiseLevel>; 4] = [None; 4];
-    for round in 0..MOST_ROUNDS {
+    for _ in 0..MOST_ROUNDS {
         let last = level;
-        for (grid, left) in grids.iter().zip(&mut left) {
-            if *left == Some(level) {
-                continue;
+        for grid in grids {
+            let tried = grid(level);
+            let likelihoods: Vec<f64> = tried.par_iter().map(likelihood).collect();
+            for (found, tried) in likelihoods.into_iter().zip(tried) {
+                if found > best {
+                    (best, level) = (found, tried);
+                }
             }
-            let all = grid(level);
-            let at = all.iter().position(|tried| *tried == level);
-            let mut asked: Vec<usize> = match at {
-                // Once all have been looked at, what is likeliest moves to a neighbour.
-                Some(at) if is_near || round > 0 => neighbours(at, all.len()),
-                _ => (0..all.len()).filter(|k| Some(*k) != at).collect(),
-            };
-            while !asked.is_empty() {
-                let found: Vec<f64> = asked.par_iter().map(|k| likelihood(&all[*k])).collect();
-                let top = asked.iter().zip(found).max_by(|a, b| a.1.total_cmp(&b.1));
-                let Some((&k, found)) = top.filter(|(_, found)| *found > best) else {
-                    break;
-                };
-                let beyond = |next: &usize| !asked.contains(next) && all[*next] != level;
-                let next = neighbours(k, all.len())
-                    .into_iter()
-                    .filter(beyond)
-                    .collect();
-                (best, level) = (found, all[k]);
-                asked = next;
-            }
-            *left = Some(level);
         }
         if level == last {
             break;

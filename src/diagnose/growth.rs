@@ -9,13 +9,12 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
-use super::looks::{Asked, looks};
+use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
-use super::prospect::{Bar, Look, Prospect, Round};
 use super::search::Search;
 use super::unknown::flexible;
-use crate::motor::effects::catalogue;
+use crate::motor::effects::{Prior, catalogue};
 
 /// Most steps by which a first look is continued on the same horizons.
 const FURTHER_STEPS: usize = 5;
@@ -31,6 +30,9 @@ const BEST_SINGLES: usize = 3;
 /// the prior's standard deviations (exceeded by chance once in a hundred), leaves nothing.
 const CALM: f64 = 0.001;
 const UNBENT: f64 = 13.3;
+/// How many sets, and how many nats behind the best, have their effects looked for again.
+const REFINED: usize = 4;
+const REFINED_NEAR: f64 = 200.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
 const MOST_EXPANDED: usize = 2;
@@ -42,11 +44,16 @@ const CLOSE: f64 = 20.0;
 const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
-pub(super) const HOPELESS: f64 = 1000.0;
+const HOPELESS: f64 = 1000.0;
 /// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
 /// How many of a round are fitted fully in any case.
 const LEADERS: usize = 3;
+
+/// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
+/// is worth seven), and those of one that is scanned for.
+const LEAST_PROMISE: f64 = 3.0;
+const LEAST_SCANNED: f64 = 16.0;
 
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
@@ -114,94 +121,43 @@ impl Field<'_> {
     /// nothing in the residual that depends on speed, angle, time or command.
     pub fn is_enough(&self, candidate: &Candidate) -> bool {
         let fit = &candidate.fit;
-        self.is_calm(candidate)
+        fit.wander <= CALM * self.scale
             && fit.hypothesis.strain(&fit.p) < UNBENT
             && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
     }
 
     /// Fits the parent with each of these effects added.
-    pub fn with_one_more(
-        &self,
-        parent: &Candidate,
-        indices: &[usize],
-        round: Round,
-    ) -> Vec<Candidate> {
+    pub fn with_one_more(&self, parent: &Candidate, indices: &[usize]) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&parent.fit);
-        let Some(mut search) = Search::new(problem, &parent.fit, level) else {
+        let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
         };
-        let is_held = problem.setting.is_held;
-        if round == Round::Instead && !is_held {
-            search.narrow();
-        }
-        let found: Vec<Prospect> = indices
+        // Where much is left, what is linear close by tells little of what an effect could do.
+        let is_good = !parent.effects.is_empty() && self.is_enough(parent);
+        let short: Vec<Candidate> = indices
             .par_iter()
             .with_max_len(1)
-            .map(|&index| search.prospect(index, None))
+            .filter_map(|&index| {
+                let (starts, promise) = search.starts_and_promise(index, None);
+                if is_good && promise < least_promise(index) {
+                    return None;
+                }
+                let fit = if is_scanned(catalogue()[index].id) {
+                    scanned_fit(problem, self.beginnings, starts, level)
+                } else {
+                    first_fit(problem, starts, level)
+                };
+                let mut effects = parent.effects.clone();
+                effects.push(index);
+                Some(candidate(problem, effects, fit?, self.scale))
+            })
             .collect();
-        // Where much is left, what is linear close by tells little of what an effect could do.
-        let is_good = round != Round::Alone && self.is_enough(parent);
-        let bar = Bar::of(&found, round, is_good, is_held);
-        let weight = match self.weight_at(parent, level) {
-            Some(weight) if !is_held => weight,
-            _ => f64::INFINITY,
-        };
-        let asked = |new: &'_ Prospect, look: Look| {
-            let mut effects = parent.effects.clone();
-            effects.push(new.index);
-            Asked {
-                effects,
-                starts: new.starts.clone(),
-                could_weigh: (look == Look::Long).then_some(weight + 0.5 * new.promise),
-            }
-        };
-        let (first, rest): (Vec<&Prospect>, Vec<&Prospect>) =
-            found.iter().partition(|new| bar.look_at(new) != Look::None);
-        let first = first.into_iter().map(|new| asked(new, bar.look_at(new)));
-        let first = self.looks(first.collect(), level, None);
-        let mut grown = self.fitted_on(first, level, None);
-        // What promises little may be what a parent bent itself to.
-        let best = grown
-            .iter()
-            .max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
-        let is_left = || !best.is_some_and(|best| self.is_enough(best));
-        if round == Round::Beside && !is_good && is_left() {
-            let calm = best.filter(|best| self.is_calm(best));
-            let known = calm.and_then(|best| self.weight_at(best, level));
-            let rest = rest.into_iter().map(|new| asked(new, Look::Short));
-            let found = self.looks(rest.collect(), level, known);
-            grown.extend(self.fitted_on(found, level, known));
-        }
-        grown
+        self.fitted_on(short, level)
     }
 
-    /// What a set weighs on this level of the wander, with the numbers of its fit.
-    fn weight_at(&self, set: &Candidate, level: usize) -> Option<f64> {
-        let (hypothesis, p) = (&set.fit.hypothesis, &set.fit.p);
-        let fit = self
-            .problem
-            .fit_at(hypothesis, p, self.problem.levels[level], 0)?;
-        Some(candidate(self.problem, set.effects.clone(), fit, self.scale).log_weight)
-    }
-
-    /// Looks at these sets; those that are hopelessly behind the best of them, or a known one that weighs `known` on this
-    /// level, are left out.
-    fn looks(&self, asked: Vec<Asked>, level: usize, known: Option<f64>) -> Vec<Candidate> {
-        let of = |effects, fit| candidate(self.problem, effects, fit, self.scale);
-        let mut found = looks(self.problem, self.beginnings, asked, level, known, &of);
-        found.retain(|c| known.is_none_or(|known| c.log_weight > known - HOPELESS));
-        found
-    }
-
-    /// Whether a set wants no wander to speak of: what is far behind it on short horizons falls further behind on long ones.
-    /// Beside a set that wants a strong one that is not so.
-    fn is_calm(&self, set: &Candidate) -> bool {
-        set.fit.wander <= CALM * self.scale
-    }
-
-    /// The most promising pairs, fitted: two that show together only are not found one by one. `best` is the best set known.
-    pub fn pairs(&self, null: &Candidate, best: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+    /// The most promising pairs, fitted: two that show together only are not found one by one.
+    pub fn pairs(&self, null: &Candidate, indices: &[usize]) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&null.fit);
         // A beginning of a long recording tells which pairs are worth a fit.
@@ -210,70 +166,44 @@ impl Field<'_> {
             Some(beginning) if samples > LONG => beginning,
             _ => problem,
         };
-        let own = &null.fit;
-        let Some(own) = looked_at.fit_at(&own.hypothesis, &own.p, own.wander, 0) else {
+        let null = &null.fit;
+        let Some(null) = looked_at.fit_at(&null.hypothesis, &null.p, null.wander, 0) else {
             return Vec::new();
         };
-        let Some(search) = Search::new(looked_at, &own, level) else {
+        let Some(search) = Search::new(looked_at, &null, level) else {
             return Vec::new();
         };
-        let weight = match std::ptr::eq(looked_at, problem) {
-            true => self.weight_at(null, level).unwrap_or(f64::INFINITY),
-            // A beginning does not say what the whole gains.
-            false => f64::INFINITY,
-        };
-        let asked = promising(looked_at, &search, indices, PROMISING)
-            .into_iter()
-            .map(|promise| {
-                let is_scanned = |e: &usize| is_scanned(catalogue()[*e].id);
-                let could_weigh = weight + 0.5 * promise.squares;
-                Asked {
-                    could_weigh: promise
-                        .effects
-                        .iter()
-                        .any(is_scanned)
-                        .then_some(could_weigh),
-                    effects: promise.effects.to_vec(),
-                    starts: promise.starts,
-                }
+        let short = promising(looked_at, &search, indices, PROMISING)
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(|promise| {
+                let effects = promise.effects.to_vec();
+                let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
+                let fit = if is_scanned {
+                    scanned_fit(problem, self.beginnings, promise.starts, level)
+                } else {
+                    first_fit(problem, promise.starts, level)
+                };
+                Some(candidate(problem, effects, fit?, self.scale))
             });
-        // What is far behind a set that is known, on the same horizons, is not what is sought.
-        let known = self.weight_at(best, level);
-        let found = self.looks(asked.collect(), level, known);
-        self.fitted_on(found, level, known.filter(|_| self.is_calm(best)))
+        self.fitted_on(short.collect(), level)
     }
 
-    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; where a set is
-    /// `known`, those that come near it and the best.
-    fn fitted_on(
-        &self,
-        mut short: Vec<Candidate>,
-        level: usize,
-        known: Option<f64>,
-    ) -> Vec<Candidate> {
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
+    fn fitted_on(&self, mut short: Vec<Candidate>, level: usize) -> Vec<Candidate> {
         let problem = self.problem;
         short.sort_by(by_weight);
-        // Where no regression tells, first looks tell less too.
-        let sure = if problem.setting.is_held { LEADERS } else { 1 };
-        let best_of = |short: &[Candidate]| {
-            let weights = short.first().map(|first| first.log_weight);
-            weights
-                .into_iter()
-                .chain(known)
-                .fold(f64::NEG_INFINITY, f64::max)
-        };
-        let best = best_of(&short);
+        let best = short.first().map_or(0.0, |first| first.log_weight);
         short
             .par_iter_mut()
             .with_max_len(1)
             .enumerate()
             .filter(|(place, c)| {
-                (*place < FITTED_ON && c.log_weight > best - HOPELESS) || *place < sure
+                *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
             })
             .for_each(|(_, c)| self.continue_fit(c));
         short.sort_by(by_weight);
-        let best = best_of(&short);
-        let leaders = if known.is_some() { 1 } else { LEADERS };
+        let best = short.first().map_or(0.0, |first| first.log_weight);
         short
             .into_par_iter()
             .with_max_len(1)
@@ -281,9 +211,7 @@ impl Field<'_> {
             .map(|(place, c)| {
                 // The long horizons decide between the best; the others keep what they have.
                 let behind = best - c.log_weight;
-                let is_close = behind <= NEAR || (behind <= FAR && place < FULLY_FITTED);
-                let leads = place < sure || (place < leaders && behind <= HOPELESS);
-                if !is_close && !leads {
+                if behind > NEAR && (place >= FULLY_FITTED || behind > FAR) && place >= LEADERS {
                     return c;
                 }
                 match problem.fit_from(level, &c.fit.hypothesis, &c.fit.p, FINAL_STEPS) {
@@ -298,7 +226,7 @@ impl Field<'_> {
 
     /// On which level of the wander to look beside a fit: on short horizons, but not so short that what is
     /// left of it by a good fit drowns.
-    pub(super) fn search_level(&self, parent: &Fit) -> usize {
+    fn search_level(&self, parent: &Fit) -> usize {
         let levels = &self.problem.levels;
         let own = levels.iter().position(|level| *level <= parent.wander);
         let two_stronger = own.unwrap_or(0).saturating_sub(2);
@@ -317,6 +245,55 @@ impl Field<'_> {
         if let Some(further) = further.filter(|new| new.log_evidence > fit.log_evidence) {
             *c = candidate(self.problem, c.effects.clone(), further, self.scale);
         }
+    }
+
+    /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
+    /// of the common resolutions, which order) looked for again beside the others as they are now: what was
+    /// right while the others were missing need not be right with them.
+    pub fn refined(&self, candidates: &[Candidate]) -> Vec<Candidate> {
+        let problem = self.problem;
+        let best = candidates.first().map_or(0.0, |first| first.log_weight);
+        let near = candidates
+            .iter()
+            .filter(|c| c.log_weight > best - REFINED_NEAR)
+            .take(REFINED);
+        let parts: Vec<(&Candidate, usize)> = near
+            .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
+            .filter(|(c, m)| goes_in_steps(c.effects[*m]))
+            .collect();
+        parts
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(|(full, m)| {
+                let mut effects = full.effects.clone();
+                let index = effects.remove(m);
+                let level = self.search_level(&full.fit);
+                let (hypothesis, start) = full.fit.hypothesis.without(
+                    index,
+                    problem.nominal,
+                    &problem.setting,
+                    &full.fit.p,
+                );
+                let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
+                let search = Search::new(problem, &rest, level)?;
+                let known = full.fit.hypothesis.values(m, &full.fit.p);
+                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
+                effects.push(index);
+                let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
+                Some(candidate(problem, effects, fit, self.scale))
+            })
+            .collect()
+    }
+}
+
+/// The squares that an effect must promise to take off to be fitted. One that is scanned over some hundred orders promises
+/// that by chance; whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
+fn least_promise(index: usize) -> f64 {
+    let kind = &catalogue()[index];
+    match kind.id {
+        id if is_scanned(id) => LEAST_SCANNED,
+        "clock_error" | "resolution_error" => 0.0,
+        _ => LEAST_PROMISE,
     }
 }
 
@@ -351,4 +328,10 @@ pub(super) fn without_one(
             Some(candidate(problem, effects, fit, scale))
         })
         .collect()
+}
+
+/// Whether an effect has numbers that no slope leads to.
+fn goes_in_steps(index: usize) -> bool {
+    let mut parameters = catalogue()[index].parameters.iter();
+    parameters.any(|p| !p.smooth || matches!(p.prior, Prior::OneOf(_)))
 }

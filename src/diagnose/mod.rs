@@ -33,9 +33,7 @@ mod other_noise;
 mod pairs;
 mod periodic;
 mod predict;
-mod prospect;
 mod rank;
-mod refined;
 mod regimes;
 mod rough;
 mod rungs;
@@ -203,11 +201,11 @@ pub fn diagnose_holding_out(
     } else {
         let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
         let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-        let mut noise = disturbance_of(&problem, &ranking, scale);
+        let mut noise = disturbance_of(&mut problem, &ranking, scale);
         if noise.is_none() && is_long {
             problem = problem_of(&data)?;
             ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-            noise = disturbance_of(&problem, &ranking, scale);
+            noise = disturbance_of(&mut problem, &ranking, scale);
         }
         match noise {
             None => Ok((problem, ranking)),

@@ -29,8 +29,6 @@ pub(super) struct Promise {
     pub effects: [usize; 2],
     /// Starts, best first.
     pub starts: Vec<Start>,
-    /// Squares that the best of them gains.
-    pub squares: f64,
 }
 
 /// Squares that two effects gain, with their indices and values.
@@ -139,7 +137,7 @@ pub(super) fn promising(
     let at_starts: Vec<Block> = others
         .par_iter()
         .flat_map_iter(|&index| {
-            let starts = search.prospect(index, None).starts.into_iter().take(STARTS);
+            let starts = search.starts(index, None).into_iter().take(STARTS);
             starts.map(move |start| (index, start))
         })
         .filter_map(|(index, start)| {
@@ -152,7 +150,7 @@ pub(super) fn promising(
         .into_iter()
         .partition(|&index| is_scanned(catalogue()[index].id));
     let wave = |index: usize, order: f64| {
-        let columns = waves.columns(catalogue()[index].id, order).to_vec();
+        let columns = waves.columns(catalogue()[index].id, order).into();
         base.block(index, Place::Order(order), columns)
     };
     let once: Vec<Block> = once
@@ -185,7 +183,7 @@ pub(super) fn promising(
     }));
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     let mut promises: Vec<Promise> = Vec::new();
-    for (squares, members) in found {
+    for (_, members) in found {
         let effects = [members[0].0, members[1].0];
         let known = promises.iter().position(|p| p.effects == effects);
         let members = members.map(|(index, values)| Member { index, values });
@@ -195,7 +193,6 @@ pub(super) fn promising(
             }
             None if promises.len() < most => promises.push(Promise {
                 effects,
-                squares,
                 starts: vec![start_of(problem, anchor, members)],
             }),
             _ => {}

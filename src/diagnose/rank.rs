@@ -10,8 +10,6 @@ use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
 use super::other_law::has_laws;
-use super::prospect::Round;
-use super::refined::Refined;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
@@ -124,8 +122,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         beginnings: &beginnings,
         scale,
     };
-    let mut refined = Refined::default();
-    let mut candidates = up_to_one(&field, &applicable, &mut refined, progress)?;
+    let mut candidates = up_to_one(&field, &applicable, progress)?;
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
     let mut expanded: Vec<Vec<usize>> = Vec::new();
@@ -137,16 +134,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             .copied()
             .filter(|index| !parent.effects.contains(index))
             .collect();
-        let is_part = candidates.first().is_some_and(|best| {
-            best.effects.len() > parent.effects.len()
-                && parent.effects.iter().all(|e| best.effects.contains(e))
-        });
-        let round = if is_part {
-            Round::Instead
-        } else {
-            Round::Beside
-        };
-        let grown = field.with_one_more(&parent, &others, round);
+        let grown = field.with_one_more(&parent, &others);
         candidates.extend(
             grown
                 .into_iter()
@@ -156,10 +144,10 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         // Where the command answers to the motion, what effects take off the residual does not add up.
         if expanded.len() == 1 && !problem.setting.is_held && !field.is_enough(&candidates[0]) {
             progress("trying pairs");
-            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
+            candidates.extend(field.pairs(&null, &applicable));
             dedup(&mut candidates);
         }
-        let again = field.refined(&candidates, &mut refined);
+        let again = field.refined(&candidates);
         candidates.extend(again);
         dedup(&mut candidates);
     }
@@ -240,7 +228,7 @@ pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
                 && !ranking.candidates.iter().any(known)
         };
         let others: Vec<usize> = applicable.iter().copied().filter(is_new).collect();
-        grown.extend(field.with_one_more(rest, &others, Round::Beside));
+        grown.extend(field.with_one_more(rest, &others));
     }
     ranking.candidates.extend(grown);
     dedup(&mut ranking.candidates);
@@ -259,18 +247,12 @@ pub(super) fn singles(
         beginnings: &beginnings,
         scale: largest_acceleration(problem.nominal, problem.runs),
     };
-    up_to_one(
-        &field,
-        &applicable(problem)?,
-        &mut Refined::default(),
-        progress,
-    )
+    up_to_one(&field, &applicable(problem)?, progress)
 }
 
 fn up_to_one(
     field: &Field<'_>,
     applicable: &[usize],
-    refined: &mut Refined,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Candidate>> {
     let problem = field.problem;
@@ -279,10 +261,10 @@ fn up_to_one(
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
     let mut candidates = vec![candidate(problem, Vec::new(), null, field.scale)];
     progress("trying every effect");
-    let singles = field.with_one_more(&candidates[0], applicable, Round::Alone);
+    let singles = field.with_one_more(&candidates[0], applicable);
     candidates.extend(singles);
     dedup(&mut candidates);
-    let again = field.refined(&candidates, refined);
+    let again = field.refined(&candidates);
     candidates.extend(again);
     dedup(&mut candidates);
     Some(candidates)

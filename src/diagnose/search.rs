@@ -11,7 +11,6 @@ use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
 use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
-use super::prospect::Prospect;
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
 use crate::recording::CommandKind;
@@ -20,10 +19,6 @@ use crate::recording::CommandKind;
 const STARTS: usize = 3;
 /// How many of one that goes in steps.
 const STEPPED_STARTS: usize = 6;
-/// Where the best start takes off more squares than this, those that take off less than this share of it are left out; not
-/// of an effect whose order is scanned for, where the second order may lead into the right hollow.
-const CLEAR: f64 = 20.0;
-const KEPT_SHARE: f64 = 0.5;
 /// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
 const FAR_LARGER: f64 = 4.0;
 /// How many orders of an angle-periodic effect are fitted.
@@ -101,18 +96,18 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Looks only from where the base alone leaves least.
-    pub fn narrow(&mut self) {
-        self.anchors.sort_by(|a, b| a.left.total_cmp(&b.left));
-        self.anchors.truncate(1);
+    /// The most promising hypotheses with effect `index` added, each with its starting numbers; `known` are the
+    /// effect's values in a fit, near which to look more closely.
+    pub fn starts(&self, index: usize, known: Option<&[f64]>) -> Vec<Start> {
+        self.starts_and_promise(index, known).0
     }
 
-    /// The most promising hypotheses with effect `index` added, each with its starting numbers, and what they promise;
-    /// `known` are the effect's values in a fit, near which to look more closely.
-    pub fn prospect(&self, index: usize, known: Option<&[f64]>) -> Prospect {
+    /// The same, and by how many squares less the effect may leave than the fit so far, on short horizons or on the fit's
+    /// own: each start with the magnitude, as a factor of what it does there, that suits it best.
+    pub fn starts_and_promise(&self, index: usize, known: Option<&[f64]>) -> (Vec<Start>, f64) {
         let kind = &catalogue()[index];
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
-        let before = self.left();
+        let before = self.anchors.first().map_or(0.0, |anchor| anchor.left);
         let mut promise: f64 = 0.0;
         for (place, anchor) in self.anchors.iter().enumerate() {
             let tried: Vec<Try> = match kind.id {
@@ -163,23 +158,8 @@ impl<'a> Search<'a> {
             "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
             _ => STARTS,
         });
-        let best = scored.first().map_or(before, |(left, ..)| *left);
-        let all_count = is_scanned(kind.id) || self.problem.setting.is_held;
-        if before - best > CLEAR && !all_count {
-            scored.retain(|(left, ..)| before - left >= KEPT_SHARE * (before - best));
-        }
         let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
-        Prospect {
-            index,
-            starts,
-            promise,
-        }
-    }
-
-    /// What the base alone leaves in squares on short horizons, from where it leaves least.
-    fn left(&self) -> f64 {
-        let anchors = self.anchors.iter().map(|anchor| anchor.left);
-        anchors.reduce(f64::min).unwrap_or(0.0)
+        (starts, promise)
     }
 
     /// The rate in 1/s at which starts part that differ little, where a torque that repeats with the angle holds the
@@ -210,7 +190,7 @@ impl<'a> Search<'a> {
     /// and by how many fewer they may be than those of the fit so far.
     fn judged(&self, place: usize, hypothesis: &Hypothesis, start: &[f64]) -> (f64, f64) {
         let nothing = (f64::INFINITY, 0.0);
-        let Some(anchor) = self.anchors.get(place) else {
+        let (Some(anchor), Some(first)) = (self.anchors.get(place), self.anchors.first()) else {
             return nothing;
         };
         let Some(predictions) = self.predictions(hypothesis, start) else {
@@ -226,7 +206,7 @@ impl<'a> Search<'a> {
             return (left, f64::INFINITY);
         }
         let scaled = anchor.left - anchor.gain_along(&r);
-        let mut promise = self.left() - left.min(scaled);
+        let mut promise = first.left - left.min(scaled);
         if place == 0 && self.own_level != self.level {
             let whiteners = self.problem.whiteners(&self.own_level);
             let r = self.problem.whitened(&predictions, &whiteners);
@@ -399,7 +379,7 @@ mod tests {
         let with = fit(&problem, &[drag]);
         let kept = 2.0 * (with.log_evidence - without.log_evidence);
         let search = Search::new(&problem, &without, level).expect("it can be simulated");
-        let Prospect { promise, .. } = search.prospect(index(drag.0), None);
+        let (_, promise) = search.starts_and_promise(index(drag.0), None);
         assert!(
             promise > 0.5 * kept && kept > 30.0,
             "{promise}, kept {kept}"
@@ -407,7 +387,7 @@ mod tests {
         // Beside what is there, what is not.
         let search = Search::new(&problem, &with, level).expect("it can be simulated");
         for absent in ["load_friction", "supply_sag", "asymmetric_friction"] {
-            let Prospect { promise, .. } = search.prospect(index(absent), None);
+            let (_, promise) = search.starts_and_promise(index(absent), None);
             assert!(promise < 9.0, "{absent}: {promise}");
         }
     }
