@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, candidate};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
+use super::hypothesis::Hypothesis;
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::rank::Ranking;
 
@@ -82,7 +83,7 @@ pub(super) fn disturbance(
 /// recording's own: where a set without either, fitted with a disturbance, is likelier, also than something unknown beside
 /// the best set.
 pub(super) fn disturbance_of(
-    problem: &mut Problem<'_>,
+    problem: &Problem<'_>,
     ranking: &Ranking,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
@@ -95,18 +96,24 @@ pub(super) fn disturbance_of(
     let bar = best.log_weight + CHOICE + ranking.unknown_gain.max(0.0);
     let mut likeliest = (bar, None);
     if is_noisy(&best) {
-        let own = problem.rough;
-        for set in sets.iter().filter(|set| !is_noisy(set)).take(RIVALS) {
-            let Some(rough) = worthwhile(problem, &set.fit, largest_acceleration) else {
-                continue;
-            };
-            problem.set_rough(rough);
-            let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS);
-            let again = fit.map(|fit| {
-                candidate(problem, set.effects.clone(), fit, largest_acceleration).log_weight
-            });
-            problem.set_rough(own);
-            if let Some(weight) = again.filter(|weight| *weight > likeliest.0) {
+        let rivals: Vec<&Candidate> = sets
+            .iter()
+            .filter(|set| !is_noisy(set))
+            .take(RIVALS)
+            .collect();
+        let found: Vec<Option<(f64, Disturbance)>> = rivals
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|set| {
+                let rough = worthwhile(problem, &set.fit, largest_acceleration)?;
+                let problem = problem.beside(rough);
+                let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS)?;
+                let again = candidate(&problem, set.effects.clone(), fit, largest_acceleration);
+                Some((again.log_weight, rough))
+            })
+            .collect();
+        for (weight, rough) in found.into_iter().flatten() {
+            if weight > likeliest.0 {
                 likeliest = (weight, Some(rough));
             }
         }
@@ -159,29 +166,39 @@ fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
 /// would swallow what the right one explains. Sets of one effect at most are tried; `start` is where each begins.
 pub(super) fn least_disturbance(
-    problem: &mut Problem<'_>,
+    problem: &Problem<'_>,
     sets: &[Candidate],
     start: Disturbance,
     largest_acceleration: f64,
 ) -> Disturbance {
     let strongest = problem.levels.first().copied().unwrap_or(0.0);
-    let mut best = (f64::NEG_INFINITY, start);
-    for set in sets.iter().filter(|set| set.effects.len() <= 1) {
-        problem.set_rough(start);
-        let (hypothesis, mut p) = (&set.fit.hypothesis, set.fit.p.clone());
+    let of_set = |hypothesis: &Hypothesis, mut p: Vec<f64>| {
+        let mut problem = problem.beside(start);
+        let mut best = (f64::NEG_INFINITY, start);
         for _ in 0..ITERATIONS {
             let Some(fit) = problem.fit_at(hypothesis, &p, strongest, STEPS) else {
                 break;
             };
-            let (_, likelihood, level) = likeliest(problem, &fit, largest_acceleration);
+            let (_, likelihood, level) = likeliest(&problem, &fit, largest_acceleration);
             if likelihood > best.0 {
                 best = (likelihood, level.rough);
             }
             problem.set_rough(level.rough);
             p = fit.p;
         }
-    }
-    best.1
+        best
+    };
+    let singles: Vec<&Candidate> = sets.iter().filter(|set| set.effects.len() <= 1).collect();
+    let found: Vec<(f64, Disturbance)> = singles
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|set| of_set(&set.fit.hypothesis, set.fit.p.clone()))
+        .collect();
+    let likelier = |a: (f64, Disturbance), b: (f64, Disturbance)| if b.0 > a.0 { b } else { a };
+    found
+        .into_iter()
+        .fold((f64::NEG_INFINITY, start), likelier)
+        .1
 }
 
 /// What the likeliest disturbance gains over the problem's in nats, its log-likelihood, and the noise with it.
@@ -234,16 +251,23 @@ fn likeliest(
     let mut level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let before = likelihood(&level);
     let mut best = before;
+    // Where each grid was left: nothing is to be found there as long as the others leave it.
+    let mut left: [Option<NoiseLevel>; 4] = [None; 4];
     for _ in 0..MOST_ROUNDS {
         let last = level;
-        for grid in grids {
-            let tried = grid(level);
+        for (grid, left) in grids.iter().zip(&mut left) {
+            if *left == Some(level) {
+                continue;
+            }
+            let mut tried = grid(level);
+            tried.retain(|tried| *tried != level);
             let likelihoods: Vec<f64> = tried.par_iter().map(likelihood).collect();
             for (found, tried) in likelihoods.into_iter().zip(tried) {
                 if found > best {
                     (best, level) = (found, tried);
                 }
             }
+            *left = Some(level);
         }
         if level == last {
             break;

@@ -14,6 +14,7 @@ use super::disturbance::Disturbance;
 use super::hypothesis::{BASE, Hypothesis};
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::noise_numbers;
+use super::periodic::KeptWaves;
 use super::predict::{predict, predict_with_derivatives};
 use super::setting::Setting;
 use super::sums::{dot, gram};
@@ -42,6 +43,8 @@ pub(super) struct Problem<'a> {
     pub rough: Disturbance,
     /// Filters of the levels without noise of an effect's own, made when first asked for.
     filters: Mutex<Vec<(f64, Filters)>>,
+    /// Whitened waves, made when first asked for.
+    pub waves: KeptWaves,
 }
 
 /// A level of the wander this many nats behind another ends the search for the best.
@@ -97,19 +100,37 @@ impl<'a> Problem<'a> {
             rounding: 1.0,
             rough,
             filters: Mutex::default(),
+            waves: KeptWaves::default(),
         }
+    }
+
+    /// Forgets what the noise is part of.
+    fn forget(&mut self) {
+        self.filters = Mutex::default();
+        self.waves = KeptWaves::default();
     }
 
     /// Takes up another estimate of what disturbs the recordings.
     pub fn set_rough(&mut self, rough: Disturbance) {
         self.rough = rough;
-        self.filters = Mutex::default();
+        self.forget();
+    }
+
+    /// The same problem with another estimate of what disturbs the recordings.
+    pub fn beside(&self, rough: Disturbance) -> Self {
+        Self {
+            levels: self.levels.clone(),
+            rough,
+            filters: Mutex::default(),
+            waves: KeptWaves::default(),
+            ..*self
+        }
     }
 
     /// The same with another variance of rounding, as a share of 1/12.
     pub fn with_rounding(mut self, share: f64) -> Self {
         self.rounding = share;
-        self.filters = Mutex::default();
+        self.forget();
         self
     }
 
@@ -154,7 +175,7 @@ impl<'a> Problem<'a> {
     /// The filters of all runs.
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
         let make = || Arc::new(Whitener::all(self.runs, level));
-        if level.lost_share != 0.0 || level.late_s != 0.0 {
+        if !level.is_shared() {
             return make();
         }
         let mut known = self.filters.lock().unwrap_or_else(PoisonError::into_inner);

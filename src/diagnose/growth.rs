@@ -14,7 +14,7 @@ use super::pairs::promising;
 use super::periodic::is_scanned;
 use super::search::Search;
 use super::unknown::flexible;
-use crate::motor::effects::{Prior, catalogue};
+use crate::motor::effects::catalogue;
 
 /// Most steps by which a first look is continued on the same horizons.
 const FURTHER_STEPS: usize = 5;
@@ -30,9 +30,6 @@ const BEST_SINGLES: usize = 3;
 /// the prior's standard deviations (exceeded by chance once in a hundred), leaves nothing.
 const CALM: f64 = 0.001;
 const UNBENT: f64 = 13.3;
-/// How many sets, and how many nats behind the best, have their effects looked for again.
-const REFINED: usize = 4;
-const REFINED_NEAR: f64 = 200.0;
 /// Most effects of a set, and most sets that are grown.
 const MOST_EFFECTS: usize = 3;
 const MOST_EXPANDED: usize = 2;
@@ -226,7 +223,7 @@ impl Field<'_> {
 
     /// On which level of the wander to look beside a fit: on short horizons, but not so short that what is
     /// left of it by a good fit drowns.
-    fn search_level(&self, parent: &Fit) -> usize {
+    pub fn search_level(&self, parent: &Fit) -> usize {
         let levels = &self.problem.levels;
         let own = levels.iter().position(|level| *level <= parent.wander);
         let two_stronger = own.unwrap_or(0).saturating_sub(2);
@@ -245,44 +242,6 @@ impl Field<'_> {
         if let Some(further) = further.filter(|new| new.log_evidence > fit.log_evidence) {
             *c = candidate(self.problem, c.effects.clone(), further, self.scale);
         }
-    }
-
-    /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
-    /// of the common resolutions, which order) looked for again beside the others as they are now: what was
-    /// right while the others were missing need not be right with them.
-    pub fn refined(&self, candidates: &[Candidate]) -> Vec<Candidate> {
-        let problem = self.problem;
-        let best = candidates.first().map_or(0.0, |first| first.log_weight);
-        let near = candidates
-            .iter()
-            .filter(|c| c.log_weight > best - REFINED_NEAR)
-            .take(REFINED);
-        let parts: Vec<(&Candidate, usize)> = near
-            .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
-            .filter(|(c, m)| goes_in_steps(c.effects[*m]))
-            .collect();
-        parts
-            .into_par_iter()
-            .with_max_len(1)
-            .filter_map(|(full, m)| {
-                let mut effects = full.effects.clone();
-                let index = effects.remove(m);
-                let level = self.search_level(&full.fit);
-                let (hypothesis, start) = full.fit.hypothesis.without(
-                    index,
-                    problem.nominal,
-                    &problem.setting,
-                    &full.fit.p,
-                );
-                let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
-                let search = Search::new(problem, &rest, level)?;
-                let known = full.fit.hypothesis.values(m, &full.fit.p);
-                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
-                effects.push(index);
-                let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
-                Some(candidate(problem, effects, fit, self.scale))
-            })
-            .collect()
     }
 }
 
@@ -328,10 +287,4 @@ pub(super) fn without_one(
             Some(candidate(problem, effects, fit, scale))
         })
         .collect()
-}
-
-/// Whether an effect has numbers that no slope leads to.
-fn goes_in_steps(index: usize) -> bool {
-    let mut parameters = catalogue()[index].parameters.iter();
-    parameters.any(|p| !p.smooth || matches!(p.prior, Prior::OneOf(_)))
 }

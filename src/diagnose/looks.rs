@@ -1,5 +1,7 @@
 //! First looks: a few steps from each place where a fit may start, on short horizons.
 
+use rayon::prelude::*;
+
 use super::fit::{Fit, Problem};
 use super::search::Start;
 
@@ -36,7 +38,11 @@ pub(super) fn scanned_fit(
             let p = beginning.fit_at(&held, &p, shortest, SCANNED_STEPS)?.p;
             beginning.fit_at(&hypothesis, &p, short, SCANNED_STEPS)
         };
-        let mut fits: Vec<Fit> = starts.into_iter().filter_map(fit).collect();
+        let mut fits: Vec<Fit> = starts
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(fit)
+            .collect();
         fits.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
         fits.truncate(SCANS_KEPT);
         starts = fits

@@ -34,6 +34,7 @@ mod pairs;
 mod periodic;
 mod predict;
 mod rank;
+mod refined;
 mod regimes;
 mod rough;
 mod rungs;
@@ -201,11 +202,11 @@ pub fn diagnose_holding_out(
     } else {
         let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
         let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-        let mut noise = disturbance_of(&mut problem, &ranking, scale);
+        let mut noise = disturbance_of(&problem, &ranking, scale);
         if noise.is_none() && is_long {
             problem = problem_of(&data)?;
             ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-            noise = disturbance_of(&mut problem, &ranking, scale);
+            noise = disturbance_of(&problem, &ranking, scale);
         }
         match noise {
             None => Ok((problem, ranking)),

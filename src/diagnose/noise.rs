@@ -54,6 +54,13 @@ pub(super) struct NoiseLevel {
     pub goes_on: bool,
 }
 
+impl NoiseLevel {
+    /// Whether it is that of every hypothesis on this level of the wander, without noise of an effect's own.
+    pub fn is_shared(&self) -> bool {
+        self.lost_share == 0.0 && self.late_s == 0.0
+    }
+}
+
 /// The gains of one run's filter.
 #[derive(Debug, Clone)]
 pub(super) struct Whitener {

@@ -150,7 +150,7 @@ pub(super) fn promising(
         .into_iter()
         .partition(|&index| is_scanned(catalogue()[index].id));
     let wave = |index: usize, order: f64| {
-        let columns = waves.columns(catalogue()[index].id, order).into();
+        let columns = waves.columns(catalogue()[index].id, order).to_vec();
         base.block(index, Place::Order(order), columns)
     };
     let once: Vec<Block> = once

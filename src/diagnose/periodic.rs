@@ -3,7 +3,11 @@
 //! The recorded angle is known to a count, so that an acceleration `A sin(N theta) + B cos(N theta)` is linear in
 //! `A` and `B`, and every order `N` is tried in one regression beside the base.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::anchor::Anchor;
 use super::data::RunData;
@@ -18,25 +22,57 @@ use crate::recording::CommandKind;
 /// The best of all orders gains this in squares where there is none.
 const LEAST_GAIN: f64 = 10.0;
 
+/// Runs of more samples than this, all together, have their waves made again each time that they are needed: all orders
+/// of one effect are 1.8 kB a sample.
+const KEPT_SAMPLES: usize = 10_000;
+
+/// A wave's sine and cosine.
+type Pair = Arc<[Vec<f64>; 2]>;
+
+/// Waves that were made, by the wander's level, the effect and the order.
+#[derive(Debug, Default)]
+pub(super) struct KeptWaves(Mutex<HashMap<(u64, &'static str, u64), Pair>>);
+
 /// The answers of the runs to angle-periodic torques, whitened.
 pub(super) struct Waves<'a> {
     problem: &'a Problem<'a>,
     whiteners: Filters,
     responses: Vec<Response>,
+    /// The level of the wander, where there is no other noise and the runs are short enough to keep their waves.
+    kept_at: Option<f64>,
 }
 
 impl<'a> Waves<'a> {
     /// On this level of the noise.
     pub fn new(problem: &'a Problem<'a>, level: &NoiseLevel) -> Self {
+        let samples: usize = problem.runs.iter().map(RunData::len).sum();
         Self {
             problem,
             whiteners: problem.whiteners(level),
             responses: Response::all(problem.runs, problem.damping),
+            kept_at: (samples <= KEPT_SAMPLES && level.is_shared()).then_some(level.wander),
         }
     }
 
     /// Sine and cosine of an order of this effect, all runs end to end.
-    pub fn columns(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
+    pub fn columns(&self, id: &'static str, order: f64) -> Pair {
+        let Some(level) = self.kept_at else {
+            return Arc::new(self.made(id, order));
+        };
+        let key = (level.to_bits(), id, order.to_bits());
+        let kept = || {
+            let kept = &self.problem.waves.0;
+            kept.lock().unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(pair) = kept().get(&key) {
+            return pair.clone();
+        }
+        let pair = Arc::new(self.made(id, order));
+        kept().insert(key, pair.clone());
+        pair
+    }
+
+    fn made(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
         let mut columns = [Vec::new(), Vec::new()];
         let mut carried = [Carried::default(); 2];
         let runs = self.problem.runs.iter();
@@ -93,22 +129,20 @@ pub(super) fn periodic(
     level: &NoiseLevel,
     anchor: &Anchor,
     index: usize,
-    id: &str,
+    id: &'static str,
 ) -> Vec<Try> {
     let waves = Waves::new(problem, level);
-    let mut found: Vec<Try> = Vec::new();
     let regression = Regression::new(anchor);
-    for order in orders(id) {
+    let found = orders(id).into_par_iter().filter_map(|order| {
         let columns = waves.columns(id, order);
-        let Some((gain, shift, coefficients)) = regression.with(&columns) else {
-            continue;
-        };
+        let (gain, shift, coefficients) = regression.with(&columns)?;
         if is_scanned(id) && gain < LEAST_GAIN {
-            continue;
+            return None;
         }
         let values = waves.values(index, order, coefficients);
-        found.push((Some(anchor.left - gain), values, shift));
-    }
+        Some((Some(anchor.left - gain), values, shift))
+    });
+    let found: Vec<Try> = found.collect();
     peaks(found, id)
 }
 

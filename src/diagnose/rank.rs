@@ -10,6 +10,7 @@ use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
 use super::other_law::has_laws;
+use super::refined::Refined;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
 use super::verdict::Gap;
@@ -122,7 +123,8 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         beginnings: &beginnings,
         scale,
     };
-    let mut candidates = up_to_one(&field, &applicable, progress)?;
+    let mut refined = Refined::default();
+    let mut candidates = up_to_one(&field, &applicable, &mut refined, progress)?;
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
     let mut expanded: Vec<Vec<usize>> = Vec::new();
@@ -147,7 +149,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             candidates.extend(field.pairs(&null, &applicable));
             dedup(&mut candidates);
         }
-        let again = field.refined(&candidates);
+        let again = field.refined(&candidates, &mut refined);
         candidates.extend(again);
         dedup(&mut candidates);
     }
@@ -247,12 +249,18 @@ pub(super) fn singles(
         beginnings: &beginnings,
         scale: largest_acceleration(problem.nominal, problem.runs),
     };
-    up_to_one(&field, &applicable(problem)?, progress)
+    up_to_one(
+        &field,
+        &applicable(problem)?,
+        &mut Refined::default(),
+        progress,
+    )
 }
 
 fn up_to_one(
     field: &Field<'_>,
     applicable: &[usize],
+    refined: &mut Refined,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Option<Vec<Candidate>> {
     let problem = field.problem;
@@ -264,7 +272,7 @@ fn up_to_one(
     let singles = field.with_one_more(&candidates[0], applicable);
     candidates.extend(singles);
     dedup(&mut candidates);
-    let again = field.refined(&candidates);
+    let again = field.refined(&candidates, refined);
     candidates.extend(again);
     dedup(&mut candidates);
     Some(candidates)

@@ -1,10 +1,10 @@
 //! The equations of a mode split in two: `y' = A y + n(y)`.
 //!
 //! `A` is the matrix of the chain without what bends its equations: Stribeck friction and presliding, drag, gravity,
-//! cogging, ripple, a winding that warms up. `n(y)` is the rest. Where torques alone bend them, `n` is what the linear
-//! chain has at the origin, and these torques by the inertia.
+//! cogging, ripple, a winding that warms up. `n(y)` is the rest. Where torques and the back EMF alone bend them, `n` is
+//! what the linear chain has at the origin, these torques by the inertia, and that back EMF by the inductance.
 
-use super::dynamics::{HEAT, Machine, Mode, ONE_BODY, TH1, W1};
+use super::dynamics::{CUR, Flow, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
 use super::ladder::{Matrix, apply};
 use super::scalar::Scalar;
 
@@ -96,6 +96,11 @@ impl<S: Scalar> Machine<S> {
         let mechanical = &self.chain.mechanical;
         let (angle, speed) = self.sides(y)[1];
         let (mut motor, mut load) = (S::zero(), S::zero());
+        let rippling = match self.chain.electrical.ripple {
+            Some(_) => self.ripple_torque(m, y, n),
+            None => S::zero(),
+        };
+        motor += rippling;
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);
         }
@@ -105,14 +110,14 @@ impl<S: Scalar> Machine<S> {
         if let Some(drag) = mechanical.drag {
             load -= drag * speed * speed.abs();
         }
-        motor -= self.bent_friction(m, 0, y[TH1], y[W1], y);
+        motor -= self.bent_friction(m, 0, y[TH1], y[W1], y, rippling);
         if N <= ONE_BODY {
             if m.slip[0] != 0.0 {
                 n[W1] += (motor + load) / self.inertia[0];
             }
             return;
         }
-        load -= self.bent_friction(m, 1, angle, speed, y);
+        load -= self.bent_friction(m, 1, angle, speed, y, rippling);
         if self.joined(m) {
             if m.slip[0] != 0.0 {
                 let acceleration = (motor + load) / self.inertia[2];
@@ -129,7 +134,24 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// What a side's friction has beyond what is constant or proportional to the current.
+    /// The motor's torque by ripple alone; what its back EMF does to the current goes into `n`.
+    #[inline(always)]
+    fn ripple_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let ripple = electrical.factor(y[TH1]) - 1.0;
+        let emf = electrical.back_emf_v_s_per_rad * ripple * y[W1];
+        let mut torque = ripple * self.current_at(m, y, electrical.back_emf_v_s_per_rad * y[W1]);
+        if m.flow == Flow::Free {
+            if self.inductive {
+                n[CUR] -= emf / electrical.inductance_h;
+            } else {
+                torque -= (ripple + 1.0) * emf / self.resistance(y);
+            }
+        }
+        electrical.torque_constant_nm_per_a * torque
+    }
+
+    /// What a side's friction has beyond what is constant or proportional to a current without ripple.
     #[inline(always)]
     fn bent_friction<const N: usize>(
         &self,
@@ -138,15 +160,24 @@ impl<S: Scalar> Machine<S> {
         angle: S,
         speed: S,
         y: &[S; N],
+        rippling: S,
     ) -> S {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         if s == 0.0 {
             return S::zero();
         }
-        match (&mechanical.break_in_angle_rad, &mechanical.stribeck) {
+        let by_speed = match (&mechanical.break_in_angle_rad, &mechanical.stribeck) {
             (Some(break_in), _) => self.dahl(m, side, angle, speed, y, *break_in),
             (None, Some(stribeck)) => stribeck.at(speed) * self.share[side] * s,
             (None, None) => S::zero(),
+        };
+        match &mechanical.load_friction {
+            // Dahl's law follows the whole torque.
+            Some(load) if mechanical.break_in_angle_rad.is_none() => {
+                let share = load.share(s * m.torque_sign);
+                by_speed + share * rippling * m.torque_sign * self.share[side] * s
+            }
+            _ => by_speed,
         }
     }
 }

@@ -125,8 +125,10 @@ pub(super) struct Machine<S> {
     pub frictionless: bool,
     /// Within a mode the equations are affine.
     pub affine: bool,
-    /// What bends them otherwise are torques alone.
+    /// What bends them otherwise are torques and the back EMF.
     pub bent_by_torques: bool,
+    /// The back EMF does: it bends the current, a state of its own.
+    pub bends_current: bool,
     /// Current is a state.
     pub inductive: bool,
     /// Command after delay and dead zone (V, A or N m).
@@ -150,8 +152,8 @@ impl<S: Scalar> Machine<S> {
             let rate = frequency_hz * std::f64::consts::TAU;
             (rate * rate * reduced, damping * rate * reduced * 2.0)
         });
-        let straight_winding =
-            chain.electrical.ripple.is_none() && chain.electrical.heating.is_none();
+        let ripples = chain.electrical.ripple.is_some();
+        let warms = chain.electrical.heating.is_some();
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
         Self {
@@ -170,8 +172,10 @@ impl<S: Scalar> Machine<S> {
                 && m.drag.is_none()
                 && m.gravity.is_none()
                 && m.cogging.is_none()
-                && straight_winding,
-            bent_by_torques: straight_winding,
+                && !ripples
+                && !warms,
+            bent_by_torques: !warms,
+            bends_current: ripples && chain.current_is_state(),
             inductive: chain.current_is_state(),
             command: 0.0,
             voltage: S::zero(),
@@ -222,15 +226,22 @@ impl<S: Scalar> Machine<S> {
         winding + self.added_resistance
     }
 
+    /// `Kb f(theta) w`.
+    #[inline(always)]
+    fn back_emf<const N: usize>(&self, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let emf = electrical.back_emf_v_s_per_rad * y[W1];
+        if electrical.ripple.is_some() {
+            emf * electrical.factor(y[TH1])
+        } else {
+            emf
+        }
+    }
+
     /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
     #[inline(always)]
     pub(super) fn excess<const N: usize>(&self, y: &[S; N]) -> S {
-        let electrical = &self.chain.electrical;
-        let mut emf = electrical.back_emf_v_s_per_rad * y[W1];
-        if electrical.ripple.is_some() {
-            emf = emf * electrical.factor(y[TH1]);
-        }
-        self.voltage - emf
+        self.voltage - self.back_emf(y)
     }
 
     /// Current in A.
@@ -239,7 +250,16 @@ impl<S: Scalar> Machine<S> {
         if self.inductive || m.flow != Flow::Free {
             return y[CUR];
         }
-        let mut excess = self.excess(y);
+        self.current_at(m, y, self.back_emf(y))
+    }
+
+    /// Current in A with this back EMF.
+    #[inline(always)]
+    pub(super) fn current_at<const N: usize>(&self, m: &Mode<S>, y: &[S; N], emf: S) -> S {
+        if self.inductive || m.flow != Flow::Free {
+            return y[CUR];
+        }
+        let mut excess = self.voltage - emf;
         if m.flow_sign != 0.0 {
             excess -= self.chain.driver.drop() * m.flow_sign;
         }
@@ -340,11 +360,7 @@ impl<S: Scalar> Machine<S> {
             level += stribeck.at(speed);
         }
         if let Some(load) = &mechanical.load_friction {
-            let share = if s * m.torque_sign >= 0.0 {
-                load.driving
-            } else {
-                load.driven
-            };
+            let share = load.share(s * m.torque_sign);
             level += share * self.motor_torque(m, y) * m.torque_sign;
         }
         level * self.share[side] * s

@@ -61,6 +61,18 @@ pub(super) struct LoadFractions<S> {
     pub driven: S,
 }
 
+impl<S: Scalar> LoadFractions<S> {
+    /// The share in force where the torque has this sign in the direction of motion.
+    #[inline(always)]
+    pub(super) fn share(&self, along: f64) -> S {
+        if along >= 0.0 {
+            self.driving
+        } else {
+            self.driven
+        }
+    }
+}
+
 impl<S: Scalar> Mechanical<S> {
     /// Coulomb level in N m in direction `s` (+1 or -1), without the part that depends on the speed or the torque.
     #[inline(always)]

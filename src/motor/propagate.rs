@@ -2,11 +2,11 @@
 //!
 //! Where they are affine, `y(h) = E y + h phi1 n` is exact; else Krogstad's scheme of order 4. Products leave out what is
 //! 0 or 1 by the equations' structure: nothing in the linear part of a rigid motor depends on its angle, the angle's
-//! own row has no `n`, and torques bend the rows of speeds alone.
+//! own row has no `n`, and torques bend the rows of speeds alone, the back EMF that of the current.
 //!
 //! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 
-use super::dynamics::{ONE_BODY, TH1, W1};
+use super::dynamics::{CUR, ONE_BODY, TH1, W1};
 use super::engine::Engine;
 use super::ladder::{Matrix, add, apply};
 use super::scalar::Scalar;
@@ -125,6 +125,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let mut out = [S::zero(); N];
         for (row, slot) in out.iter_mut().enumerate() {
             *slot = p[row][W1] * d[W1];
+            if self.machine.bends_current {
+                *slot += p[row][CUR] * d[CUR];
+            }
             if N > ONE_BODY {
                 *slot += p[row][N - 1] * d[N - 1];
             }

@@ -1,0 +1,79 @@
+//! Looks again for what goes in steps beside partners that were not known when it was chosen.
+//!
+//! Which levels a dead zone swallows, which of the common resolutions, which order: what was right while the others were
+//! missing need not be right with them, and no slope leads from one to the other.
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, candidate, sorted};
+use super::growth::{FINAL_STEPS, Field};
+use super::looks::first_fit;
+use super::search::Search;
+use crate::motor::effects::{Prior, catalogue};
+
+/// How many sets, and how many nats behind the best, have their effects looked for again.
+const REFINED: usize = 4;
+const REFINED_NEAR: f64 = 200.0;
+
+impl Field<'_> {
+    /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
+    /// of the common resolutions, which order) looked for again beside the others as they are now: what was
+    /// right while the others were missing need not be right with them.
+    pub fn refined(&self, candidates: &[Candidate], known: &mut Refined) -> Vec<Candidate> {
+        let problem = self.problem;
+        let best = candidates.first().map_or(0.0, |first| first.log_weight);
+        let near = candidates
+            .iter()
+            .filter(|c| c.log_weight > best - REFINED_NEAR)
+            .take(REFINED);
+        let parts: Vec<(&Candidate, usize)> = near
+            .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
+            .filter(|(c, m)| goes_in_steps(c.effects[*m]) && known.is_news(c, *m))
+            .collect();
+        parts
+            .into_par_iter()
+            .with_max_len(1)
+            .filter_map(|(full, m)| {
+                let mut effects = full.effects.clone();
+                let index = effects.remove(m);
+                let level = self.search_level(&full.fit);
+                let (hypothesis, start) = full.fit.hypothesis.without(
+                    index,
+                    problem.nominal,
+                    &problem.setting,
+                    &full.fit.p,
+                );
+                let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
+                let search = Search::new(problem, &rest, level)?;
+                let known = full.fit.hypothesis.values(m, &full.fit.p);
+                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
+                effects.push(index);
+                let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
+                Some(candidate(problem, effects, fit, self.scale))
+            })
+            .collect()
+    }
+}
+
+/// What was looked for again beside which fit of the others.
+#[derive(Default)]
+pub(super) struct Refined(Vec<(Vec<usize>, usize, u64)>);
+
+impl Refined {
+    /// Whether member `m` of this set was not yet looked for beside this fit; from now on it was.
+    fn is_news(&mut self, c: &Candidate, m: usize) -> bool {
+        let (set, sought) = (sorted(&c.effects), c.effects[m]);
+        let asked = (set, sought, c.log_weight.to_bits());
+        let is_news = !self.0.contains(&asked);
+        if is_news {
+            self.0.push(asked);
+        }
+        is_news
+    }
+}
+
+/// Whether an effect has numbers that no slope leads to.
+fn goes_in_steps(index: usize) -> bool {
+    let mut parameters = catalogue()[index].parameters.iter();
+    parameters.any(|p| !p.smooth || matches!(p.prior, Prior::OneOf(_)))
+}
