@@ -9,21 +9,17 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
+use super::further::Further;
 use super::looks::{first_fit, scanned_fit};
 use super::pairs::promising;
 use super::periodic::is_scanned;
+use super::prospect::{Prospect, by_promise, keep_rivals};
 use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::catalogue;
 
-/// Most steps by which a first look is continued on the same horizons.
-const FURTHER_STEPS: usize = 5;
 /// Most steps of a final fit on each level.
 pub(super) const FINAL_STEPS: usize = 10;
-/// How many effects of a round are fitted on after the first steps.
-const FITTED_ON: usize = 12;
-/// How many effects of a round are fitted on long horizons too.
-const FULLY_FITTED: usize = 6;
 /// How many single effects are grown where the best set leaves something.
 const BEST_SINGLES: usize = 3;
 /// A set that leaves a wander of this share of the largest acceleration, and a base bent by this many squares of
@@ -37,20 +33,8 @@ const MOST_EXPANDED: usize = 2;
 const MOST_EXPANDED_ALONE: usize = 4;
 /// Sets this many nats behind the best are grown too.
 const CLOSE: f64 = 20.0;
-/// Effects this many nats behind the best of a round on short horizons are fitted fully too.
-const NEAR: f64 = 12.0;
-/// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
-const FAR: f64 = 100.0;
-const HOPELESS: f64 = 1000.0;
 /// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
-/// How many of a round are fitted fully in any case.
-const LEADERS: usize = 3;
-
-/// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
-/// is worth seven), and those of one that is scanned for.
-const LEAST_PROMISE: f64 = 3.0;
-const LEAST_SCANNED: f64 = 16.0;
 
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
@@ -114,6 +98,21 @@ impl Field<'_> {
         found.cloned()
     }
 
+    /// The other effect of the best pair, where `parent` is one of it and the pair leaves nothing.
+    pub fn partner_in_what_is_enough(
+        &self,
+        parent: &Candidate,
+        candidates: &[Candidate],
+    ) -> Option<usize> {
+        let best = candidates.first().filter(|best| best.effects.len() == 2)?;
+        let [own] = parent.effects.as_slice() else {
+            return None;
+        };
+        let is_part = best.effects.contains(own) && self.is_enough(best);
+        let mut partner = best.effects.iter().filter(|e| *e != own);
+        partner.next().copied().filter(|_| is_part)
+    }
+
     /// Whether a set leaves nothing to explain: no wander to speak of, the base where it was stated, and
     /// nothing in the residual that depends on speed, angle, time or command.
     pub fn is_enough(&self, candidate: &Candidate) -> bool {
@@ -123,8 +122,14 @@ impl Field<'_> {
             && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
     }
 
-    /// Fits the parent with each of these effects added.
-    pub fn with_one_more(&self, parent: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+    /// Fits the parent with each of these effects added. Beside an effect of a pair that leaves nothing, `instead_of` the
+    /// other one.
+    pub fn with_one_more(
+        &self,
+        parent: &Candidate,
+        indices: &[usize],
+        instead_of: Option<usize>,
+    ) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&parent.fit);
         let Some(search) = Search::new(problem, &parent.fit, level) else {
@@ -132,25 +137,41 @@ impl Field<'_> {
         };
         // Where much is left, what is linear close by tells little of what an effect could do.
         let is_good = !parent.effects.is_empty() && self.is_enough(parent);
-        let short: Vec<Candidate> = indices
+        let mut found: Vec<Prospect> = indices
             .par_iter()
             .with_max_len(1)
-            .filter_map(|&index| {
-                let (starts, promise) = search.starts_and_promise(index, None);
-                if is_good && promise < least_promise(index) {
-                    return None;
-                }
-                let fit = if is_scanned(catalogue()[index].id) {
-                    scanned_fit(problem, self.beginnings, starts, level)
-                } else {
-                    first_fit(problem, starts, level)
-                };
-                let mut effects = parent.effects.clone();
-                effects.push(index);
-                Some(candidate(problem, effects, fit?, self.scale))
-            })
+            .map(|&index| search.prospect(index, None))
+            .filter(|new| !is_good || new.is_worth_it())
             .collect();
-        self.fitted_on(short, level)
+        if let Some(known) = instead_of {
+            keep_rivals(&mut found, known);
+        }
+        let (likely, others) = by_promise(found, parent.effects.is_empty());
+        let mut further = Further::default();
+        let mut short = self.looks(parent, likely, level);
+        let grown = self.fitted_on(short.clone(), level, &mut further);
+        let best = grown.iter().min_by(|a, b| by_weight(a, b));
+        if others.is_empty() || best.is_some_and(|best| self.is_enough(best)) {
+            return grown;
+        }
+        short.extend(self.looks(parent, others, level));
+        self.fitted_on(short, level, &mut further)
+    }
+
+    /// First looks at the parent with each of these effects.
+    fn looks(&self, parent: &Candidate, new: Vec<Prospect>, level: usize) -> Vec<Candidate> {
+        let look = |new: Prospect| {
+            let fit = if is_scanned(catalogue()[new.index].id) {
+                scanned_fit(self.problem, self.beginnings, new.starts, level)
+            } else {
+                first_fit(self.problem, new.starts, level)
+            };
+            let mut effects = parent.effects.clone();
+            effects.push(new.index);
+            Some(candidate(self.problem, effects, fit?, self.scale))
+        };
+        let all = new.into_par_iter().with_max_len(1);
+        all.filter_map(look).collect()
     }
 
     /// The most promising pairs, fitted: two that show together only are not found one by one.
@@ -183,42 +204,7 @@ impl Field<'_> {
                 };
                 Some(candidate(problem, effects, fit?, self.scale))
             });
-        self.fitted_on(short.collect(), level)
-    }
-
-    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
-    fn fitted_on(&self, mut short: Vec<Candidate>, level: usize) -> Vec<Candidate> {
-        let problem = self.problem;
-        short.sort_by(by_weight);
-        let best = short.first().map_or(0.0, |first| first.log_weight);
-        short
-            .par_iter_mut()
-            .with_max_len(1)
-            .enumerate()
-            .filter(|(place, c)| {
-                *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
-            })
-            .for_each(|(_, c)| self.continue_fit(c));
-        short.sort_by(by_weight);
-        let best = short.first().map_or(0.0, |first| first.log_weight);
-        short
-            .into_par_iter()
-            .with_max_len(1)
-            .enumerate()
-            .map(|(place, c)| {
-                // The long horizons decide between the best; the others keep what they have.
-                let behind = best - c.log_weight;
-                if behind > NEAR && (place >= FULLY_FITTED || behind > FAR) && place >= LEADERS {
-                    return c;
-                }
-                match problem.fit_from(level, &c.fit.hypothesis, &c.fit.p, FINAL_STEPS) {
-                    Some(full) if full.log_evidence > c.fit.log_evidence => {
-                        candidate(problem, c.effects, full, self.scale)
-                    }
-                    _ => c,
-                }
-            })
-            .collect()
+        self.fitted_on(short.collect(), level, &mut Further::default())
     }
 
     /// On which level of the wander to look beside a fit: on short horizons, but not so short that what is
@@ -228,31 +214,6 @@ impl Field<'_> {
         let own = levels.iter().position(|level| *level <= parent.wander);
         let two_stronger = own.unwrap_or(0).saturating_sub(2);
         two_stronger.max(1).min(levels.len() - 1)
-    }
-
-    /// More steps from where a candidate is, on the same horizons.
-    fn continue_fit(&self, c: &mut Candidate) {
-        if c.fit.converged {
-            return;
-        }
-        let fit = &c.fit;
-        let further = self
-            .problem
-            .fit_at(&fit.hypothesis, &fit.p, fit.wander, FURTHER_STEPS);
-        if let Some(further) = further.filter(|new| new.log_evidence > fit.log_evidence) {
-            *c = candidate(self.problem, c.effects.clone(), further, self.scale);
-        }
-    }
-}
-
-/// The squares that an effect must promise to take off to be fitted. One that is scanned over some hundred orders promises
-/// that by chance; whether a resolution suits, or a clock that the host's does not bear out, no slope tells.
-fn least_promise(index: usize) -> f64 {
-    let kind = &catalogue()[index];
-    match kind.id {
-        id if is_scanned(id) => LEAST_SCANNED,
-        "clock_error" | "resolution_error" => 0.0,
-        _ => LEAST_PROMISE,
     }
 }
 

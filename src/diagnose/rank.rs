@@ -136,7 +136,8 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             .copied()
             .filter(|index| !parent.effects.contains(index))
             .collect();
-        let grown = field.with_one_more(&parent, &others);
+        let instead_of = field.partner_in_what_is_enough(&parent, &candidates);
+        let grown = field.with_one_more(&parent, &others, instead_of);
         candidates.extend(
             grown
                 .into_iter()
@@ -230,7 +231,7 @@ pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
                 && !ranking.candidates.iter().any(known)
         };
         let others: Vec<usize> = applicable.iter().copied().filter(is_new).collect();
-        grown.extend(field.with_one_more(rest, &others));
+        grown.extend(field.with_one_more(rest, &others, None));
     }
     ranking.candidates.extend(grown);
     dedup(&mut ranking.candidates);
@@ -269,7 +270,7 @@ fn up_to_one(
     let null = problem.fit(&empty, &empty.start(), FINAL_STEPS)?;
     let mut candidates = vec![candidate(problem, Vec::new(), null, field.scale)];
     progress("trying every effect");
-    let singles = field.with_one_more(&candidates[0], applicable);
+    let singles = field.with_one_more(&candidates[0], applicable, None);
     candidates.extend(singles);
     dedup(&mut candidates);
     let again = field.refined(&candidates, refined);

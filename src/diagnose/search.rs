@@ -11,6 +11,7 @@ use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
 use super::noise::NoiseLevel;
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
+use super::prospect::Prospect;
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
 use crate::recording::CommandKind;
@@ -99,12 +100,11 @@ impl<'a> Search<'a> {
     /// The most promising hypotheses with effect `index` added, each with its starting numbers; `known` are the
     /// effect's values in a fit, near which to look more closely.
     pub fn starts(&self, index: usize, known: Option<&[f64]>) -> Vec<Start> {
-        self.starts_and_promise(index, known).0
+        self.prospect(index, known).starts
     }
 
-    /// The same, and by how many squares less the effect may leave than the fit so far, on short horizons or on the fit's
-    /// own: each start with the magnitude, as a factor of what it does there, that suits it best.
-    pub fn starts_and_promise(&self, index: usize, known: Option<&[f64]>) -> (Vec<Start>, f64) {
+    /// The same with what they promise.
+    pub fn prospect(&self, index: usize, known: Option<&[f64]>) -> Prospect {
         let kind = &catalogue()[index];
         let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
         let before = self.anchors.first().map_or(0.0, |anchor| anchor.left);
@@ -159,7 +159,11 @@ impl<'a> Search<'a> {
             _ => STARTS,
         });
         let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
-        (starts, promise)
+        Prospect {
+            index,
+            starts,
+            promise,
+        }
     }
 
     /// The rate in 1/s at which starts part that differ little, where a torque that repeats with the angle holds the
@@ -379,7 +383,7 @@ mod tests {
         let with = fit(&problem, &[drag]);
         let kept = 2.0 * (with.log_evidence - without.log_evidence);
         let search = Search::new(&problem, &without, level).expect("it can be simulated");
-        let (_, promise) = search.starts_and_promise(index(drag.0), None);
+        let promise = search.prospect(index(drag.0), None).promise;
         assert!(
             promise > 0.5 * kept && kept > 30.0,
             "{promise}, kept {kept}"
@@ -387,7 +391,7 @@ mod tests {
         // Beside what is there, what is not.
         let search = Search::new(&problem, &with, level).expect("it can be simulated");
         for absent in ["load_friction", "supply_sag", "asymmetric_friction"] {
-            let (_, promise) = search.starts_and_promise(index(absent), None);
+            let promise = search.prospect(index(absent), None).promise;
             assert!(promise < 9.0, "{absent}: {promise}");
         }
     }

@@ -1,0 +1,116 @@
+//! Fits on what first looks found: a few more steps for the better ones, long horizons for the best.
+//!
+//! Who is fitted on hangs on who else was looked at. Where a round is widened, what was fitted before is not fitted again.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::candidate::{Candidate, by_weight, candidate};
+use super::growth::{FINAL_STEPS, Field};
+
+/// Most steps by which a first look is continued on the same horizons.
+const FURTHER_STEPS: usize = 5;
+/// How many effects of a round are fitted on after the first steps.
+const FITTED_ON: usize = 12;
+/// How many effects of a round are fitted on long horizons too.
+const FULLY_FITTED: usize = 6;
+/// Effects this many nats behind the best of a round on short horizons are fitted fully too.
+const NEAR: f64 = 12.0;
+/// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
+const FAR: f64 = 100.0;
+const HOPELESS: f64 = 1000.0;
+/// How many of a round are fitted fully in any case.
+const LEADERS: usize = 3;
+
+/// What was fitted on in a round, by its effects.
+#[derive(Default)]
+pub(super) struct Further {
+    /// After a few more steps.
+    continued: HashMap<Vec<usize>, Candidate>,
+    /// After the long horizons.
+    full: HashMap<Vec<usize>, Candidate>,
+}
+
+impl Field<'_> {
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
+    pub fn fitted_on(
+        &self,
+        mut short: Vec<Candidate>,
+        level: usize,
+        known: &mut Further,
+    ) -> Vec<Candidate> {
+        short.sort_by(by_weight);
+        let best = short.first().map_or(0.0, |first| first.log_weight);
+        let pays = |(place, c): &(usize, &mut Candidate)| {
+            *place < LEADERS || (*place < FITTED_ON && c.log_weight > best - HOPELESS)
+        };
+        remembering(
+            &mut known.continued,
+            short.iter_mut().enumerate().filter(pays).map(|(_, c)| c),
+            |c| self.continued(c),
+        );
+        short.sort_by(by_weight);
+        let best = short.first().map_or(0.0, |first| first.log_weight);
+        // The long horizons decide between the best; the others keep what they have.
+        let decides = |(place, c): &(usize, &mut Candidate)| {
+            let behind = best - c.log_weight;
+            behind <= NEAR || (*place < FULLY_FITTED && behind <= FAR) || *place < LEADERS
+        };
+        remembering(
+            &mut known.full,
+            short.iter_mut().enumerate().filter(decides).map(|(_, c)| c),
+            |c| self.full(c, level),
+        );
+        short
+    }
+
+    /// More steps from where a candidate is, on the same horizons.
+    fn continued(&self, c: &Candidate) -> Candidate {
+        if c.fit.converged {
+            return c.clone();
+        }
+        let fit = &c.fit;
+        let further = self
+            .problem
+            .fit_at(&fit.hypothesis, &fit.p, fit.wander, FURTHER_STEPS);
+        match further {
+            Some(new) if new.log_evidence > fit.log_evidence => {
+                candidate(self.problem, c.effects.clone(), new, self.scale)
+            }
+            _ => c.clone(),
+        }
+    }
+
+    /// A candidate on long horizons, if it is better there.
+    fn full(&self, c: &Candidate, level: usize) -> Candidate {
+        let (hypothesis, p) = (&c.fit.hypothesis, &c.fit.p);
+        match self.problem.fit_from(level, hypothesis, p, FINAL_STEPS) {
+            Some(full) if full.log_evidence > c.fit.log_evidence => {
+                candidate(self.problem, c.effects.clone(), full, self.scale)
+            }
+            _ => c.clone(),
+        }
+    }
+}
+
+/// Puts in the place of each candidate what `fit` makes of it, or what it made of it before.
+fn remembering<'a>(
+    known: &mut HashMap<Vec<usize>, Candidate>,
+    candidates: impl Iterator<Item = &'a mut Candidate>,
+    fit: impl Fn(&Candidate) -> Candidate + Sync,
+) {
+    let candidates: Vec<&mut Candidate> = candidates.collect();
+    let unknown: Vec<&Candidate> = candidates
+        .iter()
+        .map(|c| &**c)
+        .filter(|c| !known.contains_key(&c.effects))
+        .collect();
+    let new: Vec<Candidate> = unknown.into_par_iter().with_max_len(1).map(&fit).collect();
+    known.extend(new.into_iter().map(|c| (c.effects.clone(), c)));
+    for c in candidates {
+        if let Some(fitted) = known.get(&c.effects) {
+            *c = fitted.clone();
+        }
+    }
+}
