@@ -16,6 +16,10 @@
 //! an inertia): that number bends to whatever is missing. Nor is it enough that an effect bends more like the unknown than
 //! the flexible acceleration does. It must be needed: without it, the best set refitted must leave [`NEEDED`] times as much
 //! of the data kept from the fit. And of a set that leaves so many times as much there as refitting alone nothing is said.
+//!
+//! An effect that is needed, though sets without it and a flexible acceleration are as likely, is a stated tie with the
+//! unknown where that acceleration does the same: where what is left of the set's prediction, once it has given way beside
+//! the set without the effect, is less than another law of the motor's own could make it (`discrepancy.rs`).
 
 use rayon::prelude::*;
 
@@ -25,7 +29,8 @@ use super::fit::Problem;
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
-use super::unknown::flexed;
+use super::ties::TIE;
+use super::unknown::{flexed, separation_beside};
 use super::verdict::Gap;
 use crate::motor::effects::{Stage, catalogue};
 
@@ -93,13 +98,23 @@ pub(super) fn weigh(
         let with = with.filter(|(set, _)| set.effects.contains(&index));
         with.map(|(_, share)| share).sum::<f64>()
     };
-    let beside = (best.effects.iter().copied())
-        .filter(|&index| can_be_told(index))
-        .map(|index| (index, share_of(index)))
-        .filter(|(index, share)| {
-            *share >= LIKELY && is_needed(problem, &ranking.candidates, *index, is_rough)
-        });
-    ranking.beside = beside.collect();
+    let (mut beside, mut imitated) = (Vec::new(), Vec::new());
+    for index in (best.effects.iter().copied()).filter(|&index| can_be_told(index)) {
+        let Some(rest) = without(&ranking.candidates, index) else {
+            continue;
+        };
+        let share = share_of(index);
+        let is_tied = |d: &f64| share < LIKELY && *d < OF_A_LAW * TIE;
+        let separation = separation_beside(problem, &best.fit, &rest.fit, scale).filter(is_tied);
+        if (share < LIKELY && separation.is_none()) || !is_needed(problem, best, rest, is_rough) {
+            continue;
+        }
+        match separation {
+            Some(d) => imitated.push((index, d)),
+            None => beside.push((index, share)),
+        }
+    }
+    (ranking.beside, ranking.imitated) = (beside, imitated);
 }
 
 /// Whether the set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
@@ -107,21 +122,18 @@ fn is_refuted(gap: &Gap) -> bool {
     gap.after_effect > NEEDED * gap.after_parameters
 }
 
-/// Whether the best set leaves much more of kept data without this effect, refitted, than with it.
-fn is_needed(
-    problem: &Problem<'_>,
-    candidates: &[Candidate],
-    index: usize,
-    is_rough: bool,
-) -> bool {
-    let best = &candidates[0];
+/// The best set without this effect, refitted.
+fn without(candidates: &[Candidate], index: usize) -> Option<&Candidate> {
+    let best = candidates.first()?;
     let is_rest = |c: &&Candidate| {
         c.effects.len() + 1 == best.effects.len()
             && (best.effects.iter()).all(|e| *e == index || c.effects.contains(e))
     };
-    let Some(rest) = candidates.iter().find(is_rest) else {
-        return false;
-    };
+    candidates.iter().find(is_rest)
+}
+
+/// Whether the best set leaves much more of kept data without an effect than with it.
+fn is_needed(problem: &Problem<'_>, best: &Candidate, rest: &Candidate, is_rough: bool) -> bool {
     let gap = if is_rough {
         by_pieces(problem, &rest.fit, &best.fit, &[])
     } else {

@@ -68,6 +68,11 @@ impl Ties {
                 }
             }
         }
+        for (effect, separation) in &ranking.imitated {
+            let id = catalogue()[*effect].id;
+            ties.pairs.push((id, "unknown", *separation));
+            ties.pairs.push(("unknown", id, *separation));
+        }
         let best = &ranking.candidates[0];
         for rival in &ranking.candidates[1..] {
             let is_alike = alike.contains(&rival.effects);
@@ -161,8 +166,8 @@ pub(super) fn causes(problem: &Problem<'_>, ranking: &Ranking, ties: &Ties) -> V
             probability: ranking.unknown,
             inclusion: ranking.unknown,
             parameters: BTreeMap::new(),
-            indistinguishable_from: Vec::new(),
-            separation: None,
+            indistinguishable_from: ties.of("unknown").0,
+            separation: ties.of("unknown").1,
             converged: true,
         },
     ];

@@ -115,6 +115,7 @@ mod tests {
             unknown_gain: 0.0,
             jumps: 0.0,
             beside: Vec::new(),
+            imitated: Vec::new(),
         };
         let doubtful = weigh(&problem, &mut ranking);
         let probabilities = [0, 1].map(|k| ranking.candidates[k].probability);

@@ -54,6 +54,8 @@ pub(super) struct Ranking {
     pub jumps: f64,
     /// Effects and their probability beside something unknown, given that it is there.
     pub beside: Vec<(usize, f64)>,
+    /// Effects that the unknown may be a part of or be taken for, and their separation from it.
+    pub imitated: Vec<(usize, f64)>,
 }
 
 impl Ranking {
@@ -177,6 +179,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         unknown_gain: gain,
         jumps,
         beside: Vec::new(),
+        imitated: Vec::new(),
     })
 }
 

@@ -95,11 +95,12 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 })
                 .unwrap_or_default();
             format!(
-                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.{}",
+                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.{}{}",
                 self::sure(unknown.map_or(0.0, |cause| cause.probability)),
                 gap.before,
                 gap.after_parameters,
-                beside_it(diagnosis)
+                beside_it(diagnosis),
+                part_of_it(diagnosis)
             )
         }
     }
@@ -135,6 +136,20 @@ fn beside_it(diagnosis: &Diagnosis) -> String {
         })
         .collect();
     format!(" Beside it there is {}.", named.join(" and "))
+}
+
+/// Which effects may be part of what is unknown, as a sentence.
+fn part_of_it(diagnosis: &Diagnosis) -> String {
+    let mut causes = diagnosis.causes.iter();
+    let unknown = causes.find(|cause| cause.effect == "unknown");
+    let tied = unknown.map_or(&[][..], |unknown| &unknown.indistinguishable_from);
+    if tied.is_empty() {
+        return String::new();
+    }
+    format!(
+        " It may be {} in part: these runs cannot tell.",
+        tied.join(" and ").replace('_', " ")
+    )
 }
 
 /// What these runs cannot tell from other numbers of the model, as a sentence.

@@ -8,7 +8,7 @@
 use nalgebra::DVector;
 
 use super::fit::{Fit, Problem};
-use super::noise::Carried;
+use super::noise::{Carried, Whitener};
 use super::sums::{dot, gram};
 
 /// Separation below which two hypotheses are not told apart.
@@ -19,19 +19,21 @@ pub(super) fn separation(problem: &Problem<'_>, truth: &Fit, rival: &Fit) -> Opt
     let level = problem.noise(&truth.hypothesis, &truth.p, truth.wander);
     let whiteners = problem.whiteners(&level);
     let columns = problem.jacobian(&rival.hypothesis, &rival.p, &whiteners)?;
-    let mut r = Vec::new();
+    let r = whitened_difference(truth, rival, &whiteners);
+    left_after(&r, &columns, |i, j| rival.hypothesis.precision(i, j))
+}
+
+/// The difference of two fits' predictions, whitened, all runs end to end.
+pub(super) fn whitened_difference(one: &Fit, other: &Fit, whiteners: &[Whitener]) -> Vec<f64> {
+    let mut all = Vec::new();
     let mut carried = Carried::default();
-    for ((x, y), whitener) in truth
-        .predictions
-        .iter()
-        .zip(&rival.predictions)
-        .zip(whiteners.iter())
-    {
+    let predictions = one.predictions.iter().zip(&other.predictions);
+    for ((x, y), whitener) in predictions.zip(whiteners) {
         let mut difference: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
         whitener.whiten_on(&mut carried, &mut difference);
-        r.extend(difference);
+        all.extend(difference);
     }
-    left_after(&r, &columns, |i, j| rival.hypothesis.precision(i, j))
+    all
 }
 
 /// The size of what is left of a whitened difference when the columns' numbers, known as well as

@@ -18,6 +18,7 @@ use super::data::RunData;
 use super::fit::{Fit, Problem, normal_equations};
 use super::noise::{Carried, Response, Whitener};
 use super::sums::{dot, gram};
+use super::ties::{left_after, whitened_difference};
 
 /// On what the columns of a group depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -344,11 +345,62 @@ pub(super) fn flexed(
     })
 }
 
+/// The separation of a set from a smaller one beside a flexible acceleration of every kind at once (`ties.rs`): what is left of
+/// the difference of their predictions, in standard deviations of the noise, once that acceleration and the smaller set's
+/// numbers have given way.
+pub(super) fn separation_beside(
+    problem: &Problem<'_>,
+    set: &Fit,
+    smaller: &Fit,
+    largest_acceleration: f64,
+) -> Option<f64> {
+    let level = problem.noise(&set.hypothesis, &set.p, set.wander);
+    let whiteners = problem.whiteners(&level);
+    let mut all = problem.jacobian(&smaller.hypothesis, &smaller.p, &whiteners)?;
+    let named = all.len();
+    let flexible = Dependence::ALL
+        .into_iter()
+        .flat_map(|dependence| columns(problem, &whiteners, dependence, largest_acceleration));
+    all.extend(flexible);
+    let difference = whitened_difference(set, smaller, &whiteners);
+    left_after(&difference, &all, |i, j| {
+        if i < named && j < named {
+            smaller.hypothesis.precision(i, j)
+        } else {
+            f64::from(u8::from(i == j))
+        }
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use std::ops::Mul;
 
+    use super::super::samples::{fit, motor_with, problem, ready, recording};
+    use super::super::search::largest_acceleration;
+    use super::super::ties::separation;
     use super::*;
+
+    /// How far a set with this effect is from none, and what is left of that beside a flexible acceleration.
+    fn separations(effect: (&str, &[f64])) -> (f64, f64) {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[effect])));
+        let problem = problem(&nominal, &runs);
+        let (with, without) = (fit(&problem, &[effect]), fit(&problem, &[]));
+        let scale = largest_acceleration(&nominal, &runs);
+        let alone = separation(&problem, &with, &without).expect("solved");
+        let beside = separation_beside(&problem, &with, &without, scale).expect("solved");
+        (alone, beside)
+    }
+
+    /// Friction by direction is a function of signed speed, as the bumps are; a cogging of 13 a turn is no harmonic of theirs.
+    #[test]
+    fn what_the_shapes_can_do_is_near_and_what_they_cannot_do_is_far() {
+        let (alone, beside) = separations(("asymmetric_friction", &[0.3]));
+        assert!(beside < 0.2 * alone, "{beside} of {alone}");
+        let (alone, beside) = separations(("cogging", &[3e-4, 13.0, 0.5]));
+        assert!(beside > 0.8 * alone, "{beside} of {alone}");
+    }
 
     /// Logarithm of a Gaussian density with mean nought, from its covariance.
     fn log_density(r: &[f64], covariance: DMatrix<f64>) -> f64 {
