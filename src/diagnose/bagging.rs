@@ -15,6 +15,8 @@ use super::rank::Ranking;
 
 /// Length of a block in s.
 const BLOCK_S: f64 = 0.5;
+/// Least probability of all named sets together: less is no number to share out.
+const LEAST: f64 = 1e-200;
 /// Draws.
 const DRAWS: usize = 400;
 
@@ -34,6 +36,7 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
         .collect();
     let parts: Vec<&[f64]> = parts.iter().map(Vec::as_slice).collect();
     let weights: Vec<f64> = ranking.candidates.iter().map(|c| c.log_weight).collect();
+    let count = weights.len();
     let mut shares = over_draws(&weights, &parts, |weights| {
         let best = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let named = if problem.setting.is_held {
@@ -42,13 +45,18 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
             weights[0]
         };
         let log_unknown = named + odds;
-        let top = best.max(log_unknown);
-        let total: f64 =
-            weights.iter().map(|w| (w - top).exp()).sum::<f64>() + (log_unknown - top).exp();
-        let all = weights.iter().chain(std::iter::once(&log_unknown));
-        all.map(|weight| (weight - top).exp() / total).collect()
+        let mut all = shared_out(weights, Some(log_unknown));
+        all.extend(shared_out(weights, None));
+        all
     });
+    let among_named = shares.split_off(count + 1);
     ranking.unknown = shares.pop().unwrap_or(0.0);
+    let likeliest = shares.iter().copied().fold(0.0, f64::max);
+    if ranking.unknown > likeliest {
+        // Which set is nearest is asked of every draw alike, not of the few in which the unknown is least likely.
+        let named = shares.iter().sum::<f64>().max(LEAST);
+        shares = among_named.into_iter().map(|s| named * s).collect();
+    }
     for (candidate, share) in ranking.candidates.iter_mut().zip(shares) {
         candidate.probability = share;
     }
@@ -56,6 +64,15 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
         let by_probability = b.probability.total_cmp(&a.probability);
         by_probability.then(b.log_weight.total_cmp(&a.log_weight))
     });
+}
+
+/// Each weight's share of all, the unknown's last where it has one.
+fn shared_out(log_weights: &[f64], log_unknown: Option<f64>) -> Vec<f64> {
+    let all = log_weights.iter().copied().chain(log_unknown);
+    let top = all.clone().fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = all.map(|weight| (weight - top).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / total).collect()
 }
 
 /// The mean over draws of blocks of what the weights of that draw come to; `parts` are the log-likelihoods of each block

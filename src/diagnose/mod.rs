@@ -25,6 +25,7 @@ mod hypothesis;
 mod jumps;
 mod looks;
 mod matter;
+mod nearest;
 mod noise;
 mod noise_numbers;
 mod nominal;

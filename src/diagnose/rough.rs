@@ -9,6 +9,7 @@ use super::data::PIECE_S;
 use super::disturbance::{Disturbance, disturbance, least_disturbance};
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
+use super::nearest;
 use super::rank::{Ranking, exchange, rank, singles};
 use super::search::Search;
 
@@ -80,6 +81,7 @@ impl Rough {
             ranking
         };
         bag(problem, &mut ranking);
+        nearest::share_out(problem, &mut ranking);
         Some(ranking)
     }
 

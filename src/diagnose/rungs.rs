@@ -147,6 +147,11 @@ pub(super) fn left_by(problem: &Problem<'_>, fits: &[&Fit]) -> Option<Vec<f64>> 
     Some(left.collect())
 }
 
+/// How many pieces that is.
+pub(super) fn kept_pieces(problem: &Problem<'_>) -> usize {
+    early_and_late(problem).map_or(0, |(_, late)| late.len())
+}
+
 /// The pieces of the first part of each run, and the others; `None` where there are not both.
 fn early_and_late(problem: &Problem<'_>) -> Option<(Vec<RunData>, Vec<RunData>)> {
     let is_early = |k: usize| {
