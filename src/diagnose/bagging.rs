@@ -15,6 +15,8 @@ use super::rank::Ranking;
 
 /// Length of a block in s.
 const BLOCK_S: f64 = 0.5;
+/// From this probability on something is taken to be unknown, and the named sets are asked which is nearest.
+pub(super) const MOSTLY: f64 = 0.5;
 /// Least probability of all named sets together: less is no number to share out.
 const LEAST: f64 = 1e-200;
 /// Draws.
@@ -51,8 +53,7 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
     });
     let among_named = shares.split_off(count + 1);
     ranking.unknown = shares.pop().unwrap_or(0.0);
-    let likeliest = shares.iter().copied().fold(0.0, f64::max);
-    if ranking.unknown > likeliest {
+    if ranking.unknown > MOSTLY {
         // Which set is nearest is asked of every draw alike, not of the few in which the unknown is least likely.
         let named = shares.iter().sum::<f64>().max(LEAST);
         shares = among_named.into_iter().map(|s| named * s).collect();

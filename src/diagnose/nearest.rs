@@ -8,8 +8,9 @@
 //! `ln p_i = ln w_i / 9 - n ln e_i + const`,
 //!
 //! with what each leaves, refitted to the first part, of the `n` pieces kept: `e_i` counts RMS. That is the likelihood of `n`
-//! errors of one unknown size, a piece of a second counting for one, at the size that suits it best.
+//! errors of one unknown size, a piece of a second counting for one and a shorter one for less, at the size that suits it best.
 
+use super::bagging::MOSTLY;
 use super::candidate::Candidate;
 use super::fit::Problem;
 use super::other_law::OF_A_LAW;
@@ -21,13 +22,10 @@ const NEAR: f64 = 36.0;
 /// Most sets that are looked at.
 const RIVALS: usize = 8;
 
-/// Shares out the probabilities of the sets that come near the best where something unknown is likelier than any.
+/// Shares out the probabilities of the sets that come near the best where something unknown is likelier than all of them.
 pub(super) fn share_out(problem: &Problem<'_>, ranking: &mut Ranking) {
     let sets = &ranking.candidates;
-    if sets
-        .first()
-        .is_none_or(|best| ranking.unknown <= best.probability)
-    {
+    if ranking.unknown <= MOSTLY {
         return;
     }
     let weights = sets.iter().map(|set| set.log_weight);
@@ -44,7 +42,7 @@ pub(super) fn share_out(problem: &Problem<'_>, ranking: &mut Ranking) {
     let Some(left) = left_by(problem, &fits) else {
         return;
     };
-    let pieces = kept_pieces(problem) as f64;
+    let pieces = kept_pieces(problem);
     let logarithms: Vec<f64> = places
         .iter()
         .zip(left)

@@ -7,7 +7,7 @@
 use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
-use super::data::RunData;
+use super::data::{PIECE_S, RunData};
 use super::fit::{Fit, Problem};
 use super::predict::predict;
 use super::verdict::Gap;
@@ -147,9 +147,13 @@ pub(super) fn left_by(problem: &Problem<'_>, fits: &[&Fit]) -> Option<Vec<f64>> 
     Some(left.collect())
 }
 
-/// How many pieces that is.
-pub(super) fn kept_pieces(problem: &Problem<'_>) -> usize {
-    early_and_late(problem).map_or(0, |(_, late)| late.len())
+/// How many pieces that is; those shorter than a second, which are not apart enough to tell anew, by their share of one.
+pub(super) fn kept_pieces(problem: &Problem<'_>) -> f64 {
+    let late = early_and_late(problem).map_or_else(Vec::new, |(_, late)| late);
+    let lasts_s = |piece: &RunData| piece.sample_time_s * piece.len() as f64;
+    late.iter()
+        .map(|piece| (lasts_s(piece) / PIECE_S).min(1.0))
+        .sum()
 }
 
 /// The pieces of the first part of each run, and the others; `None` where there are not both.
