@@ -68,7 +68,7 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
 }
 
 /// Each weight's share of all, the unknown's last where it has one.
-fn shared_out(log_weights: &[f64], log_unknown: Option<f64>) -> Vec<f64> {
+pub(super) fn shared_out(log_weights: &[f64], log_unknown: Option<f64>) -> Vec<f64> {
     let all = log_weights.iter().copied().chain(log_unknown);
     let top = all.clone().fold(f64::NEG_INFINITY, f64::max);
     let weights: Vec<f64> = all.map(|weight| (weight - top).exp()).collect();

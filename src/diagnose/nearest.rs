@@ -10,7 +10,7 @@
 //! with what each leaves, refitted to the first part, of the `n` pieces kept: `e_i` counts RMS. That is the likelihood of `n`
 //! errors of one unknown size, a piece of a second counting for one and a shorter one for less, at the size that suits it best.
 
-use super::bagging::MOSTLY;
+use super::bagging::{MOSTLY, shared_out};
 use super::candidate::Candidate;
 use super::fit::Problem;
 use super::other_law::OF_A_LAW;
@@ -49,7 +49,7 @@ pub(super) fn share_out(problem: &Problem<'_>, ranking: &mut Ranking) {
         .map(|(&k, left)| logarithm(sets[k].log_weight - top, left, pieces))
         .collect();
     let together: f64 = places.iter().map(|&k| sets[k].probability).sum();
-    for (k, share) in places.into_iter().zip(shares(&logarithms)) {
+    for (k, share) in places.into_iter().zip(shared_out(&logarithms, None)) {
         ranking.candidates[k].probability = together * share;
     }
     ranking
@@ -62,14 +62,6 @@ fn logarithm(nats: f64, left: f64, pieces: f64) -> f64 {
     nats / (OF_A_LAW * OF_A_LAW) - pieces * left.max(f64::MIN_POSITIVE).ln()
 }
 
-/// Each logarithm's share of all.
-fn shares(logarithms: &[f64]) -> Vec<f64> {
-    let top = logarithms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let weights: Vec<f64> = logarithms.iter().map(|x| (x - top).exp()).collect();
-    let total: f64 = weights.iter().sum();
-    weights.into_iter().map(|weight| weight / total).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,7 +70,7 @@ mod tests {
     #[test]
     fn pieces_count_one_by_one_and_nats_by_their_ninth() {
         let odds = |a: f64, b: f64| {
-            let found = shares(&[a, b]);
+            let found = shared_out(&[a, b], None);
             assert!((found[0] + found[1] - 1.0).abs() < 1e-12);
             found[0] / found[1]
         };
