@@ -79,8 +79,9 @@ fn friction_of_the_positioning_system_differs_by_direction() {
     assert!(gap.after_effect < 0.7 * gap.after_parameters, "{gap:?}");
 }
 
-/// The same of the whole, at 250 Hz and as it was recorded: friction by direction, viscous too (170 against 241 N s/m, which the catalogue does not have), is
-/// named first, and since such a function of speed could be the unknown's as well, that is said.
+/// The same of the whole, at 250 Hz and as it was recorded: friction by direction (viscous too, 170 against 241 N s/m, which
+/// the catalogue does not have) is named first, and since such a function of speed could be the unknown's as well, that is
+/// said.
 #[test]
 fn friction_by_direction_is_a_stated_tie_with_what_is_unknown() {
     let Some(folder) =

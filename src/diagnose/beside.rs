@@ -104,8 +104,10 @@ pub(super) fn weigh(
             continue;
         };
         let share = share_of(index);
-        let is_tied = |d: &f64| share < LIKELY && *d < OF_A_LAW * TIE;
-        let separation = separation_beside(problem, &best.fit, &rest.fit, scale).filter(is_tied);
+        let separation = (share < LIKELY)
+            .then(|| separation_beside(problem, &best.fit, &rest.fit, scale))
+            .flatten()
+            .filter(|d| *d < OF_A_LAW * TIE);
         if (share < LIKELY && separation.is_none()) || !is_needed(problem, best, rest, is_rough) {
             continue;
         }

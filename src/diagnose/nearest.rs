@@ -16,6 +16,7 @@ use super::fit::Problem;
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{kept_pieces, left_by};
+use crate::compare::FLOOR_COUNTS;
 
 /// Sets so many nats behind the best one could be the better after all: odds of one in fifty-five by the ninth root.
 const NEAR: f64 = 36.0;
@@ -48,6 +49,9 @@ pub(super) fn share_out(problem: &Problem<'_>, ranking: &mut Ranking) {
         .zip(left)
         .map(|(&k, left)| logarithm(sets[k].log_weight - top, left, pieces))
         .collect();
+    if !logarithms.iter().any(|x| x.is_finite()) {
+        return;
+    }
     let together: f64 = places.iter().map(|&k| sets[k].probability).sum();
     for (k, share) in places.into_iter().zip(shared_out(&logarithms, None)) {
         ranking.candidates[k].probability = together * share;
@@ -57,9 +61,14 @@ pub(super) fn share_out(problem: &Problem<'_>, ranking: &mut Ranking) {
         .sort_by(|a, b| b.probability.total_cmp(&a.probability));
 }
 
-/// Of a set that weighs so much more than another and leaves so many counts RMS of each of so many pieces.
+/// Of a set that weighs so much more than another and leaves so many counts RMS of each of so many pieces: less than the
+/// encoder's floor tells no more than the floor, and what cannot be simulated predicts nothing.
 fn logarithm(nats: f64, left: f64, pieces: f64) -> f64 {
-    nats / (OF_A_LAW * OF_A_LAW) - pieces * left.max(f64::MIN_POSITIVE).ln()
+    if left.is_finite() {
+        nats / (OF_A_LAW * OF_A_LAW) - pieces * left.max(FLOOR_COUNTS).ln()
+    } else {
+        f64::NEG_INFINITY
+    }
 }
 
 #[cfg(test)]
@@ -78,5 +87,13 @@ mod tests {
         assert!((by_pieces / 1024.0 - 1.0).abs() < 1e-9, "{by_pieces}");
         let by_nats = odds(logarithm(0.0, 50.0, 10.0), logarithm(-9.0, 50.0, 10.0));
         assert!((by_nats - 1.0_f64.exp()).abs() < 1e-9, "{by_nats}");
+    }
+
+    #[test]
+    fn what_cannot_be_simulated_does_not_win_nor_what_is_below_the_floor() {
+        let [good, failed, below, at] =
+            [50.0, f64::NAN, 1e-6, FLOOR_COUNTS].map(|left| logarithm(0.0, left, 10.0));
+        assert_eq!(shared_out(&[good, failed], None), [1.0, 0.0]);
+        assert_eq!(shared_out(&[below, at], None), [0.5, 0.5]);
     }
 }
