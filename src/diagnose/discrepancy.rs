@@ -7,7 +7,8 @@
 //! count a ninth. So of the sets that are alike to the best
 //!
 //! - by their predictions: a separation `D < 9` (see `ties`),
-//! - by what they leave of pieces kept from the fit: at most twice what the best leaves,
+//! - by what they leave of pieces kept from the fit: at most twice what the best leaves, unless `D < 3` says that the
+//!   recording cannot tell them apart at all,
 //! - and by kind: no more effects, and what differs has laws (not counting, timing or the command)
 //!
 //! the probabilities are shared out anew, `p_i' = (sum of p) p_i^(1/9) / (sum of p^(1/9))`, and they are a stated tie. A set
@@ -62,15 +63,16 @@ fn alike(problem: &Problem<'_>, ranking: &Ranking) -> Option<Vec<usize>> {
     if best.effects.is_empty() || ranking.unknown > best.probability {
         return None;
     }
-    let near: Vec<usize> = (1..ranking.candidates.len())
+    let near: Vec<(usize, f64)> = (1..ranking.candidates.len())
         .filter(|&place| is_of_a_kind(best, &ranking.candidates[place]))
         .take(RIVALS)
-        .filter(|&place| {
+        .filter_map(|place| {
             let rival = &ranking.candidates[place].fit;
-            separation(problem, &best.fit, rival).is_some_and(|d| d < OF_A_LAW * TIE)
+            Some((place, separation(problem, &best.fit, rival)?))
         })
+        .filter(|(_, separation)| *separation < OF_A_LAW * TIE)
         .collect();
-    let of = |place: &usize| &ranking.candidates[*place].fit;
+    let of = |near: &(usize, f64)| &ranking.candidates[near.0].fit;
     let fits: Vec<_> = std::iter::once(&best.fit)
         .chain(near.iter().map(of))
         .collect();
@@ -79,8 +81,9 @@ fn alike(problem: &Problem<'_>, ranking: &Ranking) -> Option<Vec<usize>> {
         return None;
     }
     let places = near.into_iter().zip(&left[1..]);
-    let as_good = places.filter(|(_, rival)| **rival <= AS_GOOD * left[0]);
-    Some(as_good.map(|(place, _)| place).collect())
+    let alike =
+        places.filter(|((_, separation), rival)| *separation < TIE || **rival <= AS_GOOD * left[0]);
+    Some(alike.map(|((place, _), _)| place).collect())
 }
 
 /// Whether a set differs from the best in effects only that have laws, and has no more of them.

@@ -116,6 +116,11 @@ impl<'a> Problem<'a> {
         self.forget();
     }
 
+    /// Whether something disturbs the recordings that rounding and a slow wander do not.
+    pub fn is_rough(&self) -> bool {
+        self.rough != Disturbance::default()
+    }
+
     /// The same problem with another estimate of what disturbs the recordings.
     pub fn beside(&self, rough: Disturbance) -> Self {
         Self {

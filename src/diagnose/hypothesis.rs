@@ -204,6 +204,13 @@ impl Hypothesis {
             .map(|(k, _)| BASE + k)
     }
 
+    /// The order of a member; none of one that has no order of its own.
+    pub fn order(&self, m: usize, p: &[f64]) -> Option<f64> {
+        let mut parameters = catalogue()[self.members[m].index].parameters.iter();
+        let place = parameters.position(|parameter| parameter.key == ORDER)?;
+        self.values(m, p).get(place).copied()
+    }
+
     /// Whether it has edges lost by chance.
     pub fn loses_by_chance(&self) -> bool {
         let parameters = |free: &Free| catalogue()[self.members[free.member].index].parameters;

@@ -11,6 +11,7 @@ mod bagging;
 mod beside;
 mod candidate;
 mod checks;
+mod come_round;
 mod conclusions;
 mod data;
 mod design;
@@ -40,6 +41,7 @@ mod rank;
 mod refined;
 mod regimes;
 mod rough;
+mod rung_intervals;
 mod rungs;
 #[cfg(test)]
 mod samples;

@@ -4,6 +4,7 @@
 //! that is worth it. An effect whose fit has not converged is said so, and keeps its place by its best evidence.
 
 use super::candidate::{Candidate, candidate, dedup, sorted};
+use super::come_round;
 use super::data::RunData;
 use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
@@ -166,6 +167,9 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             break;
         }
     }
+    if problem.is_rough() {
+        come_round::weigh(&field, &mut candidates);
+    }
     let best = &candidates[0];
     // The unknown: the best named model, its wander as large as it likes, and a free acceleration.
     let (flexible, gain) = likeliest(problem, &best.fit, scale);
@@ -236,6 +240,7 @@ pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
         let others: Vec<usize> = applicable.iter().copied().filter(is_new).collect();
         grown.extend(field.with_one_more(rest, &others, None));
     }
+    come_round::discount(problem, &mut grown);
     ranking.candidates.extend(grown);
     dedup(&mut ranking.candidates);
     ranking.unknown = share_out(&mut ranking.candidates, log_unknown);

@@ -2,14 +2,14 @@
 //!
 //! A run without which at least half of the samples remain is kept whole and predicted by a fit on the
 //! others. The last part of one that holds most of the samples is kept, and predicted through the whole
-//! run by a fit on the others and on its first part. The interval is a bootstrap over half-second blocks.
+//! run by a fit on the others and on its first part. How sure they are: `rung_intervals.rs`.
 
-use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 
 use super::data::{PIECE_S, RunData};
 use super::fit::{Fit, Problem};
 use super::predict::predict;
+use super::rung_intervals::{Block, Intervals, intervals, with_numbers_drawn};
 use super::verdict::Gap;
 use crate::compare::{FLOOR_COUNTS, rms};
 use crate::motor::Motor;
@@ -20,23 +20,50 @@ const FITTED_SHARE: f64 = 0.6;
 const STEPS: usize = 6;
 /// Length of a block of the bootstrap in s.
 const BLOCK_S: f64 = 0.5;
-/// Student's t for 95 % of both sides with 1, 2, ... degrees of freedom.
-const STUDENT: [f64; 9] = [
-    12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262,
-];
-/// A run whose gap above the floor is smaller, in counts, does not tell which share is closed.
-const LEAST_GAP_COUNTS: f64 = 1.0;
-/// Bootstrap samples.
-const RESAMPLES: usize = 400;
+/// A motor as it was fitted, and with its numbers drawn from what the fit knows of them.
+#[derive(Clone)]
+struct Refitted {
+    motor: Motor,
+    drawn: Vec<Motor>,
+}
 
-/// A stretch of a run that a model was not fitted to.
-#[derive(Debug, Clone, Copy)]
-struct Block {
-    /// Squared errors in counts^2 under the three models.
-    squares: [f64; 3],
-    samples: usize,
-    /// Number of its run.
-    run: usize,
+impl Refitted {
+    fn new(problem: &Problem<'_>, fit: &Fit) -> Self {
+        let of = |p: &[f64]| fit.hypothesis.motor(problem.nominal, p);
+        Self {
+            motor: of(&fit.p),
+            drawn: with_numbers_drawn(fit).iter().map(|p| of(p)).collect(),
+        }
+    }
+}
+
+/// What three models leave of a stretch that they were not fitted to.
+struct Kept {
+    blocks: Vec<Block>,
+    /// Squared errors in counts^2 of the refitted models with each of their drawn numbers.
+    drawn: Vec<[f64; 2]>,
+}
+
+impl Kept {
+    /// From sample `from` of a run on.
+    fn of(
+        nominal: &Motor,
+        refitted: &Refitted,
+        chosen: &Refitted,
+        run: &RunData,
+        from: usize,
+    ) -> Self {
+        let models = [nominal, &refitted.motor, &chosen.motor];
+        let squares = |motor: &Motor| -> f64 {
+            let left = residuals(motor, run, from);
+            left.iter().map(|x| x * x).sum()
+        };
+        let drawn = refitted.drawn.iter().zip(&chosen.drawn);
+        Self {
+            blocks: blocks(models.map(|motor| residuals(motor, run, from)), run),
+            drawn: drawn.map(|(a, b)| [squares(a), squares(b)]).collect(),
+        }
+    }
 }
 
 /// The rungs of the chosen fit beside the refitted model without effects.
@@ -67,14 +94,9 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
             },
         );
         let with_effects = with_effects.unwrap_or_else(|| refitted.clone());
-        errors(
-            &[problem.nominal.clone(), refitted, with_effects],
-            run,
-            from,
-        )
+        Kept::of(problem.nominal, &refitted, &with_effects, run, from)
     };
-    let by_run: Vec<Vec<Block>> = problem.runs.par_iter().enumerate().map(of_run).collect();
-    let blocks = by_run.concat();
+    let by_run: Vec<Kept> = problem.runs.par_iter().enumerate().map(of_run).collect();
     let held_out = match (whole, parts) {
         (0, _) => "the last 40 % of each run, predicted by a fit on the first 60 %".to_owned(),
         (_, 0) => "each run whole, predicted by a fit on the others".to_owned(),
@@ -82,19 +104,18 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
               the samples the last 40 %, predicted by a fit on the rest"
             .to_owned(),
     };
-    gap(&blocks, held_out)
+    gap(&by_run, held_out)
 }
 
 /// The rungs on whole runs that nothing was fitted to.
 pub(super) fn held_out(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &[RunData]) -> Gap {
-    let of = |fit: &Fit| fit.hypothesis.motor(problem.nominal, &fit.p);
-    let models = [problem.nominal.clone(), of(null), of(chosen)];
-    let blocks: Vec<Block> = kept
-        .iter()
-        .flat_map(|run| errors(&models, run, 0))
+    let [null, chosen] = [null, chosen].map(|fit| Refitted::new(problem, fit));
+    let kept: Vec<Kept> = kept
+        .par_iter()
+        .map(|run| Kept::of(problem.nominal, &null, &chosen, run, 0))
         .collect();
     let words = format!("{} whole, kept from every fit and choice", runs(kept.len()));
-    gap(&blocks, words)
+    gap(&kept, words)
 }
 
 /// The rungs on pieces, each predicted from the angle and the speed recorded at its start: those of runs kept from
@@ -116,17 +137,13 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
     let Some((training, test)) = early_and_late(problem) else {
         return rungs(problem, null, chosen);
     };
-    let models = [
-        problem.nominal.clone(),
-        refit(problem, &training, null),
-        refit(problem, &training, chosen),
-    ];
-    let blocks: Vec<Block> = test
-        .iter()
-        .flat_map(|piece| errors(&models, piece, 0))
+    let [null, chosen] = [null, chosen].map(|fit| refit(problem, &training, fit));
+    let kept: Vec<Kept> = test
+        .par_iter()
+        .map(|piece| Kept::of(problem.nominal, &null, &chosen, piece, 0))
         .collect();
     gap(
-        &blocks,
+        &kept,
         format!("the last 40 % of each run, by a fit on the first 60 %, predicted {horizon}"),
     )
 }
@@ -137,7 +154,7 @@ pub(super) fn left_by(problem: &Problem<'_>, fits: &[&Fit]) -> Option<Vec<f64>> 
     let (training, test) = early_and_late(problem)?;
     let samples: usize = test.iter().map(RunData::len).sum();
     let left = fits.par_iter().map(|fit| {
-        let motor = refit(problem, &training, fit);
+        let motor = refit(problem, &training, fit).motor;
         let squares = |piece: &RunData| -> f64 {
             let left = residuals(&motor, piece, 0);
             left.iter().map(|x| x * x).sum()
@@ -201,23 +218,31 @@ fn runs(count: usize) -> String {
     }
 }
 
-fn gap(blocks: &[Block], mut held_out: String) -> Gap {
+fn gap(kept: &[Kept], mut held_out: String) -> Gap {
     // What one of the models cannot be simulated on is measured for none.
-    let whole: Vec<Block> = blocks
-        .iter()
-        .filter(|block| block.squares.iter().all(|x| x.is_finite()))
-        .copied()
-        .collect();
-    let all: usize = blocks.iter().map(|block| block.samples).sum();
-    let left: usize = whole.iter().map(|block| block.samples).sum();
+    let all: Vec<Block> = kept.iter().flat_map(|kept| kept.blocks.clone()).collect();
+    let is_whole = |block: &&Block| block.squares.iter().all(|x| x.is_finite());
+    let whole: Vec<Block> = all.iter().filter(is_whole).copied().collect();
+    let samples = |blocks: &[Block]| blocks.iter().map(|block| block.samples).sum::<usize>();
+    let (all, left) = (samples(&all), samples(&whole));
     if left < all {
         let share = 100.0 * (all - left) as f64 / all as f64;
         held_out +=
             &format!("; without {share:.1} % of the samples, on which a model cannot be simulated");
     }
-    let blocks = whole.as_slice();
-    let [before, after_parameters, after_effect] = pooled(blocks);
-    let (rungs95, (closed_lo95, closed_hi95)) = intervals(blocks);
+    let [before, after_parameters, after_effect] = pooled(&whole);
+    let draws = kept.iter().map(|kept| kept.drawn.len()).min().unwrap_or(0);
+    let drawn: Vec<[f64; 3]> = (0..draws)
+        .map(|draw| {
+            let squares = |model: usize| kept.iter().map(|kept| kept.drawn[draw][model]).sum();
+            let rms = |squares: f64| (squares / all.max(1) as f64).sqrt();
+            [before, rms(squares(0)), rms(squares(1))]
+        })
+        .collect();
+    let Intervals {
+        rungs: rungs95,
+        closed: (closed_lo95, closed_hi95),
+    } = intervals(&whole, &drawn);
     Gap {
         metric: "position_rmse_counts",
         floor: FLOOR_COUNTS,
@@ -233,7 +258,7 @@ fn gap(blocks: &[Block], mut held_out: String) -> Gap {
 }
 
 /// The motor of a hypothesis fitted to other data, from where it fitted before.
-fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
+fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Refitted {
     let levels = vec![3.0 * fit.wander, fit.wander];
     let part = Problem::new(
         problem.nominal,
@@ -245,14 +270,12 @@ fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Motor {
     .with_rounding(problem.rounding)
     .holding(problem.setting.is_held);
     let found = part.fit(&fit.hypothesis, &fit.p, STEPS);
-    let p = found.map_or_else(|| fit.p.clone(), |found| found.p);
-    fit.hypothesis.motor(problem.nominal, &p)
+    Refitted::new(problem, found.as_ref().unwrap_or(fit))
 }
 
-/// Squared errors from sample `from` on, block by block.
-fn errors(models: &[Motor; 3], run: &RunData, from: usize) -> Vec<Block> {
-    let residuals = models.each_ref().map(|motor| residuals(motor, run, from));
-    let samples = run.len() - from;
+/// Squared errors of three models block by block, from what they leave of the last samples of a run.
+fn blocks(residuals: [Vec<f64>; 3], run: &RunData) -> Vec<Block> {
+    let samples = residuals[0].len();
     let length = ((BLOCK_S / run.sample_time_s).round() as usize).max(1);
     (0..samples)
         .step_by(length)
@@ -281,7 +304,8 @@ fn residuals(motor: &Motor, run: &RunData, from: usize) -> Vec<f64> {
     kept.iter().map(|r| r - start).collect()
 }
 
-fn pooled(blocks: &[Block]) -> [f64; 3] {
+/// What each model leaves of all blocks, in counts RMS.
+pub(super) fn pooled(blocks: &[Block]) -> [f64; 3] {
     let samples: usize = blocks.iter().map(|block| block.samples).sum();
     std::array::from_fn(|m| {
         let squares: f64 = blocks.iter().map(|block| block.squares[m]).sum();
@@ -290,7 +314,7 @@ fn pooled(blocks: &[Block]) -> [f64; 3] {
 }
 
 /// Share of the gap above the floor that is closed; 0 where there was none.
-fn closed(before: f64, after: f64) -> f64 {
+pub(super) fn closed(before: f64, after: f64) -> f64 {
     let gap = before - FLOOR_COUNTS;
     if gap <= 0.0 {
         return 0.0;
@@ -298,58 +322,10 @@ fn closed(before: f64, after: f64) -> f64 {
     (1.0 - (after - FLOOR_COUNTS).max(0.0) / gap).max(-1.0)
 }
 
-/// 95 % intervals of the three rungs by drawing the blocks again; that of the share closed spans this and what one more
-/// run may show, judged by how much the runs differ: `mean +- t s sqrt(1 + 1/n)`.
-fn intervals(blocks: &[Block]) -> ([(f64, f64); 3], (f64, f64)) {
-    if blocks.is_empty() {
-        return ([(0.0, 0.0); 3], (0.0, 0.0));
-    }
-    let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
-    let mut rungs: [Vec<f64>; 3] = Default::default();
-    let mut shares = Vec::with_capacity(RESAMPLES);
-    for _ in 0..RESAMPLES {
-        let drawn: Vec<Block> = (0..blocks.len())
-            .map(|_| blocks[rng.random_range(0..blocks.len())])
-            .collect();
-        let found = pooled(&drawn);
-        for (rung, value) in rungs.iter_mut().zip(found) {
-            rung.push(value);
-        }
-        shares.push(closed(found[0], found[2]));
-    }
-    let (lo, hi) = middle95(shares);
-    let (next_lo, next_hi) = next_run95(blocks).unwrap_or((lo, hi));
-    (rungs.map(middle95), (lo.min(next_lo), hi.max(next_hi)))
-}
-
-/// Where the share closed of one more run lies in 95 % of all cases; `None` where fewer than two runs have a gap.
-fn next_run95(blocks: &[Block]) -> Option<(f64, f64)> {
-    let runs = blocks.iter().map(|block| block.run).max()? + 1;
-    let shares: Vec<f64> = (0..runs)
-        .map(|run| {
-            let own = blocks.iter().filter(|block| block.run == run);
-            pooled(&own.copied().collect::<Vec<_>>())
-        })
-        .filter(|[before, ..]| *before > FLOOR_COUNTS + LEAST_GAP_COUNTS)
-        .map(|[before, _, after]| closed(before, after))
-        .collect();
-    let n = shares.len() as f64;
-    let quantile = STUDENT.get(shares.len().checked_sub(2)?).unwrap_or(&2.0);
-    let mean = shares.iter().sum::<f64>() / n;
-    let variance = shares.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    let half = quantile * (variance * (1.0 + 1.0 / n)).sqrt();
-    Some(((mean - half).max(-1.0), (mean + half).min(1.0)))
-}
-
-/// Where the middle 95 % of the values lie.
-fn middle95(mut values: Vec<f64>) -> (f64, f64) {
-    values.sort_by(f64::total_cmp);
-    let at = |share: f64| values[((values.len() - 1) as f64 * share).round() as usize];
-    (at(0.025), at(0.975))
-}
-
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+
     use super::super::samples::{held_at, motor_with, problem, ready, recording};
     use super::*;
 

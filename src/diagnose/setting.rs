@@ -63,6 +63,8 @@ pub(super) struct Setting {
     is_friction_unknown: bool,
     /// The shaft passes whole turns between samples.
     skips_turns: bool,
+    /// The largest angle that the shaft of one run covers, in turns.
+    pub travel_turns: f64,
     /// The axis is held by its controller.
     pub is_held: bool,
 }
@@ -104,6 +106,7 @@ impl Setting {
                 .get("coulomb_friction_nm")
                 .is_some_and(|tolerance| *tolerance >= UNKNOWN),
             skips_turns: skips_turns(runs),
+            travel_turns: travel_turns(runs),
             is_held: false,
         }
     }
@@ -183,6 +186,23 @@ impl Setting {
     }
 }
 
+/// The largest angle that the shaft of one run covers, in turns; pieces of a run count from the same zero.
+fn travel_turns(runs: &[RunData]) -> f64 {
+    let covered = |origin: usize| {
+        let own = runs.iter().filter(|run| run.origin == origin);
+        let turns = own.flat_map(|run| {
+            let of = move |counts: &f64| (run.first_counts + counts) / run.counts_per_rev;
+            run.counts.iter().map(of)
+        });
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (least, most) = turns.fold(ends, |(lo, hi), x| (lo.min(x), hi.max(x)));
+        most - least
+    };
+    let mut origins: Vec<usize> = runs.iter().map(|run| run.origin).collect();
+    origins.dedup();
+    origins.into_iter().map(covered).fold(0.0, f64::max)
+}
+
 /// Whether the shaft passes whole turns from one sample to the next, half of the time in which it moves.
 pub(super) fn skips_turns(runs: &[RunData]) -> bool {
     let (mut moving, mut skipping) = (0_usize, 0_usize);
@@ -199,4 +219,35 @@ pub(super) fn skips_turns(runs: &[RunData]) -> bool {
         }
     }
     2 * skipping > moving
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{motor_with, ready, recording};
+    use super::*;
+
+    /// The first samples of a run that cover about so many turns.
+    fn covering(turns: f64) -> Vec<RunData> {
+        let run = ready(&recording(&motor_with(&[]))).remove(0);
+        let of = |counts: &f64| counts / run.counts_per_rev;
+        let samples = run
+            .counts
+            .iter()
+            .take_while(|c| of(c).abs() < turns)
+            .count();
+        vec![run.head(samples).expect("a beginning")]
+    }
+
+    /// A quarter of a turn in each of two pieces of a run is half a turn of it, in two runs it is a quarter.
+    #[test]
+    fn pieces_of_a_run_count_together_and_runs_apart() {
+        let first = covering(0.25).remove(0);
+        let mut second = first.clone();
+        second.first_counts += 0.25 * second.counts_per_rev;
+        let together = travel_turns(&[first.clone(), second.clone()]);
+        assert!((together - 0.5).abs() < 0.02, "{together}");
+        second.origin = first.origin + 1;
+        let apart = travel_turns(&[first, second]);
+        assert!((apart - 0.25).abs() < 0.02, "{apart}");
+    }
 }
