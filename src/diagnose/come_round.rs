@@ -8,15 +8,13 @@
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, candidate, dedup};
+use super::candidate::{Candidate, dedup};
 use super::fit::Problem;
-use super::growth::{FINAL_STEPS, Field};
-use super::looks::first_fit;
-use super::search::Search;
+use super::growth::Field;
 use crate::motor::effects::{catalogue, find};
 
-/// Odds against what was not seen to repeat, in nats: a hundred to one.
-const NOT_SEEN: f64 = 4.605;
+/// Odds against what was not seen to repeat.
+const NOT_SEEN: f64 = 100.0;
 /// Sets this many nats behind the best at most are looked at, and how many.
 const NEAR: f64 = 36.0;
 const MOST: usize = 6;
@@ -36,7 +34,7 @@ pub(super) fn weigh(field: &Field<'_>, candidates: &mut Vec<Candidate>) {
         .collect::<Vec<_>>()
         .into_par_iter()
         .with_max_len(1)
-        .filter_map(|(c, m)| exchanged(field, c, m, gravity))
+        .filter_map(|(c, m)| field.with_instead(c, m, gravity, None))
         .collect();
     discount(field.problem, candidates);
     candidates.extend(instead);
@@ -47,7 +45,7 @@ pub(super) fn weigh(field: &Field<'_>, candidates: &mut Vec<Candidate>) {
 pub(super) fn discount(problem: &Problem<'_>, candidates: &mut [Candidate]) {
     for c in candidates {
         if unfinished(problem, c).is_some() {
-            c.log_weight -= NOT_SEEN;
+            c.log_weight -= NOT_SEEN.ln();
         }
     }
 }
@@ -64,51 +62,72 @@ fn is_torque(c: &Candidate, m: usize) -> bool {
     catalogue()[c.effects[m]].id == "cogging"
 }
 
-/// A set with another effect in the place of its member `m`, from its own numbers.
-fn exchanged(field: &Field<'_>, full: &Candidate, m: usize, other: usize) -> Option<Candidate> {
-    let problem = field.problem;
-    let mut effects = full.effects.clone();
-    let removed = effects.remove(m);
-    let level = field.search_level(&full.fit);
-    let (hypothesis, start) =
-        (full.fit.hypothesis).without(removed, problem.nominal, &problem.setting, &full.fit.p);
-    let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
-    let search = Search::new(problem, &rest, level)?;
-    let fit = first_fit(problem, search.starts(other, None), level)?;
-    effects.push(other);
-    let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
-    Some(candidate(problem, effects, fit, field.scale))
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::data::RunData;
     use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
     use super::*;
+    use crate::compare::{FLOOR_COUNTS, rms};
+    use crate::motor::Motor;
 
-    /// What is counted against cogging of this order over about a quarter of a turn.
-    fn counted_against(order: f64) -> f64 {
-        let nominal = motor_with(&[]);
-        let run = ready(&recording(&nominal)).remove(0);
+    /// A quarter of a turn of this motor.
+    fn a_quarter(motor: &Motor) -> Vec<RunData> {
+        let run = ready(&recording(motor)).remove(0);
         let quarter = 0.25 * run.counts_per_rev;
         let samples = (run.counts.iter())
             .take_while(|counts| counts.abs() < quarter)
             .count();
-        let runs = [run.head(samples).expect("a beginning")];
-        let problem = problem(&nominal, &runs);
+        vec![run.head(samples).expect("a beginning")]
+    }
+
+    fn with_cogging(problem: &Problem<'_>, order: f64) -> Candidate {
         let values: &[f64] = &[3e-4, order, 0.5];
-        let mut set = [Candidate {
+        Candidate {
             effects: vec![index("cogging")],
-            fit: held_at(&problem, &[("cogging", values)]),
+            fit: held_at(problem, &[("cogging", values)]),
             log_weight: 0.0,
             probability: 0.0,
-        }];
-        discount(&problem, &mut set);
-        -set[0].log_weight
+        }
     }
 
     #[test]
     fn an_order_that_has_not_come_round_counts_a_hundred_to_one() {
-        assert!((counted_against(2.0) - 100.0_f64.ln()).abs() < 1e-3);
-        assert_eq!(counted_against(6.0), 0.0);
+        let nominal = motor_with(&[]);
+        let runs = a_quarter(&nominal);
+        let problem = problem(&nominal, &runs);
+        let mut sets = [2.0, 6.0].map(|order| with_cogging(&problem, order));
+        discount(&problem, &mut sets);
+        assert!((sets[0].log_weight + 100.0_f64.ln()).abs() < 1e-12);
+        assert_eq!(sets[1].log_weight, 0.0);
+    }
+
+    #[test]
+    fn what_has_come_round_has_no_gravity_put_in_its_place_and_what_has_not_has() {
+        let nominal = motor_with(&[]);
+        let runs = a_quarter(&motor_with(&[("gravity_load", &[2e-3, 1.0])]));
+        let problem = problem(&nominal, &runs);
+        let field = Field {
+            problem: &problem,
+            beginnings: &[],
+            scale: problem.levels[0] / 0.03,
+        };
+        let weighed = |order: f64| {
+            let mut sets = vec![with_cogging(&problem, order)];
+            weigh(&field, &mut sets);
+            sets
+        };
+        let gravity = [index("gravity_load")];
+        assert!(weighed(6.0).iter().all(|c| c.effects != gravity));
+        let sets = weighed(2.0);
+        let found = sets.iter().find(|c| c.effects == gravity);
+        let found = found.expect("gravity in its place");
+        // The encoder's own floor, about where inside a count the shaft started.
+        let left = problem.runs[0].counts.iter();
+        let left: Vec<f64> = (left.zip(&found.fit.predictions[0]))
+            .map(|(n, x)| n - x)
+            .collect();
+        let start = left.iter().sum::<f64>() / left.len() as f64;
+        let left = rms(left.iter().map(|x| x - start));
+        assert!(left < 1.1 * FLOOR_COUNTS, "{left} counts");
     }
 }

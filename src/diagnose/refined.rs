@@ -20,7 +20,6 @@ impl Field<'_> {
     /// of the common resolutions, which order) looked for again beside the others as they are now: what was
     /// right while the others were missing need not be right with them.
     pub fn refined(&self, candidates: &[Candidate], known: &mut Refined) -> Vec<Candidate> {
-        let problem = self.problem;
         let best = candidates.first().map_or(0.0, |first| first.log_weight);
         let near = candidates
             .iter()
@@ -34,24 +33,35 @@ impl Field<'_> {
             .into_par_iter()
             .with_max_len(1)
             .filter_map(|(full, m)| {
-                let mut effects = full.effects.clone();
-                let index = effects.remove(m);
-                let level = self.search_level(&full.fit);
-                let (hypothesis, start) = full.fit.hypothesis.without(
-                    index,
-                    problem.nominal,
-                    &problem.setting,
-                    &full.fit.p,
-                );
-                let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
-                let search = Search::new(problem, &rest, level)?;
                 let known = full.fit.hypothesis.values(m, &full.fit.p);
-                let fit = first_fit(problem, search.starts(index, Some(&known)), level)?;
-                effects.push(index);
-                let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
-                Some(candidate(problem, effects, fit, self.scale))
+                self.with_instead(full, m, full.effects[m], Some(&known))
             })
             .collect()
+    }
+
+    /// A set with this effect looked for in the place of its member `m`, beside the others as they are; `known` are the
+    /// effect's values near which to look more closely.
+    pub fn with_instead(
+        &self,
+        full: &Candidate,
+        m: usize,
+        index: usize,
+        known: Option<&[f64]>,
+    ) -> Option<Candidate> {
+        let problem = self.problem;
+        let mut effects = full.effects.clone();
+        let removed = effects.remove(m);
+        let level = self.search_level(&full.fit);
+        let (hypothesis, start) =
+            full.fit
+                .hypothesis
+                .without(removed, problem.nominal, &problem.setting, &full.fit.p);
+        let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
+        let search = Search::new(problem, &rest, level)?;
+        let fit = first_fit(problem, search.starts(index, known), level)?;
+        effects.push(index);
+        let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
+        Some(candidate(problem, effects, fit, self.scale))
     }
 }
 

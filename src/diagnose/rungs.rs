@@ -64,6 +64,12 @@ impl Kept {
             drawn: drawn.map(|(a, b)| [squares(a), squares(b)]).collect(),
         }
     }
+
+    /// Whether all three models can be simulated on it.
+    fn is_simulated(&self) -> bool {
+        let mut squares = self.blocks.iter().flat_map(|block| block.squares);
+        squares.all(f64::is_finite)
+    }
 }
 
 /// The rungs of the chosen fit beside the refitted model without effects.
@@ -220,11 +226,14 @@ fn runs(count: usize) -> String {
 
 fn gap(kept: &[Kept], mut held_out: String) -> Gap {
     // What one of the models cannot be simulated on is measured for none.
-    let all: Vec<Block> = kept.iter().flat_map(|kept| kept.blocks.clone()).collect();
-    let is_whole = |block: &&Block| block.squares.iter().all(|x| x.is_finite());
-    let whole: Vec<Block> = all.iter().filter(is_whole).copied().collect();
+    let of = |kept: &[&Kept]| -> Vec<Block> {
+        kept.iter().flat_map(|kept| kept.blocks.clone()).collect()
+    };
     let samples = |blocks: &[Block]| blocks.iter().map(|block| block.samples).sum::<usize>();
-    let (all, left) = (samples(&all), samples(&whole));
+    let all = samples(&of(&kept.iter().collect::<Vec<_>>()));
+    let kept: Vec<&Kept> = kept.iter().filter(|kept| kept.is_simulated()).collect();
+    let whole = of(&kept);
+    let left = samples(&whole);
     if left < all {
         let share = 100.0 * (all - left) as f64 / all as f64;
         held_out +=
@@ -235,7 +244,7 @@ fn gap(kept: &[Kept], mut held_out: String) -> Gap {
     let drawn: Vec<[f64; 3]> = (0..draws)
         .map(|draw| {
             let squares = |model: usize| kept.iter().map(|kept| kept.drawn[draw][model]).sum();
-            let rms = |squares: f64| (squares / all.max(1) as f64).sqrt();
+            let rms = |squares: f64| (squares / left.max(1) as f64).sqrt();
             [before, rms(squares(0)), rms(squares(1))]
         })
         .collect();
