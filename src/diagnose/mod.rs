@@ -23,6 +23,7 @@ mod growth;
 mod held;
 mod host_clock;
 mod hypothesis;
+mod judged;
 mod jumps;
 mod looks;
 mod matter;

@@ -14,7 +14,6 @@ use super::other_law::has_laws;
 use super::refined::Refined;
 use super::search::largest_acceleration;
 use super::unknown::{Flexible, likeliest};
-use super::verdict::Gap;
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
 
@@ -25,18 +24,6 @@ const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 /// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so
 /// that it must explain something.
 const CHEAPEST: f64 = 1.5;
-/// Share of the gap that a named cause closes at least, nats for each share that it falls short by, and the gap
-/// in counts above the floor from which on that means anything.
-const EXPLAINED: f64 = 0.6;
-const UNEXPLAINED_NATS: f64 = 50.0;
-/// From this share on a named cause is allowed a law that is not quite the catalogue's: up to so many nats.
-const WELL_EXPLAINED: f64 = 0.95;
-const OTHER_LAW_NATS: f64 = 15.0;
-const JUDGED_COUNTS: f64 = 1.0;
-/// More than this jumps do not count.
-const MOST_NATS: f64 = 300.0;
-/// How much further than by its standard deviation a sum of chances may wander.
-const CHANCE: f64 = 2.0;
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
 
@@ -60,35 +47,6 @@ pub(super) struct Ranking {
 }
 
 impl Ranking {
-    /// Weighs the unknown against the named sets by what these explain of data kept from the fit: the best set
-    /// that closes a small share of a gap leaves most of it to something else; one that closes nearly all of it is the
-    /// cause, even if its law is not quite the catalogue's and the recording has a glitch. `by_chance` in counts RMS is what the
-    /// best set itself says that no model can predict: down to twice that it has explained what there is to explain, unless
-    /// the angle jumps as no noise does.
-    pub fn judge(&mut self, gap: &Gap, by_chance: f64) {
-        let named = self
-            .candidates
-            .first()
-            .is_some_and(|best| !best.effects.is_empty());
-        if gap.before < gap.floor + JUDGED_COUNTS {
-            return;
-        }
-        let is_chance = !named || gap.after_effect < CHANCE * by_chance;
-        let short = if is_chance {
-            0.0
-        } else {
-            (EXPLAINED - gap.closed).max(0.0)
-        };
-        let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
-        let jumped = (self.jumps * (1.0 - well)).min(MOST_NATS);
-        let more = (UNEXPLAINED_NATS * short + jumped - OTHER_LAW_NATS * well).exp();
-        let total = 1.0 + self.unknown * (more - 1.0);
-        self.unknown *= more / total;
-        for candidate in &mut self.candidates {
-            candidate.probability /= total;
-        }
-    }
-
     /// The hypothesis without effects.
     pub fn null(&self) -> Option<&Candidate> {
         self.candidates.iter().find(|c| c.effects.is_empty())

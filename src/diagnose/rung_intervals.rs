@@ -47,6 +47,8 @@ pub(super) struct Intervals {
     pub rungs: [(f64, f64); 3],
     /// Of the share of the gap that is closed.
     pub closed: (f64, f64),
+    /// How far more than was found these runs' own share may be, as one standard deviation of a normal distribution.
+    pub closed_deviation: f64,
 }
 
 /// The numbers of a fit drawn anew, [`DRAWS`] times; none where its covariance is not one.
@@ -73,6 +75,7 @@ pub(super) fn intervals(blocks: &[Block], drawn: &[[f64; 3]]) -> Intervals {
         return Intervals {
             rungs: [(0.0, 0.0); 3],
             closed: (0.0, 0.0),
+            closed_deviation: 0.0,
         };
     }
     let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(1);
@@ -95,11 +98,13 @@ pub(super) fn intervals(blocks: &[Block], drawn: &[[f64; 3]]) -> Intervals {
         )
     };
     let rungs = [0, 1, 2].map(|m| of(&|rungs| rungs[m]));
-    let (lo, hi) = of(&|rungs| closed(rungs[0], rungs[2]));
+    let share = |rungs: &[f64; 3]| closed(rungs[0], rungs[2]);
+    let (lo, hi) = of(&share);
     let (next_lo, next_hi) = next_run95(blocks).unwrap_or((lo, hi));
     Intervals {
         rungs: rungs.map(|(lo, hi)| (lo.max(0.0), hi)),
         closed: (lo.min(next_lo).max(-1.0), hi.max(next_hi).min(1.0)),
+        closed_deviation: (hi - share(&found)) / NORMAL,
     }
 }
 
@@ -173,6 +178,7 @@ mod tests {
         let (lo, hi) = found.closed;
         assert!((hi - lo - 2.0 * 2.120 * 0.05).abs() < 1e-3, "{lo} {hi}");
         assert!((0.5 * (lo + hi) - 0.6).abs() < 1e-9, "{lo} {hi}");
+        assert!((found.closed_deviation - 2.120 * 0.05 / 1.96).abs() < 1e-3);
         assert_eq!(found.rungs[0], (before, before));
     }
 

@@ -251,6 +251,7 @@ fn gap(kept: &[Kept], mut held_out: String) -> Gap {
     let Intervals {
         rungs: rungs95,
         closed: (closed_lo95, closed_hi95),
+        closed_deviation,
     } = intervals(&whole, &drawn);
     Gap {
         metric: "position_rmse_counts",
@@ -261,6 +262,7 @@ fn gap(kept: &[Kept], mut held_out: String) -> Gap {
         closed: closed(before, after_effect),
         closed_lo95,
         closed_hi95,
+        closed_deviation,
         rungs95,
         held_out,
     }

@@ -194,6 +194,9 @@ pub struct Gap {
     pub closed_lo95: f64,
     /// Upper end.
     pub closed_hi95: f64,
+    /// How far more than `closed` these runs' own share may be, as one standard deviation of a normal distribution; 1.
+    #[serde(skip)]
+    pub closed_deviation: f64,
     /// 95 % intervals of `before`, `after_parameters` and `after_effect`.
     #[serde(skip)]
     pub rungs95: [(f64, f64); 3],
