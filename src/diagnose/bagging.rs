@@ -67,6 +67,35 @@ pub(super) fn bag(problem: &Problem<'_>, ranking: &mut Ranking) {
     });
 }
 
+/// The same of the unknown alone, where it is likelier than all named sets, for a recording that is not rough: half a second
+/// that nothing in the catalogue explains need not have its like in the next half-minute of the motor. `scale` is the
+/// largest acceleration in counts/s^2.
+pub(super) fn bag_unknown(problem: &Problem<'_>, ranking: &mut Ranking, scale: f64) {
+    let named: f64 = ranking.candidates.iter().map(|c| c.probability).sum();
+    let Some(best) = ranking.candidates.first() else {
+        return;
+    };
+    if ranking.unknown <= MOSTLY || named <= LEAST {
+        return;
+    }
+    let Some((fit, with)) = ranking.flexible.beside(problem, &best.fit, scale) else {
+        return;
+    };
+    let blocks = Blocks::of(problem.runs);
+    let parts = [
+        blocks.log_likelihoods(problem, &best.fit, &problem.innovations(&best.fit)),
+        blocks.log_likelihoods(problem, &fit, &with.residual),
+    ];
+    let weights = [named.ln(), ranking.unknown.ln()];
+    let shares = over_draws(&weights, &parts.each_ref().map(Vec::as_slice), |weights| {
+        shared_out(weights, None)
+    });
+    ranking.unknown = shares[1];
+    for candidate in &mut ranking.candidates {
+        candidate.probability *= shares[0] / named;
+    }
+}
+
 /// Each weight's share of all, the unknown's last where it has one.
 pub(super) fn shared_out(log_weights: &[f64], log_unknown: Option<f64>) -> Vec<f64> {
     let all = log_weights.iter().copied().chain(log_unknown);
@@ -158,7 +187,61 @@ impl Blocks {
 
 #[cfg(test)]
 mod tests {
+    use super::super::candidate::{Candidate, candidate};
+    use super::super::samples::{fit, motor_with, problem, ready, recording};
+    use super::super::search::largest_acceleration;
+    use super::super::unknown::likeliest;
     use super::*;
+    use crate::recording::Run;
+
+    /// The unknown's probability beside the model without effects, before and after averaging.
+    fn unknown(run: &Run) -> (f64, f64) {
+        let nominal = motor_with(&[]);
+        let runs = ready(run);
+        let problem = problem(&nominal, &runs);
+        let scale = largest_acceleration(&nominal, &runs);
+        let null = candidate(&problem, Vec::new(), fit(&problem, &[]), scale);
+        let (flexible, gain) = likeliest(&problem, &null.fit, scale);
+        let shares = shared_out(&[0.0], Some(gain));
+        let mut ranking = Ranking {
+            candidates: vec![Candidate {
+                probability: shares[0],
+                ..null
+            }],
+            unknown: shares[1],
+            flexible,
+            unknown_gain: gain,
+            jumps: 0.0,
+            beside: Vec::new(),
+            imitated: Vec::new(),
+        };
+        bag_unknown(&problem, &mut ranking, scale);
+        (shares[1], ranking.unknown)
+    }
+
+    /// Friction that no part of the model has speaks for the unknown whenever the shaft moves.
+    #[test]
+    fn what_shows_throughout_stays_certain() {
+        let (before, after) = unknown(&recording(&motor_with(&[("asymmetric_friction", &[0.3])])));
+        assert!(before > 0.99 && after > 0.99, "{before} {after}");
+    }
+
+    /// A shaft that is pushed once, by a smooth bump of four counts half a second long.
+    #[test]
+    fn what_shows_once_gets_no_farther_than_a_block() {
+        let mut run = recording(&motor_with(&[]));
+        for (t_s, counts) in run.t_s.iter().zip(&mut run.counts) {
+            let x = (t_s - 3.0) / 0.25;
+            if x.abs() < 1.0 {
+                *counts += (4.0 * (1.0 - x * x).powi(2)).round() as i64;
+            }
+        }
+        let (before, after) = unknown(&run);
+        assert!(
+            before > 0.99 && (0.5..0.9).contains(&after),
+            "{before} {after}"
+        );
+    }
 
     fn of_the_first(parts: &[&[f64]]) -> f64 {
         let weights: Vec<f64> = parts.iter().map(|parts| parts.iter().sum()).collect();

@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use super::bagging::{Blocks, over_draws};
 use super::candidate::{Candidate, excess_wander};
 use super::fit::Problem;
+use super::judged::is_refuted;
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
@@ -117,11 +118,6 @@ pub(super) fn weigh(
         }
     }
     (ranking.beside, ranking.imitated) = (beside, imitated);
-}
-
-/// Whether the set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
-fn is_refuted(gap: &Gap) -> bool {
-    gap.after_effect > NEEDED * gap.after_parameters
 }
 
 /// The best set without this effect, refitted.

@@ -24,6 +24,9 @@ const MOST_NATS: f64 = 300.0;
 /// How much further than by its standard deviation a sum of chances may wander.
 const CHANCE: f64 = 2.0;
 
+/// How many times as much as the motor refitted alone a set leaves of kept data that these refute.
+const REFUTED: f64 = 2.0;
+
 impl Ranking {
     /// Weighs the unknown against the named sets. `by_chance` in counts RMS is what the best set itself says that no model can
     /// predict: down to twice that it has explained what there is to explain, unless the angle jumps as no noise does.
@@ -38,6 +41,8 @@ impl Ranking {
         let is_chance = !named || gap.after_effect < CHANCE * by_chance;
         let short = if is_chance {
             0.0
+        } else if is_refuted(gap) {
+            short_by(gap.closed, 0.0)
         } else {
             short_by(gap.closed, gap.closed_deviation)
         };
@@ -50,6 +55,12 @@ impl Ranking {
             candidate.probability /= total;
         }
     }
+}
+
+/// Whether the best set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
+/// That its numbers are known badly is no excuse then: those without the effects are among them.
+pub(super) fn is_refuted(gap: &Gap) -> bool {
+    gap.after_effect > REFUTED * gap.after_parameters
 }
 
 /// By how many nats a share of the gap as small as `closed` speaks for the unknown.

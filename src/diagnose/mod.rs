@@ -266,6 +266,7 @@ pub fn diagnose_holding_out(
     let alike = if is_rough {
         discrepancy::share_out(&problem, &mut ranking)
     } else {
+        bagging::bag_unknown(&problem, &mut ranking, scale);
         Vec::new()
     };
     let doubtful = if alike.is_empty() {

@@ -109,6 +109,8 @@ mod tests {
             flexible: Flexible {
                 log_gain: 0.0,
                 depends_on: Dependence::Time,
+                size: 1.0,
+                wander: 0.0,
                 gains: Vec::new(),
                 gain_of_large: 0.0,
             },

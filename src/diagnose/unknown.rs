@@ -63,6 +63,10 @@ pub(super) struct Flexible {
     pub log_gain: f64,
     /// On what that group depends.
     pub depends_on: Dependence,
+    /// The likeliest size of its coefficients' prior.
+    pub size: f64,
+    /// The wander of the fit.
+    pub wander: f64,
     /// Gain of each group.
     pub gains: Vec<(Dependence, f64)>,
     /// The best of them for shapes of the largest size alone: whether much is left.
@@ -93,18 +97,29 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
         })
         .collect();
     // The likeliest size for all, at the price of the choice.
-    let largest = |gains: &[f64]| gains.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let gains: Vec<(Dependence, f64)> = (by_size.iter())
-        .map(|(dependence, gains)| (*dependence, largest(gains) - (SIZES.len() as f64).ln()))
+    let likeliest: Vec<(Dependence, f64, f64)> = (by_size.iter())
+        .map(|(dependence, gains)| {
+            let by_size = SIZES.into_iter().zip(gains.iter().copied());
+            let (size, gain) =
+                by_size.fold(
+                    (1.0, f64::NEG_INFINITY),
+                    |a, b| {
+                        if b.1 > a.1 { b } else { a }
+                    },
+                );
+            (*dependence, size, gain - (SIZES.len() as f64).ln())
+        })
         .collect();
-    let of_large: Vec<f64> = by_size.iter().map(|(_, gains)| gains[0]).collect();
-    let best = gains.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1));
-    let (depends_on, log_gain) = best.unwrap_or((Dependence::Time, 0.0));
+    let of_large = by_size.iter().map(|(_, gains)| gains[0]);
+    let best = likeliest.iter().copied().max_by(|a, b| a.2.total_cmp(&b.2));
+    let (depends_on, size, log_gain) = best.unwrap_or((Dependence::Time, 1.0, 0.0));
     Flexible {
         log_gain,
         depends_on,
-        gains,
-        gain_of_large: largest(&of_large),
+        size,
+        wander: fit.wander,
+        gains: likeliest.iter().map(|(on, _, gain)| (*on, *gain)).collect(),
+        gain_of_large: of_large.fold(f64::NEG_INFINITY, f64::max),
     }
 }
 
@@ -302,7 +317,7 @@ fn columns(
     columns
 }
 
-/// A fit with a flexible acceleration of every kind at once beside it.
+/// A fit with a flexible acceleration beside it.
 #[derive(Debug, Clone)]
 pub(super) struct Flexed {
     /// Logarithm of the Bayes factor against the fit alone.
@@ -318,16 +333,39 @@ pub(super) fn flexed(
     fit: &Fit,
     largest_acceleration: f64,
 ) -> Option<Flexed> {
+    with_shapes(problem, fit, largest_acceleration, &Dependence::ALL, 1.0)
+}
+
+impl Flexible {
+    /// The named model's fit on the wander that suits the likeliest group of shapes, and what both leave; `best` is its fit
+    /// on its own.
+    pub fn beside(&self, problem: &Problem<'_>, best: &Fit, scale: f64) -> Option<(Fit, Flexed)> {
+        let fit = if self.wander == best.wander {
+            best.clone()
+        } else {
+            problem.fit_at(&best.hypothesis, &best.p, self.wander, STEPS)?
+        };
+        let with = with_shapes(problem, &fit, scale, &[self.depends_on], self.size)?;
+        Some((fit, with))
+    }
+}
+
+fn with_shapes(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+    dependences: &[Dependence],
+    size: f64,
+) -> Option<Flexed> {
     let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
     let whiteners = problem.whiteners(&level);
     let mut residual = problem.innovations(fit);
     let jacobian = problem.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
     let named = Named::new(fit, jacobian, &residual)?;
-    let all: Vec<Vec<f64>> = Dependence::ALL
-        .into_iter()
-        .flat_map(|dependence| columns(problem, &whiteners, dependence, largest_acceleration))
+    let all: Vec<Vec<f64>> = (dependences.iter())
+        .flat_map(|&dependence| columns(problem, &whiteners, dependence, largest_acceleration))
         .collect();
-    let found = Beside::new(&residual, &all, Some(&named)).solved(1.0)?;
+    let found = Beside::new(&residual, &all, Some(&named)).solved(size)?;
     let mut take = |columns: &[Vec<f64>], by: &DVector<f64>| {
         for (column, share) in columns.iter().zip(by.iter()) {
             for (left, x) in residual.iter_mut().zip(column) {
