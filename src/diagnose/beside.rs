@@ -26,7 +26,6 @@ use rayon::prelude::*;
 use super::bagging::{Blocks, over_draws};
 use super::candidate::{Candidate, excess_wander};
 use super::fit::Problem;
-use super::judged::is_refuted;
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
@@ -37,8 +36,6 @@ use crate::motor::effects::{Stage, catalogue};
 
 /// How many sets are weighed: the best, its parts, none, and those that come next.
 const SETS: usize = 8;
-/// Most steps of a set's fit on another level of the wander.
-const STEPS: usize = 4;
 /// From this probability of the unknown on it is worth the time.
 const WORTH: f64 = 0.02;
 /// How many times as much of kept data the best set must leave without an effect.
@@ -120,6 +117,11 @@ pub(super) fn weigh(
     (ranking.beside, ranking.imitated) = (beside, imitated);
 }
 
+/// Whether the set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
+fn is_refuted(gap: &Gap) -> bool {
+    gap.after_effect > NEEDED * gap.after_parameters
+}
+
 /// The best set without this effect, refitted.
 fn without(candidates: &[Candidate], index: usize) -> Option<&Candidate> {
     let best = candidates.first()?;
@@ -156,11 +158,7 @@ fn weighed(problem: &Problem<'_>, set: &Candidate, scale: f64, blocks: &Blocks) 
     // A named set pays for a wander that is not ordinary, beside something unknown it does not.
     let weight = set.log_weight + excess_wander(problem, own.wander, scale);
     let at = |wander: f64| {
-        let fit = if wander == own.wander {
-            own.clone()
-        } else {
-            problem.fit_at(&own.hypothesis, &own.p, wander, STEPS)?
-        };
+        let fit = problem.on_wander(own, wander)?;
         let with = flexed(problem, &fit, scale)?;
         let gain = fit.log_evidence - own.log_evidence + with.log_gain;
         Some((gain, fit, with))

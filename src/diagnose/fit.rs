@@ -53,6 +53,9 @@ const HOPELESS: f64 = 200.0;
 /// A step that gains fewer nats is the last.
 const SETTLED: f64 = 0.05;
 
+/// Most steps of a fit that is taken to another level of the wander.
+const OTHER_LEVEL_STEPS: usize = 4;
+
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
 
@@ -317,6 +320,14 @@ impl<'a> Problem<'a> {
             converged,
             predictions,
         })
+    }
+
+    /// The same set from where it fits, on another level of the wander.
+    pub fn on_wander(&self, fit: &Fit, wander: f64) -> Option<Fit> {
+        if wander == fit.wander {
+            return Some(fit.clone());
+        }
+        self.fit_at(&fit.hypothesis, &fit.p, wander, OTHER_LEVEL_STEPS)
     }
 
     /// Fits from strong to weak wander and keeps the level with the best evidence.

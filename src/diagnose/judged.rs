@@ -24,43 +24,39 @@ const MOST_NATS: f64 = 300.0;
 /// How much further than by its standard deviation a sum of chances may wander.
 const CHANCE: f64 = 2.0;
 
-/// How many times as much as the motor refitted alone a set leaves of kept data that these refute.
-const REFUTED: f64 = 2.0;
-
 impl Ranking {
     /// Weighs the unknown against the named sets. `by_chance` in counts RMS is what the best set itself says that no model can
     /// predict: down to twice that it has explained what there is to explain, unless the angle jumps as no noise does.
-    pub fn judge(&mut self, gap: &Gap, by_chance: f64) {
+    ///
+    /// Gives by how many nats the unknown is likelier for that.
+    pub fn judge(&mut self, gap: &Gap, by_chance: f64) -> f64 {
         let named = self
             .candidates
             .first()
             .is_some_and(|best| !best.effects.is_empty());
         if gap.before < gap.floor + JUDGED_COUNTS {
-            return;
+            return 0.0;
         }
         let is_chance = !named || gap.after_effect < CHANCE * by_chance;
         let short = if is_chance {
             0.0
-        } else if is_refuted(gap) {
-            short_by(gap.closed, 0.0)
-        } else {
+        } else if gap.after_effect < gap.after_parameters {
             short_by(gap.closed, gap.closed_deviation)
+        } else {
+            // What predicts no better than the motor without it is not excused by numbers that are known badly.
+            short_by(gap.closed, 0.0)
         };
         let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
         let jumped = (self.jumps * (1.0 - well)).min(MOST_NATS);
-        let more = (short + jumped - OTHER_LAW_NATS * well).exp();
+        let nats = short + jumped - OTHER_LAW_NATS * well;
+        let more = nats.exp();
         let total = 1.0 + self.unknown * (more - 1.0);
         self.unknown *= more / total;
         for candidate in &mut self.candidates {
             candidate.probability /= total;
         }
+        nats
     }
-}
-
-/// Whether the best set leaves so much more of kept data than the motor refitted alone that it is no part of what is there.
-/// That its numbers are known badly is no excuse then: those without the effects are among them.
-pub(super) fn is_refuted(gap: &Gap) -> bool {
-    gap.after_effect > REFUTED * gap.after_parameters
 }
 
 /// By how many nats a share of the gap as small as `closed` speaks for the unknown.
@@ -86,7 +82,65 @@ fn short_by(closed: f64, deviation: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::candidate::Candidate;
+    use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
+    use super::super::search::largest_acceleration;
+    use super::super::unknown::flexible;
     use super::*;
+    use crate::compare::FLOOR_COUNTS;
+
+    const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
+
+    /// By how many nats the unknown gets likelier beside a set that leaves so many counts of a hundred, where refitting alone
+    /// leaves 50 and the share closed is known to 0.4.
+    fn nats(after_effect: f64) -> f64 {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let fit = held_at(&problem, &[STRIBECK]);
+        let flexible = flexible(&problem, &fit, largest_acceleration(&nominal, &runs));
+        let best = Candidate {
+            effects: vec![index("stribeck")],
+            fit,
+            log_weight: 0.0,
+            probability: 0.9,
+        };
+        let mut ranking = Ranking {
+            candidates: vec![best],
+            unknown: 0.1,
+            flexible,
+            unknown_gain: 0.0,
+            jumps: 0.0,
+            beside: Vec::new(),
+            imitated: Vec::new(),
+        };
+        let closed = 1.0 - after_effect / 100.0;
+        let gap = Gap {
+            metric: "position_rmse_counts",
+            floor: FLOOR_COUNTS,
+            before: 100.0,
+            after_parameters: 50.0,
+            after_effect,
+            closed,
+            closed_lo95: 0.0,
+            closed_hi95: 1.0,
+            closed_deviation: 0.4,
+            rungs95: [(0.0, 100.0); 3],
+            held_out: String::new(),
+        };
+        let nats = ranking.judge(&gap, 0.0);
+        let best = ranking.candidates[0].probability;
+        assert!((ranking.unknown + best - 1.0).abs() < 1e-12);
+        assert!(((ranking.unknown / best).ln() - (1.0 / 9.0_f64).ln() - nats).abs() < 1e-9);
+        nats
+    }
+
+    #[test]
+    fn only_what_predicts_better_than_refitting_is_excused_by_what_is_not_known() {
+        assert!((0.0..1.0).contains(&nats(49.0)), "{}", nats(49.0));
+        assert_eq!(nats(51.0), UNEXPLAINED_NATS * (EXPLAINED - 0.49));
+        assert!((nats(0.0) + OTHER_LAW_NATS).abs() < 0.2, "{}", nats(0.0));
+    }
 
     /// Against the integral of the likelihood over the error of the share, by the trapezoidal rule in steps of 1/2000 of a
     /// standard deviation.

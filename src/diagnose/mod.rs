@@ -262,11 +262,11 @@ pub fn diagnose_holding_out(
     };
     let by_chance =
         (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
-    ranking.judge(&gap, by_chance);
+    let judged = ranking.judge(&gap, by_chance);
     let alike = if is_rough {
         discrepancy::share_out(&problem, &mut ranking)
     } else {
-        bagging::bag_unknown(&problem, &mut ranking, scale);
+        bagging::bag_unknown(&problem, &mut ranking, judged, scale);
         Vec::new()
     };
     let doubtful = if alike.is_empty() {

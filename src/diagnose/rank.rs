@@ -18,7 +18,7 @@ use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
 
 /// That there is something that the catalogue does not have.
-const PRIOR_UNKNOWN: f64 = 0.1;
+pub(super) const PRIOR_UNKNOWN: f64 = 0.1;
 /// Shares of the runs on which an effect of unknown order is fitted first.
 const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 /// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so

@@ -247,6 +247,7 @@ fn gap(kept: &[Kept], mut held_out: String) -> Gap {
             let rms = |squares: f64| (squares / left.max(1) as f64).sqrt();
             [before, rms(squares(0)), rms(squares(1))]
         })
+        .filter(|rungs| rungs.iter().all(|rung| rung.is_finite()))
         .collect();
     let Intervals {
         rungs: rungs95,

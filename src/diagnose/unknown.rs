@@ -123,9 +123,6 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     }
 }
 
-/// Most steps of the named model's fit on another level of the wander.
-const STEPS: usize = 4;
-
 /// The flexible acceleration that is likeliest with a wander of its own, and by how many nats it is likelier than the
 /// named set's best fit.
 pub(super) fn likeliest(problem: &Problem<'_>, best: &Fit, scale: f64) -> (Flexible, f64) {
@@ -139,7 +136,7 @@ pub(super) fn likeliest(problem: &Problem<'_>, best: &Fit, scale: f64) -> (Flexi
         .filter(|level| **level != best.wander);
     others
         .filter_map(|&level| {
-            let fit = problem.fit_at(&best.hypothesis, &best.p, level, STEPS)?;
+            let fit = problem.on_wander(best, level)?;
             let with = flexible(problem, &fit, scale);
             let gain = fit.log_evidence - best.log_evidence + with.log_gain + excess;
             Some((with, gain))
@@ -340,11 +337,7 @@ impl Flexible {
     /// The named model's fit on the wander that suits the likeliest group of shapes, and what both leave; `best` is its fit
     /// on its own.
     pub fn beside(&self, problem: &Problem<'_>, best: &Fit, scale: f64) -> Option<(Fit, Flexed)> {
-        let fit = if self.wander == best.wander {
-            best.clone()
-        } else {
-            problem.fit_at(&best.hypothesis, &best.p, self.wander, STEPS)?
-        };
+        let fit = problem.on_wander(best, self.wander)?;
         let with = with_shapes(problem, &fit, scale, &[self.depends_on], self.size)?;
         Some((fit, with))
     }
