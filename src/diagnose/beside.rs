@@ -29,6 +29,7 @@ use super::fit::Problem;
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
 use super::rungs::{by_pieces, rungs};
+use super::shapes::Group;
 use super::ties::TIE;
 use super::unknown::{flexed, separation_beside};
 use super::verdict::Gap;
@@ -80,9 +81,10 @@ pub(super) fn weigh(
         return;
     }
     let blocks = Blocks::of(problem.runs);
+    let groups = ranking.flexible.all_groups();
     let sets: Vec<Weighed> = looked_at(&ranking.candidates)
         .into_par_iter()
-        .filter_map(|set| weighed(problem, set, scale, &blocks))
+        .filter_map(|set| weighed(problem, set, &groups, scale, &blocks))
         .collect();
     let parts: Vec<&[f64]> = sets.iter().map(|set| set.parts.as_slice()).collect();
     let weights: Vec<f64> = sets.iter().map(|set| set.log_weight).collect();
@@ -103,7 +105,7 @@ pub(super) fn weigh(
         };
         let share = share_of(index);
         let separation = (share < LIKELY)
-            .then(|| separation_beside(problem, &best.fit, &rest.fit, scale))
+            .then(|| separation_beside(problem, &best.fit, &rest.fit, &groups, scale))
             .flatten()
             .filter(|d| *d < OF_A_LAW * TIE);
         if (share < LIKELY && separation.is_none()) || !is_needed(problem, best, rest, is_rough) {
@@ -153,13 +155,19 @@ fn looked_at(candidates: &[Candidate]) -> Vec<&Candidate> {
     parts.chain(others).take(SETS).collect()
 }
 
-fn weighed(problem: &Problem<'_>, set: &Candidate, scale: f64, blocks: &Blocks) -> Option<Weighed> {
+fn weighed(
+    problem: &Problem<'_>,
+    set: &Candidate,
+    groups: &[Group],
+    scale: f64,
+    blocks: &Blocks,
+) -> Option<Weighed> {
     let own = &set.fit;
     // A named set pays for a wander that is not ordinary, beside something unknown it does not.
     let weight = set.log_weight + excess_wander(problem, own.wander, scale);
     let at = |wander: f64| {
         let fit = problem.on_wander(own, wander)?;
-        let with = flexed(problem, &fit, scale)?;
+        let with = flexed(problem, &fit, groups, scale)?;
         let gain = fit.log_evidence - own.log_evidence + with.log_gain;
         Some((gain, fit, with))
     };

@@ -284,9 +284,7 @@ pub(super) fn place(
         *stages.entry(kind.stage.id()).or_default() += ranking.share_of(index);
     }
     // Something unknown lies where what it depends on points.
-    *stages
-        .entry(ranking.flexible.depends_on.stage())
-        .or_default() += ranking.unknown;
+    *stages.entry(ranking.flexible.group.stage()).or_default() += ranking.unknown;
     let total: f64 = stages.values().sum();
     for probability in stages.values_mut() {
         *probability /= total.max(1e-300);
@@ -314,5 +312,6 @@ pub(super) fn place(
         stage_probabilities: stages,
         regions,
         ordered_by,
+        oscillation_hz: ranking.flexible.group.oscillation_hz(),
     }
 }

@@ -167,6 +167,16 @@ impl RunData {
         self.counts.len()
     }
 
+    /// Time in s from the first sample to the last.
+    pub fn length_s(&self) -> f64 {
+        let ends = (self.t_s.first(), self.t_s.last());
+        if let (Some(first), Some(last)) = ends {
+            last - first
+        } else {
+            0.0
+        }
+    }
+
     /// The part from sample `from` to before `to`, which starts at the angle and the speed recorded there.
     fn piece(&self, from: usize, to: usize) -> Result<Self, SimulationError> {
         if from == 0 {

@@ -19,6 +19,7 @@ use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::rank::Ranking;
+use super::shapes::Group;
 
 /// Noise beyond rounding and wander.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -76,7 +77,7 @@ pub(super) fn disturbance(
     fit: &Fit,
     largest_acceleration: f64,
 ) -> Option<Disturbance> {
-    worthwhile(problem, fit, largest_acceleration)
+    worthwhile(problem, fit, largest_acceleration).map(|(_, rough)| rough)
 }
 
 /// The disturbance of a recording that was ranked without one. A noise among the effects of the best set may stand for the
@@ -89,8 +90,10 @@ pub(super) fn disturbance_of(
 ) -> Option<Disturbance> {
     let sets = &ranking.candidates;
     let best = sets.first()?;
-    if let Some(rough) = disturbance(problem, &best.fit, largest_acceleration) {
-        return Some(rough);
+    if let Some((gain, rough)) = worthwhile(problem, &best.fit, largest_acceleration) {
+        // What swings at one frequency is no noise.
+        let is_swing = matches!(ranking.flexible.group, Group::Oscillation(_));
+        return (!is_swing || gain > ranking.unknown_gain).then_some(rough);
     }
     let is_noisy = |set: &&Candidate| set.fit.hypothesis.noise_numbers().next().is_some();
     let bar = best.log_weight + CHOICE + ranking.unknown_gain.max(0.0);
@@ -105,7 +108,7 @@ pub(super) fn disturbance_of(
             .into_par_iter()
             .with_max_len(1)
             .map(|set| {
-                let rough = worthwhile(problem, &set.fit, largest_acceleration)?;
+                let (_, rough) = worthwhile(problem, &set.fit, largest_acceleration)?;
                 let problem = problem.beside(rough);
                 let fit = problem.fit(&set.fit.hypothesis, &set.fit.p, RIVAL_STEPS)?;
                 let again = candidate(&problem, set.effects.clone(), fit, largest_acceleration);
@@ -121,15 +124,19 @@ pub(super) fn disturbance_of(
     likeliest.1
 }
 
-/// The disturbance that makes likeliest what a fit leaves, where that is worth it.
-fn worthwhile(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f64) -> Option<Disturbance> {
+/// The disturbance that makes likeliest what a fit leaves and the nats that it gains, where that is worth it.
+fn worthwhile(
+    problem: &Problem<'_>,
+    fit: &Fit,
+    largest_acceleration: f64,
+) -> Option<(f64, Disturbance)> {
     let (gain, _, level) = likeliest(problem, fit, largest_acceleration);
     let samples: usize = problem.runs.iter().map(RunData::len).sum();
     let worth = WORTH.max(WORTH_A_SAMPLE * samples as f64);
     let is_rough = gain > worth
         && level.rough != problem.rough
         && share_of_blocks(problem, fit, &level) >= WIDESPREAD;
-    is_rough.then_some(level.rough)
+    is_rough.then_some((gain, level.rough))
 }
 
 /// In which share of the blocks of [`BLOCK_S`] in which the shaft moves a noise explains what a fit leaves better than the

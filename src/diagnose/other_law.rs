@@ -83,7 +83,8 @@ fn may_be_of_a_law(effect: usize) -> bool {
 mod tests {
     use super::super::candidate::Candidate;
     use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
-    use super::super::unknown::{Dependence, Flexible};
+    use super::super::shapes::{Dependence, Group};
+    use super::super::unknown::Flexible;
     use super::*;
 
     const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
@@ -108,7 +109,7 @@ mod tests {
             unknown: 0.01,
             flexible: Flexible {
                 log_gain: 0.0,
-                depends_on: Dependence::Time,
+                group: Group::Smooth(Dependence::Time),
                 size: 1.0,
                 wander: 0.0,
                 gains: Vec::new(),

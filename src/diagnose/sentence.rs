@@ -95,10 +95,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
                 })
                 .unwrap_or_default();
             format!(
-                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.{}{}",
+                "Something is there that no effect of the catalogue explains ({}){region}: the gap is {:.2} counts, {:.2} after refitting alone{nearest}.{}{}{}",
                 self::sure(unknown.map_or(0.0, |cause| cause.probability)),
                 gap.before,
                 gap.after_parameters,
+                swings(diagnosis),
                 beside_it(diagnosis),
                 part_of_it(diagnosis)
             )
@@ -117,6 +118,14 @@ fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&'static str> {
         return Vec::new();
     }
     (diagnosis.effects.iter().filter(is_doubtful).copied()).collect()
+}
+
+/// At which frequency something unknown swings, as a sentence.
+fn swings(diagnosis: &Diagnosis) -> String {
+    match diagnosis.place.oscillation_hz {
+        Some(hz) => format!(" It swings at {hz:.2} Hz whatever the shaft does."),
+        None => String::new(),
+    }
 }
 
 /// Which effects are there beside something unknown, as a sentence.

@@ -120,6 +120,9 @@ pub struct Place {
     pub regions: Vec<Region>,
     /// Logarithm of the Bayes factor of a gap ordered by each of these against a patternless one.
     pub ordered_by: BTreeMap<&'static str, f64>,
+    /// Frequency in Hz at which what is unknown swings, where it does.
+    #[serde(skip)]
+    pub oscillation_hz: Option<f64>,
 }
 
 /// A stretch of a run with one regime.
