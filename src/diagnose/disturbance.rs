@@ -147,7 +147,7 @@ fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 
     let likelihoods = |level: &NoiseLevel| -> Vec<Vec<f64>> {
         let mut carried = Carried::default();
         let runs = problem.runs.iter().zip(&fit.predictions);
-        runs.zip(Whitener::all(problem.runs, level))
+        runs.zip(Whitener::all(problem.runs, &problem.responses, level))
             .map(|((run, x), whitener)| {
                 let mut r: Vec<f64> = run.counts.iter().zip(x).map(|(n, x)| n - x - 0.5).collect();
                 whitener.whiten_on(&mut carried, &mut r);
@@ -222,7 +222,7 @@ fn likeliest(
         .collect();
     let likelihood = |level: &NoiseLevel| -> f64 {
         let mut carried = Carried::default();
-        let filters = Whitener::all(problem.runs, level);
+        let filters = Whitener::all(problem.runs, &problem.responses, level);
         let parts = filters.iter().zip(&residuals).map(|(whitener, r)| {
             let mut r = r.clone();
             whitener.whiten_on(&mut carried, &mut r);

@@ -16,6 +16,7 @@ use super::noise::{Carried, NoiseLevel, Whitener};
 use super::noise_numbers;
 use super::periodic::KeptWaves;
 use super::predict::{predict, predict_with_derivatives};
+use super::response::Response;
 use super::setting::Setting;
 use super::sums::{dot, gram};
 use crate::motor::Motor;
@@ -31,6 +32,8 @@ pub(super) struct Problem<'a> {
     pub runs: &'a [RunData],
     /// Rate at which a speed error dies away, 1/s.
     pub damping: f64,
+    /// How the runs answer to an acceleration.
+    pub responses: Arc<[Response]>,
     /// Levels of the wander in counts/s^2, strongest first.
     pub levels: Vec<f64>,
     /// What plausible values depend on besides the motor.
@@ -97,6 +100,7 @@ impl<'a> Problem<'a> {
             nominal,
             runs,
             damping,
+            responses: runs.iter().map(|run| Response::of(run, damping)).collect(),
             levels,
             setting: Setting::new(nominal, runs),
             supply: supply(nominal, runs),
@@ -127,6 +131,7 @@ impl<'a> Problem<'a> {
     /// The same problem with another estimate of what disturbs the recordings.
     pub fn beside(&self, rough: Disturbance) -> Self {
         Self {
+            responses: self.responses.clone(),
             levels: self.levels.clone(),
             rough,
             filters: Mutex::default(),
@@ -159,7 +164,6 @@ impl<'a> Problem<'a> {
         };
         NoiseLevel {
             wander,
-            damping: self.damping,
             lost_share: value("missed_counts").unwrap_or(0.0).clamp(0.0, 0.5),
             late_s: value("sample_jitter").unwrap_or(0.0),
             supply: self.supply,
@@ -182,7 +186,7 @@ impl<'a> Problem<'a> {
 
     /// The filters of all runs.
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
-        let make = || Arc::new(Whitener::all(self.runs, level));
+        let make = || Arc::new(Whitener::all(self.runs, &self.responses, level));
         if !level.is_shared() {
             return make();
         }

@@ -95,7 +95,7 @@ mod tests {
         let jumped = ready(&run);
         let with_jump = problem(&motor, &jumped);
         let level = with_jump.noise(&found.hypothesis, &found.p, found.wander);
-        let filter = Whitener::new(&jumped[0], &level);
+        let filter = Whitener::new(&jumped[0], &with_jump.responses[0], &level);
         let variance = filter.variances().nth(at).expect("a sample");
         let deviations = SIZE as f64 / variance.sqrt();
         let cost = (run.counts.len() as f64).ln() + ANY_SIZE;

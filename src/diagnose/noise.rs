@@ -18,8 +18,11 @@
 //! Arrival times at the host scatter by `w`, known from their intervals: while the shaft turns at `v` counts/s that is
 //! a further error of variance `(v w)^2/12` in each sample.
 
+use super::covariance::Covariance;
 use super::data::RunData;
 use super::disturbance::Disturbance;
+use super::log_sum::LogSum;
+use super::response::Response;
 use super::tones::Projection;
 
 /// Standard deviation in counts of the position each time the shaft starts, stops or turns back: contacts give
@@ -31,15 +34,13 @@ const SLIP_COUNTS: f64 = 0.5;
 const DIFFUSION: f64 = 0.0005;
 
 /// Correlation time of the wandering load in s.
-const WANDER_S: f64 = 1.0;
+pub(super) const WANDER_S: f64 = 1.0;
 
 /// Levels of the noise for one candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct NoiseLevel {
     /// Standard deviation of the wandering acceleration in counts/s^2.
     pub wander: f64,
-    /// Rate at which a speed error dies away, 1/s.
-    pub damping: f64,
     /// Share of edges lost at random: the position walks by sqrt of the edges lost.
     pub lost_share: f64,
     /// Spread in s of samples taken late at random.
@@ -65,6 +66,9 @@ impl NoiseLevel {
 #[derive(Debug, Clone)]
 pub(super) struct Whitener {
     steps: Vec<Step>,
+    /// What the run's supply has to do with them; none where it is surely known.
+    supplied: Vec<Supplied>,
+    response: Response,
     tones: Projection,
     /// What is left of the wander of the piece before at the start of this one; none where there is no piece before.
     left: Option<f64>,
@@ -76,156 +80,130 @@ pub(super) struct Whitener {
 
 #[derive(Debug, Clone, Copy)]
 struct Step {
-    /// Gains of p, v, d and g.
-    gain: [f64; 4],
+    /// Gains of p, v and d.
+    gain: [f64; 3],
     /// Square root of the sample's weight over the innovation's variance.
     scale: f64,
-    transition: Transition,
 }
 
-/// From one sample to the next: `p += pv v + pd x`, `v = vv v + vd x` with `x = d + input g`, `d = dd d`.
+/// The same for the run's supply.
 #[derive(Debug, Clone, Copy)]
-struct Transition {
-    pv: f64,
-    pd: f64,
-    vv: f64,
-    vd: f64,
-    dd: f64,
+struct Supplied {
+    /// Gain of g.
+    gain: f64,
+    /// Acceleration for each unit of g up to this sample.
     input: f64,
-}
-
-impl Transition {
-    fn new(dt_s: f64, damping: f64, moving: bool) -> Self {
-        let dd = (-dt_s / WANDER_S).exp();
-        if !moving {
-            return Self {
-                pv: 0.0,
-                pd: 0.0,
-                vv: 0.0,
-                vd: 0.0,
-                dd,
-                input: 0.0,
-            };
-        }
-        let a = damping.max(1e-3);
-        let vv = (-a * dt_s).exp();
-        let pv = -(-a * dt_s).exp_m1() / a;
-        Self {
-            pv,
-            pd: (dt_s - pv) / a,
-            vv,
-            vd: pv,
-            dd,
-            input: 0.0,
-        }
-    }
-
-    #[inline(always)]
-    fn apply(&self, m: [f64; 4]) -> [f64; 4] {
-        let [p, v, d, g] = m;
-        let x = d + self.input * g;
-        [
-            p + self.pv * v + self.pd * x,
-            self.vv * v + self.vd * x,
-            self.dd * d,
-            g,
-        ]
-    }
 }
 
 impl Whitener {
     /// The filters of runs, or of pieces of runs, from which to which what wanders may go on.
-    pub fn all(runs: &[RunData], level: &NoiseLevel) -> Vec<Self> {
+    pub fn all(runs: &[RunData], responses: &[Response], level: &NoiseLevel) -> Vec<Self> {
         let mut filters: Vec<Self> = Vec::with_capacity(runs.len());
-        for (k, run) in runs.iter().enumerate() {
+        for (k, (run, response)) in runs.iter().zip(responses).enumerate() {
             let before = k.checked_sub(1).filter(|_| level.goes_on);
             let before = before.map(|k| (&runs[k], &filters[k]));
-            filters.push(Self::after(before, run, level));
+            filters.push(Self::after(before, run, response, level));
         }
         filters
     }
 
     /// Runs the filter's covariances through a run.
-    pub fn new(run: &RunData, level: &NoiseLevel) -> Self {
-        Self::after(None, run, level)
+    pub fn new(run: &RunData, response: &Response, level: &NoiseLevel) -> Self {
+        Self::after(None, run, response, level)
     }
 
-    fn after(before: Option<(&RunData, &Self)>, run: &RunData, level: &NoiseLevel) -> Self {
+    fn after(
+        before: Option<(&RunData, &Self)>,
+        run: &RunData,
+        response: &Response,
+        level: &NoiseLevel,
+    ) -> Self {
         let variance = level.wander * level.wander;
-        // Where inside a count the shaft started: evenly in one count.
-        let mut c = Covariance::default();
-        c[0][0] = 1.0 / 12.0;
-        c[1][1] = run.start_variance;
-        c[2][2] = variance;
-        c[3][3] = f64::from(u8::from(level.supply > 0.0));
+        let mut start = Covariance {
+            // Where inside a count the shaft started: evenly in one count.
+            pp: 1.0 / 12.0,
+            vv: run.start_variance,
+            dd: variance,
+            gg: f64::from(u8::from(level.supply > 0.0)),
+            ..Covariance::default()
+        };
         let before = before.and_then(|(last, filter)| Some((run.gap_s(last)?, filter)));
         let left = before.map(|(gap_s, _)| (-gap_s / WANDER_S).exp());
         if let (Some(left), Some((_, filter))) = (left, before) {
-            c[2][2] += left * left * (filter.end[2][2] - variance);
-            c[3][3] = filter.end[3][3];
-            c[2][3] = left * filter.end[2][3];
-            c[3][2] = c[2][3];
+            start.dd += left * left * (filter.end.dd - variance);
+            start.gg = filter.end.gg;
+            start.dg = left * filter.end.dg;
         }
-        let supply = level.supply * run.counts_per_rev / std::f64::consts::TAU;
-        let rough = level.rough;
-        let mut steps = Vec::with_capacity(run.len());
-        let mut log_determinant = 0.0;
-        for k in 0..run.len() {
-            let dt_s = if k == 0 {
-                0.0
-            } else {
-                run.t_s[k] - run.t_s[k - 1]
-            };
-            let mut t = Transition::new(dt_s, level.damping, run.moving[k]);
-            if k > 0 {
-                t.input = supply * run.command[k - 1];
-                c = propagate(&c, &t);
-                c[2][2] += variance * (1.0 - t.dd * t.dd);
-                let travel = run.speed_counts_s[k].abs() * dt_s;
-                c[0][0] += (DIFFUSION + level.lost_share * (1.0 - level.lost_share)) * travel;
-                if run.moving[k] {
-                    let walk = rough.speed_walk(run.is_slow(k)) * dt_s;
-                    c[0][0] += walk * dt_s * dt_s / 3.0;
-                    c[0][1] += walk * dt_s / 2.0;
-                    c[1][0] += walk * dt_s / 2.0;
-                    c[1][1] += walk;
-                }
-                if run.slips(k) {
-                    c[0][0] += SLIP_COUNTS * SLIP_COUNTS;
-                }
-            }
-            let late_s = level.late_s.hypot(run.arrivals_scatter_s.unwrap_or(0.0));
-            let late = run.speed_counts_s[k] * late_s;
-            let own = (level.rounding + late * late) / 12.0 + rough.scatter;
-            let weight = run.weight[k];
-            let s = c[0][0] + own / weight;
-            let gain = [c[0][0] / s, c[1][0] / s, c[2][0] / s, c[3][0] / s];
-            let (row, c_before) = (c[0], c[0][0]);
-            for (i, g) in gain.iter().enumerate() {
-                for j in 0..4 {
-                    c[i][j] -= g * row[j];
-                }
-            }
-            let spread = c_before + own;
-            log_determinant += weight * (std::f64::consts::TAU * spread).ln();
-            steps.push(Step {
-                gain,
-                scale: (weight / spread).sqrt(),
-                transition: t,
-            });
+        let mut filter = Self {
+            steps: Vec::with_capacity(run.len()),
+            supplied: Vec::new(),
+            response: response.clone(),
+            tones: Projection::new(&[]),
+            left,
+            end: start,
+            log_determinant: 0.0,
+        };
+        if level.supply > 0.0 {
+            filter.supplied.reserve_exact(run.len());
+            filter.run_through::<true>(run, level);
+        } else {
+            filter.run_through::<false>(run, level);
         }
         let mut tones = run.tones.clone();
         for tone in &mut tones {
-            filter(&steps, [0.0; 4], tone);
+            filter.filter_all([[0.0]; 4], [tone]);
         }
-        let tones = Projection::new(&tones);
-        Self {
-            steps,
-            left,
-            end: c,
-            log_determinant: log_determinant + tones.log_determinant,
-            tones,
+        filter.tones = Projection::new(&tones);
+        filter.log_determinant += filter.tones.log_determinant;
+        filter
+    }
+
+    /// Takes the covariance from the start of a run to its end.
+    fn run_through<const SUPPLIED: bool>(&mut self, run: &RunData, level: &NoiseLevel) {
+        let variance = level.wander * level.wander;
+        let supply = level.supply * run.counts_per_rev / std::f64::consts::TAU;
+        let diffusion = DIFFUSION + level.lost_share * (1.0 - level.lost_share);
+        let late_s = level.late_s.hypot(run.arrivals_scatter_s.unwrap_or(0.0));
+        let mut c = self.end;
+        let mut log_determinant = LogSum::new();
+        for (k, t) in self.response.transitions().iter().enumerate() {
+            let speed = run.speed_counts_s[k];
+            let mut input = 0.0;
+            if k > 0 {
+                input = supply * run.command[k - 1];
+                c = c.propagated::<SUPPLIED>(t, input);
+                c.dd += variance * (1.0 - t.dd * t.dd);
+                let dt_s = run.t_s[k] - run.t_s[k - 1];
+                c.pp += diffusion * (speed.abs() * dt_s);
+                if run.moving[k] {
+                    let walk = level.rough.speed_walk(run.is_slow(k)) * dt_s;
+                    c.pp += walk * dt_s * dt_s / 3.0;
+                    c.pv += walk * dt_s / 2.0;
+                    c.vv += walk;
+                }
+                if run.slips(k) {
+                    c.pp += SLIP_COUNTS * SLIP_COUNTS;
+                }
+            }
+            let late = speed * late_s;
+            let own = (level.rounding + late * late) / 12.0 + level.rough.scatter;
+            let weight = run.weight[k];
+            let spread = c.pp + own;
+            let gain = c.learn::<SUPPLIED>(c.pp + own / weight);
+            log_determinant.add(weight, std::f64::consts::TAU * spread);
+            self.steps.push(Step {
+                gain: [gain[0], gain[1], gain[2]],
+                scale: (weight / spread).sqrt(),
+            });
+            if SUPPLIED {
+                self.supplied.push(Supplied {
+                    gain: gain[3],
+                    input,
+                });
+            }
         }
+        self.end = c;
+        self.log_determinant = log_determinant.total();
     }
 
     /// Variance of each innovation in counts^2, divided by the sample's weight.
@@ -256,135 +234,101 @@ impl Whitener {
 
     /// The same piece by piece: `carried` is what the filters of the pieces before learnt of the same column.
     pub fn whiten_on(&self, carried: &mut Carried, column: &mut [f64]) {
-        let mut start = [0.0; 4];
-        if let Some(left) = self.left {
-            start[2] = left * carried.wander;
-            start[3] = carried.supply;
-        }
-        let end = filter(&self.steps, start, column);
-        (carried.wander, carried.supply) = (end[2], end[3]);
-        self.tones.apply(column);
+        self.whiten_together([carried], [column]);
     }
 
     /// The same for many columns, several at a time: what one waits for, another computes.
     pub fn whiten_all_on(&self, carried: &mut [Carried], columns: &mut [Vec<f64>]) {
-        let (some, others) = columns.as_chunks_mut::<TOGETHER>();
-        let (carried_some, carried_others) = carried.as_chunks_mut::<TOGETHER>();
-        for (columns, carried) in some.iter_mut().zip(carried_some) {
-            let mut start = [[0.0; TOGETHER]; 4];
-            if let Some(left) = self.left {
-                start[2] = carried.map(|c| left * c.wander);
-                start[3] = carried.map(|c| c.supply);
-            }
-            let end = filter_together(&self.steps, start, columns);
-            for (j, carried) in carried.iter_mut().enumerate() {
-                (carried.wander, carried.supply) = (end[2][j], end[3][j]);
-            }
-            for column in columns {
-                self.tones.apply(column);
-            }
+        let (fours, columns) = columns.as_chunks_mut::<4>();
+        let (carried_fours, carried) = carried.as_chunks_mut::<4>();
+        for (columns, carried) in fours.iter_mut().zip(carried_fours) {
+            self.whiten_together(
+                carried.each_mut(),
+                columns.each_mut().map(Vec::as_mut_slice),
+            );
         }
-        for (column, carried) in others.iter_mut().zip(carried_others) {
+        let (twos, columns) = columns.as_chunks_mut::<2>();
+        let (carried_twos, carried) = carried.as_chunks_mut::<2>();
+        for (columns, carried) in twos.iter_mut().zip(carried_twos) {
+            self.whiten_together(
+                carried.each_mut(),
+                columns.each_mut().map(Vec::as_mut_slice),
+            );
+        }
+        for (column, carried) in columns.iter_mut().zip(carried) {
             self.whiten_on(carried, column);
         }
     }
-}
 
-/// How many columns are filtered together.
-const TOGETHER: usize = 4;
+    fn whiten_together<const TOGETHER: usize>(
+        &self,
+        carried: [&mut Carried; TOGETHER],
+        mut columns: [&mut [f64]; TOGETHER],
+    ) {
+        let mut start = [[0.0; TOGETHER]; 4];
+        if let Some(left) = self.left {
+            for (j, carried) in carried.iter().enumerate() {
+                (start[2][j], start[3][j]) = (left * carried.wander, carried.supply);
+            }
+        }
+        let columns_of = columns.each_mut().map(|column| &mut **column);
+        let end = self.filter_all(start, columns_of);
+        for (j, carried) in carried.into_iter().enumerate() {
+            (carried.wander, carried.supply) = (end[2][j], end[3][j]);
+        }
+        for column in columns {
+            self.tones.apply(column);
+        }
+    }
+    /// Turns columns into their innovations, tones still in them; from and to this state of the filter.
+    fn filter_all<const TOGETHER: usize>(
+        &self,
+        start: [[f64; TOGETHER]; 4],
+        columns: [&mut [f64]; TOGETHER],
+    ) -> [[f64; TOGETHER]; 4] {
+        if self.supplied.is_empty() {
+            self.filter::<false, TOGETHER>(start, columns)
+        } else {
+            self.filter::<true, TOGETHER>(start, columns)
+        }
+    }
+
+    fn filter<const SUPPLIED: bool, const TOGETHER: usize>(
+        &self,
+        start: [[f64; TOGETHER]; 4],
+        columns: [&mut [f64]; TOGETHER],
+    ) -> [[f64; TOGETHER]; 4] {
+        let [mut p, mut v, mut d, mut g] = start;
+        let columns = columns.map(|column| &mut column[..self.steps.len()]);
+        let steps = self.steps.iter().zip(self.response.transitions());
+        for (k, (step, t)) in steps.enumerate() {
+            for j in 0..TOGETHER {
+                let mut x = d[j];
+                if SUPPLIED {
+                    x += self.supplied[k].input * g[j];
+                }
+                p[j] += t.pv * v[j] + t.pd * x;
+                v[j] = t.vv * v[j] + t.pv * x;
+                d[j] *= t.dd;
+                let innovation = columns[j][k] - p[j];
+                p[j] += step.gain[0] * innovation;
+                v[j] += step.gain[1] * innovation;
+                d[j] += step.gain[2] * innovation;
+                if SUPPLIED {
+                    g[j] += self.supplied[k].gain * innovation;
+                }
+                columns[j][k] = innovation * step.scale;
+            }
+        }
+        [p, v, d, g]
+    }
+}
 
 /// What a filter has learnt of a column, as far as it goes on in the next piece of the run.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Carried {
     wander: f64,
     supply: f64,
-}
-
-fn filter(steps: &[Step], start: [f64; 4], column: &mut [f64]) -> [f64; 4] {
-    let mut m = start;
-    for (k, (value, step)) in column.iter_mut().zip(steps).enumerate() {
-        if k > 0 {
-            m = step.transition.apply(m);
-        }
-        let innovation = *value - m[0];
-        for (state, gain) in m.iter_mut().zip(step.gain) {
-            *state += gain * innovation;
-        }
-        *value = innovation * step.scale;
-    }
-    m
-}
-
-/// The same of columns of one length, bit by bit.
-fn filter_together(
-    steps: &[Step],
-    start: [[f64; TOGETHER]; 4],
-    columns: &mut [Vec<f64>; TOGETHER],
-) -> [[f64; TOGETHER]; 4] {
-    let [mut p, mut v, mut d, mut g] = start;
-    let [a, b, c, e] = columns.each_mut().map(Vec::as_mut_slice);
-    let values = a.iter_mut().zip(b).zip(c).zip(e);
-    for (k, (step, (((a, b), c), e))) in steps.iter().zip(values).enumerate() {
-        let values = [a, b, c, e];
-        for (j, value) in values.into_iter().enumerate() {
-            if k > 0 {
-                [p[j], v[j], d[j], g[j]] = step.transition.apply([p[j], v[j], d[j], g[j]]);
-            }
-            let innovation = *value - p[j];
-            p[j] += step.gain[0] * innovation;
-            v[j] += step.gain[1] * innovation;
-            d[j] += step.gain[2] * innovation;
-            g[j] += step.gain[3] * innovation;
-            *value = innovation * step.scale;
-        }
-    }
-    [p, v, d, g]
-}
-
-/// Covariance of p, v, d and g.
-type Covariance = [[f64; 4]; 4];
-
-/// `T C T'` for the sparse transition.
-fn propagate(c: &Covariance, t: &Transition) -> Covariance {
-    let columns = [0, 1, 2, 3].map(|j| t.apply([c[0][j], c[1][j], c[2][j], c[3][j]]));
-    let mut out = Covariance::default();
-    for i in 0..4 {
-        let row = t.apply([columns[0][i], columns[1][i], columns[2][i], columns[3][i]]);
-        for (j, value) in row.into_iter().enumerate() {
-            out[j][i] = value;
-        }
-    }
-    out
-}
-
-/// How the position of a run answers to an acceleration: the columns of effects that are linear in their magnitude.
-#[derive(Debug)]
-pub(super) struct Response {
-    steps: Vec<Transition>,
-}
-
-impl Response {
-    /// Of each of these runs, speed errors dying away at the rate `damping` in 1/s.
-    pub fn all(runs: &[RunData], damping: f64) -> Vec<Self> {
-        let of = |run: &RunData| Self {
-            steps: (1..run.len())
-                .map(|k| Transition::new(run.t_s[k] - run.t_s[k - 1], damping, run.moving[k]))
-                .collect(),
-        };
-        runs.iter().map(of).collect()
-    }
-
-    /// Positions in counts under an acceleration in counts/s^2 that is in force from each sample to the next.
-    pub fn to(&self, acceleration: &[f64]) -> Vec<f64> {
-        let (mut p, mut v) = (0.0, 0.0);
-        let mut out = Vec::with_capacity(acceleration.len());
-        out.push(p);
-        for (t, d) in self.steps.iter().zip(acceleration) {
-            (p, v) = (p + t.pv * v + t.pd * d, t.vv * v + t.vd * d);
-            out.push(p);
-        }
-        out
-    }
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ impl Problem<'_> {
                 rounding: share,
                 ..self.noise(&fit.hypothesis, &fit.p, fit.wander)
             };
-            let whiteners = Whitener::all(self.runs, &level);
+            let whiteners = Whitener::all(self.runs, &self.responses, &level);
             log_likelihood(&self.whitened(&fit.predictions, &whiteners), &whiteners)
         };
         let shares: Vec<f64> = (5..=20).map(|k| 0.05 * f64::from(k)).collect();

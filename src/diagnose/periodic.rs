@@ -13,7 +13,8 @@ use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::{Filters, Problem};
 use super::hypothesis::BASE;
-use super::noise::{Carried, NoiseLevel, Response};
+use super::noise::{Carried, NoiseLevel};
+use super::response::Response;
 use super::search::{ORDERS, Try};
 use super::sums::{dot, gram};
 use crate::motor::effects::{Prior, catalogue};
@@ -37,7 +38,6 @@ pub(super) struct KeptWaves(Mutex<HashMap<(u64, &'static str, u64), Pair>>);
 pub(super) struct Waves<'a> {
     problem: &'a Problem<'a>,
     whiteners: Filters,
-    responses: Vec<Response>,
     /// The level of the wander, where there is no other noise and the runs are short enough to keep their waves.
     kept_at: Option<f64>,
 }
@@ -49,7 +49,6 @@ impl<'a> Waves<'a> {
         Self {
             problem,
             whiteners: problem.whiteners(level),
-            responses: Response::all(problem.runs, problem.damping),
             kept_at: (samples <= KEPT_SAMPLES && level.is_shared()).then_some(level.wander),
         }
     }
@@ -76,7 +75,10 @@ impl<'a> Waves<'a> {
         let mut columns = [Vec::new(), Vec::new()];
         let mut carried = [Carried::default(); 2];
         let runs = self.problem.runs.iter();
-        for ((run, response), whitener) in runs.zip(&self.responses).zip(self.whiteners.iter()) {
+        for ((run, response), whitener) in runs
+            .zip(self.problem.responses.iter())
+            .zip(self.whiteners.iter())
+        {
             let waves = waves(self.problem, run, response, id, order);
             for ((column, carried), mut one) in columns.iter_mut().zip(&mut carried).zip(waves) {
                 whitener.whiten_on(carried, &mut one);

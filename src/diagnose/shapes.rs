@@ -3,7 +3,7 @@
 
 use super::data::RunData;
 use super::fit::Problem;
-use super::noise::{Carried, Response, Whitener};
+use super::noise::{Carried, Whitener};
 
 /// Standard deviation of each shape's coefficient, as a share of the largest acceleration.
 const PRIOR_SHARE: f64 = 0.03;
@@ -204,8 +204,8 @@ fn smooth_columns(
     let count = shapes(dependence);
     let mut columns = vec![Vec::new(); count];
     let mut carried = vec![Carried::default(); count];
-    let responses = Response::all(problem.runs, problem.damping);
-    for ((run, response), whitener) in problem.runs.iter().zip(&responses).zip(whiteners) {
+    let answering = problem.runs.iter().zip(problem.responses.iter());
+    for ((run, response), whitener) in answering.zip(whiteners) {
         for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
             let acceleration: Vec<f64> = (0..run.len())
                 .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
@@ -242,7 +242,6 @@ fn swinging_columns(
     let runs = problem.runs;
     let total: usize = runs.iter().map(RunData::len).sum();
     let swinging = swinging(runs, hz);
-    let responses = Response::all(runs, problem.damping);
     let mut all = Vec::with_capacity(2 * swinging.len());
     let mut from = 0;
     for (k, run) in runs.iter().enumerate() {
@@ -253,7 +252,7 @@ fn swinging_columns(
                 let acceleration: Vec<f64> = swings
                     .map(|x| largest_acceleration * PRIOR_SHARE * x)
                     .collect();
-                let mut own = responses[k].to(&acceleration);
+                let mut own = problem.responses[k].to(&acceleration);
                 whiteners[k].whiten_on(&mut Carried::default(), &mut own);
                 let mut column = vec![0.0; total];
                 column[from..from + own.len()].copy_from_slice(&own);

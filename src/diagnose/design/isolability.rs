@@ -83,7 +83,6 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
     let samples = (plan.duration_s / sample_time_s).round().max(1.0) as usize;
     let level = NoiseLevel {
         wander: ORDINARY_WANDER * largest_acceleration(motor, plan.profile.largest_command()),
-        damping: damping_of(motor, CommandKind::Voltage),
         lost_share: 0.0,
         late_s: 0.0,
         supply: 0.0,
@@ -95,7 +94,8 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         sample_time_s,
         samples,
     };
-    let planned = Planned::new(motor, &plan.profile, at, level)?;
+    let damping = damping_of(motor, CommandKind::Voltage);
+    let planned = Planned::new(motor, &plan.profile, at, damping, level)?;
     // Effects that the motor file has already are part of its model.
     let kinds: Vec<usize> = (0..catalogue().len())
         .filter(|&index| motor.effects.get(catalogue()[index].id).is_none())

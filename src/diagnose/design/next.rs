@@ -90,7 +90,6 @@ pub(in crate::diagnose) fn next_experiment(
     }
     let level = NoiseLevel {
         wander: best.fit.wander,
-        damping: problem.damping,
         lost_share: 0.0,
         late_s: 0.0,
         supply: 0.0,
@@ -108,7 +107,7 @@ pub(in crate::diagnose) fn next_experiment(
             let name = format!("{word},{duration_s}s");
             let supply_v = motor.parameters.supply_v;
             let profile = Profile::named(&name, supply_v, duration_s).ok()?;
-            let planned = Planned::new(&motor, &profile, at, level)?;
+            let planned = Planned::new(&motor, &profile, at, problem.damping, level)?;
             Some((name, separations(problem, &planned, &sets)?))
         })
         .collect();

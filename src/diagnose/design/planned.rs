@@ -5,6 +5,7 @@ use crate::diagnose::data::RunData;
 use crate::diagnose::hypothesis::Hypothesis;
 use crate::diagnose::noise::{NoiseLevel, Whitener};
 use crate::diagnose::predict::{predict, predict_with_derivatives};
+use crate::diagnose::response::Response;
 use crate::diagnose::ties::left_after;
 use crate::motor::effects::catalogue;
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
@@ -24,6 +25,7 @@ pub(super) struct Sampling {
 pub(super) struct Planned {
     /// The run, made ready.
     pub run: RunData,
+    response: Response,
     level: NoiseLevel,
     whitener: Whitener,
 }
@@ -38,8 +40,14 @@ pub(super) struct View {
 }
 
 impl Planned {
-    /// The run that `motor` would make; `None` where it cannot be simulated.
-    pub fn new(motor: &Motor, profile: &Profile, at: Sampling, level: NoiseLevel) -> Option<Self> {
+    /// The run that `motor` would make, speed errors dying away at the rate `damping` in 1/s; `None` where it cannot be simulated.
+    pub fn new(
+        motor: &Motor,
+        profile: &Profile,
+        at: Sampling,
+        damping: f64,
+        level: NoiseLevel,
+    ) -> Option<Self> {
         let Sampling {
             sample_time_s,
             samples,
@@ -63,9 +71,11 @@ impl Planned {
             ..Run::default()
         };
         let run = RunData::new(&run, 0).ok()?;
-        let whitener = Whitener::new(&run, &level);
+        let response = Response::of(&run, damping);
+        let whitener = Whitener::new(&run, &response, &level);
         Some(Self {
             run,
+            response,
             level,
             whitener,
         })
@@ -107,7 +117,11 @@ impl Planned {
                 _ => {}
             }
         }
-        (level != self.level).then(|| Whitener::new(&self.run, &level).variances().collect())
+        (level != self.level).then(|| {
+            Whitener::new(&self.run, &self.response, &level)
+                .variances()
+                .collect()
+        })
     }
 
     /// The separation of `truth` from `rival`, whose numbers are known to `precision`.
