@@ -93,6 +93,7 @@ const TOLERANCE: f64 = 1e-3;
 pub struct Workspace {
     plain: Engines<f64>,
     four: Engines<Dual<4>>,
+    six: Engines<Dual<6>>,
     eight: Engines<Dual<8>>,
 }
 
@@ -198,12 +199,16 @@ impl Simulator {
             return self.angles(motor, workspace, angles_rad);
         }
         let samples = self.samples();
-        for (ids, block) in wanted.chunks(8).zip(columns.chunks_mut(8 * samples.max(1))) {
-            if ids.len() <= 4 {
-                self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block)?;
-            } else {
-                self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block)?;
-            }
+        let (mut wanted, mut columns) = (wanted, columns);
+        while !wanted.is_empty() {
+            let (ids, others) = wanted.split_at(carried_together(wanted.len()));
+            let (block, rest) = columns.split_at_mut(ids.len() * samples);
+            match ids.len() {
+                ..=4 => self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block),
+                5 | 6 => self.derivatives::<6>(motor, ids, &mut workspace.six, angles_rad, block),
+                _ => self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block),
+            }?;
+            (wanted, columns) = (others, rest);
         }
         finite(angles_rad)
     }
@@ -307,6 +312,14 @@ impl Simulator {
                 self.angles(motor, workspace, row)
             })
             .collect()
+    }
+}
+
+/// How many of the derivatives that are left one simulation carries: as few places of 4, 6 or 8 as possible stay empty.
+fn carried_together(left: usize) -> usize {
+    match left {
+        9 | 10 => 6,
+        _ => left.min(8),
     }
 }
 

@@ -192,6 +192,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// By how much current at the limit would be driven further, in V.
+    #[inline(always)]
     pub(super) fn pull<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
         let limit = self.chain.driver.limit_a.unwrap_or_else(S::zero);
         self.excess(y) * m.flow_sign - self.chain.driver.drop() - self.resistance(y) * limit
@@ -201,12 +202,14 @@ impl<S: Scalar> Machine<S> {
         self.chain.mechanical.break_in_angle_rad.is_some()
     }
 
+    #[inline(always)]
     pub(super) fn sum_of_torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
         let (motor, load) = self.torques(m, y);
         motor + load
     }
 
     /// A side's breakaway levels forward and back.
+    #[inline(always)]
     pub(super) fn levels<const N: usize>(&self, m: &Mode<S>, side: usize, y: &[S; N]) -> (S, S) {
         let torque = match self.chain.mechanical.load_friction {
             Some(_) => self.motor_torque(m, y),
@@ -217,6 +220,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Torque by which the motor side pushes the load while both move as one.
+    #[inline(always)]
     pub(super) fn flank_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
         let (motor, load) = self.torques(m, y);
         let speed = y[W1];
@@ -228,6 +232,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// The flank torques that keep both sides at rest while they touch: lowest and highest, and what sets them.
+    #[inline(always)]
     pub(super) fn stuck_flank_range<const N: usize>(
         &self,
         m: &Mode<S>,
