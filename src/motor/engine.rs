@@ -424,6 +424,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             load_friction,
             added_resistance: self.machine.added_resistance.value(),
         };
+        // All modes under a key are straight, or none is.
+        self.straight = self.machine.straight::<N>(m);
         self.ladder = match self.ladders.iter().position(|(k, _)| *k == key) {
             Some(k) => k,
             None => {
@@ -432,11 +434,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 }
                 let matrix = self.machine.matrix(m);
                 self.ladders
-                    .push((key, Ladder::new(&matrix, self.longest_s)));
+                    .push((key, Ladder::new(&matrix, self.longest_s, self.straight)));
                 self.ladders.len() - 1
             }
         };
-        self.straight = self.machine.straight::<N>(m);
         self.constant = self.machine.constant(m);
     }
 

@@ -38,6 +38,10 @@ fn multiply<S: Scalar, const N: usize>(a: &Matrix<S, N>, b: &Matrix<S, N>) -> Ma
     let mut c = [[S::zero(); N]; N];
     for i in 0..N {
         for k in 0..N {
+            // Bodies that do not act on each other, and angles that act on nothing, leave many empty places.
+            if a[i][k].is_nought() {
+                continue;
+            }
             for j in 0..N {
                 c[i][j] += a[i][k] * b[k][j];
             }
@@ -114,11 +118,15 @@ impl<S: Scalar, const N: usize> Rung<S, N> {
         }
     }
 
-    /// Over twice the step.
-    fn doubled(&self) -> Self {
+    /// Over twice the step; `phi2` and `phi3` where they are `wanted`.
+    fn doubled(&self, wanted: bool) -> Self {
         let e = &self.e;
         // With the step inside, h phi_k doubles as 2 h phi_k(2 z).
         let p1 = plus(multiply(e, &self.p1), &self.p1);
+        if !wanted {
+            let e = multiply(e, e);
+            return Self { e, p1, ..*self };
+        }
         let both = plus(self.p1, &self.p2);
         let p2 = scaled(plus(multiply(e, &self.p2), &both), 0.5);
         let tail = plus(plus(scaled(self.p1, 0.5), &self.p2), &self.p3);
@@ -133,15 +141,17 @@ impl<S: Scalar, const N: usize> Rung<S, N> {
 }
 
 /// Every rung from `H` (number 0) to `H / 2^(FINEST + 1)`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Ladder<S, const N: usize> {
     /// `A` itself.
     pub a: Matrix<S, N>,
-    rungs: [Rung<S, N>; FINEST + 2],
+    /// Shortest step first.
+    rungs: Vec<Rung<S, N>>,
 }
 
 impl<S: Scalar, const N: usize> Ladder<S, N> {
-    pub(super) fn new(a: &Matrix<S, N>, longest_s: f64) -> Self {
+    /// For equations that are affine or not: those that are need `e^(A h)` and `h phi1` alone, the others are not made.
+    pub(super) fn new(a: &Matrix<S, N>, longest_s: f64, affine: bool) -> Self {
         let norm = a
             .iter()
             .map(|row| row.iter().map(|x| x.value().abs()).sum::<f64>())
@@ -150,11 +160,12 @@ impl<S: Scalar, const N: usize> Ladder<S, N> {
         let extra = (norm * finest_s / 0.05).log2().ceil().clamp(0.0, 60.0) as i32;
         let mut rung = Rung::by_series(a, finest_s * 0.5_f64.powi(extra));
         for _ in 0..extra {
-            rung = rung.doubled();
+            rung = rung.doubled(!affine);
         }
-        let mut rungs = [rung; FINEST + 2];
-        for l in (0..=FINEST).rev() {
-            rungs[l] = rungs[l + 1].doubled();
+        let mut rungs = Vec::with_capacity(FINEST + 2);
+        rungs.push(rung);
+        for l in 0..=FINEST {
+            rungs.push(rungs[l].doubled(!affine));
         }
         Self { a: *a, rungs }
     }
@@ -162,7 +173,7 @@ impl<S: Scalar, const N: usize> Ladder<S, N> {
     /// The rung of step `H / 2^l`.
     #[inline(always)]
     pub(super) fn rung(&self, l: usize) -> &Rung<S, N> {
-        &self.rungs[l]
+        &self.rungs[FINEST + 1 - l]
     }
 }
 
@@ -174,7 +185,7 @@ mod tests {
     fn a_rung_is_the_exponential_and_its_integrals() {
         // y' = -1000 y + n: e^-z, (1 - e^-z)/z, ... at h = 0.003 and three rungs down, also when stiff
         for rate in [1.0, 1000.0, 3e6] {
-            let ladder = Ladder::new(&[[-rate]], 0.003);
+            let ladder = Ladder::new(&[[-rate]], 0.003, false);
             for l in [0_usize, 3, FINEST + 1] {
                 let h = 0.003 / f64::from(1_u32 << l);
                 let z: f64 = -rate * h;
