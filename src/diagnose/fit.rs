@@ -5,6 +5,7 @@
 //! with `H = J'W'WJ + P`; `P` keeps a number that the runs do not tell from looking surer than its range.
 //! The wander's level is fitted too, on a grid, from strong (short horizons, a smooth objective) to weak.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use nalgebra::{DMatrix, DVector};
@@ -46,6 +47,8 @@ pub(super) struct Problem<'a> {
     pub rough: Disturbance,
     /// Filters of the levels without noise of an effect's own, made when first asked for.
     filters: Mutex<Vec<(f64, Filters)>>,
+    /// The last ones of levels with such noise, newest last: a level is often asked for again at once.
+    own_filters: Mutex<VecDeque<(NoiseLevel, Filters)>>,
     /// Whitened waves, made when first asked for.
     pub waves: KeptWaves,
 }
@@ -61,6 +64,9 @@ const OTHER_LEVEL_STEPS: usize = 4;
 
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
+
+/// How many filters with noise of an effect's own are kept.
+const KEPT_OWN: usize = 8;
 
 /// Numbers of each sample, run by run or all runs end to end.
 type Columns = Vec<Vec<f64>>;
@@ -107,6 +113,7 @@ impl<'a> Problem<'a> {
             rounding: 1.0,
             rough,
             filters: Mutex::default(),
+            own_filters: Mutex::default(),
             waves: KeptWaves::default(),
         }
     }
@@ -114,6 +121,7 @@ impl<'a> Problem<'a> {
     /// Forgets what the noise is part of.
     fn forget(&mut self) {
         self.filters = Mutex::default();
+        self.own_filters = Mutex::default();
         self.waves = KeptWaves::default();
     }
 
@@ -135,6 +143,7 @@ impl<'a> Problem<'a> {
             levels: self.levels.clone(),
             rough,
             filters: Mutex::default(),
+            own_filters: Mutex::default(),
             waves: KeptWaves::default(),
             ..*self
         }
@@ -188,7 +197,20 @@ impl<'a> Problem<'a> {
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
         let make = || Arc::new(Whitener::all(self.runs, &self.responses, level));
         if !level.is_shared() {
-            return make();
+            let kept = || {
+                let kept = self.own_filters.lock();
+                kept.unwrap_or_else(PoisonError::into_inner)
+            };
+            if let Some((_, filters)) = kept().iter().rev().find(|(of, _)| of == level) {
+                return filters.clone();
+            }
+            let filters = make();
+            let mut kept = kept();
+            if kept.len() == KEPT_OWN {
+                kept.pop_front();
+            }
+            kept.push_back((*level, filters.clone()));
+            return filters;
         }
         let mut known = self.filters.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, filters)) = known.iter().find(|(wander, _)| *wander == level.wander) {

@@ -79,10 +79,10 @@ impl<'a> Waves<'a> {
             .zip(self.problem.responses.iter())
             .zip(self.whiteners.iter())
         {
-            let waves = waves(self.problem, run, response, id, order);
-            for ((column, carried), mut one) in columns.iter_mut().zip(&mut carried).zip(waves) {
-                whitener.whiten_on(carried, &mut one);
-                column.extend(one);
+            let mut waves = waves(self.problem, run, response, id, order);
+            whitener.whiten_all_on(&mut carried, &mut waves);
+            for (column, wave) in columns.iter_mut().zip(waves) {
+                column.extend(wave);
             }
         }
         columns

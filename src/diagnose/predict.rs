@@ -29,8 +29,7 @@ pub(super) fn predict(motor: &Motor, run: &RunData) -> Option<Vec<f64>> {
     WORKSPACE
         .with_borrow_mut(|workspace| run.simulator.angles(&motor, workspace, &mut angles))
         .ok()?;
-    to_counts(&mut angles, run);
-    Some(angles)
+    Some(in_counts(&angles, run).collect())
 }
 
 /// The same with its derivatives by every number of the hypothesis, a column a number.
@@ -50,13 +49,10 @@ pub(super) fn predict_with_derivatives(
                 .sensitivities(&motor, &ids, workspace, &mut angles, &mut columns)
         })
         .ok()?;
-    to_counts(&mut angles, run);
     let derivatives = columns
         .chunks_exact(run.len().max(1))
         .enumerate()
         .map(|(k, column)| {
-            let mut column = column.to_vec();
-            to_counts(&mut column, run);
             let factor = if !hypothesis.movable(k) {
                 0.0
             } else if hypothesis.is_logarithmic(k) {
@@ -64,23 +60,24 @@ pub(super) fn predict_with_derivatives(
             } else {
                 1.0
             };
-            for value in &mut column {
-                *value = if value.is_finite() {
-                    *value * factor
+            let by_number = |value: f64| {
+                if value.is_finite() {
+                    value * factor
                 } else {
                     0.0
-                };
-            }
-            column
+                }
+            };
+            in_counts(column, run).map(by_number).collect()
         });
-    Some((angles, derivatives.collect()))
+    let derivatives = derivatives.collect();
+    Some((in_counts(&angles, run).collect(), derivatives))
 }
 
 /// Angles in rad to counts from the first sample.
-fn to_counts(angles: &mut [f64], run: &RunData) {
+fn in_counts(angles: &[f64], run: &RunData) -> impl Iterator<Item = f64> {
     let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
     let first = angles.first().copied().unwrap_or(0.0);
-    for angle in angles {
-        *angle = (*angle - first) * counts_per_rad;
-    }
+    angles
+        .iter()
+        .map(move |angle| (angle - first) * counts_per_rad)
 }

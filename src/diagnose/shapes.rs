@@ -206,13 +206,16 @@ fn smooth_columns(
     let mut carried = vec![Carried::default(); count];
     let answering = problem.runs.iter().zip(problem.responses.iter());
     for ((run, response), whitener) in answering.zip(whiteners) {
-        for (j, (all, carried)) in columns.iter_mut().zip(&mut carried).enumerate() {
+        let answer = |j: usize| {
             let acceleration: Vec<f64> = (0..run.len())
                 .map(|k| largest_acceleration * PRIOR_SHARE * shape(dependence, j, run, k))
                 .collect();
-            let mut column = response.to(&acceleration);
-            whitener.whiten_on(carried, &mut column);
-            all.extend(column);
+            response.to(&acceleration)
+        };
+        let mut answers: Vec<Vec<f64>> = (0..count).map(answer).collect();
+        whitener.whiten_all_on(&mut carried, &mut answers);
+        for (all, answer) in columns.iter_mut().zip(answers) {
+            all.extend(answer);
         }
     }
     columns
