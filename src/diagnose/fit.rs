@@ -5,14 +5,15 @@
 //! with `H = J'W'WJ + P`; `P` keeps a number that the runs do not tell from looking surer than its range.
 //! The wander's level is fitted too, on a grid, from strong (short horizons, a smooth objective) to weak.
 
-use std::collections::VecDeque;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::data::RunData;
 use super::disturbance::Disturbance;
 use super::hypothesis::{BASE, Hypothesis};
+use super::kept_filters::{Filters, KeptFilters};
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::noise_numbers;
 use super::periodic::KeptWaves;
@@ -45,10 +46,8 @@ pub(super) struct Problem<'a> {
     pub rounding: f64,
     /// What disturbs rough recordings.
     pub rough: Disturbance,
-    /// Filters of the levels without noise of an effect's own, made when first asked for.
-    filters: Mutex<Vec<(f64, Filters)>>,
-    /// The last ones of levels with such noise, newest last: a level is often asked for again at once.
-    own_filters: Mutex<VecDeque<(NoiseLevel, Filters)>>,
+    /// Filters, made when first asked for.
+    filters: KeptFilters,
     /// Whitened waves, made when first asked for.
     pub waves: KeptWaves,
 }
@@ -65,14 +64,8 @@ const OTHER_LEVEL_STEPS: usize = 4;
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
 
-/// How many filters with noise of an effect's own are kept.
-const KEPT_OWN: usize = 8;
-
 /// Numbers of each sample, run by run or all runs end to end.
 type Columns = Vec<Vec<f64>>;
-
-/// The filters of all runs.
-pub(super) type Filters = Arc<Vec<Whitener>>;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -112,16 +105,14 @@ impl<'a> Problem<'a> {
             supply: supply(nominal, runs),
             rounding: 1.0,
             rough,
-            filters: Mutex::default(),
-            own_filters: Mutex::default(),
+            filters: KeptFilters::default(),
             waves: KeptWaves::default(),
         }
     }
 
     /// Forgets what the noise is part of.
     fn forget(&mut self) {
-        self.filters = Mutex::default();
-        self.own_filters = Mutex::default();
+        self.filters = KeptFilters::default();
         self.waves = KeptWaves::default();
     }
 
@@ -142,8 +133,7 @@ impl<'a> Problem<'a> {
             responses: self.responses.clone(),
             levels: self.levels.clone(),
             rough,
-            filters: Mutex::default(),
-            own_filters: Mutex::default(),
+            filters: KeptFilters::default(),
             waves: KeptWaves::default(),
             ..*self
         }
@@ -184,41 +174,21 @@ impl<'a> Problem<'a> {
 
     fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
         let motor = hypothesis.motor(self.nominal, p);
-        self.runs.iter().map(|run| predict(&motor, run)).collect()
+        let runs = self.runs.par_iter().with_max_len(1);
+        runs.map(|run| predict(&motor, run)).collect()
     }
 
     /// What a fit would predict without its member `m`, all else equal.
     pub fn predictions_without(&self, fit: &Fit, m: usize) -> Option<Vec<Vec<f64>>> {
         let motor = fit.hypothesis.motor_without(self.nominal, &fit.p, m);
-        self.runs.iter().map(|run| predict(&motor, run)).collect()
+        let runs = self.runs.par_iter().with_max_len(1);
+        runs.map(|run| predict(&motor, run)).collect()
     }
 
     /// The filters of all runs.
     pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
-        let make = || Arc::new(Whitener::all(self.runs, &self.responses, level));
-        if !level.is_shared() {
-            let kept = || {
-                let kept = self.own_filters.lock();
-                kept.unwrap_or_else(PoisonError::into_inner)
-            };
-            if let Some((_, filters)) = kept().iter().rev().find(|(of, _)| of == level) {
-                return filters.clone();
-            }
-            let filters = make();
-            let mut kept = kept();
-            if kept.len() == KEPT_OWN {
-                kept.pop_front();
-            }
-            kept.push_back((*level, filters.clone()));
-            return filters;
-        }
-        let mut known = self.filters.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, filters)) = known.iter().find(|(wander, _)| *wander == level.wander) {
-            return filters.clone();
-        }
-        let filters = make();
-        known.push((level.wander, filters.clone()));
-        filters
+        let make = || Whitener::all(self.runs, &self.responses, level);
+        self.filters.of(level, make)
     }
 
     /// Residuals of all runs end to end, whitened.
@@ -437,9 +407,11 @@ impl<'a> Problem<'a> {
         let mut columns = vec![Vec::with_capacity(samples); hypothesis.len()];
         let mut carried = vec![Carried::default(); hypothesis.len()];
         let mut predictions = Vec::with_capacity(self.runs.len());
-        for (run, whitener) in self.runs.iter().zip(whiteners) {
-            let (prediction, mut derivatives) =
-                predict_with_derivatives(hypothesis, self.nominal, p, run)?;
+        let predicted: Vec<_> = (self.runs.par_iter().with_max_len(1))
+            .map(|run| predict_with_derivatives(hypothesis, self.nominal, p, run))
+            .collect();
+        for (predicted, whitener) in predicted.into_iter().zip(whiteners) {
+            let (prediction, mut derivatives) = predicted?;
             whitener.whiten_all_on(&mut carried, &mut derivatives);
             for (all, column) in columns.iter_mut().zip(derivatives) {
                 all.extend(column);

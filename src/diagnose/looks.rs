@@ -14,11 +14,9 @@ const SCANS_KEPT: usize = 2;
 /// A step from every start on short horizons, and a few more from where the best of them leads.
 pub(super) fn first_fit(problem: &Problem<'_>, starts: Vec<Start>, level: usize) -> Option<Fit> {
     let wander = problem.levels[level];
-    let first = best_fit(
-        starts
-            .into_iter()
-            .filter_map(|(hypothesis, start)| problem.fit_at(&hypothesis, &start, wander, 1)),
-    )?;
+    let first = best_fit(starts, |(hypothesis, start)| {
+        problem.fit_at(&hypothesis, &start, wander, 1)
+    })?;
     problem.fit_at(&first.hypothesis, &first.p, wander, FIRST_STEPS)
 }
 
@@ -50,13 +48,18 @@ pub(super) fn scanned_fit(
             .map(|fit| (fit.hypothesis, fit.p))
             .collect();
     }
-    best_fit(
-        starts
-            .into_iter()
-            .filter_map(|(hypothesis, p)| problem.fit_at(&hypothesis, &p, short, SCANNED_STEPS)),
-    )
+    best_fit(starts, |(hypothesis, p)| {
+        problem.fit_at(&hypothesis, &p, short, SCANNED_STEPS)
+    })
 }
 
-fn best_fit(fits: impl Iterator<Item = Fit>) -> Option<Fit> {
-    fits.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+/// The likeliest of the fits from these starts, side by side where somebody has nothing else to do.
+fn best_fit(starts: Vec<Start>, fit: impl Fn(Start) -> Option<Fit> + Sync + Send) -> Option<Fit> {
+    let fits: Vec<Fit> = starts
+        .into_par_iter()
+        .with_max_len(1)
+        .filter_map(fit)
+        .collect();
+    fits.into_iter()
+        .max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
 }

@@ -26,6 +26,7 @@ mod host_clock;
 mod hypothesis;
 mod judged;
 mod jumps;
+mod kept_filters;
 mod log_sum;
 mod looks;
 mod marginal;

@@ -11,8 +11,9 @@ use rayon::prelude::*;
 
 use super::anchor::Anchor;
 use super::data::RunData;
-use super::fit::{Filters, Problem};
+use super::fit::Problem;
 use super::hypothesis::BASE;
+use super::kept_filters::Filters;
 use super::noise::{Carried, NoiseLevel};
 use super::response::Response;
 use super::search::{ORDERS, Try};
