@@ -120,10 +120,11 @@ fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&'static str> {
     (diagnosis.effects.iter().filter(is_doubtful).copied()).collect()
 }
 
-/// At which frequency something unknown swings, as a sentence.
+/// At which frequency something unknown swings if it does, as a sentence: of something unknown the shape that suits it best
+/// need not be its law.
 fn swings(diagnosis: &Diagnosis) -> String {
     match diagnosis.place.oscillation_hz {
-        Some(hz) => format!(" It swings at {hz:.2} Hz whatever the shaft does."),
+        Some(hz) => format!(" Of all shapes a swing at {hz:.2} Hz suits it best."),
         None => String::new(),
     }
 }
