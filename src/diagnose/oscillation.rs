@@ -94,7 +94,8 @@ fn frequencies(runs: &[RunData], residual: &[f64]) -> (Vec<f64>, f64) {
     let lowest = LEAST_PERIODS / length_s;
     let step = 1.0 / (length_s * FINER as f64);
     let count = ((highest - lowest) / step).floor();
-    if count < 3.0 {
+    // Far more frequencies than samples: a file whose sample time is not that of its rows.
+    if !(3.0..=(FINER * residual.len()) as f64).contains(&count) {
         return (Vec::new(), 0.0);
     }
     let mut power = vec![0.0; count as usize];
