@@ -34,6 +34,9 @@ const RATES: [f64; 12] = [
 const MOST_THRESHOLDS: usize = 40;
 const NEARBY: f64 = 1.25;
 
+/// Frequencies to try, as shares of the logarithm of their range: a resonance is some damping ratios wide.
+const RESONANCES: [f64; 8] = [0.04, 0.16, 0.28, 0.4, 0.52, 0.64, 0.76, 0.9];
+
 /// By how much less than the least of its range an effect does next to nothing.
 const NEXT_TO_NOTHING: f64 = 5.0;
 
@@ -244,7 +247,7 @@ impl<'a> Search<'a> {
         Some(r)
     }
 
-    /// A grid over the plausible range: four values of the first number, two of the others.
+    /// A grid over the plausible range: four values of the first number, eight of a frequency, two of the others.
     fn grid(&self, parameters: &[EffectParameter]) -> Vec<Vec<f64>> {
         let (setting, motor) = (&self.problem.setting, &self.problem.nominal.parameters);
         let mut points = vec![Vec::new()];
@@ -252,6 +255,7 @@ impl<'a> Search<'a> {
             let (lo, hi) = setting.range(parameter, motor);
             let shares: &[f64] = match (k, parameters.len()) {
                 (0, 1) => &[0.03, 0.15, 0.3, 0.5, 0.7, 0.9],
+                (0, _) if parameter.unit == "Hz" => &RESONANCES,
                 (0, _) => &[0.1, 0.35, 0.6, 0.9],
                 _ => &[0.2, 0.7],
             };
