@@ -102,6 +102,27 @@ pub(super) fn bag_unknown(problem: &Problem<'_>, ranking: &mut Ranking, judged: 
     }
 }
 
+/// What a recording of so few blocks does not show: whether something is unknown is asked of each, and of two answers that
+/// `n` of `n` trials agree on, the next gives the same with `(n + 1/2) / (n + 1)` (Jeffreys' prior of a share). So
+///
+/// `P'(unknown) = (n P(unknown) + 1/2) / (n + 1)`
+///
+/// and the named sets share the rest as they did.
+pub(super) fn allow_for_more(problem: &Problem<'_>, ranking: &mut Ranking) {
+    let blocks = Blocks::of(problem.runs);
+    let sets = &mut ranking.candidates;
+    let mut shares: Vec<f64> = sets.iter().map(|set| set.probability).collect();
+    if shares.iter().sum::<f64>() < f64::MIN_POSITIVE {
+        let weights: Vec<f64> = sets.iter().map(|set| set.log_weight).collect();
+        shares = shared_out(&weights, None);
+    }
+    let named: f64 = shares.iter().sum();
+    ranking.unknown = blocks.of_one_more(ranking.unknown);
+    for (set, share) in sets.iter_mut().zip(shares) {
+        set.probability = (1.0 - ranking.unknown) * share / named;
+    }
+}
+
 /// Each weight's share of all, the unknown's last where it has one.
 pub(super) fn shared_out(log_weights: &[f64], log_unknown: Option<f64>) -> Vec<f64> {
     let all = log_weights.iter().copied().chain(log_unknown);
@@ -173,6 +194,12 @@ impl Blocks {
         Self { numbers, count }
     }
 
+    /// The probability that one more block says what these say with this probability, `allow_for_more`'s.
+    pub fn of_one_more(&self, probability: f64) -> f64 {
+        let count = self.count as f64;
+        (count * probability + 0.5) / (count + 1.0)
+    }
+
     /// Log-likelihood of each block, of the whitened residuals of all runs end to end with a fit's noise.
     pub fn log_likelihoods(&self, problem: &Problem<'_>, fit: &Fit, residuals: &[f64]) -> Vec<f64> {
         let level = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
@@ -194,7 +221,7 @@ impl Blocks {
 #[cfg(test)]
 mod tests {
     use super::super::candidate::{Candidate, candidate};
-    use super::super::samples::{fit, motor_with, problem, ready, recording};
+    use super::super::samples::{fit, motor_with, problem, ranking, ready, recording};
     use super::super::search::largest_acceleration;
     use super::super::unknown::likeliest;
     use super::*;
@@ -209,17 +236,14 @@ mod tests {
         let null = candidate(&problem, Vec::new(), fit(&problem, &[]), scale);
         let (flexible, gain) = likeliest(&problem, &null.fit, scale);
         let shares = shared_out(&[0.0], Some(gain + PRIOR_UNKNOWN.ln()));
+        let null = Candidate {
+            probability: shares[0],
+            ..null
+        };
         let mut ranking = Ranking {
-            candidates: vec![Candidate {
-                probability: shares[0],
-                ..null
-            }],
-            unknown: shares[1],
             flexible,
             unknown_gain: gain,
-            jumps: 0.0,
-            beside: Vec::new(),
-            imitated: Vec::new(),
+            ..ranking(vec![null], shares[1])
         };
         bag_unknown(&problem, &mut ranking, 0.0, scale);
         (shares[1], ranking.unknown)
@@ -276,5 +300,34 @@ mod tests {
     fn evidence_in_every_block_is_certain() {
         let share = of_the_first(&[&[1.0; 40], &[0.0; 40]]);
         assert!(share > 0.999_999, "{share}");
+    }
+
+    /// Ten seconds are twenty blocks, and of a half-second more nobody knows: 20.5 of 21 for what all of them say, and of that
+    /// the sets keep their odds, even those too small for a number.
+    #[test]
+    fn what_all_blocks_say_the_next_need_not() {
+        let nominal = motor_with(&[]);
+        let mut run = recording(&nominal);
+        for of in [&mut run.t_s, &mut run.command] {
+            of.truncate(3333);
+        }
+        run.counts.truncate(3333);
+        let runs = ready(&run);
+        let problem = problem(&nominal, &runs);
+        let scale = largest_acceleration(&nominal, &runs);
+        let null = candidate(&problem, Vec::new(), fit(&problem, &[]), scale);
+        for (named, unknown) in [(1.0, 0.5 / 21.0), (0.5, 10.5 / 21.0), (0.0, 20.5 / 21.0)] {
+            let sets = [0.0, -1.0].map(|log_weight| Candidate {
+                log_weight,
+                probability: named * f64::exp(log_weight) / (1.0 + (-1.0_f64).exp()),
+                ..null.clone()
+            });
+            let mut ranking = ranking(sets.to_vec(), 1.0 - named);
+            allow_for_more(&problem, &mut ranking);
+            let [first, second] = [0, 1].map(|k: usize| ranking.candidates[k].probability);
+            assert!((ranking.unknown - unknown).abs() < 1e-12, "{named}");
+            assert!((first + second + unknown - 1.0).abs() < 1e-12, "{named}");
+            assert!((first / second - 1.0_f64.exp()).abs() < 1e-9, "{named}");
+        }
     }
 }

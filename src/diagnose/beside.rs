@@ -113,7 +113,7 @@ pub(super) fn weigh(
         }
         match separation {
             Some(d) => imitated.push((index, d)),
-            None => beside.push((index, share)),
+            None => beside.push((index, blocks.of_one_more(share))),
         }
     }
     (ranking.beside, ranking.imitated) = (beside, imitated);

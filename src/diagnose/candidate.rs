@@ -17,7 +17,7 @@ const PRIOR_PAIR: f64 = 0.15;
 /// That there are three.
 const PRIOR_TRIPLE: f64 = 0.05;
 /// A wander up to this share of the largest acceleration is ordinary; more speaks for the unknown.
-const ORDINARY_WANDER: f64 = 0.003;
+pub(super) const ORDINARY_WANDER: f64 = 0.003;
 
 /// A hypothesis that was fitted.
 #[derive(Debug, Clone)]

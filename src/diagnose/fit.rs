@@ -467,7 +467,7 @@ fn supply(nominal: &Motor, runs: &[RunData]) -> f64 {
 }
 
 /// A wander is plausible up to a few per cent of what the motor can do, and the less the likelier.
-fn wander_penalty(wander: f64, levels: &[f64]) -> f64 {
+pub(super) fn wander_penalty(wander: f64, levels: &[f64]) -> f64 {
     let weakest = levels.last().copied().unwrap_or(1.0);
     (wander / weakest).max(1.0).ln()
 }

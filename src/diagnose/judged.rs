@@ -37,8 +37,7 @@ impl Ranking {
         if gap.before < gap.floor + JUDGED_COUNTS {
             return 0.0;
         }
-        let is_chance = !named || gap.after_effect < CHANCE * by_chance;
-        let short = if is_chance {
+        let short = if !named || is_chance(gap, by_chance) {
             0.0
         } else if gap.after_effect < gap.after_parameters {
             short_by(gap.closed, gap.closed_deviation)
@@ -57,6 +56,17 @@ impl Ranking {
         }
         nats
     }
+}
+
+/// Whether what the best set leaves of kept data is no more than what it says that no model can predict.
+fn is_chance(gap: &Gap, by_chance: f64) -> bool {
+    gap.after_effect < CHANCE * by_chance
+}
+
+/// Whether the best set leaves nothing of kept data to explain: the encoder's floor and less than means anything, or what it
+/// says that chance leaves.
+pub(super) fn is_explained(gap: &Gap, by_chance: f64) -> bool {
+    gap.after_effect < gap.floor + JUDGED_COUNTS || is_chance(gap, by_chance)
 }
 
 /// By how many nats a share of the gap as small as `closed` speaks for the unknown.
@@ -83,11 +93,10 @@ fn short_by(closed: f64, deviation: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::candidate::Candidate;
-    use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
-    use super::super::search::largest_acceleration;
-    use super::super::unknown::flexible;
+    use super::super::samples::{
+        gap, held_at, index, motor_with, problem, ranking, ready, recording,
+    };
     use super::*;
-    use crate::compare::FLOOR_COUNTS;
 
     const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
 
@@ -98,35 +107,17 @@ mod tests {
         let runs = ready(&recording(&nominal));
         let problem = problem(&nominal, &runs);
         let fit = held_at(&problem, &[STRIBECK]);
-        let flexible = flexible(&problem, &fit, largest_acceleration(&nominal, &runs));
         let best = Candidate {
             effects: vec![index("stribeck")],
             fit,
             log_weight: 0.0,
             probability: 0.9,
         };
-        let mut ranking = Ranking {
-            candidates: vec![best],
-            unknown: 0.1,
-            flexible,
-            unknown_gain: 0.0,
-            jumps: 0.0,
-            beside: Vec::new(),
-            imitated: Vec::new(),
-        };
-        let closed = 1.0 - after_effect / 100.0;
+        let mut ranking = ranking(vec![best], 0.1);
         let gap = Gap {
-            metric: "position_rmse_counts",
-            floor: FLOOR_COUNTS,
-            before: 100.0,
-            after_parameters: 50.0,
-            after_effect,
-            closed,
-            closed_lo95: 0.0,
-            closed_hi95: 1.0,
+            closed: 1.0 - after_effect / 100.0,
             closed_deviation: 0.4,
-            rungs95: [(0.0, 100.0); 3],
-            held_out: String::new(),
+            ..gap(after_effect)
         };
         let nats = ranking.judge(&gap, 0.0);
         let best = ranking.candidates[0].probability;
@@ -175,5 +166,18 @@ mod tests {
         assert!((short_by(0.4, 0.0) - 10.0).abs() < 1e-9);
         assert_eq!(short_by(0.7, 0.0), 0.0);
         assert!((short_by(0.4, 1e-6) - 10.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn less_than_a_count_above_the_floor_and_what_chance_leaves_is_nothing_to_explain() {
+        for (left, by_chance, expected) in [
+            (1.2, 0.0, true),
+            (1.4, 0.0, false),
+            (50.0, 26.0, true),
+            (50.0, 24.0, false),
+        ] {
+            let found = is_explained(&gap(left), by_chance);
+            assert_eq!(found, expected, "{left} with {by_chance} by chance");
+        }
     }
 }

@@ -57,6 +57,7 @@ mod sentence;
 mod setting;
 mod shapes;
 mod sums;
+mod tempered;
 mod ties;
 mod tones;
 mod unknown;
@@ -271,9 +272,15 @@ pub fn diagnose_holding_out(
         (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
     let judged = ranking.judge(&gap, by_chance);
     let alike = if is_rough {
-        discrepancy::share_out(&problem, &mut ranking)
+        let alike = discrepancy::share_out(&problem, &mut ranking);
+        bagging::allow_for_more(&problem, &mut ranking);
+        alike
     } else {
         bagging::bag_unknown(&problem, &mut ranking, judged, scale);
+        tempered::temper(&problem, &mut ranking, &gap, by_chance, scale);
+        if !judged::is_explained(&gap, by_chance) {
+            bagging::allow_for_more(&problem, &mut ranking);
+        }
         Vec::new()
     };
     let doubtful = if alike.is_empty() {

@@ -82,9 +82,7 @@ fn may_be_of_a_law(effect: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::candidate::Candidate;
-    use super::super::samples::{held_at, index, motor_with, problem, ready, recording};
-    use super::super::shapes::{Dependence, Group};
-    use super::super::unknown::Flexible;
+    use super::super::samples::{held_at, index, motor_with, problem, ranking, ready, recording};
     use super::*;
 
     const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
@@ -104,22 +102,7 @@ mod tests {
         let both = set(&[STRIBECK, (further, &[size])], 0.98);
         let alone = set(&[STRIBECK], 0.01);
         let apart = separation(&problem, &both.fit, &alone.fit).expect("a separation");
-        let mut ranking = Ranking {
-            candidates: vec![both, alone],
-            unknown: 0.01,
-            flexible: Flexible {
-                log_gain: 0.0,
-                group: Group::Smooth(Dependence::Time),
-                size: 1.0,
-                wander: 0.0,
-                gains: Vec::new(),
-                gain_of_large: 0.0,
-            },
-            unknown_gain: 0.0,
-            jumps: 0.0,
-            beside: Vec::new(),
-            imitated: Vec::new(),
-        };
+        let mut ranking = ranking(vec![both, alone], 0.01);
         let doubtful = weigh(&problem, &mut ranking);
         let probabilities = [0, 1].map(|k| ranking.candidates[k].probability);
         (doubtful, probabilities, apart)

@@ -1,12 +1,18 @@
 //! Runs of a motor that is known, for the tests of what is inside the diagnosis.
 
 use super::WANDER_LEVELS;
+use super::candidate::Candidate;
 use super::data::RunData;
 use super::disturbance::Disturbance;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{Hypothesis, Member};
+use super::rank::Ranking;
 use super::search::{damping_of, largest_acceleration};
+use super::shapes::{Dependence, Group};
+use super::unknown::Flexible;
+use super::verdict::Gap;
 use crate::board::Profile;
+use crate::compare::FLOOR_COUNTS;
 use crate::motor::effects::{ActiveEffect, find};
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
@@ -87,4 +93,41 @@ fn start(problem: &Problem<'_>, effects: &[(&str, &[f64])]) -> (Hypothesis, Vec<
     let hypothesis = Hypothesis::new(problem.nominal, members, &problem.setting);
     let start = hypothesis.start();
     (hypothesis, start)
+}
+
+/// These sets and something unknown, of which nothing else is known.
+pub(super) fn ranking(candidates: Vec<Candidate>, unknown: f64) -> Ranking {
+    Ranking {
+        candidates,
+        unknown,
+        flexible: Flexible {
+            log_gain: 0.0,
+            group: Group::Smooth(Dependence::Time),
+            size: 1.0,
+            wander: 0.0,
+            gains: Vec::new(),
+            gain_of_large: 0.0,
+        },
+        unknown_gain: 0.0,
+        jumps: 0.0,
+        beside: Vec::new(),
+        imitated: Vec::new(),
+    }
+}
+
+/// A gap of a hundred counts, of which refitting leaves 50 and the best set so many.
+pub(super) fn gap(after_effect: f64) -> Gap {
+    Gap {
+        metric: "position_rmse_counts",
+        floor: FLOOR_COUNTS,
+        before: 100.0,
+        after_parameters: 50.0,
+        after_effect,
+        closed: 1.0 - (after_effect - FLOOR_COUNTS) / (100.0 - FLOOR_COUNTS),
+        closed_lo95: 0.0,
+        closed_hi95: 1.0,
+        closed_deviation: 0.0,
+        rungs95: [(0.0, 100.0); 3],
+        held_out: String::new(),
+    }
 }
