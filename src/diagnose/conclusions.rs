@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::bagging::MOSTLY;
 use super::candidate::Candidate;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, BASE_KEYS};
@@ -121,9 +122,11 @@ impl Ties {
     }
 }
 
+/// Something is outside the catalogue if that is likelier than not: less than half, though more than any one of several sets
+/// that share the rest, is one of what these runs cannot tell apart.
 pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
     let best = &ranking.candidates[0];
-    if ranking.unknown > best.probability {
+    if ranking.unknown > MOSTLY {
         return Verdict::OutsideCatalogue;
     }
     let is_gap = gap.before - gap.floor >= NO_GAP_COUNTS;
@@ -313,5 +316,38 @@ pub(super) fn place(
         regions,
         ordered_by,
         oscillation_hz: ranking.flexible.group.oscillation_hz(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{gap, held_at, motor_with, problem, ranking, ready, recording};
+    use super::*;
+
+    /// The verdict on something unknown beside two sets with these shares.
+    fn verdict(unknown: f64, shares: [f64; 2]) -> Verdict {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let fit = held_at(&problem, &[]);
+        let set = |(k, probability): (usize, f64)| Candidate {
+            effects: vec![k],
+            fit: fit.clone(),
+            log_weight: probability.ln(),
+            probability,
+        };
+        let sets = shares.into_iter().enumerate().map(set).collect();
+        let ties = Ties {
+            pairs: Vec::new(),
+            of_the_best: false,
+        };
+        verdict_of(&ranking(sets, unknown), &gap(1.0), &ties)
+    }
+
+    #[test]
+    fn what_is_less_likely_than_not_is_one_of_several() {
+        assert_eq!(verdict(0.6, [0.3, 0.1]), Verdict::OutsideCatalogue);
+        assert_eq!(verdict(0.4, [0.3, 0.3]), Verdict::Ambiguous);
+        assert_eq!(verdict(0.1, [0.8, 0.1]), Verdict::Effect);
     }
 }
