@@ -3,7 +3,7 @@
 use case_generator::{Case, generate};
 use motorlab::board::Profile;
 use motorlab::diagnose::{DiagnoseError, Diagnosis, Verdict, diagnose};
-use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
+use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::{CommandKind, Run, read_run_from};
 
 fn runs(case: &Case) -> Vec<Run> {
@@ -58,24 +58,38 @@ fn runs_that_say_nothing_are_errors() {
     assert!(error.to_string().contains("at least 20"), "{error}");
 }
 
-/// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
-/// in bunches of 4 ms.
-fn timed_by_arrival() -> Run {
-    let sample_time_s = 0.005;
-    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * sample_time_s).collect();
-    let profile = Profile::named("reversing", 4.5, 3.0).unwrap();
+/// What the simulator's encoder counts of a motor through a profile of the board.
+fn simulated(motor: &Motor, profile: &str, sample_time_s: f64, duration_s: f64) -> Run {
+    let samples = (duration_s / sample_time_s).round() as u32;
+    let t_s: Vec<f64> = (0..samples).map(|k| f64::from(k) * sample_time_s).collect();
+    let profile = Profile::named(profile, 4.5, duration_s).unwrap();
     let command: Vec<f64> = t_s.iter().map(|&t_s| profile.command_at(t_s)).collect();
     let drive = Drive {
         t_s: &t_s,
         command: &command,
         kind: CommandKind::Voltage,
     };
-    let motor = Motor::default();
-    let counts = simulate(&motor, &drive, &SimulationOptions::default())
+    let counts = simulate(motor, &drive, &SimulationOptions::default())
         .unwrap()
         .counts;
+    Run {
+        sample_time_s,
+        counts_per_rev: 720.0,
+        supply_v: Some(4.5),
+        complete: true,
+        t_s,
+        command,
+        counts,
+        ..Run::default()
+    }
+}
+
+/// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
+/// in bunches of 4 ms.
+fn timed_by_arrival() -> Run {
+    let run = simulated(&Motor::default(), "reversing", 0.005, 3.0);
     let (mut late, mut before) = (0.0_f64, f64::NEG_INFINITY);
-    let arrivals = t_s.iter().map(|t_s| {
+    let arrivals = run.t_s.iter().map(|t_s| {
         // A sequence without a rhythm: the fractions of the squares of pi's multiples.
         late += 1.0;
         let line_s = t_s + 0.001 + 0.002 * (late * late * std::f64::consts::PI).fract();
@@ -84,14 +98,8 @@ fn timed_by_arrival() -> Run {
     });
     let arrivals: Vec<f64> = arrivals.collect();
     Run {
-        sample_time_s,
-        counts_per_rev: 720.0,
-        supply_v: Some(4.5),
-        complete: true,
         t_s: arrivals.iter().map(|t_s| t_s - arrivals[0]).collect(),
-        command,
-        counts,
-        ..Run::default()
+        ..run
     }
 }
 
@@ -131,6 +139,35 @@ fn stribeck_friction_is_named_and_closes_the_gap() {
     assert_eq!(found.place.stage, Some("mechanical"));
     assert!(found.gap.after_effect < found.gap.after_parameters);
     assert!(found.gap.closed > 0.9, "{:?}", found.gap);
+}
+
+/// What the best pair leaves is asked of every other effect too.
+#[test]
+fn a_third_effect_is_named_where_the_best_two_leave_much() {
+    let mut motor = Motor::default();
+    for (id, values) in [
+        ("coast_at_zero", &[][..]),
+        ("cogging", &[0.01, 12.0, 1.0]),
+        ("inductance", &[0.1]),
+    ] {
+        motor.effects.set(ActiveEffect::new(id, values).unwrap());
+    }
+    let runs = [
+        ("step", 0.03, 4.0),
+        ("step", 0.003, 4.0),
+        ("reversing", 0.003, 15.0),
+    ]
+    .map(|(name, sample_time_s, duration_s)| simulated(&motor, name, sample_time_s, duration_s));
+    let found = diagnose(&runs, &Motor::default(), &|_| {}).unwrap();
+    assert_eq!(found.verdict, Verdict::Effect, "{}", found.sentence);
+    assert_eq!(found.effects, ["coast_at_zero", "cogging", "inductance"]);
+    let winding = found.causes.iter().find(|c| c.effect == "inductance");
+    let inductance = &winding.unwrap().parameters["inductance_h"];
+    assert!(
+        (inductance.lo95..=inductance.hi95).contains(&0.1),
+        "{inductance:?}"
+    );
+    assert!(found.gap.after_effect < 0.4, "{:?}", found.gap);
 }
 
 /// Edges lost by chance, samples taken late and a clock that is off tell of themselves by how they scatter and by what the

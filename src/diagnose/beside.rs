@@ -41,7 +41,7 @@ const SETS: usize = 8;
 const WORTH: f64 = 0.02;
 /// How many times as much of kept data the best set must leave without an effect.
 const NEEDED: f64 = 2.0;
-/// An effect that is less probable is not asked whether it is needed: it is not said to be there.
+/// An effect that is less probable is not said to be there.
 const LIKELY: f64 = 0.5;
 /// Effects that say that a number of the motor file is another.
 const RETUNED: [&str; 4] = [
@@ -76,8 +76,16 @@ pub(super) fn weigh(
     if is_refuted(gap) {
         return;
     }
-    let mut in_question = best.effects.iter().filter(|&&index| can_be_told(index));
-    if ranking.unknown < WORTH || in_question.next().is_none() {
+    if ranking.unknown < WORTH {
+        return;
+    }
+    // Quickly told, and mostly none is: those without which the set leaves much more.
+    let needed: Vec<(usize, &Candidate)> = (best.effects.par_iter().copied())
+        .filter(|&index| can_be_told(index))
+        .filter_map(|index| Some((index, without(&ranking.candidates, index)?)))
+        .filter(|(_, rest)| is_needed(problem, best, rest, is_rough))
+        .collect();
+    if needed.is_empty() {
         return;
     }
     let blocks = Blocks::of(problem.runs);
@@ -99,16 +107,13 @@ pub(super) fn weigh(
         with.map(|(_, share)| share).sum::<f64>()
     };
     let (mut beside, mut imitated) = (Vec::new(), Vec::new());
-    for index in (best.effects.iter().copied()).filter(|&index| can_be_told(index)) {
-        let Some(rest) = without(&ranking.candidates, index) else {
-            continue;
-        };
+    for (index, rest) in needed {
         let share = share_of(index);
         let separation = (share < LIKELY)
             .then(|| separation_beside(problem, &best.fit, &rest.fit, &groups, scale))
             .flatten()
             .filter(|d| *d < OF_A_LAW * TIE);
-        if (share < LIKELY && separation.is_none()) || !is_needed(problem, best, rest, is_rough) {
+        if share < LIKELY && separation.is_none() {
             continue;
         }
         match separation {

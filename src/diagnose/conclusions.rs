@@ -17,6 +17,8 @@ use crate::motor::effects::catalogue;
 const NO_GAP_COUNTS: f64 = 0.1;
 /// The likeliest set is named outright from this probability on.
 const NAMED: f64 = 0.7;
+/// The same where these runs cannot tell a rival from it: then what is known beforehand alone speaks against that one.
+const NAMED_IN_A_TIE: f64 = 0.9;
 /// Where there is a gap, that there is none is said of all effects at once, and said outright from this probability on.
 const NONE_NAMED: f64 = 0.8;
 /// Sets this many nats behind the best are looked at for ties.
@@ -95,7 +97,7 @@ impl Ties {
             if left.is_empty() && best.effects.is_empty() {
                 left.push("none");
             }
-            if right.is_empty() && rival.effects.is_empty() {
+            if right.is_empty() {
                 right.push("none");
             }
             for a in &left {
@@ -130,10 +132,10 @@ pub(super) fn verdict_of(ranking: &Ranking, gap: &Gap, ties: &Ties) -> Verdict {
         return Verdict::OutsideCatalogue;
     }
     let is_gap = gap.before - gap.floor >= NO_GAP_COUNTS;
-    let from = if best.effects.is_empty() && is_gap {
-        NONE_NAMED
-    } else {
-        NAMED
+    let from = match (best.effects.is_empty(), is_gap) {
+        (true, true) => NONE_NAMED,
+        (false, _) if ties.of_the_best => NAMED_IN_A_TIE,
+        _ => NAMED,
     };
     let named = best.probability >= from || (best.probability >= 0.5 && !ties.of_the_best);
     if best.effects.is_empty() && named {
@@ -321,11 +323,13 @@ pub(super) fn place(
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{gap, held_at, motor_with, problem, ranking, ready, recording};
+    use super::super::samples::{
+        gap, held_at, index, motor_with, problem, ranking, ready, recording,
+    };
     use super::*;
 
-    /// The verdict on something unknown beside two sets with these shares.
-    fn verdict(unknown: f64, shares: [f64; 2]) -> Verdict {
+    /// The verdict on something unknown beside two sets with these shares, whose first these runs can tell from the second or not.
+    fn verdict(unknown: f64, shares: [f64; 2], of_the_best: bool) -> Verdict {
         let nominal = motor_with(&[]);
         let runs = ready(&recording(&nominal));
         let problem = problem(&nominal, &runs);
@@ -339,15 +343,50 @@ mod tests {
         let sets = shares.into_iter().enumerate().map(set).collect();
         let ties = Ties {
             pairs: Vec::new(),
-            of_the_best: false,
+            of_the_best,
         };
         verdict_of(&ranking(sets, unknown), &gap(1.0), &ties)
     }
 
     #[test]
     fn what_is_less_likely_than_not_is_one_of_several() {
+        let verdict = |unknown, shares| verdict(unknown, shares, false);
         assert_eq!(verdict(0.6, [0.3, 0.1]), Verdict::OutsideCatalogue);
         assert_eq!(verdict(0.4, [0.3, 0.3]), Verdict::Ambiguous);
         assert_eq!(verdict(0.1, [0.8, 0.1]), Verdict::Effect);
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_named_from_nine_in_ten() {
+        assert_eq!(verdict(0.0, [0.85, 0.15], true), Verdict::Ambiguous);
+        assert_eq!(verdict(0.0, [0.85, 0.15], false), Verdict::Effect);
+        assert_eq!(verdict(0.0, [0.95, 0.05], true), Verdict::Effect);
+    }
+
+    /// Drag of a size that a run of 20 s cannot show beside Stribeck friction that it can.
+    #[test]
+    fn a_part_that_changes_nothing_is_tied_with_none() {
+        let stribeck: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[stribeck])));
+        let problem = problem(&nominal, &runs);
+        let said = |drag: f64| {
+            let set = |members: &[(&str, &[f64])], probability| Candidate {
+                effects: members.iter().map(|(id, _)| index(id)).collect(),
+                fit: held_at(&problem, members),
+                log_weight: f64::ln(probability),
+                probability,
+            };
+            let both = set(&[stribeck, ("quadratic_drag", &[drag])], 0.8);
+            let ranking = ranking(vec![both, set(&[stribeck], 0.2)], 0.0);
+            let ties = Ties::among(&problem, &ranking, None, &[]);
+            (
+                ties.of("quadratic_drag").0,
+                ties.of("stribeck").0,
+                ties.of_the_best,
+            )
+        };
+        assert_eq!(said(1e-9), (vec!["none"], vec![], true));
+        assert_eq!(said(1e-3), (vec![], vec![], false));
     }
 }

@@ -52,8 +52,9 @@ pub(super) struct Field<'a> {
 }
 
 impl Field<'_> {
-    /// Which set to grow next: the best; then each part of a best pair (the best pair need not hold the best single effect);
-    /// as long as the best leaves something, the other best single effects, and what is close.
+    /// Which set to grow next: the best; then the other part of a best pair that leaves nothing (the best pair need not hold
+    /// the best single effect), or the pair that leaves something. In a rough recording each part of a best pair, and as long
+    /// as the best leaves something, the other best single effects, and what is close.
     pub fn next_parent(
         &self,
         candidates: &[Candidate],
@@ -83,11 +84,16 @@ impl Field<'_> {
         let other_part = candidates.iter().filter(open).find(part_of_best);
         // What stands in for one effect while the other is missing need not be it: a pair is looked for from both of its
         // parts, even where the first that was found leaves nothing.
-        if best.effects.len() == 2 && other_part.is_some() {
+        let is_enough = self.is_enough(best);
+        let is_rough = self.problem.is_rough();
+        if best.effects.len() == 2 && other_part.is_some() && (is_enough || is_rough) {
             return other_part.cloned();
         }
-        if self.is_enough(best) {
+        if is_enough {
             return None;
+        }
+        if !is_rough {
+            return candidates.first().filter(open).cloned();
         }
         let singles = candidates.iter().filter(|c| c.effects.len() == 1);
         let close = |c: &&Candidate| c.log_weight > best.log_weight - CLOSE;
@@ -151,7 +157,8 @@ impl Field<'_> {
         let mut short = self.looks(parent, likely, level);
         let grown = self.fitted_on(short.clone(), level, &mut further);
         let best = grown.iter().min_by(|a, b| by_weight(a, b));
-        if others.is_empty() || best.is_some_and(|best| self.is_enough(best)) {
+        let is_third = parent.effects.len() > 1 && !problem.is_rough();
+        if others.is_empty() || is_third || best.is_some_and(|best| self.is_enough(best)) {
             return grown;
         }
         short.extend(self.looks(parent, others, level));

@@ -47,7 +47,13 @@ impl Ranking {
         };
         let well = ((gap.closed - WELL_EXPLAINED) / (1.0 - WELL_EXPLAINED)).clamp(0.0, 1.0);
         let jumped = (self.jumps * (1.0 - well)).min(MOST_NATS);
-        let nats = short + jumped - OTHER_LAW_NATS * well;
+        // Edges lost by chance close no gap, and are no less the cause for that.
+        let excused = if named && is_chance(gap, by_chance) {
+            1.0
+        } else {
+            well
+        };
+        let nats = short + jumped - OTHER_LAW_NATS * excused;
         let more = nats.exp();
         let total = 1.0 + self.unknown * (more - 1.0);
         self.unknown *= more / total;
@@ -101,8 +107,8 @@ mod tests {
     const STRIBECK: (&str, &[f64]) = ("stribeck", &[0.002, 0.5]);
 
     /// By how many nats the unknown gets likelier beside a set that leaves so many counts of a hundred, where refitting alone
-    /// leaves 50 and the share closed is known to 0.4.
-    fn nats(after_effect: f64) -> f64 {
+    /// leaves 50 and the share closed is known to 0.4; `by_chance` is what the set says that no model can predict.
+    fn nats(after_effect: f64, by_chance: f64) -> f64 {
         let nominal = motor_with(&[]);
         let runs = ready(&recording(&nominal));
         let problem = problem(&nominal, &runs);
@@ -119,7 +125,7 @@ mod tests {
             closed_deviation: 0.4,
             ..gap(after_effect)
         };
-        let nats = ranking.judge(&gap, 0.0);
+        let nats = ranking.judge(&gap, by_chance);
         let best = ranking.candidates[0].probability;
         assert!((ranking.unknown + best - 1.0).abs() < 1e-12);
         assert!(((ranking.unknown / best).ln() - (1.0 / 9.0_f64).ln() - nats).abs() < 1e-9);
@@ -128,9 +134,16 @@ mod tests {
 
     #[test]
     fn only_what_predicts_better_than_refitting_is_excused_by_what_is_not_known() {
+        let nats = |after_effect| nats(after_effect, 0.0);
         assert!((0.0..1.0).contains(&nats(49.0)), "{}", nats(49.0));
         assert_eq!(nats(51.0), UNEXPLAINED_NATS * (EXPLAINED - 0.49));
         assert!((nats(0.0) + OTHER_LAW_NATS).abs() < 0.2, "{}", nats(0.0));
+    }
+
+    #[test]
+    fn what_chance_leaves_is_excused_like_what_is_closed() {
+        assert_eq!(nats(51.0, 26.0), -OTHER_LAW_NATS);
+        assert!(nats(51.0, 25.0) > 0.0);
     }
 
     /// Against the integral of the likelihood over the error of the share, by the trapezoidal rule in steps of 1/2000 of a

@@ -10,9 +10,10 @@ use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
-use super::other_law::has_laws;
+use super::other_law::{OF_A_LAW, has_laws};
 use super::refined::Refined;
 use super::search::largest_acceleration;
+use super::ties::TIE;
 use super::unknown::{Flexible, likeliest};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
@@ -24,6 +25,9 @@ const BEGINNINGS: [f64; 2] = [0.25, 0.5];
 /// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so
 /// that it must explain something.
 const CHEAPEST: f64 = 1.5;
+/// A third effect must weigh more than two alone by what three times the separation that noise hides comes to, `9^2 / 2`: as
+/// much the laws of two together may differ from the motor's (`other_law.rs`).
+const THIRD: f64 = 0.5 * (OF_A_LAW * TIE) * (OF_A_LAW * TIE);
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
 
@@ -99,10 +103,15 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
             .collect();
         let instead_of = field.partner_in_what_is_enough(&parent, &candidates);
         let grown = field.with_one_more(&parent, &others, instead_of);
+        let least = if parent.effects.len() > 1 {
+            THIRD
+        } else {
+            -CHEAPEST
+        };
         candidates.extend(
             grown
                 .into_iter()
-                .filter(|new| new.log_weight > parent.log_weight - CHEAPEST),
+                .filter(|new| new.log_weight > parent.log_weight + least),
         );
         dedup(&mut candidates);
         // Where the command answers to the motion, what effects take off the residual does not add up.

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::verdict::{Diagnosis, Regime, Region, Verdict};
+use super::ties::TIE;
+use super::verdict::{Cause, Diagnosis, Regime, Region, Verdict};
 use crate::motor::effects::catalogue;
 
 /// A cause from this probability on is named where several are in play.
@@ -54,12 +55,19 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
         Verdict::Ambiguous if !perhaps_none(diagnosis).is_empty() => {
             let doubtful = perhaps_none(diagnosis);
             let others: Vec<_> = (diagnosis.effects.iter().copied())
-                .filter(|id| !doubtful.contains(id))
+                .filter(|id| !doubtful.iter().any(|cause| cause.effect == *id))
                 .collect();
+            let names: Vec<_> = doubtful.iter().map(|cause| cause.effect).collect();
+            let is_hidden = |cause: &&Cause| cause.separation.is_some_and(|d| d < TIE);
+            let but = if doubtful.iter().any(is_hidden) {
+                "these runs cannot tell whether it is there"
+            } else {
+                "another law of the same effect could leave as little"
+            };
             format!(
-                "The gap is {}{region}. With {} beside it the gap goes from {:.2} counts to {:.2}, but another law of the same effect could leave as little; {floor}.",
+                "The gap is {}{region}. With {} beside it the gap goes from {:.2} counts to {:.2}, but {but}; {floor}.",
                 in_words(&others),
-                doubtful.join(" and ").replace('_', " "),
+                names.join(" and ").replace('_', " "),
                 gap.before,
                 gap.after_effect
             )
@@ -107,17 +115,16 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// Chosen effects beside others that these runs cannot tell from none.
-fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&'static str> {
-    let is_doubtful = |id: &&&'static str| {
-        let mut causes = diagnosis.causes.iter();
-        let cause = causes.find(|cause| cause.effect == **id);
-        cause.is_some_and(|cause| cause.indistinguishable_from.contains(&"none"))
-    };
-    if diagnosis.effects.len() < 2 {
+/// Chosen effects beside others that these runs cannot tell from none, where these others are in no tie.
+fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&Cause> {
+    let chosen = |cause: &&Cause| diagnosis.effects.contains(&cause.effect);
+    let (doubtful, others): (Vec<&Cause>, Vec<&Cause>) = (diagnosis.causes.iter())
+        .filter(chosen)
+        .partition(|cause| cause.indistinguishable_from.contains(&"none"));
+    if others.is_empty() || others.iter().any(|c| !c.indistinguishable_from.is_empty()) {
         return Vec::new();
     }
-    (diagnosis.effects.iter().filter(is_doubtful).copied()).collect()
+    doubtful
 }
 
 /// At which frequency something unknown swings if it does, as a sentence: of something unknown the shape that suits it best

@@ -1,11 +1,12 @@
 """Recordings of motors with known hidden effects, to ask `motorlab diagnose` about; README.md says by which laws.
 
-    python diagnosis_cases.py DIR LABELS.json [--seed N] [--singles N] [--pairs N] [--none N] [--outside N]
+    python diagnosis_cases.py DIR LABELS.json [--seed N] [--singles N] [--pairs N] [--triples N] [--none N]
+                              [--outside N]
     python diagnosis_cases.py DIR LABELS.json [--seed N] --kinds stribeck,backlash+dead_zone,none,driver_curve
                               [--beyond-refit]
 
 Needs numpy and scipy. Writes DIR/case-0001/{motor.toml,run1.csv,run2.csv,run3.csv} and so on, and LABELS.json, an object
-by case: `kind` (none, single, pair, outside), `effects[]` (`id`, `parameters`), `strength_counts{}` (RMS over the runs of
+by case: `kind` (none, single, pair of two or three, outside), `effects[]` (`id`, `parameters`), `strength_counts{}` (RMS over the runs of
 the angle with the effect against without it, in counts), `law` (friction, Stribeck's shape, spectrum of the wander),
 `motor`, and with --beyond-refit `beyond_refit_counts`: what re-tuning the motor's figures within their tolerances leaves
 of the effects (linear estimate, five further simulations a case). Same seed and kinds, same cases.
@@ -344,6 +345,10 @@ def rms(difference):
     return float(np.sqrt(np.mean(np.square(difference))))
 
 
+class TooLittle(RuntimeError):
+    """No sizes of the effects were drawn that show each of them."""
+
+
 def make_case(seed, names, directory, with_refit):
     rng = np.random.default_rng(seed)
     m = {key: value * float(np.exp(0.1 * rng.standard_normal())) for key, value in HANDOUT.items()}
@@ -358,7 +363,7 @@ def make_case(seed, names, directory, with_refit):
     chances = [int(c) for c in rng.integers(0, 2**62, 3)]
     still = lambda motor, fx: np.concatenate([read_out(motor, fx, law, *each, still=True) for each in zip(runs, chances)])
     plain = still(m, {}) if names else None
-    for _ in range(12):
+    for _ in range(40):
         fx = {name: draw_effect(name, m, rng) for name in names}
         shown = still(m, fx) if names else None
         without = {name: plain if len(names) == 1 else still(m, {n: fx[n] for n in names if n != name}) for name in names}
@@ -366,12 +371,12 @@ def make_case(seed, names, directory, with_refit):
         if all(strength[name] >= LEAST_COUNTS.get(name, 2.0) for name in names):
             break
     else:
-        raise RuntimeError(f"seed {seed}: no strength of {names} moves the angle by enough")
+        raise TooLittle(f"seed {seed}: no strength of {names} moves the angle by enough")
     directory.mkdir(parents=True, exist_ok=True)
     for k, (profile, chance) in enumerate(zip(runs, chances), 1):
         (directory / f"run{k}.csv").write_text(run_file(profile, *read_out(m, fx, law, profile, chance)))
     (directory / "motor.toml").write_text(motor_file(nominal))
-    kind = "none" if not names else "pair" if len(names) == 2 else "outside" if names[0] in OUTSIDE else "single"
+    kind = "none" if not names else "pair" if len(names) >= 2 else "outside" if names[0] in OUTSIDE else "single"
     label = dict(kind=kind, effects=[dict(id=name, parameters=fx[name]) for name in names], strength_counts=strength, law=law, motor=m)
     if with_refit and names:
         label["beyond_refit_counts"] = beyond_refit(m, still, plain, shown - plain)
@@ -400,7 +405,11 @@ def plan(arguments, rng):
     cases = [[name] for name in deal(CATALOGUE, arguments.singles)]
     partners = deal(CATALOGUE, 8 * arguments.pairs)
     pairs = [[a, b] for a, b in zip(partners[::2], partners[1::2]) if a != b and {a, b} != {"backlash", "compliance"}]
-    return cases + pairs[: arguments.pairs] + [[]] * arguments.none + [[name] for name in deal(OUTSIDE, arguments.outside)]
+    thirds = deal(CATALOGUE, 12 * arguments.triples)
+    triples = [list(three) for three in zip(thirds[::3], thirds[1::3], thirds[2::3])
+               if len({*three}) == 3 and not {"backlash", "compliance"} <= {*three}]
+    several = pairs[: arguments.pairs] + triples[: arguments.triples]
+    return cases + several + [[]] * arguments.none + [[name] for name in deal(OUTSIDE, arguments.outside)]
 
 
 def main():
@@ -409,14 +418,21 @@ def main():
     parser.add_argument("labels", type=Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kinds")
-    for kind in ("singles", "pairs", "none", "outside"):
+    for kind in ("singles", "pairs", "triples", "none", "outside"):
         parser.add_argument(f"--{kind}", type=int, default=0)
     parser.add_argument("--beyond-refit", action="store_true")
     arguments = parser.parse_args()
     labels = {}
     for k, names in enumerate(plan(arguments, np.random.default_rng(arguments.seed)), 1):
         name = f"case-{k:04}"
-        labels[name] = make_case([arguments.seed, k], names, arguments.directory / name, arguments.beyond_refit)
+        try:
+            labels[name] = make_case([arguments.seed, k], names, arguments.directory / name, arguments.beyond_refit)
+        except TooLittle as error:
+            # Of three, one may hide another whatever their sizes.
+            if len(names) < 3:
+                raise
+            print(f"{name} left out: {error}", flush=True)
+            continue
         arguments.labels.write_text(json.dumps(labels, indent=1) + "\n")
         print(name, "+".join(names) or "none", {n: round(s, 2) for n, s in labels[name]["strength_counts"].items()}, flush=True)
 
