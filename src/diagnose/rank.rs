@@ -1,4 +1,4 @@
-//! Which effects explain the runs: nothing, each effect, pairs by growth, something unknown.
+//! Which effects explain the runs: nothing, each effect, two or three by growth, something unknown.
 //!
 //! Every hypothesis is weighed by its evidence and a prior. The winner is grown by one more effect as long as
 //! that is worth it. An effect whose fit has not converged is said so, and keeps its place by its best evidence.
