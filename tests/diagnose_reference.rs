@@ -145,8 +145,8 @@ fn an_effect_beside_something_unknown_is_said_to_be_there() {
         .collect();
     let (found, sure) = &there[0];
     assert!(sure.contains(&"gravity_load"), "{sure:?}");
-    // Of 46 half-seconds no more can be said: 46.5 of 47.
-    let words = "Beside it there is gravity load (99 % sure)";
+    // Of 23 s, 11.5 times twice the second over which a load wanders, no more can be said: 12 of 12.5.
+    let words = "Beside it there is gravity load (96 % sure)";
     assert!(found.sentence.contains(words), "{}", found.sentence);
     let (found, sure) = &there[1];
     assert!(sure.is_empty(), "{sure:?}: {}", found.sentence);

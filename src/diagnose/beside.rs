@@ -23,7 +23,7 @@
 
 use rayon::prelude::*;
 
-use super::bagging::{Blocks, over_draws};
+use super::bagging::{Blocks, of_one_more, over_draws};
 use super::candidate::{Candidate, excess_wander};
 use super::fit::Problem;
 use super::other_law::OF_A_LAW;
@@ -118,7 +118,7 @@ pub(super) fn weigh(
         }
         match separation {
             Some(d) => imitated.push((index, d)),
-            None => beside.push((index, blocks.of_one_more(share))),
+            None => beside.push((index, of_one_more(problem.runs, share))),
         }
     }
     (ranking.beside, ranking.imitated) = (beside, imitated);

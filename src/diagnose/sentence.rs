@@ -115,12 +115,12 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> String {
     }
 }
 
-/// Chosen effects beside others that these runs cannot tell from none, where these others are in no tie.
+/// Chosen effects beside others that these runs cannot tell from none and from nothing else, where these others are in no tie.
 fn perhaps_none(diagnosis: &Diagnosis) -> Vec<&Cause> {
     let chosen = |cause: &&Cause| diagnosis.effects.contains(&cause.effect);
     let (doubtful, others): (Vec<&Cause>, Vec<&Cause>) = (diagnosis.causes.iter())
         .filter(chosen)
-        .partition(|cause| cause.indistinguishable_from.contains(&"none"));
+        .partition(|cause| cause.indistinguishable_from == ["none"]);
     if others.is_empty() || others.iter().any(|c| !c.indistinguishable_from.is_empty()) {
         return Vec::new();
     }
