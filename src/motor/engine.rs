@@ -19,6 +19,9 @@ pub(super) const TICKS: u64 = 1 << FINEST;
 /// of fifth order, is far smaller.
 const TOLERANCE: f64 = 2e-5;
 
+/// Longest step in s inside which samples are read off where a torque repeats with the angle.
+const READ_OFF_S: f64 = 0.006;
+
 /// What the matrices of a ladder depend on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Key {
@@ -161,8 +164,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         } else {
             0
         };
+        let repeats = chain.mechanical.cogging.is_some() || chain.electrical.ripple.is_some();
         self.floor = match chain.transmission.spring {
             Some((frequency_hz, _)) => rung(0.06 / frequency_hz.value()),
+            None if repeats => rung(READ_OFF_S),
             None => 0,
         };
     }

@@ -82,8 +82,10 @@ impl ParameterId {
     }
 }
 
-/// Most steps for each longest step of a run: a fit has many more motors to try than one that chatters.
-const MOST_STEPS: u64 = 100;
+/// Most steps for each longest step of a run, on average, and for each as long as a spring allows: a fit has many more motors
+/// to try than one that chatters.
+const MOST_STEPS: u64 = 40;
+const MOST_BY_PACE: u64 = 2;
 
 /// Largest error of a step: a thousandth of a count over a run, a hundredth of what rounding leaves.
 const TOLERANCE: f64 = 1e-3;
@@ -162,7 +164,8 @@ impl Simulator {
     /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
     ///
     /// # Errors
-    /// An angle that is not finite; a motor too stiff for a fit, with over 100 steps in every 3 ms.
+    /// An angle that is not finite; a motor too stiff for a fit, with over 40 steps for each longest one on average (12 ms
+    /// at most), and over two for each that its spring asks for.
     pub fn angles(
         &self,
         motor: &Motor,
@@ -289,9 +292,10 @@ impl Simulator {
         let mut mean = MeanCounts::new(machine.chain.sensor, angle_rad, speed_rad_s);
         let per_count = S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev;
         let late_s = machine.chain.timing.jitter_s * 0.5;
+        let most_steps = MOST_STEPS.max(MOST_BY_PACE << engine.floor);
         self.schedule.run(
             engine,
-            MOST_STEPS,
+            most_steps,
             |_| late_s,
             |k, engine, y| {
                 let (angle, speed) = encoder_shaft(&engine.machine, y);
@@ -340,7 +344,7 @@ mod tests {
     use super::*;
     use crate::{ActiveEffect, SimulationOptions, simulate};
 
-    /// Fits take steps of twice the sample time and read uneven samples off inside them; what is simulated once takes
+    /// Fits take steps of four times the sample time and read uneven samples off inside them; what is simulated once takes
     /// shorter ones with a smaller error.
     #[test]
     fn what_fits_see_of_uneven_samples_is_what_is_simulated() {

@@ -8,7 +8,7 @@ use super::simulate::{Drive, SimulationError};
 pub(super) const LONGEST_STEP_S: f64 = 0.003;
 
 /// How many times as long they may be in a fit.
-const COARSER: f64 = 2.0;
+const COARSER: f64 = 4.0;
 
 /// A drive made ready: which samples change the command, and how time is divided.
 #[derive(Debug, Clone)]
