@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::fit::{Fit, Problem};
+use super::fit::{Columns, Fit, Problem};
 use super::hypothesis::Hypothesis;
 use super::sums::{dot, gram};
 
@@ -27,9 +27,10 @@ pub(super) struct Anchor {
 }
 
 impl Anchor {
-    pub fn new(problem: &Problem<'_>, fit: &Fit) -> Option<Self> {
+    /// At a fit whose prediction has these derivatives by the base, run by run.
+    pub fn new(problem: &Problem<'_>, fit: &Fit, derivatives: Vec<Columns>) -> Self {
         let residual = problem.innovations(fit);
-        let base = problem.base_jacobian(fit)?;
+        let base = problem.whitened_base(fit, derivatives);
         let noise = problem.noise(&fit.hypothesis, &fit.p, fit.wander);
         let whiteners = problem.whiteners(&noise);
         let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
@@ -42,7 +43,7 @@ impl Anchor {
             base,
         };
         anchor.left = anchor.left_over(&anchor.residual, &fit.hypothesis, &fit.p) + determinants;
-        Some(anchor)
+        anchor
     }
 
     /// Products of the base with itself, with its prior and a little ridge.

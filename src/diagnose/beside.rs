@@ -25,10 +25,10 @@ use rayon::prelude::*;
 
 use super::bagging::{Blocks, of_one_more, over_draws};
 use super::candidate::{Candidate, excess_wander};
-use super::fit::Problem;
+use super::fit::{Fit, Problem};
 use super::other_law::OF_A_LAW;
 use super::rank::Ranking;
-use super::rungs::{by_pieces, rungs};
+use super::rungs::{left_by, left_of_runs_by};
 use super::shapes::Group;
 use super::ties::TIE;
 use super::unknown::{flexed, separation_beside};
@@ -80,11 +80,11 @@ pub(super) fn weigh(
         return;
     }
     // Quickly told, and mostly none is: those without which the set leaves much more.
-    let needed: Vec<(usize, &Candidate)> = (best.effects.par_iter().copied())
+    let told: Vec<(usize, &Candidate)> = (best.effects.iter().copied())
         .filter(|&index| can_be_told(index))
         .filter_map(|index| Some((index, without(&ranking.candidates, index)?)))
-        .filter(|(_, rest)| is_needed(problem, best, rest, is_rough))
         .collect();
+    let needed = needed(problem, best, told, is_rough);
     if needed.is_empty() {
         return;
     }
@@ -139,14 +139,25 @@ fn without(candidates: &[Candidate], index: usize) -> Option<&Candidate> {
     candidates.iter().find(is_rest)
 }
 
-/// Whether the best set leaves much more of kept data without an effect than with it.
-fn is_needed(problem: &Problem<'_>, best: &Candidate, rest: &Candidate, is_rough: bool) -> bool {
-    let gap = if is_rough {
-        by_pieces(problem, &rest.fit, &best.fit, &[])
-    } else {
-        rungs(problem, &rest.fit, &best.fit)
-    };
-    gap.after_parameters > NEEDED * gap.after_effect
+/// The effects without which the best set leaves much more of kept data than with them.
+fn needed<'a>(
+    problem: &Problem<'_>,
+    best: &Candidate,
+    told: Vec<(usize, &'a Candidate)>,
+    is_rough: bool,
+) -> Vec<(usize, &'a Candidate)> {
+    if told.is_empty() {
+        return told;
+    }
+    let rests = told.iter().map(|(_, rest)| &rest.fit);
+    let fits: Vec<&Fit> = std::iter::once(&best.fit).chain(rests).collect();
+    let of_pieces = is_rough.then(|| left_by(problem, &fits)).flatten();
+    let left = of_pieces.unwrap_or_else(|| left_of_runs_by(problem, &fits));
+    let without = told.into_iter().zip(&left[1..]);
+    without
+        .filter(|(_, without)| **without > NEEDED * left[0])
+        .map(|(told, _)| told)
+        .collect()
 }
 
 /// The best set, its parts, none, and the next.

@@ -55,6 +55,9 @@ pub(super) struct Problem<'a> {
 /// A level of the wander this many nats behind another ends the search for the best.
 const HOPELESS: f64 = 200.0;
 
+/// How many times what a linear step promises a fit may gain.
+const OPTIMISM: f64 = 3.0;
+
 /// A step that gains fewer nats is the last.
 const SETTLED: f64 = 0.05;
 
@@ -65,7 +68,7 @@ const OTHER_LEVEL_STEPS: usize = 4;
 const FEW_STEPS: usize = 4;
 
 /// Numbers of each sample, run by run or all runs end to end.
-type Columns = Vec<Vec<f64>>;
+pub(super) type Columns = Vec<Vec<f64>>;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -212,6 +215,18 @@ impl<'a> Problem<'a> {
         wander: f64,
         most_steps: usize,
     ) -> Option<Fit> {
+        self.fit_towards(f64::NEG_INFINITY, hypothesis, start, wander, most_steps)
+    }
+
+    /// The same; `None` too where the start is so far below this evidence that no step promises to reach it.
+    fn fit_towards(
+        &self,
+        least: f64,
+        hypothesis: &Hypothesis,
+        start: &[f64],
+        wander: f64,
+        most_steps: usize,
+    ) -> Option<Fit> {
         let d = hypothesis.len();
         let mut p = start.to_vec();
         hypothesis.clamp(&mut p);
@@ -242,6 +257,15 @@ impl<'a> Problem<'a> {
             for (k, slope, curvature) in &of_noise {
                 gradient[*k] += slope;
                 jtj[(*k, *k)] += curvature;
+            }
+            if step == 0 && least > f64::NEG_INFINITY {
+                let cholesky = jtj.clone().cholesky()?;
+                let promised = 0.5 * cholesky.solve(&gradient).dot(&gradient);
+                let here =
+                    self.evidence(hypothesis, &p, wander, log_likelihood(&r, &whiteners), &jtj)?;
+                if here + OPTIMISM * promised < least {
+                    return None;
+                }
             }
             if step == most_steps {
                 break;
@@ -290,23 +314,11 @@ impl<'a> Problem<'a> {
             }
         }
         let log_likelihood = log_likelihood(&r, &whiteners);
-        let cholesky = jtj.clone().cholesky()?;
-        let log_determinant = 2.0
-            * cholesky
-                .l_dirty()
-                .diagonal()
-                .iter()
-                .map(|x| x.ln())
-                .sum::<f64>();
+        let log_evidence = self.evidence(hypothesis, &p, wander, log_likelihood, &jtj)?;
         for (k, _, curvature) in &of_noise {
             jtj[(*k, *k)] -= (1.0 - noise_numbers::INFORMATION) * curvature;
         }
         let covariance = jtj.cholesky()?.inverse();
-        // Numbers of the base that mean nothing have a prior of their own and no data: they cancel.
-        let log_evidence =
-            log_likelihood + hypothesis.log_prior(&p) + 0.5 * d as f64 * std::f64::consts::TAU.ln()
-                - 0.5 * log_determinant
-                - wander_penalty(wander, &self.levels);
         Some(Fit {
             hypothesis: hypothesis.clone(),
             p,
@@ -316,6 +328,27 @@ impl<'a> Problem<'a> {
             converged,
             predictions,
         })
+    }
+
+    /// Logarithm of the evidence by Laplace's approximation, with this curvature.
+    fn evidence(
+        &self,
+        hypothesis: &Hypothesis,
+        p: &[f64],
+        wander: f64,
+        log_likelihood: f64,
+        curvature: &DMatrix<f64>,
+    ) -> Option<f64> {
+        let cholesky = curvature.clone().cholesky()?;
+        let diagonal = cholesky.l_dirty().diagonal();
+        let log_determinant = 2.0 * diagonal.iter().map(|x| x.ln()).sum::<f64>();
+        let d = hypothesis.len() as f64;
+        // Numbers of the base that mean nothing have a prior of their own and no data: they cancel.
+        Some(
+            log_likelihood + hypothesis.log_prior(p) + 0.5 * d * std::f64::consts::TAU.ln()
+                - 0.5 * log_determinant
+                - wander_penalty(wander, &self.levels),
+        )
     }
 
     /// The same set from where it fits, on another level of the wander.
@@ -342,21 +375,19 @@ impl<'a> Problem<'a> {
         let mut best: Option<(usize, Fit)> = None;
         let mut p = start.to_vec();
         for (k, &wander) in self.levels.iter().enumerate().skip(first) {
-            let Some(fit) = self.fit_at(hypothesis, &p, wander, most_steps) else {
-                continue;
-            };
-            p.clone_from(&fit.p);
-            let behind = best
-                .as_ref()
-                .map_or(0.0, |(_, best)| best.log_evidence - fit.log_evidence);
-            if behind > HOPELESS {
-                // Weaker still is worse still; but a little worse is no peak yet.
-                break;
+            let reached = best.as_ref().map(|(_, best)| best.log_evidence);
+            // Weaker still is worse still; but a little worse is no peak yet.
+            let least = reached.map_or(f64::NEG_INFINITY, |reached| reached - HOPELESS);
+            match self.fit_towards(least, hypothesis, &p, wander, most_steps) {
+                Some(fit) if fit.log_evidence >= least => {
+                    p.clone_from(&fit.p);
+                    if reached.is_none_or(|reached| fit.log_evidence >= reached) {
+                        best = Some((k, fit));
+                    }
+                }
+                None if best.is_none() => {}
+                _ => break,
             }
-            if behind > 0.0 {
-                continue;
-            }
-            best = Some((k, fit));
         }
         let (mut at, mut best) = best?;
         while at <= first && at > 0 {
@@ -403,31 +434,47 @@ impl<'a> Problem<'a> {
         p: &[f64],
         whiteners: &[Whitener],
     ) -> Option<(Columns, Columns)> {
-        let samples: usize = self.runs.iter().map(RunData::len).sum();
-        let mut columns = vec![Vec::with_capacity(samples); hypothesis.len()];
-        let mut carried = vec![Carried::default(); hypothesis.len()];
-        let mut predictions = Vec::with_capacity(self.runs.len());
-        let predicted: Vec<_> = (self.runs.par_iter().with_max_len(1))
-            .map(|run| predict_with_derivatives(hypothesis, self.nominal, p, run))
-            .collect();
-        for (predicted, whitener) in predicted.into_iter().zip(whiteners) {
-            let (prediction, mut derivatives) = predicted?;
-            whitener.whiten_all_on(&mut carried, &mut derivatives);
-            for (all, column) in columns.iter_mut().zip(derivatives) {
-                all.extend(column);
-            }
-            predictions.push(prediction);
-        }
-        Some((predictions, columns))
+        let (predictions, derivatives) = self.derivatives(hypothesis, p, hypothesis.len())?;
+        Some((predictions, self.whitened_columns(derivatives, whiteners)))
     }
 
-    /// Whitened derivatives for the base alone, at a fit; the linear part of searches.
-    pub fn base_jacobian(&self, fit: &Fit) -> Option<Vec<Vec<f64>>> {
+    /// The prediction of each run, and its derivatives by the first numbers of the hypothesis.
+    fn derivatives(
+        &self,
+        hypothesis: &Hypothesis,
+        p: &[f64],
+        numbers: usize,
+    ) -> Option<(Columns, Vec<Columns>)> {
+        let of_run = |run| predict_with_derivatives(hypothesis, self.nominal, p, numbers, run);
+        let by_run: Option<Vec<_>> = (self.runs.par_iter().with_max_len(1)).map(of_run).collect();
+        Some(by_run?.into_iter().unzip())
+    }
+
+    /// Columns of each run, whitened, all runs end to end.
+    fn whitened_columns(&self, by_run: Vec<Columns>, whiteners: &[Whitener]) -> Columns {
+        let samples: usize = self.runs.iter().map(RunData::len).sum();
+        let count = by_run.first().map_or(0, Vec::len);
+        let mut columns = vec![Vec::with_capacity(samples); count];
+        let mut carried = vec![Carried::default(); count];
+        for (mut of_run, whitener) in by_run.into_iter().zip(whiteners) {
+            whitener.whiten_all_on(&mut carried, &mut of_run);
+            for (all, column) in columns.iter_mut().zip(of_run) {
+                all.extend(column);
+            }
+        }
+        columns
+    }
+
+    /// Derivatives by the numbers of the base alone, run by run, at a fit: the linear part of searches.
+    pub fn base_derivatives(&self, fit: &Fit) -> Option<Vec<Columns>> {
+        let (_, derivatives) = self.derivatives(&fit.hypothesis, &fit.p, BASE)?;
+        Some(derivatives)
+    }
+
+    /// The same whitened on the fit's level of the noise.
+    pub fn whitened_base(&self, fit: &Fit, derivatives: Vec<Columns>) -> Columns {
         let level = self.noise(&fit.hypothesis, &fit.p, fit.wander);
-        let whiteners = self.whiteners(&level);
-        let mut columns = self.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
-        columns.truncate(BASE);
-        Some(columns)
+        self.whitened_columns(derivatives, &self.whiteners(&level))
     }
 
     /// The commanded levels next to a threshold: between them it makes no difference.

@@ -20,7 +20,7 @@ const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
-/// How many of a round are fitted fully in any case.
+/// How many of a round are fitted on in any case, and fully where the best of it leaves something.
 const LEADERS: usize = 3;
 
 /// What was fitted on in a round, by its effects.
@@ -53,15 +53,22 @@ impl Field<'_> {
         short.sort_by(by_weight);
         let best = short.first().map_or(0.0, |first| first.log_weight);
         // The long horizons decide between the best; the others keep what they have.
-        let decides = |(place, c): &(usize, &mut Candidate)| {
+        let is_near = |(place, c): &(usize, &mut Candidate)| {
             let behind = best - c.log_weight;
-            behind <= NEAR || (*place < FULLY_FITTED && behind <= FAR) || *place < LEADERS
+            behind <= NEAR || (*place < FULLY_FITTED && behind <= FAR)
         };
         remembering(
             &mut known.full,
-            short.iter_mut().enumerate().filter(decides).map(|(_, c)| c),
+            short.iter_mut().enumerate().filter(is_near).map(|(_, c)| c),
             |c| self.full(c, level),
         );
+        // What is far behind one that leaves nothing will not come nearer.
+        let best = short.iter().min_by(|a, b| by_weight(a, b));
+        if best.is_some_and(|best| !self.is_enough(best)) {
+            remembering(&mut known.full, short.iter_mut().take(LEADERS), |c| {
+                self.full(c, level)
+            });
+        }
         short
     }
 

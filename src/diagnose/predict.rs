@@ -32,15 +32,17 @@ pub(super) fn predict(motor: &Motor, run: &RunData) -> Option<Vec<f64>> {
     Some(in_counts(&angles, run).collect())
 }
 
-/// The same with its derivatives by every number of the hypothesis, a column a number.
+/// The same with its derivatives by the first `numbers` of the hypothesis, a column a number.
 pub(super) fn predict_with_derivatives(
     hypothesis: &Hypothesis,
     nominal: &Motor,
     p: &[f64],
+    numbers: usize,
     run: &RunData,
 ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let motor = on_run(&hypothesis.motor(nominal, p), run);
-    let ids = hypothesis.parameter_ids();
+    let mut ids = hypothesis.parameter_ids();
+    ids.truncate(numbers);
     let mut angles = vec![0.0; run.len()];
     let mut columns = vec![0.0; run.len() * ids.len()];
     WORKSPACE

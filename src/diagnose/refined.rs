@@ -14,6 +14,8 @@ use crate::motor::effects::{Prior, catalogue};
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;
 const REFINED_NEAR: f64 = 200.0;
+/// Fits of a set this many nats apart are the same.
+const ALIKE: f64 = 0.5;
 
 impl Field<'_> {
     /// The best sets with each of their effects that goes in steps (which levels a dead zone swallows, which
@@ -65,18 +67,20 @@ impl Field<'_> {
     }
 }
 
-/// What was looked for again beside which fit of the others.
+/// What was looked for again in which set, and how likely that set was.
 #[derive(Default)]
-pub(super) struct Refined(Vec<(Vec<usize>, usize, u64)>);
+pub(super) struct Refined(Vec<(Vec<usize>, usize, f64)>);
 
 impl Refined {
-    /// Whether member `m` of this set was not yet looked for beside this fit; from now on it was.
+    /// Whether member `m` of this set was not yet looked for beside a fit as likely as this; from now on it was.
     fn is_news(&mut self, c: &Candidate, m: usize) -> bool {
         let (set, sought) = (sorted(&c.effects), c.effects[m]);
-        let asked = (set, sought, c.log_weight.to_bits());
-        let is_news = !self.0.contains(&asked);
+        let same = |(of, member, log_weight): &(Vec<usize>, usize, f64)| {
+            *of == set && *member == sought && (log_weight - c.log_weight).abs() < ALIKE
+        };
+        let is_news = !self.0.iter().any(same);
         if is_news {
-            self.0.push(asked);
+            self.0.push((set, sought, c.log_weight));
         }
         is_news
     }

@@ -72,14 +72,23 @@ impl Kept {
     }
 }
 
-/// The rungs of the chosen fit beside the refitted model without effects.
-pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
+/// What is kept of a run, from sample `from` on, and what is fitted to predict it.
+struct Split {
+    from: usize,
+    training: Vec<RunData>,
+}
+
+/// Whether a run is kept whole: at least half of the samples remain without it.
+fn is_kept_whole(problem: &Problem<'_>, run: &RunData) -> bool {
     let total: usize = problem.runs.iter().map(RunData::len).sum();
-    let is_kept_whole = |run: &RunData| problem.runs.len() > 1 && 2 * (total - run.len()) >= total;
-    let whole = problem.runs.iter().filter(|run| is_kept_whole(run)).count();
-    let parts = problem.runs.len() - whole;
-    let of_run = |(k, run): (usize, &RunData)| {
-        let from = if is_kept_whole(run) {
+    problem.runs.len() > 1 && 2 * (total - run.len()) >= total
+}
+
+impl Split {
+    /// That of run `k`.
+    fn of(problem: &Problem<'_>, k: usize) -> Self {
+        let run = &problem.runs[k];
+        let from = if is_kept_whole(problem, run) {
             0
         } else {
             (run.len() as f64 * FITTED_SHARE) as usize
@@ -92,6 +101,20 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
                 training.push(head);
             }
         }
+        Self { from, training }
+    }
+}
+
+/// The rungs of the chosen fit beside the refitted model without effects.
+pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
+    let whole = problem
+        .runs
+        .iter()
+        .filter(|run| is_kept_whole(problem, run));
+    let whole = whole.count();
+    let parts = problem.runs.len() - whole;
+    let of_run = |(k, run): (usize, &RunData)| {
+        let Split { from, training } = Split::of(problem, k);
         let (refitted, with_effects) = rayon::join(
             || refit(problem, &training, null),
             || {
@@ -152,6 +175,25 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
         &kept,
         format!("the last 40 % of each run, by a fit on the first 60 %, predicted {horizon}"),
     )
+}
+
+/// What each of these fits leaves of what [`rungs`] keeps of the runs, in counts RMS, refitted to the rest.
+pub(super) fn left_of_runs_by(problem: &Problem<'_>, fits: &[&Fit]) -> Vec<f64> {
+    let splits: Vec<Split> = (0..problem.runs.len())
+        .map(|k| Split::of(problem, k))
+        .collect();
+    let kept = problem.runs.iter().zip(&splits);
+    let samples: usize = kept.map(|(run, split)| run.len() - split.from).sum();
+    let left = fits.par_iter().map(|fit| {
+        let squares = |(run, split): (&RunData, &Split)| -> f64 {
+            let motor = refit(problem, &split.training, fit).motor;
+            let left = residuals(&motor, run, split.from);
+            left.iter().map(|x| x * x).sum()
+        };
+        let by_run = problem.runs.par_iter().zip(&splits).map(squares);
+        (by_run.sum::<f64>() / samples.max(1) as f64).sqrt()
+    });
+    left.collect()
 }
 
 /// What each of these fits leaves of the last pieces of each run, in counts RMS, refitted to those before; `None` where no

@@ -79,16 +79,18 @@ impl<'a> Search<'a> {
             .get(level)
             .or(problem.levels.last())
             .copied()?;
-        let own = Anchor::new(problem, fit)?;
+        let derivatives = problem.base_derivatives(fit)?;
+        let own = Anchor::new(problem, fit, derivatives.clone());
         let mut at_level = fit.clone();
         at_level.wander = strongest;
-        let mut anchors = vec![Anchor::new(problem, &at_level)?];
+        let mut anchors = vec![Anchor::new(problem, &at_level, derivatives)];
         // A base that bent itself far to explain an effect is a bad place to look for it from.
         if fit.hypothesis.strain(&fit.p) > STRAINED {
             let mut start = fit.p.clone();
             start[..BASE].fill(0.0);
             let nominal = problem.fit_at(&fit.hypothesis, &start, strongest, 0);
-            anchors.extend(nominal.and_then(|fit| Anchor::new(problem, &fit)));
+            let anchor = |fit| Some(Anchor::new(problem, &fit, problem.base_derivatives(&fit)?));
+            anchors.extend(nominal.and_then(anchor));
         }
         Some(Self {
             problem,

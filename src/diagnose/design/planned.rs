@@ -84,7 +84,7 @@ impl Planned {
     /// How a hypothesis looks; without derivatives where it is only ever the truth.
     pub fn view(&self, nominal: &Motor, hypothesis: &Hypothesis, p: &[f64]) -> Option<View> {
         let (mut prediction, mut columns) =
-            predict_with_derivatives(hypothesis, nominal, p, &self.run)?;
+            predict_with_derivatives(hypothesis, nominal, p, hypothesis.len(), &self.run)?;
         self.whitener.whiten(&mut prediction);
         for column in &mut columns {
             self.whitener.whiten(column);
