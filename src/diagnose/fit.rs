@@ -52,17 +52,11 @@ pub(super) struct Problem<'a> {
     pub waves: KeptWaves,
 }
 
-/// A level of the wander this many nats behind another ends the search for the best.
-const HOPELESS: f64 = 200.0;
-
 /// How many times what a linear step promises a fit may gain.
 const OPTIMISM: f64 = 3.0;
 
 /// A step that gains fewer nats is the last.
 const SETTLED: f64 = 0.05;
-
-/// Most steps of a fit that is taken to another level of the wander.
-const OTHER_LEVEL_STEPS: usize = 4;
 
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
@@ -219,7 +213,7 @@ impl<'a> Problem<'a> {
     }
 
     /// The same; `None` too where the start is so far below this evidence that no step promises to reach it.
-    fn fit_towards(
+    pub fn fit_towards(
         &self,
         least: f64,
         hypothesis: &Hypothesis,
@@ -349,55 +343,6 @@ impl<'a> Problem<'a> {
                 - 0.5 * log_determinant
                 - wander_penalty(wander, &self.levels),
         )
-    }
-
-    /// The same set from where it fits, on another level of the wander.
-    pub fn on_wander(&self, fit: &Fit, wander: f64) -> Option<Fit> {
-        if wander == fit.wander {
-            return Some(fit.clone());
-        }
-        self.fit_at(&fit.hypothesis, &fit.p, wander, OTHER_LEVEL_STEPS)
-    }
-
-    /// Fits from strong to weak wander and keeps the level with the best evidence.
-    pub fn fit(&self, hypothesis: &Hypothesis, start: &[f64], most_steps: usize) -> Option<Fit> {
-        self.fit_from(0, hypothesis, start, most_steps)
-    }
-
-    /// The same from the level with this number on; stronger ones only where the first was the best.
-    pub fn fit_from(
-        &self,
-        first: usize,
-        hypothesis: &Hypothesis,
-        start: &[f64],
-        most_steps: usize,
-    ) -> Option<Fit> {
-        let mut best: Option<(usize, Fit)> = None;
-        let mut p = start.to_vec();
-        for (k, &wander) in self.levels.iter().enumerate().skip(first) {
-            let reached = best.as_ref().map(|(_, best)| best.log_evidence);
-            // Weaker still is worse still; but a little worse is no peak yet.
-            let least = reached.map_or(f64::NEG_INFINITY, |reached| reached - HOPELESS);
-            match self.fit_towards(least, hypothesis, &p, wander, most_steps) {
-                Some(fit) if fit.log_evidence >= least => {
-                    p.clone_from(&fit.p);
-                    if reached.is_none_or(|reached| fit.log_evidence >= reached) {
-                        best = Some((k, fit));
-                    }
-                }
-                None if best.is_none() => {}
-                _ => break,
-            }
-        }
-        let (mut at, mut best) = best?;
-        while at <= first && at > 0 {
-            at -= 1;
-            match self.fit_at(hypothesis, &best.p, self.levels[at], most_steps) {
-                Some(fit) if fit.log_evidence > best.log_evidence => best = fit,
-                _ => break,
-            }
-        }
-        Some(best)
     }
 
     fn cost(&self, hypothesis: &Hypothesis, p: &[f64], r: &[f64], whiteners: &[Whitener]) -> f64 {

@@ -27,6 +27,7 @@ mod hypothesis;
 mod judged;
 mod jumps;
 mod kept_filters;
+mod levels;
 mod log_sum;
 mod looks;
 mod marginal;
