@@ -7,8 +7,9 @@ use super::simulate::{Drive, SimulationError};
 /// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this.
 pub(super) const LONGEST_STEP_S: f64 = 0.003;
 
-/// How many times as long they may be in a fit.
+/// How many times as long they may be in a fit, where samples lie closer than that, and where they lie farther apart.
 const COARSER: f64 = 4.0;
+const COARSER_APART: f64 = 2.0;
 
 /// A drive made ready: which samples change the command, and how time is divided.
 #[derive(Debug, Clone)]
@@ -78,7 +79,13 @@ impl Schedule {
     /// which differs by some thousandths of a count where the command has just changed, and by a ten-thousandth RMS.
     pub(super) fn coarser(mut self) -> Self {
         if self.steps_per_sample == 0 {
-            self.step_s *= COARSER;
+            let intervals = self.len().saturating_sub(1).max(1) as f64;
+            let mean_s = self.times_s.last().copied().unwrap_or(0.0) / intervals;
+            self.step_s *= if mean_s > COARSER * self.step_s {
+                COARSER_APART
+            } else {
+                COARSER
+            };
         }
         self.placed()
     }
