@@ -106,11 +106,7 @@ mod tests {
         let nominal = motor_with(&[]);
         let runs = a_quarter(&motor_with(&[("gravity_load", &[2e-3, 1.0])]));
         let problem = problem(&nominal, &runs);
-        let field = Field {
-            problem: &problem,
-            beginnings: &[],
-            scale: problem.levels[0] / 0.03,
-        };
+        let field = Field::new(&problem, &[]);
         let weighed = |order: f64| {
             let mut sets = vec![with_cogging(&problem, order)];
             weigh(&field, &mut sets);

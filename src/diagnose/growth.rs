@@ -4,17 +4,19 @@
 //! parent got wrong for want of its partner is mended: other single effects are grown too as long as the best
 //! set leaves something, and effects that go in steps are looked for again beside their new partners.
 
+use std::sync::OnceLock;
+
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::further::Further;
-use super::looks::{first_fit, scanned_fit};
-use super::pairs::promising;
+use super::looks::{Bar, first_fit, scanned_fit};
+use super::pairs::{not_repeating, promising};
 use super::periodic::is_scanned;
 use super::prospect::{Prospect, by_promise, keep_rivals};
-use super::search::Search;
+use super::search::{Search, largest_acceleration};
 use super::unknown::flexible;
 use crate::motor::effects::catalogue;
 
@@ -49,9 +51,22 @@ pub(super) struct Field<'a> {
     pub beginnings: &'a [Problem<'a>],
     /// Largest acceleration in counts/s^2.
     pub scale: f64,
+    /// What every effect promises beside nothing, kept from when it was first asked: by one at a time, since making it waits for
+    /// other tasks.
+    alone: OnceLock<Vec<Prospect>>,
 }
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// Of this problem, and the same for the first parts of its runs.
+    pub fn new(problem: &'a Problem<'a>, beginnings: &'a [Problem<'a>]) -> Self {
+        Self {
+            problem,
+            beginnings,
+            scale: largest_acceleration(problem.nominal, problem.runs),
+            alone: OnceLock::new(),
+        }
+    }
+
     /// Which set to grow next: the best; then the other part of a best pair that leaves nothing (the best pair need not hold
     /// the best single effect), or the pair that leaves something. In a rough recording each part of a best pair, and as long
     /// as the best leaves something, the other best single effects, and what is close.
@@ -143,75 +158,110 @@ impl Field<'_> {
         };
         // Where much is left, what is linear close by tells little of what an effect could do.
         let is_good = !parent.effects.is_empty() && self.is_enough(parent);
-        let mut found: Vec<Prospect> = indices
-            .par_iter()
-            .with_max_len(1)
-            .map(|&index| search.prospect(index, None))
-            .filter(|new| !is_good || new.is_worth_it())
-            .collect();
+        let mut found = if parent.effects.is_empty() {
+            let alone = self.alone.get_or_init(|| prospects(&search, indices));
+            alone.clone()
+        } else {
+            prospects(&search, indices)
+        };
+        found.retain(|new| !is_good || new.is_worth_it());
         if let Some(known) = instead_of {
             keep_rivals(&mut found, known);
         }
         let (likely, others) = by_promise(found, parent.effects.is_empty());
         let mut further = Further::default();
-        let mut short = self.looks(parent, likely, level);
+        let mut short = self.looks(parent, likely, level, None);
         let grown = self.fitted_on(short.clone(), level, &mut further);
         let best = grown.iter().min_by(|a, b| by_weight(a, b));
         let is_third = parent.effects.len() > 1 && !problem.is_rough();
         if others.is_empty() || is_third || best.is_some_and(|best| self.is_enough(best)) {
             return grown;
         }
-        short.extend(self.looks(parent, others, level));
+        let first = short.iter().min_by(|a, b| by_weight(a, b));
+        let more = self.looks(parent, others, level, first);
+        short.extend(more);
         self.fitted_on(short, level, &mut further)
     }
 
-    /// First looks at the parent with each of these effects.
-    fn looks(&self, parent: &Candidate, new: Vec<Prospect>, level: usize) -> Vec<Candidate> {
-        let look = |new: Prospect| {
-            let fit = if is_scanned(catalogue()[new.index].id) {
-                scanned_fit(self.problem, self.beginnings, new.starts, level)
-            } else {
-                first_fit(self.problem, new.starts, level)
-            };
+    /// First looks at the parent with each of these effects. Those whose order is scanned for cost ten times as much: they come
+    /// after the others, and stop early where they are far behind the best of them, or of the looks before.
+    fn looks(
+        &self,
+        parent: &Candidate,
+        new: Vec<Prospect>,
+        level: usize,
+        before: Option<&Candidate>,
+    ) -> Vec<Candidate> {
+        let weighed = |index: usize, fit: Option<Fit>| {
             let mut effects = parent.effects.clone();
-            effects.push(new.index);
+            effects.push(index);
             Some(candidate(self.problem, effects, fit?, self.scale))
         };
-        let all = new.into_par_iter().with_max_len(1);
-        all.filter_map(look).collect()
+        let (scanned, others): (Vec<_>, Vec<_>) = new.into_iter().partition(|new| new.is_scanned());
+        let others = others.into_par_iter().with_max_len(1);
+        let mut found: Vec<Candidate> = others
+            .filter_map(|new| weighed(new.index, first_fit(self.problem, new.starts, level)))
+            .collect();
+        if scanned.is_empty() {
+            return found;
+        }
+        let best = found.iter().chain(before).min_by(|a, b| by_weight(a, b));
+        let bar = best.and_then(|best| Bar::new(self, &best.fit, level));
+        let scanned = scanned.into_par_iter().with_max_len(1);
+        found.par_extend(scanned.filter_map(|new| {
+            let fit = scanned_fit(self, new.starts, level, bar.as_ref());
+            weighed(new.index, fit)
+        }));
+        found
     }
 
-    /// The most promising pairs, fitted: two that show together only are not found one by one.
-    pub fn pairs(&self, null: &Candidate, indices: &[usize]) -> Vec<Candidate> {
+    /// The most promising pairs, fitted: two that show together only are not found one by one. What is far behind the best
+    /// known set on short horizons is not fitted on long ones.
+    pub fn pairs(&self, null: &Candidate, best: &Candidate, indices: &[usize]) -> Vec<Candidate> {
         let problem = self.problem;
         let level = self.search_level(&null.fit);
         // A beginning of a long recording tells which pairs are worth a fit.
         let samples: usize = problem.runs.iter().map(RunData::len).sum();
-        let looked_at = match self.beginnings.first() {
-            Some(beginning) if samples > LONG => beginning,
-            _ => problem,
+        let beginning = self.beginnings.first().filter(|_| samples > LONG);
+        let promises = match beginning {
+            None => Search::new(problem, &null.fit, level).map(|search| {
+                let alone = self.alone.get_or_init(|| prospects(&search, indices));
+                promising(problem, &search, alone, indices, PROMISING)
+            }),
+            Some(beginning) => {
+                let null = &null.fit;
+                let null = beginning.fit_at(&null.hypothesis, &null.p, null.wander, 0);
+                let search = null.and_then(|null| Search::new(beginning, &null, level));
+                search.map(|search| {
+                    let alone = prospects(&search, &not_repeating(indices));
+                    promising(beginning, &search, &alone, indices, PROMISING)
+                })
+            }
         };
-        let null = &null.fit;
-        let Some(null) = looked_at.fit_at(&null.hypothesis, &null.p, null.wander, 0) else {
+        let Some(promises) = promises.filter(|promises| !promises.is_empty()) else {
             return Vec::new();
         };
-        let Some(search) = Search::new(looked_at, &null, level) else {
-            return Vec::new();
-        };
-        let short = promising(looked_at, &search, indices, PROMISING)
+        let bar = Bar::new(self, &best.fit, level);
+        let short: Vec<Candidate> = promises
             .into_par_iter()
             .with_max_len(1)
             .filter_map(|promise| {
                 let effects = promise.effects.to_vec();
                 let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
                 let fit = if is_scanned {
-                    scanned_fit(problem, self.beginnings, promise.starts, level)
+                    scanned_fit(self, promise.starts, level, bar.as_ref())
                 } else {
                     first_fit(problem, promise.starts, level)
                 };
                 Some(candidate(problem, effects, fit?, self.scale))
-            });
-        self.fitted_on(short.collect(), level, &mut Further::default())
+            })
+            .collect();
+        let (hopeless, open): (Vec<_>, Vec<_>) = short
+            .into_iter()
+            .partition(|c| bar.as_ref().is_some_and(|bar| bar.is_out_of_reach(&c.fit)));
+        let mut fitted = self.fitted_on(open, level, &mut Further::default());
+        fitted.extend(hopeless);
+        fitted
     }
 
     /// On which level of the wander to look beside a fit: on short horizons, but not so short that what is
@@ -222,6 +272,12 @@ impl Field<'_> {
         let two_stronger = own.unwrap_or(0).saturating_sub(2);
         two_stronger.max(1).min(levels.len() - 1)
     }
+}
+
+/// What each of these effects promises.
+fn prospects(search: &Search<'_>, indices: &[usize]) -> Vec<Prospect> {
+    let indices = indices.par_iter().with_max_len(1);
+    indices.map(|&index| search.prospect(index, None)).collect()
 }
 
 /// Fits the best candidate's set without each of its effects, from that candidate's own numbers: a smaller set must

@@ -149,10 +149,9 @@ impl Whitener {
         } else {
             filter.run_through::<false>(run, level);
         }
+        // Without tones yet: they are whitened by what the filter alone does.
         let mut tones = run.tones.clone();
-        for tone in &mut tones {
-            filter.filter_all([[0.0]; 4], [tone]);
-        }
+        filter.whiten_all_on(&mut vec![Carried::default(); tones.len()], &mut tones);
         filter.tones = Projection::new(&tones);
         filter.log_determinant += filter.tones.log_determinant;
         filter

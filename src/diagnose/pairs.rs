@@ -12,6 +12,7 @@ use super::anchor::Anchor;
 use super::fit::Problem;
 use super::hypothesis::{BASE, Hypothesis, Member};
 use super::periodic::{Waves, is_scanned, orders};
+use super::prospect::Prospect;
 use super::search::{Search, Start};
 use super::sums::dot;
 use crate::motor::effects::catalogue;
@@ -116,10 +117,22 @@ fn together(a: &Block, b: &Block) -> Option<(f64, Vec<f64>)> {
         .then(|| (x.dot(&t), x.iter().copied().collect()))
 }
 
-/// The most promising pairs of these effects, at most `most`.
+/// Those of these effects that do not repeat with the angle.
+pub(super) fn not_repeating(indices: &[usize]) -> Vec<usize> {
+    let indices = indices.iter().copied();
+    indices.filter(|&index| !repeats(index)).collect()
+}
+
+fn repeats(index: usize) -> bool {
+    !orders(catalogue()[index].id).is_empty()
+}
+
+/// The most promising pairs of these effects, at most `most`; `alone` is what those that do not repeat with the angle promise
+/// beside nothing.
 pub(super) fn promising(
     problem: &Problem<'_>,
     search: &Search<'_>,
+    alone: &[Prospect],
     indices: &[usize],
     most: usize,
 ) -> Vec<Promise> {
@@ -130,25 +143,22 @@ pub(super) fn promising(
         return Vec::new();
     };
     let waves = Waves::new(problem, level);
-    let (repeating, others): (Vec<usize>, Vec<usize>) = indices
-        .iter()
-        .copied()
-        .partition(|&index| !orders(catalogue()[index].id).is_empty());
+    let others: Vec<&Prospect> = alone.iter().filter(|new| !repeats(new.index)).collect();
+    let repeating = indices.iter().copied().filter(|&index| repeats(index));
     let at_starts: Vec<Block> = others
         .par_iter()
-        .flat_map_iter(|&index| {
-            let starts = search.starts(index, None).into_iter().take(STARTS);
-            starts.map(move |start| (index, start))
+        .flat_map_iter(|new| {
+            let starts = new.starts.iter().take(STARTS);
+            starts.map(|start| (new.index, start))
         })
         .filter_map(|(index, start)| {
-            let column = search.taken_off(&start)?;
+            let column = search.taken_off(start)?;
             let values = Place::Values(start.0.values(0, &start.1));
             base.block(index, values, vec![column])
         })
         .collect();
-    let (often, once): (Vec<usize>, Vec<usize>) = repeating
-        .into_iter()
-        .partition(|&index| is_scanned(catalogue()[index].id));
+    let (often, once): (Vec<usize>, Vec<usize>) =
+        repeating.partition(|&index| is_scanned(catalogue()[index].id));
     let wave = |index: usize, order: f64| {
         let columns = waves.columns(catalogue()[index].id, order).to_vec();
         base.block(index, Place::Order(order), columns)

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use super::data::RunData;
 use super::hypothesis::Hypothesis;
 use crate::motor::Motor;
-use crate::motor::fit::Workspace;
+use crate::motor::fit::{ParameterId, Workspace, carried_together};
 
 thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
@@ -45,12 +45,7 @@ pub(super) fn predict_with_derivatives(
     ids.truncate(numbers);
     let mut angles = vec![0.0; run.len()];
     let mut columns = vec![0.0; run.len() * ids.len()];
-    WORKSPACE
-        .with_borrow_mut(|workspace| {
-            run.simulator
-                .sensitivities(&motor, &ids, workspace, &mut angles, &mut columns)
-        })
-        .ok()?;
+    sensitivities(&motor, &ids, run, &mut angles, &mut columns)?;
     let derivatives = columns
         .chunks_exact(run.len().max(1))
         .enumerate()
@@ -75,6 +70,35 @@ pub(super) fn predict_with_derivatives(
     Some((in_counts(&angles, run).collect(), derivatives))
 }
 
+/// The simulator's angles and derivatives. Those that do not fit one simulation are simulated side by side.
+fn sensitivities(
+    motor: &Motor,
+    ids: &[ParameterId],
+    run: &RunData,
+    angles: &mut [f64],
+    columns: &mut [f64],
+) -> Option<()> {
+    let simulated = |ids: &[ParameterId], angles: &mut [f64], columns: &mut [f64]| {
+        WORKSPACE
+            .with_borrow_mut(|workspace| {
+                run.simulator
+                    .sensitivities(motor, ids, workspace, angles, columns)
+            })
+            .ok()
+    };
+    let (first, others) = ids.split_at(carried_together(ids.len()));
+    if others.is_empty() {
+        return simulated(ids, angles, columns);
+    }
+    let (of_first, of_others) = columns.split_at_mut(first.len() * angles.len());
+    let mut same_angles = vec![0.0; angles.len()];
+    let (a, b) = rayon::join(
+        || simulated(first, angles, of_first),
+        || sensitivities(motor, others, run, &mut same_angles, of_others),
+    );
+    a.and(b)
+}
+
 /// Angles in rad to counts from the first sample.
 fn in_counts(angles: &[f64], run: &RunData) -> impl Iterator<Item = f64> {
     let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
@@ -82,4 +106,51 @@ fn in_counts(angles: &[f64], run: &RunData) -> impl Iterator<Item = f64> {
     angles
         .iter()
         .map(move |angle| (angle - first) * counts_per_rad)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::hypothesis::Member;
+    use super::super::samples::{index, motor_with, problem, ready, recording};
+    use super::*;
+
+    /// Ten numbers are more than one simulation carries; one after the other they come out the same.
+    #[test]
+    fn derivatives_side_by_side_are_those_one_after_the_other() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let member = |id: &str, values: &[f64]| Member {
+            index: index(id),
+            values: values.to_vec(),
+        };
+        let members = vec![
+            member("cogging", &[0.01, 12.0, 1.0]),
+            member("stribeck", &[0.03, 0.5]),
+            member("inductance", &[2e-3]),
+        ];
+        let hypothesis = Hypothesis::new(&nominal, members, &problem.setting);
+        let ids = hypothesis.parameter_ids();
+        assert!(carried_together(ids.len()) < ids.len());
+        let motor = hypothesis.motor(&nominal, &hypothesis.start());
+        let run = &runs[0];
+        let (mut angles, mut columns) = (vec![0.0; run.len()], vec![0.0; run.len() * ids.len()]);
+        sensitivities(&motor, &ids, run, &mut angles, &mut columns).expect("a motor");
+        let mut same_angles = vec![f64::NAN; angles.len()];
+        let mut one_by_one = vec![f64::NAN; columns.len()];
+        let mut workspace = Workspace::default();
+        (run.simulator)
+            .sensitivities(
+                &motor,
+                &ids,
+                &mut workspace,
+                &mut same_angles,
+                &mut one_by_one,
+            )
+            .expect("a motor");
+        assert_eq!(angles, same_angles);
+        assert_eq!(columns, one_by_one);
+        let moves = |column: &[f64]| column.iter().any(|x| *x != 0.0);
+        assert!(columns.chunks(run.len()).all(moves));
+    }
 }

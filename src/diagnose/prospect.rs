@@ -1,7 +1,8 @@
 //! What an effect promises before any fit of it.
 //!
 //! A regression on short horizons says by how many squares an effect may leave less than the fit so far. Where what promises
-//! much leaves nothing, what promises a small share of that is not looked at; where it leaves something, everything is.
+//! much leaves nothing, what promises a small share of that is not looked at; where it leaves something, everything is, but for
+//! third effects of recordings that are not rough.
 
 use super::periodic::is_scanned;
 use super::search::Start;
@@ -19,6 +20,7 @@ const SCANNED_SHARE: f64 = 0.2;
 const SHARE_OF_KNOWN: f64 = 0.3;
 
 /// Where fits of an effect may start, best first.
+#[derive(Clone)]
 pub(super) struct Prospect {
     /// The effect's index in the catalogue.
     pub index: usize,
@@ -40,7 +42,8 @@ impl Prospect {
         !self.is_told() || self.promise >= least
     }
 
-    fn is_scanned(&self) -> bool {
+    /// Whether its order is scanned for.
+    pub fn is_scanned(&self) -> bool {
         is_scanned(catalogue()[self.index].id)
     }
 

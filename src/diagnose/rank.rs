@@ -12,7 +12,6 @@ use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
 use super::other_law::{OF_A_LAW, has_laws};
 use super::refined::Refined;
-use super::search::largest_acceleration;
 use super::ties::TIE;
 use super::unknown::{Flexible, likeliest};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
@@ -79,15 +78,11 @@ impl Ranking {
 
 /// Weighs all hypotheses; `None` where not even the nominal motor can be simulated.
 pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> Option<Ranking> {
-    let scale = largest_acceleration(problem.nominal, problem.runs);
     let applicable = applicable(problem)?;
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
     let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
-    let field = Field {
-        problem,
-        beginnings: &beginnings,
-        scale,
-    };
+    let field = Field::new(problem, &beginnings);
+    let scale = field.scale;
     let mut refined = Refined::default();
     let mut candidates = up_to_one(&field, &applicable, &mut refined, progress)?;
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
@@ -117,7 +112,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         // Where the command answers to the motion, what effects take off the residual does not add up.
         if expanded.len() == 1 && !problem.setting.is_held && !field.is_enough(&candidates[0]) {
             progress("trying pairs");
-            candidates.extend(field.pairs(&null, &applicable));
+            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
             dedup(&mut candidates);
         }
         let again = field.refined(&candidates, &mut refined);
@@ -179,11 +174,7 @@ pub(super) fn exchange(problem: &Problem<'_>, ranking: &mut Ranking) {
     let log_unknown = best.log_weight + (ranking.unknown.max(1e-300) / best.probability).ln();
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
     let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
-    let field = Field {
-        problem,
-        beginnings: &beginnings,
-        scale: largest_acceleration(problem.nominal, problem.runs),
-    };
+    let field = Field::new(problem, &beginnings);
     let mut grown = Vec::new();
     for removed in best.effects.iter().filter(|&&e| has_laws(e)) {
         let is_rest = |c: &&Candidate| {
@@ -220,11 +211,7 @@ pub(super) fn singles(
 ) -> Option<Vec<Candidate>> {
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
     let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
-    let field = Field {
-        problem,
-        beginnings: &beginnings,
-        scale: largest_acceleration(problem.nominal, problem.runs),
-    };
+    let field = Field::new(problem, &beginnings);
     up_to_one(
         &field,
         &applicable(problem)?,
