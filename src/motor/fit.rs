@@ -319,7 +319,8 @@ impl Simulator {
     }
 }
 
-/// How many of so many derivatives the next simulation of [`Simulator::sensitivities`] carries: as few places of 4, 6 or 8 as possible stay empty.
+/// How many of so many derivatives the next simulation of [`Simulator::sensitivities`] carries: as few places of 4, 6 or 8
+/// as possible stay empty.
 pub fn carried_together(left: usize) -> usize {
     match left {
         9 | 10 => 6,
