@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::data::RunData;
 use super::disturbance::Disturbance;
+use super::effort::Effort;
 use super::hypothesis::{BASE, Hypothesis};
 use super::kept_filters::{Filters, KeptFilters};
 use super::noise::{Carried, NoiseLevel, Whitener};
@@ -50,6 +51,8 @@ pub(super) struct Problem<'a> {
     filters: KeptFilters,
     /// Whitened waves, made when first asked for.
     pub waves: KeptWaves,
+    /// What was simulated, together with other problems of the diagnosis.
+    pub effort: Arc<Effort>,
 }
 
 /// How many times what a linear step promises a fit may gain.
@@ -104,7 +107,14 @@ impl<'a> Problem<'a> {
             rough,
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
+            effort: Arc::default(),
         }
+    }
+
+    /// The same as part of a diagnosis that has done so much and may do so much.
+    pub fn with_effort(mut self, effort: &Arc<Effort>) -> Self {
+        self.effort = effort.clone();
+        self
     }
 
     /// Forgets what the noise is part of.
@@ -132,6 +142,7 @@ impl<'a> Problem<'a> {
             rough,
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
+            effort: self.effort.clone(),
             ..*self
         }
     }
@@ -172,14 +183,14 @@ impl<'a> Problem<'a> {
     fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
         let motor = hypothesis.motor(self.nominal, p);
         let runs = self.runs.par_iter().with_max_len(1);
-        runs.map(|run| predict(&motor, run)).collect()
+        runs.map(|run| predict(&motor, run, &self.effort)).collect()
     }
 
     /// What a fit would predict without its member `m`, all else equal.
     pub fn predictions_without(&self, fit: &Fit, m: usize) -> Option<Vec<Vec<f64>>> {
         let motor = fit.hypothesis.motor_without(self.nominal, &fit.p, m);
         let runs = self.runs.par_iter().with_max_len(1);
-        runs.map(|run| predict(&motor, run)).collect()
+        runs.map(|run| predict(&motor, run, &self.effort)).collect()
     }
 
     /// The filters of all runs.
@@ -390,7 +401,8 @@ impl<'a> Problem<'a> {
         p: &[f64],
         numbers: usize,
     ) -> Option<(Columns, Vec<Columns>)> {
-        let of_run = |run| predict_with_derivatives(hypothesis, self.nominal, p, numbers, run);
+        let of_run =
+            |run| predict_with_derivatives(hypothesis, self.nominal, p, numbers, run, &self.effort);
         let by_run: Option<Vec<_>> = (self.runs.par_iter().with_max_len(1)).map(of_run).collect();
         Some(by_run?.into_iter().unzip())
     }

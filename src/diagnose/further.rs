@@ -49,6 +49,7 @@ impl Field<'_> {
             &mut known.continued,
             short.iter_mut().enumerate().filter(pays).map(|(_, c)| c),
             |c| self.continued(c),
+            || self.is_work_left(),
         );
         short.sort_by(by_weight);
         let best = short.first().map_or(0.0, |first| first.log_weight);
@@ -61,13 +62,17 @@ impl Field<'_> {
             &mut known.full,
             short.iter_mut().enumerate().filter(is_near).map(|(_, c)| c),
             |c| self.full(c, level),
+            || self.is_work_left(),
         );
         // What is far behind one that leaves nothing will not come nearer.
         let best = short.iter().min_by(|a, b| by_weight(a, b));
         if best.is_some_and(|best| !self.is_enough(best)) {
-            remembering(&mut known.full, short.iter_mut().take(LEADERS), |c| {
-                self.full(c, level)
-            });
+            remembering(
+                &mut known.full,
+                short.iter_mut().take(LEADERS),
+                |c| self.full(c, level),
+                || self.is_work_left(),
+            );
         }
         short
     }
@@ -101,11 +106,13 @@ impl Field<'_> {
     }
 }
 
-/// Puts in the place of each candidate what `fit` makes of it, or what it made of it before.
+/// Puts in the place of each candidate what `fit` makes of it, or what it made of it before; the first few in any case, the
+/// others as long as it `goes_on`.
 fn remembering<'a>(
     known: &mut HashMap<Vec<usize>, Candidate>,
     candidates: impl Iterator<Item = &'a mut Candidate>,
     fit: impl Fn(&Candidate) -> Candidate + Sync,
+    goes_on: impl Fn() -> bool,
 ) {
     let candidates: Vec<&mut Candidate> = candidates.collect();
     let unknown: Vec<&Candidate> = candidates
@@ -113,8 +120,14 @@ fn remembering<'a>(
         .map(|c| &**c)
         .filter(|c| !known.contains_key(&c.effects))
         .collect();
-    let new: Vec<Candidate> = unknown.into_par_iter().with_max_len(1).map(&fit).collect();
-    known.extend(new.into_iter().map(|c| (c.effects.clone(), c)));
+    for (k, some) in unknown.chunks(LEADERS).enumerate() {
+        if k > 0 && !goes_on() {
+            break;
+        }
+        let some = some.par_iter().with_max_len(1);
+        let new: Vec<Candidate> = some.map(|c| fit(c)).collect();
+        known.extend(new.into_iter().map(|c| (c.effects.clone(), c)));
+    }
     for c in candidates {
         if let Some(fitted) = known.get(&c.effects) {
             *c = fitted.clone();

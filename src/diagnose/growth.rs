@@ -38,6 +38,8 @@ const CLOSE: f64 = 20.0;
 /// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
 
+/// How many looks are taken before it is asked again whether work is left.
+const AT_ONCE: usize = 6;
 /// How many pairs are fitted that promise to explain the runs together.
 const PROMISING: usize = 4;
 /// In recordings of more samples than this they are looked for in the first part.
@@ -143,6 +145,21 @@ impl<'a> Field<'a> {
             && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
     }
 
+    /// Whether the search goes on: as long as work is left, and from a set that leaves nothing in any case.
+    pub fn goes_on(&self, best: &Candidate) -> bool {
+        self.is_work_left() || self.is_enough(best)
+    }
+
+    /// Whether the best set leaves something, and work is left to look for it.
+    pub fn wants_more(&self, best: &Candidate) -> bool {
+        !self.is_enough(best) && self.is_work_left()
+    }
+
+    /// Whether another part of the search may begin.
+    pub fn is_work_left(&self) -> bool {
+        self.problem.effort.is_left(self.problem.is_rough())
+    }
+
     /// Fits the parent with each of these effects added. Beside an effect of a pair that leaves nothing, `instead_of` the
     /// other one.
     pub fn with_one_more(
@@ -168,13 +185,19 @@ impl<'a> Field<'a> {
         if let Some(known) = instead_of {
             keep_rivals(&mut found, known);
         }
-        let (likely, others) = by_promise(found, parent.effects.is_empty());
+        let is_alone = parent.effects.is_empty();
+        let is_plenty = problem.effort.is_plenty();
+        let (likely, others) = by_promise(found, is_alone, is_plenty);
         let mut further = Further::default();
         let mut short = self.looks(parent, likely, level, None);
         let grown = self.fitted_on(short.clone(), level, &mut further);
         let best = grown.iter().min_by(|a, b| by_weight(a, b));
         let is_third = parent.effects.len() > 1 && !problem.is_rough();
         if others.is_empty() || is_third || best.is_some_and(|best| self.is_enough(best)) {
+            return grown;
+        }
+        if !is_alone && !problem.effort.is_plenty() {
+            problem.effort.cut();
             return grown;
         }
         let first = short.iter().min_by(|a, b| by_weight(a, b));
@@ -197,11 +220,28 @@ impl<'a> Field<'a> {
             effects.push(index);
             Some(candidate(self.problem, effects, fit?, self.scale))
         };
-        let (scanned, others): (Vec<_>, Vec<_>) = new.into_iter().partition(|new| new.is_scanned());
-        let others = others.into_par_iter().with_max_len(1);
-        let mut found: Vec<Candidate> = others
-            .filter_map(|new| weighed(new.index, first_fit(self.problem, new.starts, level)))
-            .collect();
+        let (mut scanned, mut others): (Vec<_>, Vec<_>) =
+            new.into_iter().partition(|new| new.is_scanned());
+        let goes_on = || parent.effects.is_empty() || self.is_work_left();
+        let mut found: Vec<Candidate> = Vec::new();
+        others.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+        let promises = others.iter().map(|new| new.promise);
+        let highest = promises.filter(|x| x.is_finite()).fold(0.0, f64::max);
+        for (k, some) in others.chunks(AT_ONCE).enumerate() {
+            if k > 0 && !goes_on() {
+                break;
+            }
+            let some = some.to_vec().into_par_iter().with_max_len(1);
+            let look = |new: Prospect| first_fit(self.problem, new.starts, level);
+            found.par_extend(some.filter_map(|new| {
+                let index = new.index;
+                weighed(index, look(new))
+            }));
+        }
+        // What promises the most of all is looked at in any case.
+        if !scanned.is_empty() && !goes_on() {
+            scanned.retain(|new| new.promise > highest);
+        }
         if scanned.is_empty() {
             return found;
         }

@@ -4,7 +4,7 @@
 //! their evidence on recorded counts: `ln Z = ln p(counts | effect)`, with a load that wanders as part of
 //! the noise. The steps: `checks` look at the recording, `search` finds where fits start, `fit` fits,
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
-//! measures the gap on data kept from the fit, `regimes` says where it lies, `design` what to record next.
+//! measures the gap on data kept from the fit, `effort` limits the work, `regimes` says where it lies, `design` what to record next.
 
 mod anchor;
 mod bagging;
@@ -18,6 +18,7 @@ mod data;
 mod design;
 mod discrepancy;
 mod disturbance;
+mod effort;
 mod fit;
 mod further;
 mod growth;
@@ -65,6 +66,7 @@ mod unknown;
 mod unseen;
 mod verdict;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use crate::motor::{Motor, SimulationError};
@@ -72,6 +74,7 @@ use crate::recording::{CommandKind, Run};
 use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
 use data::{PIECE_S, RunData, pieces, spread};
 use disturbance::{Disturbance, disturbance_of};
+use effort::Effort;
 use fit::{Fit, Problem};
 use held::is_held;
 use hypothesis::Hypothesis;
@@ -163,12 +166,37 @@ pub fn diagnose(
     diagnose_holding_out(runs, &[], motor, progress)
 }
 
+/// The same however long it takes: without the limit at which the search for what explains the runs ends otherwise
+/// ([`Diagnosis::cut_short`]). Further runs of the motor may be held out.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn diagnose_thoroughly(
+    runs: &[Run],
+    held_out: &[Run],
+    motor: &Motor,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_within(|_| Effort::default(), runs, held_out, motor, progress)
+}
+
 /// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
 /// on them.
 ///
 /// # Errors
 /// As [`diagnose`].
 pub fn diagnose_holding_out(
+    runs: &[Run],
+    held_out: &[Run],
+    motor: &Motor,
+    progress: &(dyn Fn(&str) + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    diagnose_within(Effort::limited_for, runs, held_out, motor, progress)
+}
+
+/// The same with as much work as there may be for so many samples.
+fn diagnose_within(
+    effort: impl Fn(usize) -> Effort,
     runs: &[Run],
     held_out: &[Run],
     motor: &Motor,
@@ -185,16 +213,11 @@ pub fn diagnose_holding_out(
     let samples: usize = data.iter().map(RunData::len).sum();
     let is_long = samples > ENOUGH;
     let beginnings = heads(&data, LOOK as f64 / samples as f64);
+    let effort = Arc::new(effort(samples));
     let problem_of = |runs| {
         let levels = levels.clone();
-        settled(Problem::new(
-            motor,
-            runs,
-            damping,
-            levels,
-            Disturbance::default(),
-        ))
-        .ok_or(DiagnoseError::NoFit)
+        let problem = Problem::new(motor, runs, damping, levels, Disturbance::default());
+        settled(problem.with_effort(&effort)).ok_or(DiagnoseError::NoFit)
     };
     let simulation = |source| DiagnoseError::Simulation {
         run: "a piece of a run".to_owned(),
@@ -212,7 +235,8 @@ pub fn diagnose_holding_out(
             held_levels(&levels, scale),
             Disturbance::default(),
         )
-        .holding(true);
+        .holding(true)
+        .with_effort(&effort);
         Err(Rough::of_held(&problem, scale).ok_or(DiagnoseError::NoFit)?)
     } else {
         let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
@@ -247,8 +271,9 @@ pub fn diagnose_holding_out(
             } else {
                 levels.clone()
             };
-            let mut problem =
-                Problem::new(motor, &cut, damping, levels, rough.noise).holding(is_held);
+            let mut problem = Problem::new(motor, &cut, damping, levels, rough.noise)
+                .holding(is_held)
+                .with_effort(&effort);
             let ranking = rough
                 .weighed(&mut problem, scale, progress)
                 .ok_or(DiagnoseError::NoFit)?;
@@ -320,6 +345,7 @@ pub fn diagnose_holding_out(
         next_experiment: design::next_experiment(&problem, &ranking),
         model: best.fit.hypothesis.motor(motor, &best.fit.p),
         refitted: null.fit.hypothesis.motor(motor, &null.fit.p),
+        cut_short: effort.was_cut(),
         elapsed_s: 0.0,
     };
     diagnosis.sentence = sentence(&diagnosis);

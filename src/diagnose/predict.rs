@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use super::data::RunData;
+use super::effort::Effort;
 use super::hypothesis::Hypothesis;
 use crate::motor::Motor;
 use crate::motor::fit::{ParameterId, Workspace, carried_together};
@@ -23,11 +24,15 @@ fn on_run(motor: &Motor, run: &RunData) -> Motor {
 
 /// The encoder's expected position in counts, not rounded, from the first sample; `None` where the
 /// numbers make no motion that can be simulated.
-pub(super) fn predict(motor: &Motor, run: &RunData) -> Option<Vec<f64>> {
+pub(super) fn predict(motor: &Motor, run: &RunData, effort: &Effort) -> Option<Vec<f64>> {
     let motor = on_run(motor, run);
     let mut angles = vec![0.0; run.len()];
     WORKSPACE
-        .with_borrow_mut(|workspace| run.simulator.angles(&motor, workspace, &mut angles))
+        .with_borrow_mut(|workspace| {
+            let done = run.simulator.angles(&motor, workspace, &mut angles);
+            effort.spend(workspace.take_work());
+            done
+        })
         .ok()?;
     Some(in_counts(&angles, run).collect())
 }
@@ -39,13 +44,14 @@ pub(super) fn predict_with_derivatives(
     p: &[f64],
     numbers: usize,
     run: &RunData,
+    effort: &Effort,
 ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let motor = on_run(&hypothesis.motor(nominal, p), run);
     let mut ids = hypothesis.parameter_ids();
     ids.truncate(numbers);
     let mut angles = vec![0.0; run.len()];
     let mut columns = vec![0.0; run.len() * ids.len()];
-    sensitivities(&motor, &ids, run, &mut angles, &mut columns)?;
+    sensitivities(&motor, &ids, run, [&mut angles, &mut columns], effort)?;
     let derivatives = columns
         .chunks_exact(run.len().max(1))
         .enumerate()
@@ -75,14 +81,15 @@ fn sensitivities(
     motor: &Motor,
     ids: &[ParameterId],
     run: &RunData,
-    angles: &mut [f64],
-    columns: &mut [f64],
+    [angles, columns]: [&mut [f64]; 2],
+    effort: &Effort,
 ) -> Option<()> {
     let simulated = |ids: &[ParameterId], angles: &mut [f64], columns: &mut [f64]| {
         WORKSPACE
             .with_borrow_mut(|workspace| {
-                run.simulator
-                    .sensitivities(motor, ids, workspace, angles, columns)
+                let done = (run.simulator).sensitivities(motor, ids, workspace, angles, columns);
+                effort.spend(workspace.take_work());
+                done
             })
             .ok()
     };
@@ -94,7 +101,7 @@ fn sensitivities(
     let mut same_angles = vec![0.0; angles.len()];
     let (a, b) = rayon::join(
         || simulated(first, angles, of_first),
-        || sensitivities(motor, others, run, &mut same_angles, of_others),
+        || sensitivities(motor, others, run, [&mut same_angles, of_others], effort),
     );
     a.and(b)
 }
@@ -135,7 +142,8 @@ mod tests {
         let motor = hypothesis.motor(&nominal, &hypothesis.start());
         let run = &runs[0];
         let (mut angles, mut columns) = (vec![0.0; run.len()], vec![0.0; run.len() * ids.len()]);
-        sensitivities(&motor, &ids, run, &mut angles, &mut columns).expect("a motor");
+        let effort = Effort::default();
+        sensitivities(&motor, &ids, run, [&mut angles, &mut columns], &effort).expect("a motor");
         let mut same_angles = vec![f64::NAN; angles.len()];
         let mut one_by_one = vec![f64::NAN; columns.len()];
         let mut workspace = Workspace::default();

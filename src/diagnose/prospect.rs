@@ -15,7 +15,7 @@ const LEAST_SCANNED: f64 = 16.0;
 /// Shares of the highest promise from which on an effect is looked at first; looks at one whose order is scanned for cost ten
 /// times as much.
 const SHARE: f64 = 0.05;
-const SCANNED_SHARE: f64 = 0.2;
+const DEAR_SHARE: f64 = 0.2;
 /// Share of the promise of an effect that is known to leave nothing, from which on another may stand in its place.
 const SHARE_OF_KNOWN: f64 = 0.3;
 
@@ -55,15 +55,33 @@ impl Prospect {
     }
 }
 
-/// Those that are looked at first, and the others. Beside nothing only what costs much waits.
-pub(super) fn by_promise(found: Vec<Prospect>, is_alone: bool) -> (Vec<Prospect>, Vec<Prospect>) {
+/// Whether an effect is another value of a number of the motor file: whatever it does, the base gives way to most of it by
+/// itself, so that little is left to promise. It has one number and costs little.
+fn bends(new: &Prospect) -> bool {
+    matches!(
+        catalogue()[new.index].id,
+        "inertia" | "coulomb_friction" | "viscous_friction" | "supply_error"
+    )
+}
+
+/// Those that are looked at first, and the others. Beside nothing only what costs much waits; where work is no longer plenty
+/// everything does that promises less than that.
+pub(super) fn by_promise(
+    found: Vec<Prospect>,
+    is_alone: bool,
+    is_plenty: bool,
+) -> (Vec<Prospect>, Vec<Prospect>) {
+    let share = if is_plenty { SHARE } else { DEAR_SHARE };
     let promises = found.iter().map(|new| new.promise);
     let highest = promises.filter(|x| x.is_finite()).fold(0.0, f64::max);
     found.into_iter().partition(|new| {
         if new.is_scanned() {
-            new.promise >= SCANNED_SHARE * highest
+            new.promise >= DEAR_SHARE * highest
         } else {
-            is_alone || !new.is_told() || new.promise >= SHARE * highest
+            is_alone
+                || !new.is_told()
+                || (!is_plenty && bends(new))
+                || new.promise >= share * highest
         }
     })
 }

@@ -6,6 +6,7 @@
 use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::come_round;
 use super::data::RunData;
+use super::disturbance::disturbance;
 use super::fit::Problem;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
@@ -88,7 +89,11 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
     let mut expanded: Vec<Vec<usize>> = Vec::new();
+    let mut asked = Asked::default();
     while let Some(parent) = field.next_parent(&candidates, &expanded) {
+        if !field.goes_on(&candidates[0]) || asked.is_rough(&field, &candidates[0]) {
+            break;
+        }
         expanded.push(sorted(&parent.effects));
         progress("trying further effects beside the best");
         let others: Vec<usize> = applicable
@@ -109,15 +114,21 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
                 .filter(|new| new.log_weight > parent.log_weight + least),
         );
         dedup(&mut candidates);
+        if asked.is_rough(&field, &candidates[0]) {
+            break;
+        }
         // Where the command answers to the motion, what effects take off the residual does not add up.
-        if expanded.len() == 1 && !problem.setting.is_held && !field.is_enough(&candidates[0]) {
+        let adds_up = !problem.setting.is_held;
+        if expanded.len() == 1 && adds_up && field.wants_more(&candidates[0]) {
             progress("trying pairs");
             candidates.extend(field.pairs(&null, &candidates[0], &applicable));
             dedup(&mut candidates);
         }
-        let again = field.refined(&candidates, &mut refined);
-        candidates.extend(again);
-        dedup(&mut candidates);
+        if field.goes_on(&candidates[0]) {
+            let again = field.refined(&candidates, &mut refined);
+            candidates.extend(again);
+            dedup(&mut candidates);
+        }
     }
     progress("checking that every part of it is needed");
     for _ in 0..MOST_ROUNDS {
@@ -251,8 +262,34 @@ fn applicable(problem: &Problem<'_>) -> Option<Vec<usize>> {
     Some(applicable.collect())
 }
 
-/// The problem of the first part of its runs.
-fn beginning<'a>(problem: &Problem<'a>, runs: &'a [RunData]) -> Problem<'a> {
+/// The best set that was asked last whether what it leaves is noise of the recording's own.
+#[derive(Default)]
+struct Asked(Vec<usize>);
+
+impl Asked {
+    /// Whether it is, once half of the work is spent: such a recording is ranked by pieces, whatever else is found. Asked once
+    /// of a set.
+    fn is_rough(&mut self, field: &Field<'_>, best: &Candidate) -> bool {
+        let problem = field.problem;
+        if !problem.effort.is_half()
+            || problem.is_rough()
+            || problem.setting.is_held
+            || self.0 == best.effects
+            || field.is_enough(best)
+        {
+            return false;
+        }
+        self.0.clone_from(&best.effects);
+        let is_rough = disturbance(problem, &best.fit, field.scale).is_some();
+        if is_rough {
+            problem.effort.cut();
+        }
+        is_rough
+    }
+}
+
+/// The problem of parts of its runs.
+pub(super) fn beginning<'a>(problem: &Problem<'a>, runs: &'a [RunData]) -> Problem<'a> {
     Problem::new(
         problem.nominal,
         runs,
@@ -262,6 +299,7 @@ fn beginning<'a>(problem: &Problem<'a>, runs: &'a [RunData]) -> Problem<'a> {
     )
     .with_rounding(problem.rounding)
     .holding(problem.setting.is_held)
+    .with_effort(&problem.effort)
 }
 
 /// The first part of every run; a run that cannot be cut is left out.

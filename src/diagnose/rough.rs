@@ -5,17 +5,19 @@
 
 use super::bagging::bag;
 use super::candidate::{Candidate, candidate};
-use super::data::PIECE_S;
+use super::data::{PIECE_S, RunData, spread};
 use super::disturbance::{Disturbance, disturbance, least_disturbance};
 use super::fit::{Fit, Problem};
 use super::hypothesis::Hypothesis;
 use super::nearest;
-use super::rank::{Ranking, exchange, rank, singles};
+use super::rank::{Ranking, beginning, exchange, rank, singles};
 use super::search::Search;
 
 /// Levels of the wander that are stronger than an ordinary motor's, as shares of the largest acceleration: the command
 /// of an axis that is held in place is as large as what disturbs it.
 const STRONG_WANDER_LEVELS: [f64; 2] = [0.3, 0.1];
+/// Share of the pieces that tell the noise where half of the work is spent.
+const SOME: f64 = 0.3;
 /// Most times that the noise of pieces is estimated anew.
 const MOST_ESTIMATES: usize = 2;
 /// Of motions that part at a rate, how many times the rate's inverse a piece lasts.
@@ -95,7 +97,16 @@ impl Rough {
         let mut sets = self.sets;
         let mut estimates = 0;
         loop {
-            let noise = least_disturbance(problem, &sets, self.noise, scale);
+            let some = (problem.effort.is_half()).then(|| {
+                let samples: usize = problem.runs.iter().map(RunData::len).sum();
+                spread(problem.runs.to_vec(), (SOME * samples as f64) as usize)
+            });
+            let noise = match &some {
+                Some(runs) => {
+                    least_disturbance(&beginning(problem, runs), &sets, self.noise, scale)
+                }
+                None => least_disturbance(problem, &sets, self.noise, scale),
+            };
             problem.set_rough(noise);
             let ranking = rank(problem, progress)?;
             estimates += 1;

@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::data::{PIECE_S, RunData};
+use super::effort::Effort;
 use super::fit::{Fit, Problem};
 use super::predict::predict;
 use super::rung_intervals::{Block, Intervals, intervals, with_numbers_drawn};
@@ -349,7 +350,7 @@ fn blocks(residuals: [Vec<f64>; 3], run: &RunData) -> Vec<Block> {
 
 /// Recorded less predicted counts from sample `from` on; not a number where the motor cannot be simulated.
 fn residuals(motor: &Motor, run: &RunData, from: usize) -> Vec<f64> {
-    let x = predict(motor, run).unwrap_or_else(|| vec![f64::NAN; run.len()]);
+    let x = predict(motor, run, &Effort::default()).unwrap_or_else(|| vec![f64::NAN; run.len()]);
     let raw: Vec<f64> = run.counts.iter().zip(&x).map(|(n, x)| n - x).collect();
     let kept = &raw[from..];
     let mean = kept.iter().sum::<f64>() / kept.len().max(1) as f64;

@@ -227,7 +227,8 @@ impl<'a> Search<'a> {
     fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
         let motor = hypothesis.motor(self.problem.nominal, p);
         let runs = self.problem.runs.iter();
-        runs.map(|run| predict(&motor, run)).collect()
+        runs.map(|run| predict(&motor, run, &self.problem.effort))
+            .collect()
     }
 
     /// Where it looks from, and on which level of the noise.

@@ -53,6 +53,8 @@ pub struct Diagnosis {
     pub data: Vec<DataProblem>,
     /// What to record next, if something is still in play.
     pub next_experiment: Option<NextExperiment>,
+    /// Whether the search ended at its limit of work, with sets of effects left that were not tried.
+    pub cut_short: bool,
     /// How long the diagnosis took in s.
     pub elapsed_s: f64,
     /// The motor with the chosen effects in it.

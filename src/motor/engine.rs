@@ -77,8 +77,10 @@ pub(super) struct Engine<S, const N: usize> {
     pub(super) floor: usize,
     /// Largest error estimate of a step.
     pub(super) tolerance: f64,
-    /// Steps tried, for the tests that count work.
+    /// Steps tried: what a simulation costs.
     pub(super) steps: u64,
+    /// Of these, steps of equations that are not affine.
+    pub(super) bent_steps: u64,
 }
 
 /// Events looked for within one tick; what is violated beyond is met in the next.
@@ -112,6 +114,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             floor: 0,
             tolerance: TOLERANCE,
             steps: 0,
+            bent_steps: 0,
         };
         engine.pace();
         engine.settle(None);
@@ -129,6 +132,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s = longest_s;
         self.allowed = 0;
         self.steps = 0;
+        self.bent_steps = 0;
         self.pace();
         self.settle(None);
         self.remember();
@@ -304,6 +308,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let mut l = (FINEST - aligned.min(fits)).max(self.allowed);
         loop {
             self.steps += 1;
+            self.bent_steps += u64::from(!self.straight);
             let (next, error) = self.propagate(l);
             if l < FINEST && (!error.is_finite() || error > self.tolerance) {
                 l += 1;
@@ -368,6 +373,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn cross(&mut self, mut left: S) {
         for _ in 0..MOST_EVENTS_A_TICK {
             self.steps += 1;
+            self.bent_steps += u64::from(!self.straight);
             let (mut end, _) = self.propagate(FINEST);
             for (end, y) in end.iter_mut().zip(self.y) {
                 *end = y + (*end - y) * left.value();

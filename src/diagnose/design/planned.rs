@@ -2,6 +2,7 @@
 
 use crate::board::Profile;
 use crate::diagnose::data::RunData;
+use crate::diagnose::effort::Effort;
 use crate::diagnose::hypothesis::Hypothesis;
 use crate::diagnose::noise::{NoiseLevel, Whitener};
 use crate::diagnose::predict::{predict, predict_with_derivatives};
@@ -83,8 +84,9 @@ impl Planned {
 
     /// How a hypothesis looks; without derivatives where it is only ever the truth.
     pub fn view(&self, nominal: &Motor, hypothesis: &Hypothesis, p: &[f64]) -> Option<View> {
+        let (numbers, effort) = (hypothesis.len(), Effort::default());
         let (mut prediction, mut columns) =
-            predict_with_derivatives(hypothesis, nominal, p, hypothesis.len(), &self.run)?;
+            predict_with_derivatives(hypothesis, nominal, p, numbers, &self.run, &effort)?;
         self.whitener.whiten(&mut prediction);
         for column in &mut columns {
             self.whitener.whiten(column);
@@ -98,7 +100,7 @@ impl Planned {
 
     /// The same without derivatives, for a hypothesis that is only ever the truth.
     pub fn truth(&self, nominal: &Motor, hypothesis: &Hypothesis, p: &[f64]) -> Option<View> {
-        let mut prediction = predict(&hypothesis.motor(nominal, p), &self.run)?;
+        let mut prediction = predict(&hypothesis.motor(nominal, p), &self.run, &Effort::default())?;
         self.whitener.whiten(&mut prediction);
         Some(View {
             prediction,

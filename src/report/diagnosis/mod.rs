@@ -16,6 +16,9 @@ use laid::{LaidRun, lay};
 
 pub use words::{cause_words, effects_words, rungs, strongest};
 
+/// What is said of a search that ended at its limit of work.
+pub const CUT_SHORT: &str = "The search ended at its limit of work with sets of effects left untried; --thorough tries them.";
+
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
 /// So many causes are listed in any case.
@@ -61,6 +64,9 @@ pub fn page(
         "The diagnosis took {}\u{a0}s.",
         figure(diagnosis.elapsed_s, 2)
     ));
+    if diagnosis.cut_short {
+        page.note(CUT_SHORT);
+    }
     Ok(page.finish())
 }
 
