@@ -3,7 +3,9 @@
 //! A search for what is not in the catalogue has no end of its own: there is always another set to try. So it has a limit,
 //! of work and not of time: what is found must not depend on how busy a machine is. A unit of work is about a nanosecond of
 //! one core (`motor::fit`); simulations are some seven tenths of a search. How much is left is asked only where no simulation
-//! is under way, so that the answer is the same however many cores there are.
+//! is under way, so that the answer is the same however many cores there are. Short recordings have no limit, nor an axis that
+//! its controller holds, of which less is in play, nor the pieces of a long recording that is rough, which are not more than
+//! so many.
 //!
 //! | spent | from there on |
 //! | --- | --- |
@@ -17,7 +19,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 /// Units of work that a diagnosis may spend on as many samples; in proportion where there are more.
 const LIMIT: f64 = 1.95e9;
 const SAMPLES: f64 = 6500.0;
-/// Shares of it, see above.
+/// Fewer samples have no limit.
+const FEW: usize = 4000;
+/// Shares of the limit, see above.
 const PLENTY: f64 = 0.3;
 const HALF: f64 = 0.5;
 const WHOLE: f64 = 0.85;
@@ -33,10 +37,11 @@ pub(super) struct Effort {
 }
 
 impl Effort {
-    /// For a diagnosis of so many samples.
+    /// For a diagnosis of so many samples: of a few none, since each simulation of them is short, and since what is recorded
+    /// once only, of a motor that nobody can run again, is worth a search to its end.
     pub fn limited_for(samples: usize) -> Self {
         Self {
-            limit: Some(LIMIT * (samples as f64 / SAMPLES).max(1.0)),
+            limit: (samples >= FEW).then(|| LIMIT * (samples as f64 / SAMPLES).max(1.0)),
             ..Self::default()
         }
     }

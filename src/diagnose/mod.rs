@@ -4,7 +4,8 @@
 //! their evidence on recorded counts: `ln Z = ln p(counts | effect)`, with a load that wanders as part of
 //! the noise. The steps: `checks` look at the recording, `search` finds where fits start, `fit` fits,
 //! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
-//! measures the gap on data kept from the fit, `effort` limits the work, `regimes` says where it lies, `design` what to record next.
+//! measures the gap on data kept from the fit, `effort` limits the work, `regimes` says where it lies,
+//! `design` what to record next.
 
 mod anchor;
 mod bagging;
@@ -213,7 +214,12 @@ fn diagnose_within(
     let samples: usize = data.iter().map(RunData::len).sum();
     let is_long = samples > ENOUGH;
     let beginnings = heads(&data, LOOK as f64 / samples as f64);
-    let effort = Arc::new(effort(samples));
+    let is_held = is_held(&data);
+    let effort = Arc::new(if is_held {
+        Effort::default()
+    } else {
+        effort(samples)
+    });
     let problem_of = |runs| {
         let levels = levels.clone();
         let problem = Problem::new(motor, runs, damping, levels, Disturbance::default());
@@ -223,7 +229,6 @@ fn diagnose_within(
         run: "a piece of a run".to_owned(),
         source,
     };
-    let is_held = is_held(&data);
     let judged_whole = if is_held {
         problems.push(held::note());
         progress("looking at an axis that is held by its controller, piece by piece");
@@ -270,6 +275,12 @@ fn diagnose_within(
                 held_levels(&levels, scale)
             } else {
                 levels.clone()
+            };
+            // Of a long one only so many samples are weighed that the search may go to its end.
+            let effort = if is_long {
+                Arc::default()
+            } else {
+                effort.clone()
             };
             let mut problem = Problem::new(motor, &cut, damping, levels, rough.noise)
                 .holding(is_held)
@@ -345,7 +356,7 @@ fn diagnose_within(
         next_experiment: design::next_experiment(&problem, &ranking),
         model: best.fit.hypothesis.motor(motor, &best.fit.p),
         refitted: null.fit.hypothesis.motor(motor, &null.fit.p),
-        cut_short: effort.was_cut(),
+        cut_short: problem.effort.was_cut(),
         elapsed_s: 0.0,
     };
     diagnosis.sentence = sentence(&diagnosis);

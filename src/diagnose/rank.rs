@@ -280,11 +280,7 @@ impl Asked {
             return false;
         }
         self.0.clone_from(&best.effects);
-        let is_rough = disturbance(problem, &best.fit, field.scale).is_some();
-        if is_rough {
-            problem.effort.cut();
-        }
-        is_rough
+        disturbance(problem, &best.fit, field.scale).is_some()
     }
 }
 
