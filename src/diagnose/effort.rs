@@ -1,9 +1,9 @@
 //! How much a diagnosis has simulated, and how much it may.
 //!
-//! A search for what is not in the catalogue has no end of its own: there is always another set to try. So it has a limit,
-//! of work and not of time: what is found must not depend on how busy a machine is. A unit of work is about a nanosecond of
+//! A search for what is not in the catalogue has no end of its own: there is always another set to try. So it may have a
+//! limit, of work and not of time: what is found must not depend on how busy a machine is. A unit of work is about a nanosecond of
 //! one core (`motor::fit`); simulations are some seven tenths of a search. How much is left is asked only where no simulation
-//! is under way, so that the answer is the same however many cores there are. Short recordings have no limit, nor an axis that
+//! is under way, so that the answer is the same however many cores there are. Short recordings have none in any case, nor an axis that
 //! its controller holds, of which less is in play, nor the pieces of a long recording that is rough, which are not more than
 //! so many.
 //!

@@ -167,18 +167,18 @@ pub fn diagnose(
     diagnose_holding_out(runs, &[], motor, progress)
 }
 
-/// The same however long it takes: without the limit at which the search for what explains the runs ends otherwise
-/// ([`Diagnosis::cut_short`]). Further runs of the motor may be held out.
+/// The same with a limit of work, at which the search for what explains the runs ends ([`Diagnosis::cut_short`]): some pairs and
+/// sets of three are not found then. Further runs of the motor may be held out.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_thoroughly(
+pub fn diagnose_quickly(
     runs: &[Run],
     held_out: &[Run],
     motor: &Motor,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_within(|_| Effort::default(), runs, held_out, motor, progress)
+    diagnose_within(Effort::limited_for, runs, held_out, motor, progress)
 }
 
 /// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
@@ -192,7 +192,7 @@ pub fn diagnose_holding_out(
     motor: &Motor,
     progress: &(dyn Fn(&str) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_within(Effort::limited_for, runs, held_out, motor, progress)
+    diagnose_within(|_| Effort::default(), runs, held_out, motor, progress)
 }
 
 /// The same with as much work as there may be for so many samples.
