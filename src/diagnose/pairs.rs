@@ -62,9 +62,8 @@ struct Base<'a> {
 
 impl<'a> Base<'a> {
     fn new(anchor: &'a Anchor) -> Option<Self> {
-        let factor = anchor.normal(&anchor.hypothesis).cholesky()?;
-        let right = anchor.right();
-        let residual = factor.l_dirty().solve_lower_triangular(&right)?;
+        let factor = anchor.factor.clone()?;
+        let residual = factor.l_dirty().solve_lower_triangular(&anchor.right)?;
         Some(Self {
             anchor,
             factor,

@@ -4,9 +4,9 @@
 //! `A` and `B`, and every order `N` is tried in one regression beside the base.
 
 use std::collections::HashMap;
+use std::hash::Hash;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::anchor::Anchor;
@@ -31,15 +31,37 @@ const KEPT_SAMPLES: usize = 10_000;
 /// A wave's sine and cosine.
 type Pair = Arc<[Vec<f64>; 2]>;
 
-/// Waves that were made, by the wander's level, the effect and the order.
+/// Waves that were made.
 #[derive(Debug, Default)]
-pub(super) struct KeptWaves(Mutex<HashMap<(u64, &'static str, u64), Pair>>);
+pub(super) struct KeptWaves {
+    /// Whitened, by the wander's level, the effect and the order.
+    whitened: Mutex<HashMap<(u64, &'static str, u64), Pair>>,
+    /// Sine and cosine of the recorded angle in counts, by the order.
+    plain: Mutex<HashMap<u64, Pair>>,
+}
+
+/// What is kept under `key`, made where it is not there.
+fn kept<K: Eq + Hash>(
+    kept: &Mutex<HashMap<K, Pair>>,
+    key: K,
+    make: impl FnOnce() -> [Vec<f64>; 2],
+) -> Pair {
+    let locked = || kept.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pair) = locked().get(&key) {
+        return pair.clone();
+    }
+    let pair = Arc::new(make());
+    locked().insert(key, pair.clone());
+    pair
+}
 
 /// The answers of the runs to angle-periodic torques, whitened.
 pub(super) struct Waves<'a> {
     problem: &'a Problem<'a>,
     whiteners: Filters,
-    /// The level of the wander, where there is no other noise and the runs are short enough to keep their waves.
+    /// Whether the runs are short enough to keep their waves.
+    is_short: bool,
+    /// The level of the wander, where they are and there is no other noise.
     kept_at: Option<f64>,
 }
 
@@ -50,6 +72,7 @@ impl<'a> Waves<'a> {
         Self {
             problem,
             whiteners: problem.whiteners(level),
+            is_short: samples <= KEPT_SAMPLES,
             kept_at: (samples <= KEPT_SAMPLES && level.is_shared()).then_some(level.wander),
         }
     }
@@ -60,27 +83,27 @@ impl<'a> Waves<'a> {
             return Arc::new(self.made(id, order));
         };
         let key = (level.to_bits(), id, order.to_bits());
-        let kept = || {
-            let kept = &self.problem.waves.0;
-            kept.lock().unwrap_or_else(PoisonError::into_inner)
-        };
-        if let Some(pair) = kept().get(&key) {
-            return pair.clone();
-        }
-        let pair = Arc::new(self.made(id, order));
-        kept().insert(key, pair.clone());
-        pair
+        kept(&self.problem.waves.whitened, key, || self.made(id, order))
     }
 
     fn made(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
         let mut columns = [Vec::new(), Vec::new()];
         let mut carried = [Carried::default(); 2];
+        let turning = || turning(self.problem.runs, order);
+        let turning = if self.is_short {
+            kept(&self.problem.waves.plain, order.to_bits(), turning)
+        } else {
+            Arc::new(turning())
+        };
         let runs = self.problem.runs.iter();
+        let mut from = 0;
         for ((run, response), whitener) in runs
             .zip(self.problem.responses.iter())
             .zip(self.whiteners.iter())
         {
-            let mut waves = waves(self.problem, run, response, id, order);
+            let of_run = turning.each_ref().map(|wave| &wave[from..from + run.len()]);
+            from += run.len();
+            let mut waves = waves(self.problem, run, response, id, of_run);
             whitener.whiten_all_on(&mut carried, &mut waves);
             for (column, wave) in columns.iter_mut().zip(waves) {
                 column.extend(wave);
@@ -167,28 +190,33 @@ fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
     kept
 }
 
-/// The answers of the position in counts to a unit of an angle-periodic effect of this order, as a sine and a cosine.
+/// Sine and cosine of the recorded angle times an order, in counts, all runs end to end.
+fn turning(runs: &[RunData], order: f64) -> [Vec<f64>; 2] {
+    let waves = runs.iter().flat_map(|run| {
+        let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
+        run.counts.iter().map(move |counts| {
+            let (sine, cosine) = (order * (run.first_counts + counts) / counts_per_rad).sin_cos();
+            (sine * counts_per_rad, cosine * counts_per_rad)
+        })
+    });
+    waves.unzip::<f64, f64, Vec<f64>, Vec<f64>>().into()
+}
+
+/// The answers of the position in counts to a unit of an angle-periodic effect, from the sine and cosine of its order.
 fn waves(
     problem: &Problem<'_>,
     run: &RunData,
     response: &Response,
     id: &str,
-    order: f64,
+    turning: [&[f64]; 2],
 ) -> [Vec<f64>; 2] {
-    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
-    let waves = (0..run.len()).map(|k| {
-        let (sine, cosine) =
-            (order * (run.first_counts + run.counts[k]) / counts_per_rad).sin_cos();
-        (sine * counts_per_rad, cosine * counts_per_rad)
-    });
-    let (sine, cosine): (Vec<f64>, Vec<f64>) = waves.unzip();
     if id == "encoder_eccentricity" {
-        let from_first = |wave: Vec<f64>| {
+        return turning.map(|wave| {
             let first = wave.first().copied().unwrap_or(0.0);
-            wave.into_iter().map(|x| x - first).collect()
-        };
-        return [from_first(sine), from_first(cosine)];
+            wave.iter().map(|x| x - first).collect()
+        });
     }
+    let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
     let p = &problem.nominal.parameters;
     let torque = |k: usize| match (id, run.kind) {
         ("torque_ripple", CommandKind::Voltage) => {
@@ -206,41 +234,34 @@ fn waves(
         ("torque_ripple", CommandKind::Torque) => run.command[k] / p.inertia_kg_m2,
         _ => 1.0,
     };
-    [sine, cosine].map(|mut wave| {
-        for (k, value) in wave.iter_mut().enumerate() {
-            *value *= torque(k);
-        }
-        response.to(&wave)
+    turning.map(|wave| {
+        let torques = wave.iter().enumerate().map(|(k, value)| value * torque(k));
+        response.to(&torques.collect::<Vec<f64>>())
     })
 }
 
 /// Least squares of the residual by the base, with its prior and a little ridge, and by two more columns.
 struct Regression<'a> {
     anchor: &'a Anchor,
-    /// Products of the base with itself and with the residual.
-    normal: DMatrix<f64>,
-    right: DVector<f64>,
     /// Squares that the base alone explains.
     gain: f64,
 }
 
 impl<'a> Regression<'a> {
     fn new(anchor: &'a Anchor) -> Self {
-        let (normal, right) = (anchor.normal(&anchor.hypothesis), anchor.right());
-        let solved = normal.clone().cholesky().map(|c| c.solve(&right));
+        let solved = anchor.factor.as_ref().map(|c| c.solve(&anchor.right));
         Self {
-            gain: solved.map_or(0.0, |x| x.dot(&right)),
+            gain: solved.map_or(0.0, |x| x.dot(&anchor.right)),
             anchor,
-            normal,
-            right,
         }
     }
 
     /// By how many squares the columns help beside the base, the base's coefficients, and theirs.
     fn with(&self, columns: &[Vec<f64>; 2]) -> Option<(f64, [f64; BASE], [f64; 2])> {
         let d = self.anchor.base.len();
-        let mut normal = self.normal.clone().resize(d + 2, d + 2, 0.0);
-        let mut right = self.right.clone().resize_vertically(d + 2, 0.0);
+        let mut normal = self.anchor.normal.clone().resize(d + 2, d + 2, 0.0);
+        let right = self.anchor.right.clone();
+        let mut right = right.resize_vertically(d + 2, 0.0);
         for (m, column) in columns.iter().enumerate() {
             for (k, base) in self.anchor.base.iter().enumerate() {
                 let sum = dot(base, column);

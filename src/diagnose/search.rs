@@ -8,7 +8,7 @@ use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
-use super::noise::NoiseLevel;
+use super::noise::{NoiseLevel, Whitener};
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
 use super::prospect::Prospect;
@@ -111,7 +111,7 @@ impl<'a> Search<'a> {
     /// The same with what they promise.
     pub fn prospect(&self, index: usize, known: Option<&[f64]>) -> Prospect {
         let kind = &catalogue()[index];
-        let mut scored: Vec<(f64, Hypothesis, Vec<f64>)> = Vec::new();
+        let mut scored: Vec<(f64, Start)> = Vec::new();
         let before = self.anchors.first().map_or(0.0, |anchor| anchor.left);
         let mut promise: f64 = 0.0;
         for (place, anchor) in self.anchors.iter().enumerate() {
@@ -138,6 +138,7 @@ impl<'a> Search<'a> {
                 }
                 _ => unrated(self.grid(kind.parameters)),
             };
+            let mut unrated: Vec<Start> = Vec::new();
             for (rating, values, base) in tried {
                 let mut members = self.members.clone();
                 members.push(Member { index, values });
@@ -149,12 +150,17 @@ impl<'a> Search<'a> {
                     *value += shift.clamp(-WIDEST_SHIFT, WIDEST_SHIFT);
                 }
                 hypothesis.clamp(&mut start);
-                let (cost, promised) = match rating {
-                    Some(rating) => (rating, before - rating),
-                    None => self.judged(place, &hypothesis, &start),
-                };
+                match rating {
+                    Some(rating) => {
+                        promise = promise.max(before - rating);
+                        scored.push((rating, (hypothesis, start)));
+                    }
+                    None => unrated.push((hypothesis, start)),
+                }
+            }
+            for ((cost, promised), start) in self.judged(place, &unrated).into_iter().zip(unrated) {
                 promise = promise.max(promised);
-                scored.push((cost, hypothesis, start));
+                scored.push((cost, start));
             }
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -163,7 +169,7 @@ impl<'a> Search<'a> {
             "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
             _ => STARTS,
         });
-        let starts = scored.into_iter().map(|(_, h, p)| (h, p)).collect();
+        let starts = scored.into_iter().map(|(_, start)| start).collect();
         Prospect {
             index,
             starts,
@@ -195,33 +201,47 @@ impl<'a> Search<'a> {
         (*median < (2.0 * amplitude / order).sqrt()).then_some((amplitude * order).sqrt())
     }
 
-    /// Squares left on short horizons by a start beside the anchor with this number, once the base has given way linearly;
+    /// Squares left on short horizons by each start beside the anchor with this number, once the base has given way linearly;
     /// and by how many fewer they may be than those of the fit so far.
-    fn judged(&self, place: usize, hypothesis: &Hypothesis, start: &[f64]) -> (f64, f64) {
-        let nothing = (f64::INFINITY, 0.0);
+    fn judged(&self, place: usize, starts: &[Start]) -> Vec<(f64, f64)> {
+        let mut judged = vec![(f64::INFINITY, 0.0); starts.len()];
         let (Some(anchor), Some(first)) = (self.anchors.get(place), self.anchors.first()) else {
-            return nothing;
+            return judged;
         };
-        let Some(predictions) = self.predictions(hypothesis, start) else {
-            return nothing;
-        };
-        let level = self.problem.noise(hypothesis, start, self.level.wander);
-        let whiteners = self.problem.whiteners(&level);
-        let determinants: f64 = whiteners.iter().map(|w| w.log_determinant).sum();
-        let r = self.problem.whitened(&predictions, &whiteners);
-        let left = anchor.left_over(&r, hypothesis, start) + determinants;
-        if level != self.level {
-            // A noise of its own is no column of a regression.
-            return (left, f64::INFINITY);
+        // A noise of its own is no column of a regression, and has filters of its own.
+        let mut alike = Vec::new();
+        for (k, (hypothesis, p)) in starts.iter().enumerate() {
+            let Some(predictions) = self.predictions(hypothesis, p) else {
+                continue;
+            };
+            let level = self.problem.noise(hypothesis, p, self.level.wander);
+            if level == self.level {
+                alike.push((k, predictions));
+                continue;
+            }
+            let whiteners = self.problem.whiteners(&level);
+            let r = self.problem.whitened(&predictions, &whiteners);
+            judged[k] = (
+                anchor.left_over(&r, p) + determinants(&whiteners),
+                f64::INFINITY,
+            );
         }
-        let scaled = anchor.left - anchor.gain_along(&r);
-        let mut promise = first.left - left.min(scaled);
+        let (places, alike): (Vec<usize>, Vec<_>) = alike.into_iter().unzip();
+        let whiteners = self.problem.whiteners(&self.level);
+        let residuals = self.problem.whitened_together(&alike, &whiteners);
+        for (&k, r) in places.iter().zip(&residuals) {
+            let left = anchor.left_over(r, &starts[k].1) + determinants(&whiteners);
+            let scaled = anchor.left - anchor.gain_along(r);
+            judged[k] = (left, first.left - left.min(scaled));
+        }
         if place == 0 && self.own_level != self.level {
             let whiteners = self.problem.whiteners(&self.own_level);
-            let r = self.problem.whitened(&predictions, &whiteners);
-            promise = promise.max(self.own.gain_along(&r));
+            let residuals = self.problem.whitened_together(&alike, &whiteners);
+            for (&k, r) in places.iter().zip(&residuals) {
+                judged[k].1 = judged[k].1.max(self.own.gain_along(r));
+            }
         }
-        (left, promise)
+        judged
     }
 
     fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
@@ -336,6 +356,10 @@ impl<'a> Search<'a> {
         let top = top.fold(0.0, f64::max);
         RATES.iter().map(|share| vec![0.0, share * top]).collect()
     }
+}
+
+fn determinants(whiteners: &[Whitener]) -> f64 {
+    whiteners.iter().map(|w| w.log_determinant).sum()
 }
 
 /// Rate at which a speed error of this motor dies away, 1/s, as its terminals are driven.
