@@ -14,6 +14,7 @@ use super::data::RunData;
 use super::disturbance::Disturbance;
 use super::effort::Effort;
 use super::hypothesis::{BASE, Hypothesis};
+use super::kept::Kept;
 use super::kept_filters::{Filters, KeptFilters};
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::noise_numbers;
@@ -21,6 +22,7 @@ use super::periodic::KeptWaves;
 use super::predict::{predict, predict_with_derivatives};
 use super::response::Response;
 use super::setting::Setting;
+use super::shapes::Dependence;
 use super::sums::{dot, gram};
 use crate::motor::Motor;
 use crate::motor::effects::catalogue;
@@ -49,11 +51,16 @@ pub(super) struct Problem<'a> {
     pub rough: Disturbance,
     /// Filters, made when first asked for.
     filters: KeptFilters,
-    /// Whitened waves, made when first asked for.
+    /// Whitened waves and shapes, made when first asked for.
     pub waves: KeptWaves,
+    pub shapes: Kept<(u64, Dependence), Columns>,
     /// What was simulated, together with other problems of the diagnosis.
     pub effort: Arc<Effort>,
 }
+
+/// Runs of more samples than this, all together, have what is the same for every fit made again each time that it is needed: all
+/// orders of one effect are 1.8 kB a sample.
+const KEPT_SAMPLES: usize = 10_000;
 
 /// How many times what a linear step promises a fit may gain.
 const OPTIMISM: f64 = 3.0;
@@ -107,6 +114,7 @@ impl<'a> Problem<'a> {
             rough,
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
+            shapes: Kept::default(),
             effort: Arc::default(),
         }
     }
@@ -121,12 +129,18 @@ impl<'a> Problem<'a> {
     fn forget(&mut self) {
         self.filters = KeptFilters::default();
         self.waves = KeptWaves::default();
+        self.shapes = Kept::default();
     }
 
     /// Takes up another estimate of what disturbs the recordings.
     pub fn set_rough(&mut self, rough: Disturbance) {
         self.rough = rough;
         self.forget();
+    }
+
+    /// Whether the runs are so short that what is the same for every fit is kept.
+    pub fn keeps_columns(&self) -> bool {
+        self.runs.iter().map(RunData::len).sum::<usize>() <= KEPT_SAMPLES
     }
 
     /// Whether something disturbs the recordings that rounding and a slow wander do not.
@@ -142,6 +156,7 @@ impl<'a> Problem<'a> {
             rough,
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
+            shapes: Kept::default(),
             effort: self.effort.clone(),
             ..*self
         }

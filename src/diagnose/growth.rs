@@ -12,6 +12,7 @@ use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
 use super::fit::{Fit, Problem};
 use super::further::Further;
+use super::kept::Kept;
 use super::looks::{Bar, first_fit, scanned_fit};
 use super::pairs::{not_repeating, promising};
 use super::periodic::is_scanned;
@@ -56,6 +57,8 @@ pub(super) struct Field<'a> {
     /// What every effect promises beside nothing, kept from when it was first asked: by one at a time, since making it waits for
     /// other tasks.
     alone: OnceLock<Vec<Prospect>>,
+    /// Whether sets leave nothing, by their effects and evidence.
+    enough: Kept<(Vec<usize>, u64), bool>,
 }
 
 impl<'a> Field<'a> {
@@ -66,6 +69,7 @@ impl<'a> Field<'a> {
             beginnings,
             scale: largest_acceleration(problem.nominal, problem.runs),
             alone: OnceLock::new(),
+            enough: Kept::default(),
         }
     }
 
@@ -140,9 +144,11 @@ impl<'a> Field<'a> {
     /// nothing in the residual that depends on speed, angle, time or command.
     pub fn is_enough(&self, candidate: &Candidate) -> bool {
         let fit = &candidate.fit;
+        let is_flat = || flexible(self.problem, fit, self.scale).gain_of_large < 0.0;
+        let key = (candidate.effects.clone(), fit.log_evidence.to_bits());
         fit.wander <= CALM * self.scale
             && fit.hypothesis.strain(&fit.p) < UNBENT
-            && flexible(self.problem, fit, self.scale).gain_of_large < 0.0
+            && *self.enough.of(key, is_flat)
     }
 
     /// Whether the search goes on: as long as work is left, and from a set that leaves nothing in any case.

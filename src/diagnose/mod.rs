@@ -28,6 +28,7 @@ mod host_clock;
 mod hypothesis;
 mod judged;
 mod jumps;
+mod kept;
 mod kept_filters;
 mod levels;
 mod log_sum;

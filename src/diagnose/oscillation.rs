@@ -10,12 +10,14 @@
 //! and a step does that most of the time. An oscillation goes on whatever the shaft does: less must be left in the half of the
 //! blocks in which it does least, too.
 
+use std::sync::Arc;
+
 use realfft::RealFftPlanner;
 
 use super::data::RunData;
-use super::fit::Problem;
+use super::fit::{Columns, Problem};
 use super::marginal::{Beside, Named};
-use super::noise::Whitener;
+use super::noise::NoiseLevel;
 use super::shapes::{FASTEST, Gains, Group, is_told, swinging};
 
 /// Least number of periods in the longest run: slower is a slow wave of time.
@@ -33,7 +35,7 @@ const PRECISE: f64 = 0.02;
 /// walks is how it is described.
 pub(super) fn oscillation(
     problem: &Problem<'_>,
-    whiteners: &[Whitener],
+    level: &NoiseLevel,
     residual: &[f64],
     named: Option<&Named>,
     largest_acceleration: f64,
@@ -44,7 +46,7 @@ pub(super) fn oscillation(
     let runs = problem.runs;
     let (peaks, price) = frequencies(runs, residual);
     let at = |hz: f64| {
-        let columns = Group::Oscillation(hz).columns(problem, whiteners, largest_acceleration);
+        let columns = Group::Oscillation(hz).columns(problem, level, largest_acceleration);
         let beside = Beside::new(residual, &columns, named);
         let gains = Gains::of(Group::Oscillation(hz), |size| {
             beside.solved(size).map_or(0.0, |found| found.log_gain) - price
@@ -70,7 +72,7 @@ pub(super) fn oscillation(
 /// A frequency that was weighed.
 struct Tried {
     hz: f64,
-    columns: Vec<Vec<f64>>,
+    columns: Arc<Columns>,
     gains: Gains,
 }
 

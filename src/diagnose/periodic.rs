@@ -3,9 +3,7 @@
 //! The recorded angle is known to a count, so that an acceleration `A sin(N theta) + B cos(N theta)` is linear in
 //! `A` and `B`, and every order `N` is tried in one regression beside the base.
 
-use std::collections::HashMap;
-use std::hash::Hash;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -13,6 +11,7 @@ use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::Problem;
 use super::hypothesis::BASE;
+use super::kept::Kept;
 use super::kept_filters::Filters;
 use super::noise::{Carried, NoiseLevel};
 use super::response::Response;
@@ -24,35 +23,16 @@ use crate::recording::CommandKind;
 /// The best of all orders gains this in squares where there is none.
 const LEAST_GAIN: f64 = 10.0;
 
-/// Runs of more samples than this, all together, have their waves made again each time that they are needed: all orders
-/// of one effect are 1.8 kB a sample.
-const KEPT_SAMPLES: usize = 10_000;
-
 /// A wave's sine and cosine.
-type Pair = Arc<[Vec<f64>; 2]>;
+type Pair = [Vec<f64>; 2];
 
 /// Waves that were made.
 #[derive(Debug, Default)]
 pub(super) struct KeptWaves {
     /// Whitened, by the wander's level, the effect and the order.
-    whitened: Mutex<HashMap<(u64, &'static str, u64), Pair>>,
+    whitened: Kept<(u64, &'static str, u64), Pair>,
     /// Sine and cosine of the recorded angle in counts, by the order.
-    plain: Mutex<HashMap<u64, Pair>>,
-}
-
-/// What is kept under `key`, made where it is not there.
-fn kept<K: Eq + Hash>(
-    kept: &Mutex<HashMap<K, Pair>>,
-    key: K,
-    make: impl FnOnce() -> [Vec<f64>; 2],
-) -> Pair {
-    let locked = || kept.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(pair) = locked().get(&key) {
-        return pair.clone();
-    }
-    let pair = Arc::new(make());
-    locked().insert(key, pair.clone());
-    pair
+    plain: Kept<u64, Pair>,
 }
 
 /// The answers of the runs to angle-periodic torques, whitened.
@@ -68,30 +48,30 @@ pub(super) struct Waves<'a> {
 impl<'a> Waves<'a> {
     /// On this level of the noise.
     pub fn new(problem: &'a Problem<'a>, level: &NoiseLevel) -> Self {
-        let samples: usize = problem.runs.iter().map(RunData::len).sum();
+        let is_short = problem.keeps_columns();
         Self {
             problem,
             whiteners: problem.whiteners(level),
-            is_short: samples <= KEPT_SAMPLES,
-            kept_at: (samples <= KEPT_SAMPLES && level.is_shared()).then_some(level.wander),
+            is_short,
+            kept_at: (is_short && level.is_shared()).then_some(level.wander),
         }
     }
 
     /// Sine and cosine of an order of this effect, all runs end to end.
-    pub fn columns(&self, id: &'static str, order: f64) -> Pair {
+    pub fn columns(&self, id: &'static str, order: f64) -> Arc<Pair> {
         let Some(level) = self.kept_at else {
             return Arc::new(self.made(id, order));
         };
         let key = (level.to_bits(), id, order.to_bits());
-        kept(&self.problem.waves.whitened, key, || self.made(id, order))
+        self.problem.waves.whitened.of(key, || self.made(id, order))
     }
 
-    fn made(&self, id: &str, order: f64) -> [Vec<f64>; 2] {
+    fn made(&self, id: &str, order: f64) -> Pair {
         let mut columns = [Vec::new(), Vec::new()];
         let mut carried = [Carried::default(); 2];
         let turning = || turning(self.problem.runs, order);
         let turning = if self.is_short {
-            kept(&self.problem.waves.plain, order.to_bits(), turning)
+            self.problem.waves.plain.of(order.to_bits(), turning)
         } else {
             Arc::new(turning())
         };
@@ -191,7 +171,7 @@ fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
 }
 
 /// Sine and cosine of the recorded angle times an order, in counts, all runs end to end.
-fn turning(runs: &[RunData], order: f64) -> [Vec<f64>; 2] {
+fn turning(runs: &[RunData], order: f64) -> Pair {
     let waves = runs.iter().flat_map(|run| {
         let counts_per_rad = run.counts_per_rev / std::f64::consts::TAU;
         run.counts.iter().map(move |counts| {
@@ -209,7 +189,7 @@ fn waves(
     response: &Response,
     id: &str,
     turning: [&[f64]; 2],
-) -> [Vec<f64>; 2] {
+) -> Pair {
     if id == "encoder_eccentricity" {
         return turning.map(|wave| {
             let first = wave.first().copied().unwrap_or(0.0);

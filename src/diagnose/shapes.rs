@@ -1,9 +1,11 @@
 //! The shapes of an acceleration that nobody has written an equation for (`unknown.rs`): bumps over speed, harmonics of the
 //! angle, slow waves of time, shapes of the command, and an oscillation of some frequency.
 
+use std::sync::Arc;
+
 use super::data::RunData;
-use super::fit::Problem;
-use super::noise::{Carried, Whitener};
+use super::fit::{Columns, Problem};
+use super::noise::{Carried, NoiseLevel, Whitener};
 
 /// Standard deviation of each shape's coefficient, as a share of the largest acceleration.
 const PRIOR_SHARE: f64 = 0.03;
@@ -15,7 +17,7 @@ pub(super) const FASTEST: f64 = 0.25;
 const SWINGING_RUNS: usize = 6;
 
 /// On what an acceleration depends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Dependence {
     /// Speed.
     Speed,
@@ -87,18 +89,31 @@ impl Group {
         }
     }
 
-    /// Whitened answers of the runs to each shape, in standard deviations of its prior.
+    /// Whitened answers of the runs to each shape on a level of the noise, in standard deviations of its prior.
     pub fn columns(
         self,
         problem: &Problem<'_>,
-        whiteners: &[Whitener],
+        level: &NoiseLevel,
         largest_acceleration: f64,
-    ) -> Vec<Vec<f64>> {
+    ) -> Arc<Columns> {
+        let whiteners = problem.whiteners(level);
         match self {
             Self::Smooth(dependence) => {
-                smooth_columns(problem, whiteners, dependence, largest_acceleration)
+                let make = || smooth_columns(problem, &whiteners, dependence, largest_acceleration);
+                if level.is_shared() && problem.keeps_columns() {
+                    problem
+                        .shapes
+                        .of((level.wander.to_bits(), dependence), make)
+                } else {
+                    Arc::new(make())
+                }
             }
-            Self::Oscillation(hz) => swinging_columns(problem, whiteners, hz, largest_acceleration),
+            Self::Oscillation(hz) => Arc::new(swinging_columns(
+                problem,
+                &whiteners,
+                hz,
+                largest_acceleration,
+            )),
         }
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
         .jacobian(&fit.hypothesis, &fit.p, &whiteners)
         .and_then(|jacobian| Named::new(fit, jacobian, &residual));
     let smooth = (Group::SMOOTH.into_par_iter().with_max_len(1)).map(|group| {
-        let columns = group.columns(problem, &whiteners, largest_acceleration);
+        let columns = group.columns(problem, &level, largest_acceleration);
         let beside = Beside::new(&residual, &columns, named.as_ref());
         Gains::of(group, |size| {
             beside.solved(size).map_or(0.0, |found| found.log_gain)
@@ -50,7 +50,7 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
     let oscillating = || {
         oscillation(
             problem,
-            &whiteners,
+            &level,
             &residual,
             named.as_ref(),
             largest_acceleration,
@@ -149,7 +149,11 @@ fn with_shapes(
     let jacobian = problem.jacobian(&fit.hypothesis, &fit.p, &whiteners)?;
     let named = Named::new(fit, jacobian, &residual)?;
     let all: Vec<Vec<f64>> = (groups.iter())
-        .flat_map(|group| group.columns(problem, &whiteners, largest_acceleration))
+        .flat_map(|group| {
+            group
+                .columns(problem, &level, largest_acceleration)
+                .to_vec()
+        })
         .collect();
     let found = Beside::new(&residual, &all, Some(&named)).solved(size)?;
     Some(Flexed {
@@ -173,7 +177,11 @@ pub(super) fn separation_beside(
     let mut all = problem.jacobian(&smaller.hypothesis, &smaller.p, &whiteners)?;
     let named = all.len();
     for group in groups {
-        all.extend(group.columns(problem, &whiteners, largest_acceleration));
+        all.extend(
+            group
+                .columns(problem, &level, largest_acceleration)
+                .to_vec(),
+        );
     }
     let difference = whitened_difference(set, smaller, &whiteners);
     left_after(&difference, &all, |i, j| {
