@@ -11,7 +11,7 @@ use super::engine::{EndRate, Engine, TICKS};
 use super::guards::Guard;
 use super::inside::{Inside, Sample};
 use super::ladder::add;
-use super::propagate::{advance, linear, push};
+use super::propagate::{advance, linear};
 use super::scalar::Scalar;
 
 /// What ends a mode.
@@ -98,7 +98,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         emit: &mut impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
         let rung = *self.ladders[self.ladder].1.rung(self.allowed);
-        let forced = push(&rung.p1, &self.constant);
+        let forced = *self.forced(self.allowed);
         let mut y = self.y;
         let (mut samples, mut steps, mut at_rest) = (0, 0, false);
         'samples: while samples < most {
@@ -134,7 +134,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     ) -> usize {
         let rung = *self.ladders[self.ladder].1.rung(self.allowed);
         let a = self.ladders[self.ladder].1.a;
-        let forced = push(&rung.p1, &self.constant);
+        let forced = *self.forced(self.allowed);
         let constant = self.constant;
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);
         let step = TICKS >> self.allowed;
@@ -175,7 +175,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             self.end_rate = Some(EndRate {
                 now,
                 rate: rate1,
-                bent: constant,
+                bent: [S::zero(); N],
             });
             self.steps += steps;
         }

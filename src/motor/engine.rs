@@ -44,7 +44,7 @@ pub(super) struct Before<S, const N: usize> {
     pub(super) rate: Option<[S; N]>,
 }
 
-/// The rate of change at the end of a step in which nothing happened, whole and its part that is not linear.
+/// The rate of change at the end of a step in which nothing happened, whole and its part that bends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EndRate<S, const N: usize> {
     pub(super) now: u64,
@@ -64,9 +64,11 @@ pub(super) struct Engine<S, const N: usize> {
     pub(super) before: Before<S, N>,
     pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
     pub(super) ladder: usize,
-    /// What `y' = A y + n` has for `n`, where it is constant.
+    /// What `y' = A y + n` has for `n`, or the part of it that is constant.
     pub(super) constant: [S; N],
-    /// Whether it is.
+    /// What that does in a step on each rung, once it has been worked out.
+    pub(super) forced: [Option<[S; N]>; FINEST + 2],
+    /// Whether `n` is constant.
     pub(super) straight: bool,
     /// Rate at the end of the last step, where known.
     pub(super) end_rate: Option<EndRate<S, N>>,
@@ -109,6 +111,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             ladders: Vec::with_capacity(MOST_LADDERS),
             ladder: 0,
             constant: [S::zero(); N],
+            forced: [None; FINEST + 2],
             straight: true,
             end_rate: None,
             longest_s,
@@ -401,6 +404,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
         };
         self.constant = self.machine.constant(m);
+        self.forced = [None; FINEST + 2];
     }
 
     /// Rate of change of the state now.
