@@ -9,9 +9,9 @@
 use super::dynamics::{Machine, Mode, ONE_BODY, W1};
 use super::engine::{EndRate, Engine, TICKS};
 use super::guards::Guard;
-use super::inside::Inside;
+use super::inside::{Inside, Sample};
 use super::ladder::add;
-use super::propagate::{advance, linear, push};
+use super::propagate::{advance, linear};
 use super::scalar::Scalar;
 
 /// What ends a mode.
@@ -58,20 +58,12 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     pub(super) fn cruise_between(
         &mut self,
         at: impl Fn(usize) -> Option<(u64, f64)>,
-        mut emit: impl FnMut(usize, &Self, &[S; N]),
+        mut emit: impl FnMut(usize, &Self, &Sample<'_, S, N>),
     ) -> usize {
         if !self.is_steady() {
             return 0;
         }
-        match self.watch() {
-            Watch::Nothing => self.read_off(at, |_, _, _| true, &mut emit),
-            Watch::Speed { direction } => {
-                let slips =
-                    |_: &Machine<S>, _: &Mode<S>, y: &[S; N]| y[W1].value() * direction >= 0.0;
-                self.read_off(at, slips, &mut emit)
-            }
-            Watch::Rest | Watch::Guards => self.read_off(at, Machine::holds, &mut emit),
-        }
+        self.read_off(at, self.watch(), &mut emit)
     }
 
     /// Whether every step is the longest and exact, and starts where it may. A winding that warms up bends the equations: its
@@ -106,7 +98,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         emit: &mut impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
         let rung = *self.ladders[self.ladder].1.rung(self.allowed);
-        let forced = push(&rung.p1, &self.constant);
+        let forced = *self.forced(self.allowed);
         let mut y = self.y;
         let (mut samples, mut steps, mut at_rest) = (0, 0, false);
         'samples: while samples < most {
@@ -137,12 +129,12 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn read_off(
         &mut self,
         at: impl Fn(usize) -> Option<(u64, f64)>,
-        holds: impl Fn(&Machine<S>, &Mode<S>, &[S; N]) -> bool,
-        emit: &mut impl FnMut(usize, &Self, &[S; N]),
+        watch: Watch,
+        emit: &mut impl FnMut(usize, &Self, &Sample<'_, S, N>),
     ) -> usize {
         let rung = *self.ladders[self.ladder].1.rung(self.allowed);
         let a = self.ladders[self.ladder].1.a;
-        let forced = push(&rung.p1, &self.constant);
+        let forced = *self.forced(self.allowed);
         let constant = self.constant;
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);
         let step = TICKS >> self.allowed;
@@ -156,7 +148,12 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             while now < tick || (now == tick && rest > 0.0) {
                 let next = add(advance(&rung.e, &y1), &forced);
-                if !holds(&self.machine, &self.mode, &next) {
+                let holds = match watch {
+                    Watch::Nothing => true,
+                    Watch::Speed { direction } => next[W1].value() * direction >= 0.0,
+                    Watch::Rest | Watch::Guards => self.machine.holds(&self.mode, &next),
+                };
+                if !holds {
                     break 'samples;
                 }
                 (y0, rate0) = (y1, rate1);
@@ -165,8 +162,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 steps += 1;
             }
             let place = (tick + step - now) as f64 + rest;
-            let y = Inside::at(place / step as f64, span_s).state((&y0, &rate0), (&y1, &rate1));
-            emit(samples, self, &y);
+            let place = Inside::at(place / step as f64, span_s);
+            let sample = Sample::Inside(place, (&y0, &rate0), (&y1, &rate1));
+            emit(samples, self, &sample);
             samples += 1;
         }
         if steps > 0 {
@@ -177,7 +175,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             self.end_rate = Some(EndRate {
                 now,
                 rate: rate1,
-                bent: constant,
+                bent: [S::zero(); N],
             });
             self.steps += steps;
         }
@@ -262,7 +260,7 @@ mod tests {
                 k += 1;
                 if cruising {
                     let at = |n: usize| place(k + n);
-                    k += engine.cruise_between(at, |_, _, y| angles.push(y[0]));
+                    k += engine.cruise_between(at, |_, _, sample| angles.push(sample.angle(0)));
                 }
             }
         }

@@ -68,17 +68,16 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// `n(y)`, the rate beyond the linear part, of a machine with this matrix and constant.
+    /// The part of `n(y)` that changes with the state, of a machine with this matrix.
     #[inline(never)]
-    pub(super) fn rest<const N: usize>(
+    pub(super) fn bent<const N: usize>(
         &self,
         m: &Mode<S>,
         matrix: &Matrix<S, N>,
-        constant: &[S; N],
         y: &[S; N],
     ) -> [S; N] {
         if self.bent_by_torques {
-            let mut n = *constant;
+            let mut n = [S::zero(); N];
             self.bend(m, y, &mut n);
             return n;
         }
@@ -90,47 +89,52 @@ impl<S: Scalar> Machine<S> {
         n
     }
 
-    /// Adds the accelerations by torques that are not affine.
+    /// The accelerations by torques that are not affine.
     #[inline(always)]
     fn bend<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) {
         let mechanical = &self.chain.mechanical;
         let (angle, speed) = self.sides(y)[1];
-        let (mut motor, mut load) = (S::zero(), S::zero());
-        let rippling = match self.chain.electrical.ripple {
-            Some(_) => self.ripple_torque(m, y, n),
-            None => S::zero(),
+        let (rippling, mut load) = match self.chain.electrical.ripple {
+            Some(_) => (self.ripple_torque(m, y, n), S::zero()),
+            None => (S::zero(), S::zero()),
         };
-        motor += rippling;
+        let mut motor = rippling;
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);
         }
+        // What acts on the load acts on a rigid motor as a whole.
+        let driven = if N <= ONE_BODY { &mut motor } else { &mut load };
         if let Some(gravity) = &mechanical.gravity {
-            load -= gravity.at(angle);
+            *driven -= gravity.at(angle);
         }
         if let Some(drag) = mechanical.drag {
-            load -= drag * speed * speed.abs();
+            *driven -= drag * speed * speed.abs();
         }
-        motor -= self.bent_friction(m, 0, y[TH1], y[W1], y, rippling);
+        if let Some(friction) = self.bent_friction(m, 0, y[TH1], y[W1], y, rippling) {
+            motor -= friction;
+        }
         if N <= ONE_BODY {
             if m.slip[0] != 0.0 {
-                n[W1] += (motor + load) / self.inertia[0];
+                n[W1] = motor * self.mobility[0];
             }
             return;
         }
-        load -= self.bent_friction(m, 1, angle, speed, y, rippling);
+        if let Some(friction) = self.bent_friction(m, 1, angle, speed, y, rippling) {
+            load -= friction;
+        }
         if self.joined(m) {
             if m.slip[0] != 0.0 {
-                let acceleration = (motor + load) / self.inertia[2];
-                n[W1] += acceleration;
-                n[N - 1] += acceleration;
+                let acceleration = (motor + load) * self.mobility[2];
+                n[W1] = acceleration;
+                n[N - 1] = acceleration;
             }
             return;
         }
         if m.slip[0] != 0.0 {
-            n[W1] += motor / self.inertia[0];
+            n[W1] = motor * self.mobility[0];
         }
         if m.slip[1] != 0.0 {
-            n[N - 1] += load / self.inertia[1];
+            n[N - 1] = load * self.mobility[1];
         }
     }
 
@@ -143,7 +147,7 @@ impl<S: Scalar> Machine<S> {
         let mut torque = ripple * self.current_at(m, y, electrical.back_emf_v_s_per_rad * y[W1]);
         if m.flow == Flow::Free {
             if self.inductive {
-                n[CUR] -= emf / electrical.inductance_h;
+                n[CUR] = -emf / electrical.inductance_h;
             } else {
                 torque -= (ripple + 1.0) * emf / self.resistance(y);
             }
@@ -161,21 +165,22 @@ impl<S: Scalar> Machine<S> {
         speed: S,
         y: &[S; N],
         rippling: S,
-    ) -> S {
+    ) -> Option<S> {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         if s == 0.0 {
-            return S::zero();
+            return None;
         }
         let by_speed = match (&mechanical.break_in_angle_rad, &mechanical.stribeck) {
-            (Some(break_in), _) => self.dahl(m, side, angle, speed, y, *break_in),
-            (None, Some(stribeck)) => stribeck.at(speed) * self.share[side] * s,
-            (None, None) => S::zero(),
+            (Some(break_in), _) => Some(self.dahl(m, side, angle, speed, y, *break_in)),
+            (None, Some(stribeck)) => Some(stribeck.at(speed) * self.share[side] * s),
+            (None, None) => None,
         };
         match &mechanical.load_friction {
             // Dahl's law follows the whole torque.
             Some(load) if mechanical.break_in_angle_rad.is_none() => {
                 let share = load.share(s * m.torque_sign);
-                by_speed + share * rippling * m.torque_sign * self.share[side] * s
+                let by_torque = share * rippling * m.torque_sign * self.share[side] * s;
+                Some(by_speed.map_or(by_torque, |by_speed| by_speed + by_torque))
             }
             _ => by_speed,
         }

@@ -40,6 +40,9 @@ pub(super) enum Flow {
     Open,
 }
 
+/// More numbers than any state has.
+const ALL: usize = 8;
+
 /// Which flanks touch; in a transmission with a spring, through it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Contact {
@@ -111,6 +114,8 @@ pub(super) struct Machine<S> {
     pub chain: Chain<S>,
     /// Inertia of motor side, of load side, of both.
     pub inertia: [S; 3],
+    /// One over each.
+    pub mobility: [S; 3],
     /// Viscous coefficient of motor side and load side.
     pub viscous: [S; 2],
     /// Each side's share of the friction.
@@ -129,6 +134,8 @@ pub(super) struct Machine<S> {
     pub bent_by_torques: bool,
     /// The back EMF does: it bends the current, a state of its own.
     pub bends_current: bool,
+    /// It depends on so many numbers of the state, the first ones.
+    pub bends_by: usize,
     /// Current is a state.
     pub inductive: bool,
     /// Command after delay and dead zone (V, A or N m).
@@ -158,6 +165,7 @@ impl<S: Scalar> Machine<S> {
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
         Self {
             inertia,
+            mobility: inertia.map(|inertia| S::from(1.0) / inertia),
             viscous: [
                 share[0] * m.viscous_nm_s_per_rad,
                 share[1] * m.viscous_nm_s_per_rad,
@@ -176,6 +184,13 @@ impl<S: Scalar> Machine<S> {
                 && !warms,
             bent_by_torques: !warms,
             bends_current: ripples && chain.current_is_state(),
+            bends_by: if two || warms || ripples || m.load_friction.is_some() {
+                ALL
+            } else if m.stribeck.is_some() || m.drag.is_some() || m.break_in_angle_rad.is_some() {
+                W1 + 1
+            } else {
+                TH1 + 1
+            },
             inductive: chain.current_is_state(),
             command: 0.0,
             voltage: S::zero(),

@@ -8,7 +8,7 @@
 
 use super::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
 use super::guards::Guard;
-use super::inside::{Inside, shift};
+use super::inside::shift;
 use super::ladder::{FINEST, Ladder};
 use super::scalar::Scalar;
 
@@ -34,15 +34,17 @@ pub(super) struct Key {
 
 /// What there was when a step started.
 #[derive(Debug, Clone, Copy)]
-struct Before<S, const N: usize> {
-    now: u64,
-    y: [S; N],
+pub(super) struct Before<S, const N: usize> {
+    pub(super) now: u64,
+    pub(super) y: [S; N],
     allowed: usize,
     /// The mode, where it has changed since.
-    mode: Option<Mode<S>>,
+    pub(super) mode: Option<Mode<S>>,
+    /// The rate of change, where known.
+    pub(super) rate: Option<[S; N]>,
 }
 
-/// The rate of change at the end of a step in which nothing happened, whole and its part that is not linear.
+/// The rate of change at the end of a step in which nothing happened, whole and its part that bends.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EndRate<S, const N: usize> {
     pub(super) now: u64,
@@ -59,12 +61,14 @@ pub(super) struct Engine<S, const N: usize> {
     /// Ticks since the start.
     pub(super) now: u64,
     /// Where the last step started, and what was there.
-    before: Before<S, N>,
+    pub(super) before: Before<S, N>,
     pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
     pub(super) ladder: usize,
-    /// What `y' = A y + n` has for `n`, where it is constant.
+    /// What `y' = A y + n` has for `n`, or the part of it that is constant.
     pub(super) constant: [S; N],
-    /// Whether it is.
+    /// What that does in a step on each rung, once it has been worked out.
+    pub(super) forced: [Option<[S; N]>; FINEST + 2],
+    /// Whether `n` is constant.
     pub(super) straight: bool,
     /// Rate at the end of the last step, where known.
     pub(super) end_rate: Option<EndRate<S, N>>,
@@ -99,6 +103,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 y: [S::zero(); N],
                 allowed: 0,
                 mode: None,
+                rate: None,
             },
             machine,
             y: [S::zero(); N],
@@ -106,6 +111,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             ladders: Vec::with_capacity(MOST_LADDERS),
             ladder: 0,
             constant: [S::zero(); N],
+            forced: [None; FINEST + 2],
             straight: true,
             end_rate: None,
             longest_s,
@@ -209,11 +215,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     }
 
     pub(super) fn remember(&mut self) {
-        self.before = Before {
-            now: self.now,
-            y: self.y,
-            allowed: self.allowed,
-            mode: None,
+        self.before.now = self.now;
+        self.before.y = self.y;
+        self.before.allowed = self.allowed;
+        self.before.mode = None;
+        self.before.rate = match &self.end_rate {
+            Some(end) if end.now == self.now => Some(end.rate),
+            _ => None,
         };
     }
 
@@ -234,60 +242,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             self.rewind();
         }
         self.advance(tick);
-    }
-
-    /// The state at `tick + offset` ticks, without change of the command up to there. It may look further ahead,
-    /// and calls go forward: `tick` is not before the start of the last step.
-    pub(super) fn state_at(&mut self, tick: u64, offset: S) -> [S; N] {
-        let on_tick = offset.value() == 0.0;
-        while self.now < tick || (self.now == tick && !on_tick) {
-            self.step(u64::MAX);
-        }
-        if on_tick && self.now == tick {
-            let mut y = self.y;
-            if !offset.is_nought() {
-                shift(&mut y, &self.rate(), offset * self.tick_s());
-            }
-            return y;
-        }
-        let start = &self.before;
-        let start_rate = match &self.end_rate {
-            Some(end) if end.now == start.now => end.rate,
-            _ => {
-                let mode = start.mode.as_ref().unwrap_or(&self.mode);
-                self.machine.rate(mode, &start.y)
-            }
-        };
-        if tick < start.now {
-            // Within the tick of a change of the command, which has been gone through; or samples out of order (later
-            // than the next one): as near as the memory reaches back.
-            let mut y = start.y;
-            if tick + 1 == start.now {
-                shift(&mut y, &start_rate, (offset - 1.0) * self.tick_s());
-            }
-            return y;
-        }
-        let ticks = (self.now - start.now) as f64;
-        let span_s = ticks * self.tick_s();
-        let at = offset + (tick - start.now) as f64;
-        let (end_rate, bent) = match &self.end_rate {
-            Some(end) if end.now == self.now => (end.rate, end.bent),
-            _ => self.rate_in_parts(),
-        };
-        let (start, end) = ((&start.y, &start_rate), (&self.y, &end_rate));
-        let place = Inside::at(at.value() / ticks, span_s);
-        let by = at - at.value();
-        let y = if by.is_nought() {
-            place.state(start, end)
-        } else {
-            place.moved(start, end, by * self.tick_s())
-        };
-        self.end_rate = Some(EndRate {
-            now: self.now,
-            rate: end_rate,
-            bent,
-        });
-        y
     }
 
     /// Advances to `until` (in ticks).
@@ -450,6 +404,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
         };
         self.constant = self.machine.constant(m);
+        self.forced = [None; FINEST + 2];
     }
 
     /// Rate of change of the state now.

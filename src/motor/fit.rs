@@ -6,12 +6,13 @@
 use rayon::prelude::*;
 
 use super::chain::Chain;
-use super::dynamics::{Machine, ONE_BODY};
+use super::dynamics::{Machine, ONE_BODY, TH1};
 use super::effects::{self, EffectParameter};
 use super::engine::Engine;
+use super::inside::Sample;
 use super::reading::{MeanCounts, encoder_shaft};
 use super::scalar::{Dual, Scalar};
-use super::schedule::Schedule;
+use super::schedule::{Reader, Schedule};
 use super::simulate::{Drive, SimulationError};
 use super::{Model, Motor, Parameters};
 
@@ -291,7 +292,7 @@ impl Simulator {
         machine: Machine<S>,
         slot: &mut Option<Box<Engine<S, N>>>,
         work: &mut u64,
-        mut emit: impl FnMut(usize, S),
+        emit: impl FnMut(usize, S),
     ) -> Result<(), SimulationError> {
         let longest_s = self
             .schedule
@@ -311,19 +312,15 @@ impl Simulator {
         if self.start != (0.0, 0.0) {
             engine.start(angle_rad, speed_rad_s);
         }
-        let mut mean = MeanCounts::new(machine.chain.sensor, angle_rad, speed_rad_s);
-        let per_count = S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev;
+        let reader = AngleReader {
+            mean: MeanCounts::new(machine.chain.sensor, angle_rad, speed_rad_s),
+            rad_per_count: S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev,
+            shaft: encoder_shaft::<S, N>(&machine),
+            emit,
+        };
         let late_s = machine.chain.timing.jitter_s * 0.5;
         let most_steps = MOST_STEPS.max(MOST_BY_PACE << engine.floor);
-        let measured = self.schedule.run(
-            engine,
-            most_steps,
-            |_| late_s,
-            |k, engine, y| {
-                let (angle, speed) = encoder_shaft(&engine.machine, y);
-                emit(k, mean.read(angle, speed) * per_count);
-            },
-        );
+        let measured = self.schedule.run(engine, most_steps, |_| late_s, reader);
         *work += work_of::<S, N>(self.schedule.len(), engine.steps, engine.bent_steps);
         measured
     }
@@ -340,6 +337,25 @@ impl Simulator {
                 self.angles(motor, workspace, row)
             })
             .collect()
+    }
+}
+
+/// Reads off the angle that the encoder would say, and nothing else unless edges are lost.
+struct AngleReader<S, E> {
+    mean: MeanCounts<S>,
+    rad_per_count: S,
+    /// Where in the state it is.
+    shaft: usize,
+    emit: E,
+}
+
+impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for AngleReader<S, E> {
+    #[inline(always)]
+    fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
+        // A rigid motor has one angle: its place is known when this is compiled.
+        let shaft = if N > ONE_BODY { self.shaft } else { TH1 };
+        let counts = (self.mean).read(sample.angle(shaft), || sample.speed(shaft));
+        (self.emit)(k, counts * self.rad_per_count);
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Angles by the quintic through angle, speed and acceleration at both ends, the rest by the cubic through value and rate
 //! (Hermite): sums of what is known at the ends, by weights that depend on the place alone. Where a parameter moves the
-//! place too, along the rate there.
+//! place too, along the rate there. An encoder asks for one angle, seldom for its speed.
 
 use super::dynamics::{ONE_BODY, TH1};
 use super::scalar::Scalar;
@@ -20,61 +20,61 @@ pub(super) type End<'a, S, const N: usize> = (&'a [S; N], &'a [S; N]);
 /// A place inside a step.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Inside {
-    /// Weights for an angle: of the rise, both speeds and both accelerations.
-    angle: [f64; 5],
-    /// For the rest: of the rise and both rates.
-    other: [f64; 3],
-    /// For its rate.
-    slope: [f64; 3],
+    /// Share of the step.
+    x: f64,
+    span_s: f64,
 }
 
 impl Inside {
     /// At a share `x` of a step of `span_s`.
     #[inline(always)]
     pub(super) fn at(x: f64, span_s: f64) -> Self {
-        let rest = 1.0 - x;
-        let (x2, h2) = (x * x, span_s * span_s);
+        Self { x, span_s }
+    }
+
+    /// Number `k` of the state there, an angle, by weights of the rise, both speeds and both accelerations.
+    #[inline(always)]
+    fn angle<S: Scalar, const N: usize>(
+        &self,
+        k: usize,
+        (y0, rate0): End<'_, S, N>,
+        (y1, rate1): End<'_, S, N>,
+    ) -> S {
+        let (x, rest, h, h2) = (self.x, 1.0 - self.x, self.span_s, self.span_s * self.span_s);
+        let x2 = x * x;
         let x3 = x2 * x;
-        Self {
-            angle: [
-                x3 * (10.0 + x * (6.0 * x - 15.0)),
-                span_s * (x + x3 * (x * (8.0 - 3.0 * x) - 6.0)),
-                span_s * x3 * (x * (7.0 - 3.0 * x) - 4.0),
-                h2 * 0.5 * x2 * rest * rest * rest,
-                h2 * 0.5 * x3 * rest * rest,
-            ],
-            other: [
-                x2 * (3.0 - 2.0 * x),
-                span_s * x * rest * rest,
-                -span_s * x2 * rest,
-            ],
-            slope: [
-                6.0 * x * rest / span_s,
-                rest * (1.0 - 3.0 * x),
-                x * (3.0 * x - 2.0),
-            ],
-        }
+        y0[k]
+            + ((y1[k] - y0[k]) * (x3 * (10.0 + x * (6.0 * x - 15.0)))
+                + (y0[k + 1] * (h * (x + x3 * (x * (8.0 - 3.0 * x) - 6.0)))
+                    + y1[k + 1] * (h * x3 * (x * (7.0 - 3.0 * x) - 4.0)))
+                + (rate0[k + 1] * (h2 * 0.5 * x2 * rest * rest * rest)
+                    + rate1[k + 1] * (h2 * 0.5 * x3 * rest * rest)))
+    }
+
+    /// Another number, by weights of the rise and both rates.
+    #[inline(always)]
+    fn other<S: Scalar, const N: usize>(
+        &self,
+        k: usize,
+        (y0, rate0): End<'_, S, N>,
+        (y1, rate1): End<'_, S, N>,
+    ) -> S {
+        let (x, rest, h, x2) = (self.x, 1.0 - self.x, self.span_s, self.x * self.x);
+        y0[k]
+            + ((y1[k] - y0[k]) * (x2 * (3.0 - 2.0 * x))
+                + (rate0[k] * (h * x * rest * rest) + rate1[k] * (-h * x2 * rest)))
     }
 
     /// The state there.
     #[inline(always)]
-    pub(super) fn state<S: Scalar, const N: usize>(
-        &self,
-        (y0, rate0): End<'_, S, N>,
-        (y1, rate1): End<'_, S, N>,
-    ) -> [S; N] {
-        let mut out = *y0;
-        for k in 0..N {
-            let rise = y1[k] - y0[k];
-            if is_angle::<N>(k) {
-                let w = &self.angle;
-                out[k] += rise * w[0]
-                    + (y0[k + 1] * w[1] + y1[k + 1] * w[2])
-                    + (rate0[k + 1] * w[3] + rate1[k + 1] * w[4]);
+    fn state<S: Scalar, const N: usize>(&self, start: End<'_, S, N>, end: End<'_, S, N>) -> [S; N] {
+        let mut out = *start.0;
+        for (k, slot) in out.iter_mut().enumerate() {
+            *slot = if is_angle::<N>(k) {
+                self.angle(k, start, end)
             } else {
-                let w = &self.other;
-                out[k] += rise * w[0] + (rate0[k] * w[1] + rate1[k] * w[2]);
-            }
+                self.other(k, start, end)
+            };
         }
         out
     }
@@ -82,22 +82,71 @@ impl Inside {
     /// The state there where parameters move the place by `by_s`, which is 0 now.
     pub(super) fn moved<S: Scalar, const N: usize>(
         &self,
-        (y0, rate0): End<'_, S, N>,
-        (y1, rate1): End<'_, S, N>,
+        start: End<'_, S, N>,
+        end: End<'_, S, N>,
         by_s: S,
     ) -> [S; N] {
-        let mut out = self.state((y0, rate0), (y1, rate1));
+        let (x, rest) = (self.x, 1.0 - self.x);
+        let slope = [
+            6.0 * x * rest / self.span_s,
+            rest * (1.0 - 3.0 * x),
+            x * (3.0 * x - 2.0),
+        ];
+        let ((y0, rate0), (y1, rate1)) = (start, end);
+        let mut out = self.state(start, end);
         let mut rate = out;
         for k in 0..N {
             rate[k] = if is_angle::<N>(k) {
                 out[k + 1]
             } else {
-                let w = &self.slope;
-                (y1[k] - y0[k]) * w[0] + (rate0[k] * w[1] + rate1[k] * w[2])
+                (y1[k] - y0[k]) * slope[0] + (rate0[k] * slope[1] + rate1[k] * slope[2])
             };
         }
         shift(&mut out, &rate, by_s);
         out
+    }
+}
+
+/// What a sample finds, of which only what is asked for is worked out.
+#[derive(Debug)]
+pub(super) enum Sample<'a, S, const N: usize> {
+    /// The end of a step.
+    At(&'a [S; N]),
+    /// A place between two ends.
+    Inside(Inside, End<'a, S, N>, End<'a, S, N>),
+    /// A place that parameters move.
+    Moved([S; N]),
+}
+
+impl<S: Scalar, const N: usize> Sample<'_, S, N> {
+    /// The whole state.
+    #[inline(always)]
+    pub(super) fn state(&self) -> [S; N] {
+        match self {
+            Self::At(y) => **y,
+            Self::Inside(place, start, end) => place.state(*start, *end),
+            Self::Moved(y) => *y,
+        }
+    }
+
+    /// Number `k` of the state, an angle.
+    #[inline(always)]
+    pub(super) fn angle(&self, k: usize) -> S {
+        match self {
+            Self::At(y) => y[k],
+            Self::Inside(place, start, end) => place.angle(k, *start, *end),
+            Self::Moved(y) => y[k],
+        }
+    }
+
+    /// Its speed.
+    #[inline(always)]
+    pub(super) fn speed(&self, k: usize) -> S {
+        match self {
+            Self::At(y) => y[k + 1],
+            Self::Inside(place, start, end) => place.other(k + 1, *start, *end),
+            Self::Moved(y) => y[k + 1],
+        }
     }
 }
 

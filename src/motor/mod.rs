@@ -23,6 +23,7 @@ mod mechanical;
 mod parameters;
 mod plant;
 mod propagate;
+mod read_off;
 mod reading;
 pub mod scalar;
 mod schedule;

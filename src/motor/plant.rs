@@ -196,8 +196,12 @@ fn reach<const N: usize>(
         on_their_way.pop_front();
     }
     let y = engine.state_at(tick, offset);
-    let (angle, speed) = encoder_shaft(&engine.machine, &y);
-    (angle, speed, engine.machine.current(&engine.mode, &y))
+    let shaft = encoder_shaft::<_, N>(&engine.machine);
+    (
+        y[shaft],
+        y[shaft + 1],
+        engine.machine.current(&engine.mode, &y),
+    )
 }
 
 #[cfg(test)]

@@ -3,19 +3,20 @@
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::dynamics::{Machine, ONE_BODY, TH1, W1};
+use super::dynamics::{Machine, ONE_BODY, TH1};
 use super::scalar::Scalar;
 use super::sensor::Sensor;
 
-/// Angle and speed of the shaft that bears the encoder.
+/// Where in the state the angle of the shaft is that bears the encoder; its speed is the next.
 #[inline(always)]
-pub(super) fn encoder_shaft<S: Scalar, const N: usize>(machine: &Machine<S>, y: &[S; N]) -> (S, S) {
+pub(super) fn encoder_shaft<S: Scalar, const N: usize>(machine: &Machine<S>) -> usize {
     if N > ONE_BODY && machine.chain.transmission.encoder_on_load {
-        (y[N - 2], y[N - 1])
+        N - 2
     } else {
-        (y[TH1], y[W1])
+        TH1
     }
 }
+
 /// A number in 0 .. 1.
 fn uniform(random: &mut Pcg64Mcg) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -110,13 +111,19 @@ impl<S: Scalar> MeanCounts<S> {
         }
     }
 
-    /// Mean counts when the shaft has come to this angle at this speed.
+    /// Mean counts when the shaft has come to this angle at this speed, which an encoder that counts every edge does not ask for.
     #[inline(always)]
-    pub(super) fn read(&mut self, angle_rad: S, speed_rad_s: S) -> S {
+    pub(super) fn read(&mut self, angle_rad: S, speed_rad_s: impl FnOnce() -> S) -> S {
         let unrounded = self.sensor.unrounded(angle_rad);
         if self.sensor.faithful() {
             return unrounded;
         }
+        self.keep(unrounded, speed_rad_s())
+    }
+
+    /// Mean counts where edges are lost.
+    #[inline(never)]
+    fn keep(&mut self, unrounded: S, speed_rad_s: S) -> S {
         let kept = self.sensor.kept_share(self.speed_rad_s, speed_rad_s);
         self.mean += (unrounded - self.unrounded) * kept;
         (self.unrounded, self.speed_rad_s) = (unrounded, speed_rad_s);

@@ -1,6 +1,7 @@
 //! How a run's time is divided: samples, changes of the command, and the engine's steps between them.
 
 use super::engine::{Engine, TICKS};
+use super::inside::Sample;
 use super::scalar::Scalar;
 use super::simulate::{Drive, SimulationError};
 
@@ -10,6 +11,22 @@ pub(super) const LONGEST_STEP_S: f64 = 0.003;
 /// How many times as long they may be in a fit, where samples lie closer than that, and where they lie farther apart.
 const COARSER: f64 = 4.0;
 const COARSER_APART: f64 = 2.0;
+
+/// Takes what each sample of a run finds. Closures do, but the compiler may choose to call them.
+pub(super) trait Reader<S, const N: usize> {
+    /// Of sample `k`.
+    fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
+}
+
+impl<S, const N: usize, F> Reader<S, N> for F
+where
+    F: FnMut(usize, &Engine<S, N>, &Sample<'_, S, N>),
+{
+    #[inline(always)]
+    fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>) {
+        self(k, engine, sample);
+    }
+}
 
 /// A drive made ready: which samples change the command, and how time is divided.
 #[derive(Debug, Clone)]
@@ -126,8 +143,8 @@ impl Schedule {
         (whole + floor as u64, offset)
     }
 
-    /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `emit` takes the
-    /// state at each sample.
+    /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `reader` takes
+    /// what each sample finds.
     ///
     /// # Errors
     /// [`SimulationError::TooStiff`] from `most_steps` for each longest step of the run on.
@@ -136,7 +153,7 @@ impl Schedule {
         engine: &mut Engine<S, N>,
         most_steps: u64,
         mut late_s: impl FnMut(usize) -> S,
-        mut emit: impl FnMut(usize, &Engine<S, N>, &[S; N]),
+        mut reader: impl Reader<S, N>,
     ) -> Result<(), SimulationError> {
         let budget = most_steps.saturating_mul(self.base_steps());
         let stretch = engine.machine.chain.timing.stretch;
@@ -169,14 +186,14 @@ impl Schedule {
                 engine.command(command, after);
                 changes.next();
             }
-            let y = engine.state_at(tick, offset);
+            engine.reach(tick, offset);
             if engine.steps > budget {
                 return Err(SimulationError::TooStiff {
                     sample: k,
                     steps: engine.steps,
                 });
             }
-            emit(k, engine, &y);
+            reader.read(k, engine, &engine.sample(tick, offset));
             k += 1;
             if regular {
                 let until = match changes.peek() {
@@ -185,7 +202,7 @@ impl Schedule {
                 };
                 let most = until.saturating_sub(k);
                 k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
-                    emit(k + n, engine, y)
+                    reader.read(k + n, engine, &Sample::At(y))
                 });
             } else if known {
                 let change = changes.peek().map(|&((at, after), _)| (at, after.value()));
@@ -194,7 +211,9 @@ impl Schedule {
                     let place = self.places.get(first + n).copied();
                     place.filter(|place| change.is_none_or(|change| *place < change))
                 };
-                k += engine.cruise_between(at, |n, engine, y| emit(first + n, engine, y));
+                k += engine.cruise_between(at, |n, engine, sample| {
+                    reader.read(first + n, engine, sample)
+                });
             }
         }
         Ok(())

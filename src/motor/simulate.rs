@@ -3,6 +3,7 @@
 use super::chain::Chain;
 use super::dynamics::Machine;
 use super::engine::Engine;
+use super::inside::Sample;
 use super::reading::{Encoder, Lateness, MeanCounts, encoder_shaft};
 use super::schedule::Schedule;
 use super::{Model, Motor};
@@ -144,6 +145,7 @@ fn trajectory<const N: usize>(
 ) -> Result<Trajectory, SimulationError> {
     let longest_s = schedule.longest_s(machine.chain.timing.stretch);
     let mut engine = Engine::<f64, N>::new(machine, longest_s);
+    let shaft = encoder_shaft::<_, N>(&machine);
     let mut out = Trajectory::default();
     let sensor = machine.chain.sensor;
     let per_count = std::f64::consts::TAU / machine.chain.stated_counts_per_rev;
@@ -154,13 +156,14 @@ fn trajectory<const N: usize>(
         &mut engine,
         MOST_STEPS,
         |_| 0.5 * jitter_s,
-        |_, engine, y| {
-            let (angle, speed) = encoder_shaft(&engine.machine, y);
+        |_, engine: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+            let y = sample.state();
+            let (angle, speed) = (y[shaft], y[shaft + 1]);
             out.angle_rad.push(angle);
             out.speed_rad_s.push(speed);
-            out.current_a.push(engine.machine.current(&engine.mode, y));
+            out.current_a.push(engine.machine.current(&engine.mode, &y));
             out.measured_angle_rad
-                .push(per_count * mean.read(angle, speed));
+                .push(per_count * mean.read(angle, || speed));
             if jitter_s == 0.0 {
                 out.counts.push(encoder.read(angle, speed));
             }
@@ -173,8 +176,8 @@ fn trajectory<const N: usize>(
             &mut engine,
             MOST_STEPS,
             |_| late.next_s(),
-            |_, engine, y| {
-                let (angle, speed) = encoder_shaft(&engine.machine, y);
+            |_, _: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+                let (angle, speed) = (sample.angle(shaft), sample.speed(shaft));
                 out.counts.push(encoder.read(angle, speed));
             },
         )?;
@@ -208,7 +211,12 @@ mod tests {
         engine.tolerance = tolerance;
         let mut out = Vec::new();
         schedule()
-            .run(&mut engine, MOST_STEPS, |_| 0.0, |_, _, y| out.push(y[TH1]))
+            .run(
+                &mut engine,
+                MOST_STEPS,
+                |_| 0.0,
+                |_, _: &Engine<f64, N>, sample: &Sample<'_, f64, N>| out.push(sample.angle(TH1)),
+            )
             .unwrap();
         (out, engine.steps)
     }
