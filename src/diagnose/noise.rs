@@ -138,7 +138,7 @@ impl Whitener {
             steps: Vec::with_capacity(run.len()),
             supplied: Vec::new(),
             response: response.clone(),
-            tones: Projection::new(&[]),
+            tones: Projection::new(Vec::new()),
             left,
             end: start,
             log_determinant: 0.0,
@@ -152,7 +152,7 @@ impl Whitener {
         // Without tones yet: they are whitened by what the filter alone does.
         let mut tones = run.tones.clone();
         filter.whiten_all_on(&mut vec![Carried::default(); tones.len()], &mut tones);
-        filter.tones = Projection::new(&tones);
+        filter.tones = Projection::new(tones);
         filter.log_determinant += filter.tones.log_determinant;
         filter
     }

@@ -6,6 +6,8 @@
 //! of free phase, are nuisances of every hypothesis, with the variance `1/(2 pi^2 h^2)` that they have by rounding.
 //! `s` is read off the recording alone: a straight line through each stretch that is straight to within rounding.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::sums::{dot, gram};
 
 /// Harmonics of the saw.
@@ -90,57 +92,57 @@ fn line(t_s: &[f64], counts: &[f64]) -> Option<Vec<f64>> {
     ((squares / n as f64).sqrt() < STRAIGHT).then_some(fitted)
 }
 
-/// Takes the tones' share out of whitened columns: `(I + C C')^(-1/2) = I - sum_i c_i q_i q_i'`, with the
-/// eigenvectors `q_i` of `C C'` and `c_i = 1 - (1 + lambda_i)^(-1/2)`.
+/// Takes the tones' share out of whitened columns: `(I + C C')^(-1/2) = I - C K C'`, where `C'C` has the eigenvalues `l_i` and the
+/// eigenvectors `v_i`, and `K = sum_i (1 - (1 + l_i)^(-1/2))/l_i v_i v_i'`.
 #[derive(Debug, Clone)]
 pub(super) struct Projection {
-    parts: Vec<(f64, Vec<f64>)>,
+    columns: Vec<Vec<f64>>,
+    inner: DMatrix<f64>,
     /// `ln |I + C C'|`.
     pub log_determinant: f64,
 }
 
 impl Projection {
     /// Of whitened columns `C`.
-    pub fn new(columns: &[Vec<f64>]) -> Self {
+    pub fn new(columns: Vec<Vec<f64>>) -> Self {
         let d = columns.len();
-        if d == 0 {
-            return Self {
-                parts: Vec::new(),
-                log_determinant: 0.0,
-            };
-        }
-        let eigen = gram(columns, |_, _| 0.0).symmetric_eigen();
-        let mut parts = Vec::new();
+        let mut inner = DMatrix::zeros(d, d);
         let mut log_determinant = 0.0;
-        for (lambda, vector) in eigen
-            .eigenvalues
-            .iter()
-            .zip(eigen.eigenvectors.column_iter())
-        {
-            if *lambda <= 1e-9 {
-                continue;
-            }
-            let mut q = vec![0.0; columns.first().map_or(0, Vec::len)];
-            for (weight, column) in vector.iter().zip(columns) {
-                for (value, c) in q.iter_mut().zip(column) {
-                    *value += weight * c / lambda.sqrt();
+        if d > 0 {
+            let eigen = gram(&columns, |_, _| 0.0).symmetric_eigen();
+            let vectors = eigen.eigenvectors.column_iter();
+            for (lambda, vector) in eigen.eigenvalues.iter().zip(vectors) {
+                if *lambda > 1e-9 {
+                    inner +=
+                        vector * vector.transpose() * ((1.0 - (1.0 + lambda).powf(-0.5)) / lambda);
+                    log_determinant += lambda.ln_1p();
                 }
             }
-            parts.push((1.0 - (1.0 + lambda).powf(-0.5), q));
-            log_determinant += lambda.ln_1p();
         }
         Self {
-            parts,
+            columns,
+            inner,
             log_determinant,
         }
     }
 
     /// Takes the tones out of a whitened column.
     pub fn apply(&self, column: &mut [f64]) {
-        for (c, q) in &self.parts {
-            let share = dot(q, column);
-            for (value, q) in column.iter_mut().zip(q) {
-                *value -= c * share * q;
+        let along = DVector::from_iterator(
+            self.columns.len(),
+            self.columns.iter().map(|c| dot(c, column)),
+        );
+        let shares = &self.inner * along;
+        let (pairs, last) = self.columns.as_chunks::<2>();
+        let (of_pairs, of_last) = shares.as_slice().as_chunks::<2>();
+        for ([a, b], [x, y]) in pairs.iter().zip(of_pairs) {
+            for ((value, a), b) in column.iter_mut().zip(a).zip(b) {
+                *value -= x * a + y * b;
+            }
+        }
+        for (c, share) in last.iter().zip(of_last) {
+            for (value, c) in column.iter_mut().zip(c) {
+                *value -= share * c;
             }
         }
     }
@@ -161,7 +163,7 @@ mod tests {
             .into_iter()
             .map(|column| column.into_iter().map(|x| scale * x).collect())
             .collect();
-        let projection = Projection::new(&columns);
+        let projection = Projection::new(columns);
         let mut r: Vec<f64> = counts
             .iter()
             .zip(&exact)
@@ -181,7 +183,7 @@ mod tests {
         let t_s = [0.0, 0.003, 0.006, 0.009];
         assert!(columns(&t_s, &[0.5, 0.5, 1.5, 4.5]).is_empty());
         let mut x = vec![1.0, -2.0];
-        let projection = Projection::new(&[]);
+        let projection = Projection::new(Vec::new());
         projection.apply(&mut x);
         assert_eq!(x, [1.0, -2.0]);
         assert_eq!(projection.log_determinant, 0.0);
@@ -194,7 +196,7 @@ mod tests {
         let x: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.7).sin()).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let expected = dot(&x, &x) - dot(&x, &column).powi(2) / (1.0 + dot(&column, &column));
-        let projection = Projection::new(std::slice::from_ref(&column));
+        let projection = Projection::new(vec![column.clone()]);
         let mut y = x.clone();
         projection.apply(&mut y);
         assert!((dot(&y, &y) - expected).abs() < 1e-9);
