@@ -9,14 +9,14 @@ use super::diagnose_text::show;
 use super::motor_choice::MotorChoice;
 use super::picture::write_file;
 use super::{Failure, Output, Status};
-use crate::diagnose::{diagnose_holding_out, diagnose_quickly, fitted_nominal};
+use crate::diagnose::{diagnose_holding_out, diagnose_thoroughly, fitted_nominal};
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose run.csv --quick"
+    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose run.csv --thorough"
 )]
 pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more.
@@ -30,10 +30,10 @@ pub struct Diagnose {
     nominal: Nominal,
     #[command(flatten)]
     motor: MotorChoice,
-    /// End the search at a limit of work, about 2 s for three runs of together 6500 samples on two cores, and say so: some
-    /// pairs and sets of three effects are not found then. Recordings of fewer than 4000 samples have no limit.
+    /// Search to the end. Else the search for what explains a voltage-driven motor ends at a limit of work, about 2 s for three
+    /// runs of together 6500 samples on two cores, and says so: some sets of two and three effects are not found then.
     #[arg(long)]
-    quick: bool,
+    thorough: bool,
     /// Write the motor with the diagnosed effects in it, for simulate and compare.
     #[arg(long, value_name = "FILE")]
     model_out: Option<PathBuf>,
@@ -75,8 +75,8 @@ impl Diagnose {
         }
         spinner.enable_steady_tick(std::time::Duration::from_millis(100));
         let progress = |what: &str| spinner.set_message(what.to_owned());
-        let found = if self.quick {
-            diagnose_quickly(&runs, &held_out, &motor, &progress)
+        let found = if self.thorough {
+            diagnose_thoroughly(&runs, &held_out, &motor, &progress)
         } else {
             diagnose_holding_out(&runs, &held_out, &motor, &progress)
         };

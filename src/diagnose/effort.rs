@@ -3,9 +3,13 @@
 //! A search for what is not in the catalogue has no end of its own: there is always another set to try. So it may have a
 //! limit, of work and not of time: what is found must not depend on how busy a machine is. A unit of work is about a nanosecond of
 //! one core (`motor::fit`); simulations are some seven tenths of a search. How much is left is asked only where no simulation
-//! is under way, so that the answer is the same however many cores there are. Short recordings have none in any case, nor an axis that
-//! its controller holds, of which less is in play, nor the pieces of a long recording that is rough, which are not more than
-//! so many.
+//! is under way, so that the answer is the same however many cores there are. Short recordings have none in any case, nor what does
+//! not command a voltage: axes of robots, whose recordings have a noise of their own that takes a search to its end to see
+//! through; nor the pieces of a long recording that is rough, which are not more than so many.
+//!
+//! With a limit, what promises little is looked at beside no set but the empty one, no pairs are tried at once, a
+//! third of the pieces of a rough recording tells its noise, and where what the best set leaves is covered up
+//! (`Field::is_covered_up`) nothing further is tried on whole runs. Then,
 //!
 //! | spent | from there on |
 //! | --- | --- |
@@ -17,7 +21,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Units of work that a diagnosis may spend on as many samples; in proportion where there are more.
-const LIMIT: f64 = 1.95e9;
+const LIMIT: f64 = 1.6e9;
 const SAMPLES: f64 = 6500.0;
 /// Fewer samples have no limit.
 const FEW: usize = 4000;
@@ -59,6 +63,11 @@ impl Effort {
             self.cut();
         }
         is_left
+    }
+
+    /// Whether the search may go to its end.
+    pub fn is_unlimited(&self) -> bool {
+        self.limit.is_none()
     }
 
     /// Whether what promises little may be looked at too.

@@ -161,6 +161,24 @@ impl<'a> Field<'a> {
         !self.is_enough(best) && self.is_work_left()
     }
 
+    /// Whether what the best set leaves went to the strongest wander and to edges lost by chance or samples taken late. Both can
+    /// stand for anything at all, so that further effects have little to show for themselves: with a limit of work it goes to
+    /// sets that leave less.
+    pub fn is_covered_up(&self, best: &Candidate) -> bool {
+        let (problem, fit) = (self.problem, &best.fit);
+        let is_covered_up = !problem.effort.is_unlimited()
+            && !problem.is_rough()
+            && problem
+                .levels
+                .first()
+                .is_some_and(|level| fit.wander >= *level)
+            && fit.hypothesis.noise_numbers().next().is_some();
+        if is_covered_up {
+            problem.effort.cut();
+        }
+        is_covered_up
+    }
+
     /// Whether another part of the search may begin.
     pub fn is_work_left(&self) -> bool {
         self.problem.effort.is_left(self.problem.is_rough())
@@ -202,7 +220,7 @@ impl<'a> Field<'a> {
         if others.is_empty() || is_third || best.is_some_and(|best| self.is_enough(best)) {
             return grown;
         }
-        if !is_alone && !problem.effort.is_plenty() {
+        if !is_alone && !problem.effort.is_unlimited() {
             problem.effort.cut();
             return grown;
         }

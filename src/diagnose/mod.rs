@@ -158,6 +158,9 @@ pub enum DiagnoseError {
 
 /// Diagnoses runs of one motor against its nominal model; `progress` is told what is being done.
 ///
+/// The search for what explains the runs of a motor that is driven by a voltage ends at a limit of work, which
+/// [`Diagnosis::cut_short`] says.
+///
 /// # Errors
 /// No runs, runs that are too short or of different axes, runs or motors that cannot be simulated.
 pub fn diagnose(
@@ -168,12 +171,12 @@ pub fn diagnose(
     diagnose_holding_out(runs, &[], motor, progress)
 }
 
-/// The same with a limit of work, at which the search for what explains the runs ends ([`Diagnosis::cut_short`]): some pairs and
-/// sets of three are not found then. Further runs of the motor may be held out.
+/// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
+/// on them.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_quickly(
+pub fn diagnose_holding_out(
     runs: &[Run],
     held_out: &[Run],
     motor: &Motor,
@@ -182,12 +185,12 @@ pub fn diagnose_quickly(
     diagnose_within(Effort::limited_for, runs, held_out, motor, progress)
 }
 
-/// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
-/// on them.
+/// The same without a limit: some more sets of two and three effects are found, and where nothing explains the runs it takes several
+/// times as long.
 ///
 /// # Errors
 /// As [`diagnose`].
-pub fn diagnose_holding_out(
+pub fn diagnose_thoroughly(
     runs: &[Run],
     held_out: &[Run],
     motor: &Motor,
@@ -216,10 +219,10 @@ fn diagnose_within(
     let is_long = samples > ENOUGH;
     let beginnings = heads(&data, LOOK as f64 / samples as f64);
     let is_held = is_held(&data);
-    let effort = Arc::new(if is_held {
-        Effort::default()
-    } else {
+    let effort = Arc::new(if first.command_kind == CommandKind::Voltage && !is_held {
         effort(samples)
+    } else {
+        Effort::default()
     });
     let problem_of = |runs| {
         let levels = levels.clone();

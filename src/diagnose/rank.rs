@@ -94,6 +94,9 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         if !field.goes_on(&candidates[0]) || asked.is_rough(&field, &candidates[0]) {
             break;
         }
+        if !expanded.is_empty() && field.is_covered_up(&candidates[0]) {
+            break;
+        }
         expanded.push(sorted(&parent.effects));
         progress("trying further effects beside the best");
         let others: Vec<usize> = applicable
@@ -117,16 +120,19 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         if asked.is_rough(&field, &candidates[0]) {
             break;
         }
-        // Where the command answers to the motion, what effects take off the residual does not add up.
-        let adds_up = !problem.setting.is_held;
-        if expanded.len() == 1 && adds_up && field.wants_more(&candidates[0]) {
-            progress("trying pairs");
-            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
-            dedup(&mut candidates);
-        }
         if field.goes_on(&candidates[0]) {
             let again = field.refined(&candidates, &mut refined);
             candidates.extend(again);
+            dedup(&mut candidates);
+        }
+        // Where the command answers to the motion, what effects take off the residual does not add up.
+        let adds_up = !problem.setting.is_held;
+        let wants_pairs = expanded.len() == 1 && adds_up && field.wants_more(&candidates[0]);
+        if wants_pairs && !problem.effort.is_unlimited() {
+            problem.effort.cut();
+        } else if wants_pairs {
+            progress("trying pairs");
+            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
             dedup(&mut candidates);
         }
     }

@@ -16,7 +16,7 @@ use super::search::Search;
 /// Levels of the wander that are stronger than an ordinary motor's, as shares of the largest acceleration: the command
 /// of an axis that is held in place is as large as what disturbs it.
 const STRONG_WANDER_LEVELS: [f64; 2] = [0.3, 0.1];
-/// Share of the pieces that tell the noise where half of the work is spent.
+/// Share of the pieces that tell the noise where work has a limit.
 const SOME: f64 = 0.3;
 /// Most times that the noise of pieces is estimated anew.
 const MOST_ESTIMATES: usize = 2;
@@ -97,7 +97,7 @@ impl Rough {
         let mut sets = self.sets;
         let mut estimates = 0;
         loop {
-            let some = (problem.effort.is_half()).then(|| {
+            let some = (!problem.effort.is_unlimited()).then(|| {
                 let samples: usize = problem.runs.iter().map(RunData::len).sum();
                 spread(problem.runs.to_vec(), (SOME * samples as f64) as usize)
             });

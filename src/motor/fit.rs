@@ -360,17 +360,24 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for AngleReader
 }
 
 /// About how many nanoseconds a simulation takes, from how many samples it reads off and how many steps it takes: least
-/// squares over 240 thousand simulations of four diagnoses, from which one differs by a factor of 1.3 (one sigma).
+/// squares over 41 thousand simulations of four diagnoses, from which one differs by a factor of 1.3 (one sigma).
 fn work_of<S: Scalar, const N: usize>(samples: usize, steps: u64, bent_steps: u64) -> u64 {
     let derivatives = S::DERIVATIVES as u64;
     let has_two_bodies = N > ONE_BODY + 1;
-    let (start, bent) = if has_two_bodies {
-        (13_000 + 7_000 * derivatives, 275 + 140 * derivatives)
+    let (start, straight, bent) = if has_two_bodies {
+        (
+            1700 + 1600 * derivatives,
+            24 + 25 * derivatives,
+            240 + 97 * derivatives,
+        )
     } else {
-        (2_000, 275 + 60 * derivatives)
+        (
+            700 * derivatives,
+            11 + 8 * derivatives,
+            205 + 32 * derivatives,
+        )
     };
-    let sample = 25 + 12 * derivatives;
-    let straight = 20 + 14 * derivatives;
+    let sample = 17 + 5 * derivatives;
     start + samples as u64 * sample + (steps - bent_steps) * straight + bent_steps * bent
 }
 

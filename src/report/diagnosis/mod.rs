@@ -17,7 +17,7 @@ use laid::{LaidRun, lay};
 pub use words::{cause_words, effects_words, rungs, strongest};
 
 /// What is said of a search that ended at its limit of work.
-pub const CUT_SHORT: &str = "The search ended at its limit of work with sets of effects left untried; without --quick they are tried.";
+pub const CUT_SHORT: &str = "The search ended at its limit of work with sets of effects left untried: add --thorough to try them.";
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
