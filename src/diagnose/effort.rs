@@ -7,14 +7,14 @@
 //! not command a voltage: axes of robots, whose recordings have a noise of their own that takes a search to its end to see
 //! through; nor the pieces of a long recording that is rough, which are not more than so many.
 //!
-//! With a limit, what promises little is looked at beside no set but the empty one, no pairs are tried at once, a
-//! third of the pieces of a rough recording tells its noise, and where what the best set leaves is covered up
-//! (`Field::is_covered_up`) nothing further is tried on whole runs. Then,
+//! With a limit, what promises little is looked at beside no set but the empty one, and a third of the pieces of a rough recording
+//! tells its noise. Then,
 //!
 //! | spent | from there on |
 //! | --- | --- |
 //! | [`PLENTY`] | only what promises much is looked at beside a set |
 //! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one |
+//! | [`EARLY`] | no pairs are tried at once, and where what the best set leaves is covered up (`Field::is_covered_up`) nothing further is tried on whole runs |
 //! | [`WHOLE`] | nothing more is tried on whole runs, but beside a set that leaves nothing |
 //! | all | nothing more is tried on pieces of a rough recording |
 
@@ -28,6 +28,7 @@ const FEW: usize = 4000;
 /// Shares of the limit, see above.
 const PLENTY: f64 = 0.3;
 const HALF: f64 = 0.5;
+const EARLY: f64 = 0.6;
 const WHOLE: f64 = 0.85;
 
 /// Work done, and its limit.
@@ -73,6 +74,11 @@ impl Effort {
     /// Whether what promises little may be looked at too.
     pub fn is_plenty(&self) -> bool {
         self.share() < PLENTY
+    }
+
+    /// Whether what seldom leads anywhere may be tried too.
+    pub fn is_early(&self) -> bool {
+        self.share() < EARLY
     }
 
     /// Whether it is time to ask if a recording is rough.

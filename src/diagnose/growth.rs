@@ -162,11 +162,11 @@ impl<'a> Field<'a> {
     }
 
     /// Whether what the best set leaves went to the strongest wander and to edges lost by chance or samples taken late. Both can
-    /// stand for anything at all, so that further effects have little to show for themselves: with a limit of work it goes to
-    /// sets that leave less.
+    /// stand for anything at all, so that further effects have little to show for themselves: work that has a limit is saved for
+    /// what leaves less.
     pub fn is_covered_up(&self, best: &Candidate) -> bool {
         let (problem, fit) = (self.problem, &best.fit);
-        let is_covered_up = !problem.effort.is_unlimited()
+        let is_covered_up = !problem.effort.is_early()
             && !problem.is_rough()
             && problem
                 .levels

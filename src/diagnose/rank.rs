@@ -128,7 +128,7 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
         // Where the command answers to the motion, what effects take off the residual does not add up.
         let adds_up = !problem.setting.is_held;
         let wants_pairs = expanded.len() == 1 && adds_up && field.wants_more(&candidates[0]);
-        if wants_pairs && !problem.effort.is_unlimited() {
+        if wants_pairs && !problem.effort.is_early() {
             problem.effort.cut();
         } else if wants_pairs {
             progress("trying pairs");
