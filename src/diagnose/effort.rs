@@ -7,7 +7,7 @@
 //! not command a voltage: axes of robots, whose recordings have a noise of their own that takes a search to its end to see
 //! through; nor the pieces of a long recording that is rough, which are not more than so many.
 //!
-//! With a limit, what promises little is looked at beside no set but the empty one, and a third of the pieces of a rough recording
+//! With a limit, what promises little is looked at beside no set but the empty one, and three tenths of the pieces of a rough recording
 //! tells its noise. Then,
 //!
 //! | spent | from there on |

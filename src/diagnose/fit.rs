@@ -51,8 +51,9 @@ pub(super) struct Problem<'a> {
     pub rough: Disturbance,
     /// Filters, made when first asked for.
     filters: KeptFilters,
-    /// Whitened waves and shapes, made when first asked for.
+    /// Whitened waves, made when first asked for.
     pub waves: KeptWaves,
+    /// Whitened shapes of the unknown, by the wander's level: their size, the largest acceleration, is the same throughout.
     pub shapes: Kept<(u64, Dependence), Columns>,
     /// What was simulated, together with other problems of the diagnosis.
     pub effort: Arc<Effort>,
