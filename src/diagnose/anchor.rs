@@ -6,8 +6,9 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use super::fit::{Columns, Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::{BASE, Hypothesis};
+use super::problem::{Columns, Problem};
 use super::sums::{dot, gram};
 
 /// A point around which the base gives way linearly.

@@ -11,8 +11,9 @@
 use rand::{RngExt, SeedableRng};
 
 use super::data::RunData;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::noise::WANDER_S;
+use super::problem::Problem;
 use super::rank::{PRIOR_UNKNOWN, Ranking};
 
 /// Length of a block in s.

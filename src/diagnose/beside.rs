@@ -25,8 +25,9 @@ use rayon::prelude::*;
 
 use super::bagging::{Blocks, of_one_more, over_draws};
 use super::candidate::{Candidate, excess_wander};
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::other_law::OF_A_LAW;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::rungs::{left_by, left_of_runs_by};
 use super::shapes::Group;

@@ -4,8 +4,9 @@
 //! of the motors that somebody asks about have no effect beyond their tolerances, more than one effect is rarer than one,
 //! all sets of a size are alike.
 
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::matter;
+use super::problem::Problem;
 use crate::motor::effects::catalogue;
 
 /// Prior probability that there is no effect.

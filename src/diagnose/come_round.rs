@@ -9,8 +9,8 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, dedup};
-use super::fit::Problem;
 use super::growth::Field;
+use super::problem::Problem;
 use crate::motor::effects::{catalogue, find};
 
 /// Odds against what was not seen to repeat.

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use super::bagging::MOSTLY;
 use super::candidate::Candidate;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::{BASE, BASE_KEYS};
 use super::other_law::Doubtful;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::unknown::flexible;
 use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};

@@ -17,8 +17,8 @@
 //! Only sets that were fitted can be alike: so the best set is fitted with each of its effects exchanged for another.
 
 use super::candidate::Candidate;
-use super::fit::Problem;
 use super::other_law::{OF_A_LAW, has_laws};
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::rungs::left_by;
 use super::ties::{TIE, separation};

@@ -15,9 +15,10 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, candidate};
 use super::data::RunData;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::noise::{Carried, NoiseLevel, Whitener};
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::shapes::Group;
 

@@ -5,63 +5,16 @@
 //! with `H = J'W'WJ + P`; `P` keeps a number that the runs do not tell from looking surer than its range.
 //! The wander's level is fitted too, on a grid, from strong (short horizons, a smooth objective) to weak.
 
-use std::sync::Arc;
-
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::data::RunData;
-use super::disturbance::Disturbance;
-use super::effort::Effort;
 use super::hypothesis::{BASE, Hypothesis};
-use super::kept::Kept;
-use super::kept_filters::{Filters, KeptFilters};
-use super::noise::{Carried, NoiseLevel, Whitener};
+use super::noise::{Carried, Whitener};
 use super::noise_numbers;
-use super::periodic::KeptWaves;
 use super::predict::{predict, predict_with_derivatives};
-use super::response::Response;
-use super::setting::Setting;
-use super::shapes::Dependence;
+use super::problem::{Columns, Problem};
 use super::sums::{dot, gram};
-use crate::motor::Motor;
-use crate::motor::effects::catalogue;
-use crate::recording::CommandKind;
-
-/// What does not change while hypotheses are fitted.
-#[derive(Debug)]
-pub(super) struct Problem<'a> {
-    /// The nominal motor.
-    pub nominal: &'a Motor,
-    /// The runs.
-    pub runs: &'a [RunData],
-    /// Rate at which a speed error dies away, 1/s.
-    pub damping: f64,
-    /// How the runs answer to an acceleration.
-    pub responses: Arc<[Response]>,
-    /// Levels of the wander in counts/s^2, strongest first.
-    pub levels: Vec<f64>,
-    /// What plausible values depend on besides the motor.
-    pub setting: Setting,
-    /// Standard deviation of the acceleration in rad/s^2 for each volt commanded: the supply differs by run.
-    pub supply: f64,
-    /// Variance of rounding as a share of 1/12, beside its tones.
-    pub rounding: f64,
-    /// What disturbs rough recordings.
-    pub rough: Disturbance,
-    /// Filters, made when first asked for.
-    filters: KeptFilters,
-    /// Whitened waves, made when first asked for.
-    pub waves: KeptWaves,
-    /// Whitened shapes of the unknown, by the wander's level: their size, the largest acceleration, is the same throughout.
-    pub shapes: Kept<(u64, Dependence), Columns>,
-    /// What was simulated, together with other problems of the diagnosis.
-    pub effort: Arc<Effort>,
-}
-
-/// Runs of more samples than this, all together, have what is the same for every fit made again each time that it is needed: all
-/// orders of one effect are 1.8 kB a sample.
-const KEPT_SAMPLES: usize = 10_000;
 
 /// How many times what a linear step promises a fit may gain.
 const OPTIMISM: f64 = 3.0;
@@ -71,9 +24,6 @@ const SETTLED: f64 = 0.05;
 
 /// A fit of fewer steps is a look: its curvature is that of its last step.
 const FEW_STEPS: usize = 4;
-
-/// Numbers of each sample, run by run or all runs end to end.
-pub(super) type Columns = Vec<Vec<f64>>;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -94,108 +44,7 @@ pub(super) struct Fit {
     pub predictions: Vec<Vec<f64>>,
 }
 
-impl<'a> Problem<'a> {
-    /// The problem of these runs and this motor.
-    pub fn new(
-        nominal: &'a Motor,
-        runs: &'a [RunData],
-        damping: f64,
-        levels: Vec<f64>,
-        rough: Disturbance,
-    ) -> Self {
-        Self {
-            nominal,
-            runs,
-            damping,
-            responses: runs.iter().map(|run| Response::of(run, damping)).collect(),
-            levels,
-            setting: Setting::new(nominal, runs),
-            supply: supply(nominal, runs),
-            rounding: 1.0,
-            rough,
-            filters: KeptFilters::default(),
-            waves: KeptWaves::default(),
-            shapes: Kept::default(),
-            effort: Arc::default(),
-        }
-    }
-
-    /// The same as part of a diagnosis that has done so much and may do so much.
-    pub fn with_effort(mut self, effort: &Arc<Effort>) -> Self {
-        self.effort = effort.clone();
-        self
-    }
-
-    /// Forgets what the noise is part of.
-    fn forget(&mut self) {
-        self.filters = KeptFilters::default();
-        self.waves = KeptWaves::default();
-        self.shapes = Kept::default();
-    }
-
-    /// Takes up another estimate of what disturbs the recordings.
-    pub fn set_rough(&mut self, rough: Disturbance) {
-        self.rough = rough;
-        self.forget();
-    }
-
-    /// Whether the runs are so short that what is the same for every fit is kept.
-    pub fn keeps_columns(&self) -> bool {
-        self.runs.iter().map(RunData::len).sum::<usize>() <= KEPT_SAMPLES
-    }
-
-    /// Whether something disturbs the recordings that rounding and a slow wander do not.
-    pub fn is_rough(&self) -> bool {
-        self.rough != Disturbance::default()
-    }
-
-    /// The same problem with another estimate of what disturbs the recordings.
-    pub fn beside(&self, rough: Disturbance) -> Self {
-        Self {
-            responses: self.responses.clone(),
-            levels: self.levels.clone(),
-            rough,
-            filters: KeptFilters::default(),
-            waves: KeptWaves::default(),
-            shapes: Kept::default(),
-            effort: self.effort.clone(),
-            ..*self
-        }
-    }
-
-    /// The same with another variance of rounding, as a share of 1/12.
-    pub fn with_rounding(mut self, share: f64) -> Self {
-        self.rounding = share;
-        self.forget();
-        self
-    }
-
-    /// The same of an axis that is held by its controller, or not.
-    pub fn holding(mut self, is_held: bool) -> Self {
-        self.setting.is_held = is_held;
-        self
-    }
-
-    /// The noise that goes with a hypothesis' numbers: lost edges and late samples are noise of their own.
-    pub fn noise(&self, hypothesis: &Hypothesis, p: &[f64], wander: f64) -> NoiseLevel {
-        let value = |id: &str| {
-            let m = hypothesis
-                .members
-                .iter()
-                .position(|m| catalogue()[m.index].id == id)?;
-            hypothesis.values(m, p).first().copied()
-        };
-        NoiseLevel {
-            wander,
-            lost_share: value("missed_counts").unwrap_or(0.0).clamp(0.0, 0.5),
-            late_s: value("sample_jitter").unwrap_or(0.0),
-            supply: self.supply,
-            rounding: self.rounding,
-            rough: self.rough,
-            goes_on: self.setting.is_held,
-        }
-    }
-
+impl Problem<'_> {
     fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
         let motor = hypothesis.motor(self.nominal, p);
         let runs = self.runs.par_iter().with_max_len(1);
@@ -207,12 +56,6 @@ impl<'a> Problem<'a> {
         let motor = fit.hypothesis.motor_without(self.nominal, &fit.p, m);
         let runs = self.runs.par_iter().with_max_len(1);
         runs.map(|run| predict(&motor, run, &self.effort)).collect()
-    }
-
-    /// The filters of all runs.
-    pub fn whiteners(&self, level: &NoiseLevel) -> Filters {
-        let make = || Whitener::all(self.runs, &self.responses, level);
-        self.filters.of(level, make)
     }
 
     /// Residuals of all runs end to end, whitened.
@@ -465,19 +308,6 @@ impl<'a> Problem<'a> {
         self.whitened_columns(derivatives, &self.whiteners(&level))
     }
 
-    /// The commanded levels next to a threshold: between them it makes no difference.
-    pub fn levels_around(&self, threshold: f64) -> (f64, f64) {
-        let commands = self.runs.iter().flat_map(|run| &run.command);
-        commands.fold((0.0, f64::INFINITY), |(lo, hi), u| {
-            let u = u.abs();
-            if u <= threshold {
-                (f64::max(lo, u), hi)
-            } else {
-                (lo, f64::min(hi, u))
-            }
-        })
-    }
-
     /// The same for each run.
     pub fn innovations_by_run(&self, fit: &Fit) -> Vec<Vec<f64>> {
         let mut all = self.innovations(fit).into_iter();
@@ -490,15 +320,6 @@ impl<'a> Problem<'a> {
         let level = self.noise(&fit.hypothesis, &fit.p, fit.wander);
         self.whitened(&fit.predictions, &self.whiteners(&level))
     }
-}
-
-/// How the acceleration for each volt varies where the motor file says how surely the supply is known.
-fn supply(nominal: &Motor, runs: &[RunData]) -> f64 {
-    let voltage = runs.first().map(|run| run.kind) == Some(CommandKind::Voltage);
-    let tolerance = nominal.tolerance.get("supply_v").filter(|_| voltage);
-    let p = &nominal.parameters;
-    let gain = p.torque_constant_nm_per_a / (p.resistance_ohm * p.inertia_kg_m2);
-    tolerance.map_or(0.0, |tolerance| tolerance * gain)
 }
 
 /// A wander is plausible up to a few per cent of what the motor can do, and the less the likelier.

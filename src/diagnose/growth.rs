@@ -10,12 +10,13 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, by_weight, candidate, sorted};
 use super::data::RunData;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::further::Further;
 use super::kept::Kept;
 use super::looks::{Bar, first_fit, scanned_fit};
 use super::pairs::{not_repeating, promising};
 use super::periodic::is_scanned;
+use super::problem::Problem;
 use super::prospect::{Prospect, by_promise, keep_rivals};
 use super::search::{Search, largest_acceleration};
 use super::unknown::flexible;

@@ -8,8 +8,9 @@
 
 use super::data::RunData;
 use super::disturbance::Disturbance;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::noise::Whitener;
+use super::problem::Problem;
 
 /// What the freedom of a jump's size costs in nats: the logarithm of how many times the noise it may be.
 const ANY_SIZE: f64 = 3.0;

@@ -3,8 +3,9 @@
 //! A strong wander forgets quickly: short horizons, a smooth objective. A weak one judges a model by where it goes in the
 //! whole run. Each level is fitted from the numbers of the one before, and the one with the best evidence is kept.
 
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::Hypothesis;
+use super::problem::Problem;
 
 /// A level of the wander this many nats behind another ends the search for the best.
 const HOPELESS: f64 = 200.0;

@@ -5,8 +5,9 @@
 use rayon::prelude::*;
 
 use super::data::RunData;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::growth::Field;
+use super::problem::Problem;
 use super::search::Start;
 
 /// Most steps from the best start, and of each fit of an effect whose order was scanned for.

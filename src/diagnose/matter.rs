@@ -5,7 +5,8 @@
 //! it does, beside the one on its numbers: with `c` the RMS in counts of `x(set) - x(set without it)` in the
 //! run where that is largest, all else equal, `ln p = -1/2 (24 (1 - c))^2` below one count, nought above.
 
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
+use super::problem::Problem;
 use crate::motor::effects::catalogue;
 
 /// An effect that moves the angle by less, in counts RMS, is no cause of a gap.

@@ -12,8 +12,8 @@
 
 use super::bagging::{MOSTLY, shared_out};
 use super::candidate::Candidate;
-use super::fit::Problem;
 use super::other_law::OF_A_LAW;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::rungs::{kept_pieces, left_by};
 use crate::compare::FLOOR_COUNTS;

@@ -6,9 +6,10 @@
 
 use rayon::prelude::*;
 
-use super::fit::{Fit, Problem, log_likelihood};
+use super::fit::{Fit, log_likelihood};
 use super::hypothesis::Hypothesis;
 use super::noise::{NoiseLevel, Whitener};
+use super::problem::Problem;
 
 /// Step of the logarithm of a noise's number, for differences.
 const STEP: f64 = 0.05;

@@ -15,9 +15,10 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::data::RunData;
-use super::fit::{Columns, Problem};
+
 use super::marginal::{Beside, Named};
 use super::noise::NoiseLevel;
+use super::problem::{Columns, Problem};
 use super::shapes::{FASTEST, Gains, Group, is_told, swinging};
 
 /// Least number of periods in the longest run: slower is a slow wave of time.

@@ -10,7 +10,7 @@
 //! stand for them up to `D = 30`.
 
 use super::candidate::Candidate;
-use super::fit::Problem;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::ties::{TIE, separation};
 use crate::motor::effects::{Stage, catalogue};

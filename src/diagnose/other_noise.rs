@@ -7,8 +7,8 @@
 //! taken to be as likely, and the result is said to be a tie.
 
 use super::data::RunData;
-use super::fit::Problem;
 use super::other_law::Doubtful;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::ties::{TIE, separation};
 

@@ -9,9 +9,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
 use super::anchor::Anchor;
-use super::fit::Problem;
 use super::hypothesis::{BASE, Hypothesis, Member};
 use super::periodic::{Waves, is_scanned, orders};
+use super::problem::Problem;
 use super::prospect::Prospect;
 use super::search::{Search, Start};
 use super::sums::dot;

@@ -9,11 +9,11 @@ use rayon::prelude::*;
 
 use super::anchor::Anchor;
 use super::data::RunData;
-use super::fit::Problem;
 use super::hypothesis::BASE;
 use super::kept::Kept;
 use super::kept_filters::Filters;
 use super::noise::{Carried, NoiseLevel};
+use super::problem::Problem;
 use super::response::Response;
 use super::search::{ORDERS, Try};
 use super::sums::{dot, gram};

@@ -7,9 +7,10 @@ use super::bagging::bag;
 use super::candidate::{Candidate, candidate};
 use super::data::{PIECE_S, RunData, spread};
 use super::disturbance::{Disturbance, disturbance, least_disturbance};
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::nearest;
+use super::problem::Problem;
 use super::rank::{Ranking, beginning, exchange, rank, singles};
 use super::search::Search;
 

@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::data::{PIECE_S, RunData};
 use super::effort::Effort;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::predict::predict;
+use super::problem::Problem;
 use super::rung_intervals::{Block, Intervals, intervals, with_numbers_drawn};
 use super::verdict::Gap;
 use crate::compare::{FLOOR_COUNTS, rms};

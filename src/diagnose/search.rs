@@ -6,11 +6,12 @@
 
 use super::anchor::Anchor;
 use super::data::RunData;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
 use super::noise::{NoiseLevel, Whitener};
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
+use super::problem::Problem;
 use super::prospect::Prospect;
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue, find};

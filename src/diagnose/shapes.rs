@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use super::data::RunData;
-use super::fit::{Columns, Problem};
+
 use super::noise::{Carried, NoiseLevel, Whitener};
+use super::problem::{Columns, Problem};
 
 /// Standard deviation of each shape's coefficient, as a share of the largest acceleration.
 const PRIOR_SHARE: f64 = 0.03;

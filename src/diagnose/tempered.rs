@@ -20,9 +20,10 @@
 
 use super::bagging::shared_out;
 use super::candidate::ORDINARY_WANDER;
-use super::fit::{Fit, Problem, wander_penalty};
+use super::fit::{Fit, wander_penalty};
 use super::judged::is_explained;
 use super::other_law::OF_A_LAW;
+use super::problem::Problem;
 use super::rank::Ranking;
 use super::verdict::Gap;
 

@@ -7,8 +7,9 @@
 
 use nalgebra::DVector;
 
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::noise::{Carried, Whitener};
+use super::problem::Problem;
 use super::sums::{dot, gram};
 
 /// Separation below which two hypotheses are not told apart.

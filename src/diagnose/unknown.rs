@@ -9,9 +9,10 @@
 use rayon::prelude::*;
 
 use super::candidate::excess_wander;
-use super::fit::{Fit, Problem};
+use super::fit::Fit;
 use super::marginal::{Beside, Named};
 use super::oscillation::oscillation;
+use super::problem::Problem;
 use super::shapes::{Dependence, Gains, Group};
 use super::ties::{left_after, whitened_difference};
 
