@@ -51,12 +51,45 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.error)?;
+        let mut said = self.error.to_string();
+        write!(f, "error: {said}")?;
         let mut cause = self.error.source();
         while let Some(error) = cause {
-            write!(f, "\n  because: {error}")?;
+            // Many an error has its cause in its own words.
+            let because = error.to_string();
+            if !said.contains(&because) {
+                write!(f, "\n  because: {because}")?;
+                said.push_str(&because);
+            }
             cause = error.source();
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use super::*;
+
+    #[derive(Debug, thiserror::Error)]
+    enum Unread {
+        #[error("motor.toml: {0}")]
+        Telling(#[source] io::Error),
+        #[error("cannot read motor.toml")]
+        Silent(#[source] io::Error),
+    }
+
+    #[test]
+    fn a_cause_is_told_once_and_never_left_out() {
+        let cause = || io::Error::other("the disk is gone");
+        let telling = Failure::input(Unread::Telling(cause())).to_string();
+        assert_eq!(telling, "error: motor.toml: the disk is gone");
+        let silent = Failure::input(Unread::Silent(cause())).to_string();
+        assert_eq!(
+            silent,
+            "error: cannot read motor.toml\n  because: the disk is gone"
+        );
     }
 }

@@ -15,7 +15,6 @@ use std::sync::Arc;
 use realfft::RealFftPlanner;
 
 use super::data::RunData;
-
 use super::marginal::{Beside, Named};
 use super::noise::NoiseLevel;
 use super::problem::{Columns, Problem};

@@ -4,7 +4,6 @@
 use std::sync::Arc;
 
 use super::data::RunData;
-
 use super::noise::{Carried, NoiseLevel, Whitener};
 use super::problem::{Columns, Problem};
 
