@@ -55,6 +55,8 @@ const RIVALS: usize = 3;
 const CHOICE: f64 = 7.2;
 /// Most steps of their fits on each level of the wander.
 const RIVAL_STEPS: usize = 12;
+/// How many sets of one effect tell the noise of pieces where work has a limit.
+const SINGLES: usize = 8;
 /// Length in s of the blocks in which noise is looked for, their least number of samples, and in which share of them it must
 /// be there.
 const BLOCK_S: f64 = 0.1;
@@ -172,7 +174,8 @@ fn share_of_blocks(problem: &Problem<'_>, fit: &Fit, level: &NoiseLevel) -> f64 
 }
 
 /// The disturbance of the set of effects that explains the runs best with a disturbance of its own: that of a wrong one
-/// would swallow what the right one explains. Sets of one effect at most are tried; `start` is where each begins.
+/// would swallow what the right one explains. Sets of one effect at most are tried, where work has a limit the likeliest; `start` is
+/// where each begins.
 pub(super) fn least_disturbance(
     problem: &Problem<'_>,
     sets: &[Candidate],
@@ -196,7 +199,14 @@ pub(super) fn least_disturbance(
         }
         best
     };
-    let singles: Vec<&Candidate> = sets.iter().filter(|set| set.effects.len() <= 1).collect();
+    let most = if problem.effort.is_unlimited() {
+        sets.len()
+    } else {
+        SINGLES
+    };
+    let singles = sets.iter().filter(|set| set.effects.len() == 1);
+    let null = sets.iter().find(|set| set.effects.is_empty());
+    let singles: Vec<&Candidate> = singles.take(most).chain(null).collect();
     let found: Vec<(f64, Disturbance)> = singles
         .into_par_iter()
         .with_max_len(1)

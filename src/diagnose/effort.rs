@@ -7,16 +7,16 @@
 //! not command a voltage: axes of robots, whose recordings have a noise of their own that takes a search to its end to see
 //! through; nor the pieces of a long recording that is rough, which are not more than so many.
 //!
-//! With a limit, what promises little is looked at beside no set but the empty one, and three tenths of the pieces of a rough recording
-//! tells its noise. Then,
+//! With a limit, what promises little is looked at beside no set but the empty one, three tenths of the pieces of a rough recording
+//! and the likeliest single effects tell its noise, and where a first round of growth shows that the catalogue has little to say
+//! (`outlook.rs`) no more than a third effect is tried after it. Then,
 //!
 //! | spent | from there on |
 //! | --- | --- |
 //! | [`PLENTY`] | only what promises much is looked at beside a set |
-//! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one |
-//! | [`EARLY`] | no pairs are tried at once, and where what the best set leaves is covered up (`Field::is_covered_up`) nothing further is tried on whole runs |
-//! | [`WHOLE`] | nothing more is tried on whole runs, but beside a set that leaves nothing |
-//! | all | nothing more is tried on pieces of a rough recording |
+//! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one; third effects are those that came next in the round before |
+//! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs |
+//! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing |
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -29,7 +29,7 @@ const FEW: usize = 4000;
 const PLENTY: f64 = 0.3;
 const HALF: f64 = 0.5;
 const EARLY: f64 = 0.6;
-const WHOLE: f64 = 0.85;
+pub(super) const MOST: f64 = 0.85;
 
 /// Work done, and its limit.
 #[derive(Debug, Default)]
@@ -56,10 +56,10 @@ impl Effort {
         self.spent.fetch_add(work, Ordering::Relaxed);
     }
 
-    /// Whether another part of a search may begin, on pieces of a rough recording or on whole runs. Where not, the search is
-    /// one that was cut short.
-    pub fn is_left(&self, is_rough: bool) -> bool {
-        let is_left = self.share() < if is_rough { 1.0 } else { WHOLE };
+    /// Whether another part of a search may begin that is worth this share of the limit. Where not, the search is one that was cut
+    /// short.
+    pub fn is_left(&self, share: f64) -> bool {
+        let is_left = self.share() < share;
         if !is_left {
             self.cut();
         }

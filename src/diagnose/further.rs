@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::candidate::{Candidate, by_weight, candidate};
 use super::growth::{FINAL_STEPS, Field};
+use super::outlook::Outlook;
 
 /// Most steps by which a first look is continued on the same horizons.
 const FURTHER_STEPS: usize = 5;
@@ -33,7 +34,8 @@ pub(super) struct Further {
 }
 
 impl Field<'_> {
-    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones.
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; not on these where no work
+    /// is left for what is covered up.
     pub fn fitted_on(
         &self,
         mut short: Vec<Candidate>,
@@ -52,6 +54,9 @@ impl Field<'_> {
             || self.is_work_left(),
         );
         short.sort_by(by_weight);
+        if self.outlook == Outlook::CoveredUp && !self.is_work_left() {
+            return short;
+        }
         let best = short.first().map_or(0.0, |first| first.log_weight);
         // The long horizons decide between the best; the others keep what they have.
         let is_near = |(place, c): &(usize, &mut Candidate)| {

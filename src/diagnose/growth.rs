@@ -1,19 +1,19 @@
 //! Which sets of effects are fitted: single ones, then the best with one more beside them.
 //!
-//! Every effect is tried beside a parent on short horizons, the promising ones are fitted on long ones. What a
-//! parent got wrong for want of its partner is mended: other single effects are grown too as long as the best
-//! set leaves something, and effects that go in steps are looked for again beside their new partners.
+//! Every effect is tried beside a parent on short horizons, the promising ones are fitted on long ones. Which parent, and in
+//! how many rounds, `rounds.rs` says.
 
 use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::candidate::{Candidate, by_weight, candidate, sorted};
+use super::candidate::{Candidate, by_weight, candidate};
 use super::data::RunData;
 use super::fit::Fit;
 use super::further::Further;
 use super::kept::Kept;
 use super::looks::{Bar, first_fit, scanned_fit};
+use super::outlook::Outlook;
 use super::pairs::{not_repeating, promising};
 use super::periodic::is_scanned;
 use super::problem::Problem;
@@ -24,19 +24,10 @@ use crate::motor::effects::catalogue;
 
 /// Most steps of a final fit on each level.
 pub(super) const FINAL_STEPS: usize = 10;
-/// How many single effects are grown where the best set leaves something.
-const BEST_SINGLES: usize = 3;
 /// A set that leaves a wander of this share of the largest acceleration, and a base bent by this many squares of
 /// the prior's standard deviations (exceeded by chance once in a hundred), leaves nothing.
 const CALM: f64 = 0.001;
 const UNBENT: f64 = 13.3;
-/// Most effects of a set, and most sets that are grown.
-const MOST_EFFECTS: usize = 3;
-const MOST_EXPANDED: usize = 2;
-/// The same where pairs are not weighed at once.
-const MOST_EXPANDED_ALONE: usize = 4;
-/// Sets this many nats behind the best are grown too.
-const CLOSE: f64 = 20.0;
 /// How many nats the base alone loses at most in a hollow that is not the deepest.
 const DEEPEST_HOLLOW: f64 = 300.0;
 
@@ -58,6 +49,8 @@ pub(super) struct Field<'a> {
     /// What every effect promises beside nothing, kept from when it was first asked: by one at a time, since making it waits for
     /// other tasks.
     alone: OnceLock<Vec<Prospect>>,
+    /// How the search stands.
+    pub outlook: Outlook,
     /// Whether sets leave nothing, by their effects and evidence.
     enough: Kept<(Vec<usize>, u64), bool>,
 }
@@ -70,75 +63,9 @@ impl<'a> Field<'a> {
             beginnings,
             scale: largest_acceleration(problem.nominal, problem.runs),
             alone: OnceLock::new(),
+            outlook: Outlook::default(),
             enough: Kept::default(),
         }
-    }
-
-    /// Which set to grow next: the best; then the other part of a best pair that leaves nothing (the best pair need not hold
-    /// the best single effect), or the pair that leaves something. In a rough recording each part of a best pair, and as long
-    /// as the best leaves something, the other best single effects, and what is close.
-    pub fn next_parent(
-        &self,
-        candidates: &[Candidate],
-        expanded: &[Vec<usize>],
-    ) -> Option<Candidate> {
-        let best = candidates.first()?;
-        let open = |c: &&Candidate| {
-            !c.effects.is_empty()
-                && c.effects.len() < MOST_EFFECTS
-                && !expanded.contains(&sorted(&c.effects))
-        };
-        let most = if self.problem.setting.is_held {
-            MOST_EXPANDED_ALONE
-        } else {
-            MOST_EXPANDED
-        };
-        if expanded.len() >= most {
-            return None;
-        }
-        if open(&best) && best.effects.len() == 1 {
-            return Some(best.clone());
-        }
-        let part_of_best = |c: &&Candidate| {
-            c.effects.len() + 1 == best.effects.len()
-                && c.effects.iter().all(|e| best.effects.contains(e))
-        };
-        let other_part = candidates.iter().filter(open).find(part_of_best);
-        // What stands in for one effect while the other is missing need not be it: a pair is looked for from both of its
-        // parts, even where the first that was found leaves nothing.
-        let is_enough = self.is_enough(best);
-        let is_rough = self.problem.is_rough();
-        if best.effects.len() == 2 && other_part.is_some() && (is_enough || is_rough) {
-            return other_part.cloned();
-        }
-        if is_enough {
-            return None;
-        }
-        if !is_rough {
-            return candidates.first().filter(open).cloned();
-        }
-        let singles = candidates.iter().filter(|c| c.effects.len() == 1);
-        let close = |c: &&Candidate| c.log_weight > best.log_weight - CLOSE;
-        let found = other_part
-            .or_else(|| singles.take(BEST_SINGLES).find(open))
-            .or_else(|| candidates.first().filter(open))
-            .or_else(|| candidates.iter().filter(open).find(close));
-        found.cloned()
-    }
-
-    /// The other effect of the best pair, where `parent` is one of it and the pair leaves nothing.
-    pub fn partner_in_what_is_enough(
-        &self,
-        parent: &Candidate,
-        candidates: &[Candidate],
-    ) -> Option<usize> {
-        let best = candidates.first().filter(|best| best.effects.len() == 2)?;
-        let [own] = parent.effects.as_slice() else {
-            return None;
-        };
-        let is_part = best.effects.contains(own) && self.is_enough(best);
-        let mut partner = best.effects.iter().filter(|e| *e != own);
-        partner.next().copied().filter(|_| is_part)
     }
 
     /// Whether a set leaves nothing to explain: no wander to speak of, the base where it was stated, and
@@ -152,37 +79,9 @@ impl<'a> Field<'a> {
             && *self.enough.of(key, is_flat)
     }
 
-    /// Whether the search goes on: as long as work is left, and from a set that leaves nothing in any case.
-    pub fn goes_on(&self, best: &Candidate) -> bool {
-        self.is_work_left() || self.is_enough(best)
-    }
-
-    /// Whether the best set leaves something, and work is left to look for it.
-    pub fn wants_more(&self, best: &Candidate) -> bool {
-        !self.is_enough(best) && self.is_work_left()
-    }
-
-    /// Whether what the best set leaves went to the strongest wander and to edges lost by chance or samples taken late. Both can
-    /// stand for anything at all, so that further effects have little to show for themselves: work that has a limit is saved for
-    /// what leaves less.
-    pub fn is_covered_up(&self, best: &Candidate) -> bool {
-        let (problem, fit) = (self.problem, &best.fit);
-        let is_covered_up = !problem.effort.is_early()
-            && !problem.is_rough()
-            && problem
-                .levels
-                .first()
-                .is_some_and(|level| fit.wander >= *level)
-            && fit.hypothesis.noise_numbers().next().is_some();
-        if is_covered_up {
-            problem.effort.cut();
-        }
-        is_covered_up
-    }
-
     /// Whether another part of the search may begin.
     pub fn is_work_left(&self) -> bool {
-        self.problem.effort.is_left(self.problem.is_rough())
+        self.problem.effort.is_left(self.outlook.share())
     }
 
     /// Fits the parent with each of these effects added. Beside an effect of a pair that leaves nothing, `instead_of` the
@@ -232,7 +131,7 @@ impl<'a> Field<'a> {
     }
 
     /// First looks at the parent with each of these effects. Those whose order is scanned for cost ten times as much: they come
-    /// after the others, and stop early where they are far behind the best of them, or of the looks before.
+    /// after the others, and stop early where they are far behind the best of all looks.
     fn looks(
         &self,
         parent: &Candidate,
@@ -267,16 +166,17 @@ impl<'a> Field<'a> {
         if !scanned.is_empty() && !goes_on() {
             scanned.retain(|new| new.promise > highest);
         }
-        if scanned.is_empty() {
-            return found;
-        }
-        let best = found.iter().chain(before).min_by(|a, b| by_weight(a, b));
-        let bar = best.and_then(|best| Bar::new(self, &best.fit, level));
-        let scanned = scanned.into_par_iter().with_max_len(1);
-        found.par_extend(scanned.filter_map(|new| {
+        // One after the other: where the first is right, the next stops early.
+        scanned.sort_by(|a, b| b.promise.total_cmp(&a.promise));
+        for (k, new) in scanned.into_iter().enumerate() {
+            if k > 0 && !goes_on() {
+                break;
+            }
+            let best = found.iter().chain(before).min_by(|a, b| by_weight(a, b));
+            let bar = best.and_then(|best| Bar::new(self, &best.fit, level));
             let fit = scanned_fit(self, new.starts, level, bar.as_ref());
-            weighed(new.index, fit)
-        }));
+            found.extend(weighed(new.index, fit));
+        }
         found
     }
 

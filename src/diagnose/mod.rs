@@ -43,6 +43,7 @@ mod oscillation;
 mod other_law;
 mod other_means;
 mod other_noise;
+mod outlook;
 mod pairs;
 mod periodic;
 mod predict;
@@ -53,6 +54,7 @@ mod refined;
 mod regimes;
 mod response;
 mod rough;
+mod rounds;
 mod rung_intervals;
 mod rungs;
 #[cfg(test)]

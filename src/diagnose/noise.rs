@@ -238,25 +238,29 @@ impl Whitener {
 
     /// The same for many columns, several at a time: what one waits for, another computes.
     pub fn whiten_all_on(&self, carried: &mut [Carried], columns: &mut [Vec<f64>]) {
-        let (fours, columns) = columns.as_chunks_mut::<4>();
-        let (carried_fours, carried) = carried.as_chunks_mut::<4>();
-        for (columns, carried) in fours.iter_mut().zip(carried_fours) {
-            self.whiten_together(
-                carried.each_mut(),
-                columns.each_mut().map(Vec::as_mut_slice),
-            );
-        }
-        let (twos, columns) = columns.as_chunks_mut::<2>();
-        let (carried_twos, carried) = carried.as_chunks_mut::<2>();
-        for (columns, carried) in twos.iter_mut().zip(carried_twos) {
-            self.whiten_together(
-                carried.each_mut(),
-                columns.each_mut().map(Vec::as_mut_slice),
-            );
-        }
+        let (columns, carried) = self.whiten_by::<8>(carried, columns);
+        let (columns, carried) = self.whiten_by::<4>(carried, columns);
+        let (columns, carried) = self.whiten_by::<2>(carried, columns);
         for (column, carried) in columns.iter_mut().zip(carried) {
             self.whiten_on(carried, column);
         }
+    }
+
+    /// So many at a time, as long as there are; the others.
+    fn whiten_by<'a, const TOGETHER: usize>(
+        &self,
+        carried: &'a mut [Carried],
+        columns: &'a mut [Vec<f64>],
+    ) -> (&'a mut [Vec<f64>], &'a mut [Carried]) {
+        let (columns, other_columns) = columns.as_chunks_mut::<TOGETHER>();
+        let (carried, others_carried) = carried.as_chunks_mut::<TOGETHER>();
+        for (columns, carried) in columns.iter_mut().zip(carried) {
+            self.whiten_together(
+                carried.each_mut(),
+                columns.each_mut().map(Vec::as_mut_slice),
+            );
+        }
+        (other_columns, others_carried)
     }
 
     fn whiten_together<const TOGETHER: usize>(

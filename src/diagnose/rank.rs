@@ -6,14 +6,13 @@
 use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::come_round;
 use super::data::RunData;
-use super::disturbance::disturbance;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
-use super::other_law::{OF_A_LAW, has_laws};
+use super::other_law::has_laws;
 use super::problem::Problem;
 use super::refined::Refined;
-use super::ties::TIE;
+use super::rounds::Rounds;
 use super::unknown::{Flexible, likeliest};
 use crate::motor::effects::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
@@ -22,12 +21,6 @@ use crate::recording::CommandKind;
 pub(super) const PRIOR_UNKNOWN: f64 = 0.1;
 /// Shares of the runs on which an effect of unknown order is fitted first.
 const BEGINNINGS: [f64; 2] = [0.25, 0.5];
-/// A further effect may weigh this many nats less than none: a prior of a further effect costs about four, so
-/// that it must explain something.
-const CHEAPEST: f64 = 1.5;
-/// A third effect must weigh more than two alone by what three times the separation that noise hides comes to, `9^2 / 2`: as
-/// much the laws of two together may differ from the motor's (`other_law.rs`).
-const THIRD: f64 = 0.5 * (OF_A_LAW * TIE) * (OF_A_LAW * TIE);
 /// Most rounds of taking away what is not needed.
 const MOST_ROUNDS: usize = 5;
 
@@ -82,60 +75,19 @@ pub(super) fn rank(problem: &Problem<'_>, progress: &(dyn Fn(&str) + Sync)) -> O
     let applicable = applicable(problem)?;
     let heads = BEGINNINGS.map(|share| heads(problem.runs, share));
     let beginnings = heads.each_ref().map(|runs| beginning(problem, runs));
-    let field = Field::new(problem, &beginnings);
+    let mut field = Field::new(problem, &beginnings);
     let scale = field.scale;
     let mut refined = Refined::default();
     let mut candidates = up_to_one(&field, &applicable, &mut refined, progress)?;
     let null = candidates.iter().find(|c| c.effects.is_empty()).cloned()?;
 
-    let mut expanded: Vec<Vec<usize>> = Vec::new();
-    let mut asked = Asked::default();
-    while let Some(parent) = field.next_parent(&candidates, &expanded) {
-        if !field.goes_on(&candidates[0]) || asked.is_rough(&field, &candidates[0]) {
-            break;
-        }
-        if !expanded.is_empty() && field.is_covered_up(&candidates[0]) {
-            break;
-        }
-        expanded.push(sorted(&parent.effects));
-        progress("trying further effects beside the best");
-        let others: Vec<usize> = applicable
-            .iter()
-            .copied()
-            .filter(|index| !parent.effects.contains(index))
-            .collect();
-        let instead_of = field.partner_in_what_is_enough(&parent, &candidates);
-        let grown = field.with_one_more(&parent, &others, instead_of);
-        let least = if parent.effects.len() > 1 {
-            THIRD
-        } else {
-            -CHEAPEST
-        };
-        candidates.extend(
-            grown
-                .into_iter()
-                .filter(|new| new.log_weight > parent.log_weight + least),
-        );
-        dedup(&mut candidates);
-        if asked.is_rough(&field, &candidates[0]) {
-            break;
-        }
-        if field.goes_on(&candidates[0]) {
-            let again = field.refined(&candidates, &mut refined);
-            candidates.extend(again);
-            dedup(&mut candidates);
-        }
-        // Where the command answers to the motion, what effects take off the residual does not add up.
-        let adds_up = !problem.setting.is_held;
-        let wants_pairs = expanded.len() == 1 && adds_up && field.wants_more(&candidates[0]);
-        if wants_pairs && !problem.effort.is_early() {
-            problem.effort.cut();
-        } else if wants_pairs {
-            progress("trying pairs");
-            candidates.extend(field.pairs(&null, &candidates[0], &applicable));
-            dedup(&mut candidates);
-        }
-    }
+    let rounds = Rounds {
+        applicable: &applicable,
+        null: &null,
+        refined,
+        progress,
+    };
+    rounds.grow(&mut field, &mut candidates);
     progress("checking that every part of it is needed");
     for _ in 0..MOST_ROUNDS {
         let better = without_one(problem, &candidates, scale);
@@ -266,28 +218,6 @@ fn applicable(problem: &Problem<'_>) -> Option<Vec<usize>> {
         .filter(|&index| problem.setting.tells_of(&catalogue()[index]))
         .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none());
     Some(applicable.collect())
-}
-
-/// The best set that was asked last whether what it leaves is noise of the recording's own.
-#[derive(Default)]
-struct Asked(Vec<usize>);
-
-impl Asked {
-    /// Whether it is, once half of the work is spent: such a recording is ranked by pieces, whatever else is found. Asked once
-    /// of a set.
-    fn is_rough(&mut self, field: &Field<'_>, best: &Candidate) -> bool {
-        let problem = field.problem;
-        if !problem.effort.is_half()
-            || problem.is_rough()
-            || problem.setting.is_held
-            || self.0 == best.effects
-            || field.is_enough(best)
-        {
-            return false;
-        }
-        self.0.clone_from(&best.effects);
-        disturbance(problem, &best.fit, field.scale).is_some()
-    }
 }
 
 /// The problem of parts of its runs.

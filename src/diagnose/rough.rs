@@ -7,6 +7,7 @@ use super::bagging::bag;
 use super::candidate::{Candidate, candidate};
 use super::data::{PIECE_S, RunData, spread};
 use super::disturbance::{Disturbance, disturbance, least_disturbance};
+use super::effort::MOST;
 use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::nearest;
@@ -80,7 +81,9 @@ impl Rough {
             rank(problem, progress)?
         } else {
             let mut ranking = self.ranked(problem, scale, progress)?;
-            exchange(problem, &mut ranking);
+            if problem.effort.is_left(MOST) {
+                exchange(problem, &mut ranking);
+            }
             ranking
         };
         bag(problem, &mut ranking);
@@ -112,7 +115,9 @@ impl Rough {
             let ranking = rank(problem, progress)?;
             estimates += 1;
             let best = ranking.candidates.first()?;
-            if estimates == MOST_ESTIMATES || disturbance(problem, &best.fit, scale).is_none() {
+            let is_settled =
+                estimates == MOST_ESTIMATES || disturbance(problem, &best.fit, scale).is_none();
+            if is_settled || !problem.effort.is_left(MOST) {
                 return Some(ranking);
             }
             sets = ranking.candidates;

@@ -4,6 +4,8 @@
 //! tried over a grid of its plausible range, and the starts that leave least, after the base model has
 //! given way linearly, are fitted. Effects that repeat with the angle have a search of their own (`periodic`).
 
+use rayon::prelude::*;
+
 use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::Fit;
@@ -11,7 +13,7 @@ use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
 use super::noise::{NoiseLevel, Whitener};
 use super::periodic::{is_scanned, periodic};
 use super::predict::predict;
-use super::problem::Problem;
+use super::problem::{Columns, Problem};
 use super::prospect::Prospect;
 use crate::motor::Motor;
 use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
@@ -211,8 +213,13 @@ impl<'a> Search<'a> {
         };
         // A noise of its own is no column of a regression, and has filters of its own.
         let mut alike = Vec::new();
-        for (k, (hypothesis, p)) in starts.iter().enumerate() {
-            let Some(predictions) = self.predictions(hypothesis, p) else {
+        let simulated: Vec<Option<Columns>> = starts
+            .par_iter()
+            .with_max_len(1)
+            .map(|(hypothesis, p)| self.predictions(hypothesis, p))
+            .collect();
+        for ((k, (hypothesis, p)), predictions) in starts.iter().enumerate().zip(simulated) {
+            let Some(predictions) = predictions else {
                 continue;
             };
             let level = self.problem.noise(hypothesis, p, self.level.wander);
@@ -245,7 +252,7 @@ impl<'a> Search<'a> {
         judged
     }
 
-    fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Vec<Vec<f64>>> {
+    fn predictions(&self, hypothesis: &Hypothesis, p: &[f64]) -> Option<Columns> {
         let motor = hypothesis.motor(self.problem.nominal, p);
         let runs = self.problem.runs.iter();
         runs.map(|run| predict(&motor, run, &self.problem.effort))

@@ -139,15 +139,16 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);
         let step = TICKS >> self.allowed;
         let span_s = step as f64 * self.tick_s();
-        let (mut y0, mut y1) = (self.y, self.y);
-        let (mut rate0, mut rate1) = (constant, rate(&y1));
+        // The states at the last two ends, with their rates, and which of them is the last.
+        let mut ends = [(self.y, constant), (self.y, rate(&self.y))];
+        let mut last = 1;
         let (mut now, mut samples, mut steps) = (self.now, 0, 0);
         'samples: while let Some((tick, rest)) = at(samples) {
             if steps == 0 && (tick, rest) <= (now, 0.0) {
                 break;
             }
             while now < tick || (now == tick && rest > 0.0) {
-                let next = add(advance(&rung.e, &y1), &forced);
+                let next = add(advance(&rung.e, &ends[last].0), &forced);
                 let holds = match watch {
                     Watch::Nothing => true,
                     Watch::Speed { direction } => next[W1].value() * direction >= 0.0,
@@ -156,25 +157,26 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 if !holds {
                     break 'samples;
                 }
-                (y0, rate0) = (y1, rate1);
-                (y1, rate1) = (next, rate(&next));
+                last = 1 - last;
+                ends[last] = (next, rate(&next));
                 now += step;
                 steps += 1;
             }
             let place = (tick + step - now) as f64 + rest;
             let place = Inside::at(place / step as f64, span_s);
-            let sample = Sample::Inside(place, (&y0, &rate0), (&y1, &rate1));
+            let ((y0, rate0), (y1, rate1)) = (&ends[1 - last], &ends[last]);
+            let sample = Sample::Inside(place, (y0, rate0), (y1, rate1));
             emit(samples, self, &sample);
             samples += 1;
         }
         if steps > 0 {
-            self.y = y0;
+            self.y = ends[1 - last].0;
             self.now = now - step;
             self.remember();
-            (self.y, self.now) = (y1, now);
+            (self.y, self.now) = (ends[last].0, now);
             self.end_rate = Some(EndRate {
                 now,
-                rate: rate1,
+                rate: ends[last].1,
                 bent: [S::zero(); N],
             });
             self.steps += steps;

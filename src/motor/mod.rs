@@ -29,6 +29,7 @@ pub mod scalar;
 mod schedule;
 mod sensor;
 mod simulate;
+mod sine;
 mod timing;
 mod transitions;
 mod transmission;

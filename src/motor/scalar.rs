@@ -7,6 +7,8 @@
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use super::sine::sin_cos;
+
 /// A real number, possibly with derivatives.
 pub trait Scalar:
     Copy
@@ -80,11 +82,7 @@ impl Scalar for f64 {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        f64::sin_cos(self)
-    }
-    #[inline(always)]
-    fn sin(self) -> Self {
-        f64::sin(self)
+        sin_cos(self)
     }
     #[inline(always)]
     fn exp(self) -> Self {
@@ -240,7 +238,7 @@ impl<const D: usize> Scalar for Dual<D> {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let (s, c) = self.v.sin_cos();
+        let (s, c) = sin_cos(self.v);
         (self.map(s, c), self.map(c, -s))
     }
     #[inline(always)]
