@@ -283,6 +283,17 @@ fn friction_and_inertia() {
             EXACT,
         );
     }
+    // A load that would drive the motor back against 0.14 N m meets Tf + 0.35 * 0.14 = 0.069 N m: it holds at rest what would
+    // stop it as soon as it moved, though driving takes 0.2 only.
+    let hung = |torque_nm: f64| {
+        let hanging = motor(&[
+            ("load_friction", &[0.2, 0.35]),
+            ("gravity_load", &[torque_nm, std::f64::consts::FRAC_PI_2]),
+        ]);
+        run(&hanging, VOLT, &[2.0; 400]).angle_rad
+    };
+    assert!(hung(0.2089).iter().all(|angle| *angle == 0.0));
+    assert!(hung(0.2091)[399] < -1e-6);
     // Breakaway at Tf + dT, to a microvolt, and a steady speed at which all torques are in balance.
     let stribeck = motor(&[("stribeck", &[0.03, 0.5])]);
     let breakaway = 0.05 * 10.0 / 0.7;

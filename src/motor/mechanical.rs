@@ -71,6 +71,18 @@ impl<S: Scalar> LoadFractions<S> {
             self.driven
         }
     }
+
+    /// The share in force at rest against leaving in a direction in which the torque has this sign. Where being driven rubs more than
+    /// driving, what drove it at rest would stop it as soon as it moved: it stays (Filippov 1988).
+    #[inline(always)]
+    pub(super) fn holding_share(&self, along: f64) -> S {
+        let moving = self.share(along);
+        if moving.value() > self.driving.value() {
+            moving
+        } else {
+            self.driving
+        }
+    }
 }
 
 impl<S: Scalar> Mechanical<S> {
@@ -88,7 +100,7 @@ impl<S: Scalar> Mechanical<S> {
             level += stribeck.extra_nm;
         }
         if let Some(load) = &self.load_friction {
-            level += load.driving * torque_nm.abs();
+            level += load.holding_share(s * torque_nm.value()) * torque_nm.abs();
         }
         level
     }
@@ -285,7 +297,7 @@ impl Effect for LoadFriction {
         id: "load_friction",
         stage: Stage::Mechanical,
         summary: "friction grows with the transmitted torque",
-        equation: "Tf + c |tau_m|; c = driving_fraction where tau_m w >= 0 and at rest, else driven_fraction",
+        equation: "Tf + c |tau_m|; c = driving_fraction where tau_m w >= 0, else driven_fraction; at rest the larger of driving_fraction and what moving so would meet",
         source: "load-dependent gear friction (Rhoban BAM)",
         excited_by: "braking against driving",
         confounded_with: &["torque_constant_nm_per_a"],

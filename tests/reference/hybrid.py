@@ -132,8 +132,9 @@ class Motor:
         if self.extra:
             level += self.extra * (1.0 if at_rest else exp(-((speed / self.stribeck_speed) ** 2)))
         if self.load_friction:
-            driving = at_rest or direction * self.mode.torque_sign >= 0
-            level += (self.driving if driving else self.driven) * abs(torque)
+            torque_sign = (torque > 0) - (torque < 0) if at_rest else self.mode.torque_sign
+            share = self.driving if direction * torque_sign >= 0 else self.driven
+            level += (max(share, self.driving) if at_rest else share) * abs(torque)
         return level
 
     # ---- the equations of the mode in force -----------------------------------------------------------------------
