@@ -7,6 +7,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use motorlab::motor::effects::catalogue;
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
+use motorlab::motor::scalar::Scalar;
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, Parameters};
 use motorlab::recording::CommandKind;
 
@@ -78,6 +79,28 @@ fn bare_recurrence(bencher: Bencher<'_, '_>) {
         }
         black_box(angles[SAMPLES - 1])
     });
+}
+
+/// Sine and cosine of an angle, each waiting for the one before; `items/s` is calls a second.
+fn angles_one_after_the_other(bencher: Bencher<'_, '_>, sin_cos: impl Fn(f64) -> (f64, f64)) {
+    bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {
+        let mut angle = black_box(0.3);
+        for _ in 0..SAMPLES {
+            let (s, c) = sin_cos(angle);
+            angle += 0.01 + 1e-3 * (s - c);
+        }
+        black_box(angle)
+    });
+}
+
+#[divan::bench]
+fn sine_and_cosine(bencher: Bencher<'_, '_>) {
+    angles_one_after_the_other(bencher, Scalar::sin_cos);
+}
+
+#[divan::bench]
+fn sine_and_cosine_of_the_standard_library(bencher: Bencher<'_, '_>) {
+    angles_one_after_the_other(bencher, f64::sin_cos);
 }
 
 #[divan::bench]

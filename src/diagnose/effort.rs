@@ -15,13 +15,14 @@
 //! | --- | --- |
 //! | [`PLENTY`] | only what promises much is looked at beside a set |
 //! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one; third effects are those that came next in the round before |
-//! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs |
+//! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs; on pieces of a rough recording nothing beside a single effect |
 //! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing |
+//! | [`ALL`] | nothing more is tried |
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Units of work that a diagnosis may spend on as many samples; in proportion where there are more.
-const LIMIT: f64 = 1.6e9;
+const LIMIT: f64 = 1.35e9;
 const SAMPLES: f64 = 6500.0;
 /// Fewer samples have no limit.
 const FEW: usize = 4000;
@@ -30,6 +31,7 @@ const PLENTY: f64 = 0.3;
 const HALF: f64 = 0.5;
 const EARLY: f64 = 0.6;
 pub(super) const MOST: f64 = 0.85;
+pub(super) const ALL: f64 = 1.0;
 
 /// Work done, and its limit.
 #[derive(Debug, Default)]
@@ -84,6 +86,15 @@ impl Effort {
     /// Whether it is time to ask if a recording is rough.
     pub fn is_half(&self) -> bool {
         self.share() >= HALF
+    }
+
+    /// Keeps what is to be tried, and notes where something was left out.
+    pub fn retain(&self, tried: &mut Vec<usize>, is_kept: impl Fn(&usize) -> bool) {
+        let before = tried.len();
+        tried.retain(is_kept);
+        if tried.len() < before {
+            self.cut();
+        }
     }
 
     /// Notes that something was left out.

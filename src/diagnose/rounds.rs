@@ -7,6 +7,7 @@
 
 use super::candidate::{Candidate, dedup, sorted};
 use super::disturbance::disturbance;
+use super::effort::ALL;
 use super::growth::Field;
 use super::other_law::OF_A_LAW;
 use super::outlook::Outlook;
@@ -85,7 +86,9 @@ impl Rounds<'_> {
         let effort = &field.problem.effort;
         let is_due =
             effort.is_early() || field.problem.is_rough() || field.is_enough(&candidates[0]);
-        if is_due && field.goes_on(&candidates[0]) {
+        if !is_due {
+            effort.cut();
+        } else if field.goes_on(&candidates[0]) {
             let again = field.refined(candidates, &mut self.refined);
             candidates.extend(again);
             dedup(candidates);
@@ -140,12 +143,12 @@ impl Rounds<'_> {
             };
             let singles = candidates.iter().filter(|c| c.effects.len() == 1);
             let likeliest: Vec<usize> = singles.take(most).map(|c| c.effects[0]).collect();
-            others.retain(|e| *e == known || likeliest.contains(e));
+            effort.retain(&mut others, |e| *e == known || likeliest.contains(e));
         }
         let is_hurried = || effort.is_half() || Outlook::with(field, parent) == Outlook::CoveredUp;
         if parent.effects.len() > 1 && !field.problem.is_rough() && is_hurried() {
             let next = came_next(candidates, parent);
-            others.retain(|e| next.contains(e));
+            effort.retain(&mut others, |e| next.contains(e));
         }
         others
     }
@@ -156,22 +159,32 @@ impl Field<'_> {
     /// the best single effect), or the pair that leaves something. In a rough recording each part of a best pair, and as long
     /// as the best leaves something, the other best single effects, and what is close.
     fn next_parent(&self, candidates: &[Candidate], expanded: &[Vec<usize>]) -> Option<Candidate> {
-        let best = candidates.first()?;
-        let open = |c: &&Candidate| {
-            !c.effects.is_empty()
-                && c.effects.len() < MOST_EFFECTS
-                && !expanded.contains(&sorted(&c.effects))
-        };
+        let effort = &self.problem.effort;
         let most = if self.problem.setting.is_held {
             MOST_EXPANDED_ALONE
-        } else if self.problem.is_rough() && !self.problem.effort.is_unlimited() {
-            MOST_EXPANDED_IN_PIECES
         } else {
             MOST_EXPANDED
         };
         if expanded.len() >= most {
             return None;
         }
+        let next = self.open_parent(candidates, expanded)?;
+        let is_hurried = self.problem.is_rough() && !effort.is_unlimited();
+        if is_hurried && (expanded.len() >= MOST_EXPANDED_IN_PIECES || !effort.is_early()) {
+            effort.cut();
+            return None;
+        }
+        Some(next)
+    }
+
+    /// The same whatever was grown before, and however much work there is left.
+    fn open_parent(&self, candidates: &[Candidate], expanded: &[Vec<usize>]) -> Option<Candidate> {
+        let best = candidates.first()?;
+        let open = |c: &&Candidate| {
+            !c.effects.is_empty()
+                && c.effects.len() < MOST_EFFECTS
+                && !expanded.contains(&sorted(&c.effects))
+        };
         if open(&best) && best.effects.len() == 1 {
             return Some(best.clone());
         }
@@ -217,10 +230,14 @@ impl Field<'_> {
         partner.next().copied().filter(|_| is_part)
     }
 
-    /// Whether the search goes on: as long as work is left, and on whole runs from a set that leaves nothing in any case. (On
-    /// pieces with the noise of a rough recording many a set does.)
+    /// Whether the search goes on: as long as work is left, and on whole runs from a set that leaves nothing up to the limit itself.
+    /// (On pieces with the noise of a rough recording many a set does.)
     fn goes_on(&self, best: &Candidate) -> bool {
-        self.is_work_left() || (!self.problem.is_rough() && self.is_enough(best))
+        if !self.problem.is_rough() && self.is_enough(best) {
+            self.problem.effort.is_left(ALL)
+        } else {
+            self.is_work_left()
+        }
     }
 
     /// Whether the best set leaves something, and work is left to look for it.

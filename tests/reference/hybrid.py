@@ -132,7 +132,7 @@ class Motor:
         if self.extra:
             level += self.extra * (1.0 if at_rest else exp(-((speed / self.stribeck_speed) ** 2)))
         if self.load_friction:
-            torque_sign = (torque > 0) - (torque < 0) if at_rest else self.mode.torque_sign
+            torque_sign = (1 if torque > 0 else -1 if torque < 0 else 0) if at_rest else self.mode.torque_sign
             share = self.driving if direction * torque_sign >= 0 else self.driven
             level += (max(share, self.driving) if at_rest else share) * abs(torque)
         return level
