@@ -25,6 +25,7 @@ use rayon::prelude::*;
 
 use super::bagging::{Blocks, of_one_more, over_draws};
 use super::candidate::{Candidate, excess_wander};
+use super::effort::ALL;
 use super::fit::Fit;
 use super::other_law::OF_A_LAW;
 use super::problem::Problem;
@@ -36,8 +37,9 @@ use super::unknown::{flexed, separation_beside};
 use super::verdict::Gap;
 use crate::motor::effects::{Stage, catalogue};
 
-/// How many sets are weighed: the best, its parts, none, and those that come next.
+/// How many sets are weighed: the best, its parts, none, and those that come next; fewer of these where the limit is reached.
 const SETS: usize = 8;
+const SETS_LATE: usize = 4;
 /// From this probability of the unknown on it is worth the time.
 const WORTH: f64 = 0.02;
 /// How many times as much of kept data the best set must leave without an effect.
@@ -91,7 +93,12 @@ pub(super) fn weigh(
     }
     let blocks = Blocks::of(problem.runs);
     let groups = ranking.flexible.all_groups();
-    let sets: Vec<Weighed> = looked_at(&ranking.candidates)
+    let most = if problem.effort.is_left(ALL) {
+        SETS
+    } else {
+        SETS_LATE
+    };
+    let sets: Vec<Weighed> = looked_at(&ranking.candidates, most)
         .into_par_iter()
         .filter_map(|set| weighed(problem, set, &groups, scale, &blocks))
         .collect();
@@ -162,14 +169,14 @@ fn needed<'a>(
 }
 
 /// The best set, its parts, none, and the next.
-fn looked_at(candidates: &[Candidate]) -> Vec<&Candidate> {
+fn looked_at(candidates: &[Candidate], most: usize) -> Vec<&Candidate> {
     let Some(best) = candidates.first() else {
         return Vec::new();
     };
     let is_part = |c: &&Candidate| c.effects.iter().all(|e| best.effects.contains(e));
     let parts = candidates.iter().filter(is_part);
     let others = candidates.iter().filter(|c| !is_part(c));
-    parts.chain(others).take(SETS).collect()
+    parts.chain(others).take(most).collect()
 }
 
 fn weighed(

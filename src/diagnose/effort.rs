@@ -17,7 +17,7 @@
 //! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one; third effects are those that came next in the round before |
 //! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs; on pieces of a rough recording nothing beside a single effect |
 //! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing |
-//! | [`ALL`] | nothing more is tried |
+//! | [`ALL`] | nothing more is tried, and fewer sets tell which effects are there beside something unknown |
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 

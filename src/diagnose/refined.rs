@@ -6,8 +6,9 @@
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, candidate, sorted};
+use super::fit::Fit;
 use super::growth::{FINAL_STEPS, Field};
-use super::looks::first_fit;
+use super::looks::{Bar, first_fit};
 use super::search::Search;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -41,6 +42,19 @@ impl Field<'_> {
             .collect()
     }
 
+    /// Whether a look at a set is so far behind that set's own fit on the same horizons that it is given up, where work has a limit.
+    fn is_far_behind(&self, full: &Candidate, look: &Fit, level: usize) -> bool {
+        if self.problem.effort.is_unlimited() {
+            return false;
+        }
+        let bar = Bar::new(self, &full.fit, level);
+        let is_far = bar.is_some_and(|bar| bar.is_out_of_reach(look));
+        if is_far {
+            self.problem.effort.cut();
+        }
+        is_far
+    }
+
     /// A set with this effect looked for in the place of its member `m`, beside the others as they are; `known` are the
     /// effect's values near which to look more closely.
     pub fn with_instead(
@@ -61,6 +75,9 @@ impl Field<'_> {
         let rest = problem.fit_at(&hypothesis, &start, problem.levels[level], 0)?;
         let search = Search::new(problem, &rest, level)?;
         let fit = first_fit(problem, search.starts(index, known), level)?;
+        if known.is_some() && self.is_far_behind(full, &fit, level) {
+            return None;
+        }
         effects.push(index);
         let fit = problem.fit_from(level, &fit.hypothesis, &fit.p, FINAL_STEPS)?;
         Some(candidate(problem, effects, fit, self.scale))
@@ -90,4 +107,39 @@ impl Refined {
 fn goes_in_steps(index: usize) -> bool {
     let mut parameters = catalogue()[index].parameters.iter();
     parameters.any(|p| !p.smooth || matches!(p.prior, Prior::OneOf(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::effort::Effort;
+    use super::super::samples::{fit, index, motor_with, problem, ready, recording};
+    use super::*;
+
+    #[test]
+    fn a_look_far_behind_its_set_is_given_up_where_work_has_a_limit() {
+        let cogging = ("cogging", &[0.02, 12.0, 1.1][..]);
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[cogging])));
+        let level = 1;
+        let given_up = |effort: Effort, look: &[(&str, &[f64])]| {
+            let problem = problem(&nominal, &runs).with_effort(&Arc::new(effort));
+            let field = Field::new(&problem, &[]);
+            let right = Candidate {
+                effects: vec![index("cogging")],
+                fit: fit(&problem, &[cogging]),
+                log_weight: 0.0,
+                probability: 0.0,
+            };
+            let look = fit(&problem, look);
+            let look = problem.fit_at(&look.hypothesis, &look.p, problem.levels[level], 1);
+            let is_far = field.is_far_behind(&right, &look.expect("it can be simulated"), level);
+            (is_far, problem.effort.was_cut())
+        };
+        let limited = || Effort::limited_for(6500);
+        assert_eq!(given_up(limited(), &[]), (true, true));
+        assert_eq!(given_up(limited(), &[cogging]), (false, false));
+        assert_eq!(given_up(Effort::default(), &[]), (false, false));
+    }
 }
