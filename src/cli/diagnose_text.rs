@@ -4,7 +4,7 @@ use super::design::next_line;
 use super::{Failure, Output};
 use crate::diagnose::{Cause, Diagnosis, other_means};
 use crate::report::Bars;
-use crate::report::diagnosis::{CUT_SHORT, cause_words, rungs};
+use crate::report::diagnosis::{cause_words, cut_short, rungs};
 use crate::report::number::{figure, probability};
 
 /// How many causes and stretches are listed.
@@ -57,8 +57,8 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
             region.run
         ))?;
     }
-    if diagnosis.cut_short {
-        output.line(&format!("\n{CUT_SHORT}"))?;
+    if let Some(words) = cut_short(diagnosis) {
+        output.line(&format!("\n{words}"))?;
     }
     if let Some(next) = &diagnosis.next_experiment {
         output.line(&format!("\n{}", next_line(next)))?;

@@ -27,6 +27,7 @@ use super::bagging::{Blocks, of_one_more, over_draws};
 use super::candidate::{Candidate, excess_wander};
 use super::effort::ALL;
 use super::fit::Fit;
+use super::levels::climb;
 use super::other_law::OF_A_LAW;
 use super::problem::Problem;
 use super::rank::Ranking;
@@ -196,7 +197,7 @@ fn weighed(
         Some((gain, (fit, with)))
     };
     // From its own level to stronger ones as long as that is better, and to weaker ones.
-    let first = (problem.levels.iter()).position(|level| *level <= own.wander)?;
+    let first = problem.level_of(own.wander);
     let mut best = at(first)?;
     let (stronger, weaker) = ((0..first).rev(), first + 1..problem.levels.len());
     climb(&mut best, stronger, at);
@@ -207,20 +208,6 @@ fn weighed(
         log_weight: weight + gain,
         parts: blocks.log_likelihoods(problem, &fit, &with.residual),
     })
-}
-
-/// Puts what `at` finds in the place of the best as long as it gains more.
-fn climb<T>(
-    best: &mut (f64, T),
-    levels: impl Iterator<Item = usize>,
-    at: impl Fn(usize) -> Option<(f64, T)>,
-) {
-    for found in levels.map_while(at) {
-        if found.0 <= best.0 {
-            return;
-        }
-        *best = found;
-    }
 }
 
 /// Each weight's share of all, with laws that lack something.
@@ -245,21 +232,6 @@ fn can_be_told(index: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Up to the next peak, whatever lies behind it, and not past what cannot be fitted.
-    #[test]
-    fn a_climb_ends_at_the_next_peak() {
-        let gains = [4.0, 3.0, 5.0, 1.0, 9.0, f64::NAN, 20.0].map(|x| (!x.is_nan()).then_some(x));
-        let at = |level: usize| gains[level].map(|gain| (gain, level));
-        let from = |first: usize, levels: std::ops::Range<usize>| {
-            let mut best = at(first).expect("a gain");
-            climb(&mut best, levels, at);
-            best
-        };
-        assert_eq!(from(1, 2..7), (5.0, 2));
-        assert_eq!(from(3, 4..7), (9.0, 4));
-        assert_eq!(from(0, 1..7), (4.0, 0));
-    }
 
     /// Nine nats count as one: 1 of 1 + e.
     #[test]

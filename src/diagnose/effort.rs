@@ -16,8 +16,9 @@
 //! | [`PLENTY`] | only what promises much is looked at beside a set |
 //! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one; third effects are those that came next in the round before |
 //! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs; on pieces of a rough recording nothing beside a single effect |
-//! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing |
-//! | [`ALL`] | nothing more is tried, and fewer sets tell which effects are there beside something unknown |
+//! | [`LATE`] | on whole runs no third effect |
+//! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing; from [`MOST`] on a round's leaders are fitted on long horizons once |
+//! | [`ALL`] | nothing more is tried, single effects are not looked for again, and fewer sets tell which effects are there beside something unknown |
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
@@ -30,6 +31,7 @@ const FEW: usize = 4000;
 const PLENTY: f64 = 0.3;
 const HALF: f64 = 0.5;
 const EARLY: f64 = 0.6;
+const LATE: f64 = 0.8;
 pub(super) const MOST: f64 = 0.85;
 pub(super) const ALL: f64 = 1.0;
 
@@ -81,6 +83,11 @@ impl Effort {
     /// Whether what seldom leads anywhere may be tried too.
     pub fn is_early(&self) -> bool {
         self.share() < EARLY
+    }
+
+    /// Whether it is too late for a third effect.
+    pub fn is_late(&self) -> bool {
+        self.share() >= LATE
     }
 
     /// Whether it is time to ask if a recording is rough.

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::candidate::{Candidate, by_weight, candidate};
+use super::effort::MOST;
 use super::growth::{FINAL_STEPS, Field};
 use super::outlook::Outlook;
 
@@ -21,16 +22,28 @@ const NEAR: f64 = 12.0;
 /// The same for those further behind of the first of a round; and from where on not even a few more steps pay.
 const FAR: f64 = 100.0;
 const HOPELESS: f64 = 1000.0;
-/// How many of a round are fitted on in any case, and fully where the best of it leaves something.
+/// How many of a round are fitted on in any case, and fully where the best of it leaves something and most of the work is not spent.
 const LEADERS: usize = 3;
 
 /// What was fitted on in a round, by its effects.
-#[derive(Default)]
 pub(super) struct Further {
+    /// What has less evidence on short horizons is not fitted on long ones.
+    least: f64,
     /// After a few more steps.
     continued: HashMap<Vec<usize>, Candidate>,
     /// After the long horizons.
     full: HashMap<Vec<usize>, Candidate>,
+}
+
+impl Further {
+    /// Nothing yet; only what has this evidence on short horizons will be fitted on long ones, where there is a bar.
+    pub fn above(least: Option<f64>) -> Self {
+        Self {
+            least: least.unwrap_or(f64::NEG_INFINITY),
+            continued: HashMap::new(),
+            full: HashMap::new(),
+        }
+    }
 }
 
 impl Field<'_> {
@@ -59,9 +72,11 @@ impl Field<'_> {
         }
         let best = short.first().map_or(0.0, |first| first.log_weight);
         // The long horizons decide between the best; the others keep what they have.
+        let least = known.least;
+        let is_in_reach = |c: &Candidate| c.fit.log_evidence >= least;
         let is_near = |(place, c): &(usize, &mut Candidate)| {
             let behind = best - c.log_weight;
-            behind <= NEAR || (*place < FULLY_FITTED && behind <= FAR)
+            (behind <= NEAR || (*place < FULLY_FITTED && behind <= FAR)) && is_in_reach(c)
         };
         remembering(
             &mut known.full,
@@ -71,10 +86,10 @@ impl Field<'_> {
         );
         // What is far behind one that leaves nothing will not come nearer.
         let best = short.iter().min_by(|a, b| by_weight(a, b));
-        if best.is_some_and(|best| !self.is_enough(best)) {
+        if best.is_some_and(|best| !self.is_enough(best)) && self.problem.effort.is_left(MOST) {
             remembering(
                 &mut known.full,
-                short.iter_mut().take(LEADERS),
+                (short.iter_mut().take(LEADERS)).filter(|c| is_in_reach(c)),
                 |c| self.full(c, level),
                 || self.is_work_left(),
             );

@@ -12,7 +12,7 @@ use super::data::RunData;
 use super::fit::Fit;
 use super::further::Further;
 use super::kept::Kept;
-use super::looks::{Bar, first_fit, scanned_fit};
+use super::looks::{Bar, first_fit, least_of_all, scanned_fit};
 use super::outlook::Outlook;
 use super::pairs::{not_repeating, promising};
 use super::periodic::is_scanned;
@@ -37,6 +37,14 @@ const AT_ONCE: usize = 6;
 const PROMISING: usize = 4;
 /// In recordings of more samples than this they are looked for in the first part.
 const LONG: usize = 20_000;
+
+/// A pair that leaves nothing, one of whose effects is the parent of a round.
+pub(super) struct Known<'a> {
+    /// The pair.
+    pub pair: &'a Candidate,
+    /// Its other effect.
+    pub partner: usize,
+}
 
 /// What is searched, and how.
 pub(super) struct Field<'a> {
@@ -85,14 +93,16 @@ impl<'a> Field<'a> {
     }
 
     /// Fits the parent with each of these effects added. Beside an effect of a pair that leaves nothing, `instead_of` the
-    /// other one.
+    /// other one. Where work has a limit that one is asked what it promises, but not fitted again (of 163 such pairs one became
+    /// likelier by a nat for it, none by more), and what is far behind the pair on short horizons is not fitted on long ones.
     pub fn with_one_more(
         &self,
         parent: &Candidate,
         indices: &[usize],
-        instead_of: Option<usize>,
+        instead_of: Option<&Known<'_>>,
     ) -> Vec<Candidate> {
         let problem = self.problem;
+        let known = instead_of.filter(|_| !problem.effort.is_unlimited());
         let level = self.search_level(&parent.fit);
         let Some(search) = Search::new(problem, &parent.fit, level) else {
             return Vec::new();
@@ -107,17 +117,20 @@ impl<'a> Field<'a> {
         };
         found.retain(|new| !is_good || new.is_worth_it());
         if let Some(known) = instead_of {
-            keep_rivals(&mut found, known);
+            keep_rivals(&mut found, known.partner);
         }
+        found.retain(|new| known.is_none_or(|known| new.index != known.partner));
         let is_alone = parent.effects.is_empty();
         let is_plenty = problem.effort.is_plenty();
         let (likely, others) = by_promise(found, is_alone, is_plenty);
-        let mut further = Further::default();
+        let least = known.and_then(|known| least_of_all(problem, &known.pair.fit, level));
+        let mut further = Further::above(least);
         let mut short = self.looks(parent, likely, level, None);
         let grown = self.fitted_on(short.clone(), level, &mut further);
         let best = grown.iter().min_by(|a, b| by_weight(a, b));
         let is_third = parent.effects.len() > 1 && !problem.is_rough();
-        if others.is_empty() || is_third || best.is_some_and(|best| self.is_enough(best)) {
+        let is_enough = || known.is_some() || best.is_some_and(|best| self.is_enough(best));
+        if others.is_empty() || is_third || is_enough() {
             return grown;
         }
         if !is_alone && !problem.effort.is_unlimited() {
@@ -224,7 +237,7 @@ impl<'a> Field<'a> {
         let (hopeless, open): (Vec<_>, Vec<_>) = short
             .into_iter()
             .partition(|c| bar.as_ref().is_some_and(|bar| bar.is_out_of_reach(&c.fit)));
-        let mut fitted = self.fitted_on(open, level, &mut Further::default());
+        let mut fitted = self.fitted_on(open, level, &mut Further::above(None));
         fitted.extend(hopeless);
         fitted
     }

@@ -14,6 +14,12 @@ const HOPELESS: f64 = 200.0;
 const OTHER_LEVEL_STEPS: usize = 4;
 
 impl Problem<'_> {
+    /// The number of this wander's level; of one between two the weaker's, of one below all the last.
+    pub fn level_of(&self, wander: f64) -> usize {
+        let found = self.levels.iter().position(|level| *level <= wander);
+        found.unwrap_or(self.levels.len().saturating_sub(1))
+    }
+
     /// The same set from where it fits, on another level of the wander.
     pub fn on_wander(&self, fit: &Fit, wander: f64) -> Option<Fit> {
         if wander == fit.wander {
@@ -64,6 +70,20 @@ impl Problem<'_> {
     }
 }
 
+/// Puts what `at` finds in the place of the best as long as it gains more.
+pub(super) fn climb<T>(
+    best: &mut (f64, T),
+    levels: impl Iterator<Item = usize>,
+    at: impl Fn(usize) -> Option<(f64, T)>,
+) {
+    for found in levels.map_while(at) {
+        if found.0 <= best.0 {
+            return;
+        }
+        *best = found;
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::samples::{index, motor_with, problem, ready, recording};
@@ -95,5 +115,20 @@ mod tests {
             }
             assert!(given_up > 0, "no level is that far behind");
         }
+    }
+
+    /// Up to the next peak, whatever lies behind it, and not past what cannot be fitted.
+    #[test]
+    fn a_climb_ends_at_the_next_peak() {
+        let gains = [4.0, 3.0, 5.0, 1.0, 9.0, f64::NAN, 20.0].map(|x| (!x.is_nan()).then_some(x));
+        let at = |level: usize| gains[level].map(|gain| (gain, level));
+        let from = |first: usize, levels: std::ops::Range<usize>| {
+            let mut best = at(first).expect("a gain");
+            climb(&mut best, levels, at);
+            best
+        };
+        assert_eq!(from(1, 2..7), (5.0, 2));
+        assert_eq!(from(3, 4..7), (9.0, 4));
+        assert_eq!(from(0, 1..7), (4.0, 0));
     }
 }

@@ -36,11 +36,7 @@ impl Bar {
             let fit = problem.fit_at(&best.hypothesis, &best.p, wander, 1)?;
             Some(fit.log_evidence - OUT_OF_REACH * samples(problem) as f64 / all)
         };
-        let on_all = if best.wander == wander {
-            best.log_evidence - OUT_OF_REACH
-        } else {
-            least(field.problem)?
-        };
+        let on_all = least_of_all(field.problem, best, level)?;
         let beginnings = field.beginnings.par_iter().with_max_len(1);
         let on_beginnings: Option<Vec<f64>> = beginnings.map(least).collect();
         Some(Self {
@@ -53,6 +49,17 @@ impl Bar {
     pub fn is_out_of_reach(&self, look: &Fit) -> bool {
         look.log_evidence < self.on_all
     }
+}
+
+/// The evidence below which a look at all of the runs is too far behind this fit to be worth long horizons; `None` as for a [`Bar`].
+pub(super) fn least_of_all(problem: &Problem<'_>, best: &Fit, level: usize) -> Option<f64> {
+    let wander = problem.levels[level];
+    let reached = if best.wander == wander {
+        best.log_evidence
+    } else {
+        (problem.fit_at(&best.hypothesis, &best.p, wander, 1)?).log_evidence
+    };
+    Some(reached - OUT_OF_REACH)
 }
 
 /// A step from every start on short horizons, and a few more from where the best of them leads.

@@ -12,6 +12,7 @@ use super::kept_filters::{Filters, KeptFilters};
 use super::noise::{NoiseLevel, Whitener};
 use super::periodic::KeptWaves;
 use super::response::Response;
+use super::rungs::Refits;
 use super::setting::Setting;
 use super::shapes::Dependence;
 use crate::motor::Motor;
@@ -48,6 +49,8 @@ pub(super) struct Problem<'a> {
     pub waves: KeptWaves,
     /// Whitened shapes of the unknown, by the wander's level: their size, the largest acceleration, is the same throughout.
     pub shapes: Kept<(u64, Dependence), Columns>,
+    /// Fits refitted to parts of the runs.
+    pub refits: Refits,
     /// What was simulated, together with other problems of the diagnosis.
     pub effort: Arc<Effort>,
 }
@@ -78,6 +81,7 @@ impl<'a> Problem<'a> {
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
             shapes: Kept::default(),
+            refits: Refits::default(),
             effort: Arc::default(),
         }
     }
@@ -93,6 +97,7 @@ impl<'a> Problem<'a> {
         self.filters = KeptFilters::default();
         self.waves = KeptWaves::default();
         self.shapes = Kept::default();
+        self.refits = Refits::default();
     }
 
     /// Takes up another estimate of what disturbs the recordings.
@@ -120,6 +125,7 @@ impl<'a> Problem<'a> {
             filters: KeptFilters::default(),
             waves: KeptWaves::default(),
             shapes: Kept::default(),
+            refits: Refits::default(),
             effort: self.effort.clone(),
             ..*self
         }

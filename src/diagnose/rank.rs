@@ -6,6 +6,7 @@
 use super::candidate::{Candidate, candidate, dedup, sorted};
 use super::come_round;
 use super::data::RunData;
+use super::effort::ALL;
 use super::growth::{FINAL_STEPS, Field, without_one};
 use super::hypothesis::Hypothesis;
 use super::jumps::jumps;
@@ -204,9 +205,11 @@ fn up_to_one(
     let singles = field.with_one_more(&candidates[0], applicable, None);
     candidates.extend(singles);
     dedup(&mut candidates);
-    let again = field.refined(&candidates, refined);
-    candidates.extend(again);
-    dedup(&mut candidates);
+    if problem.effort.is_left(ALL) {
+        let again = field.refined(&candidates, refined);
+        candidates.extend(again);
+        dedup(&mut candidates);
+    }
     Some(candidates)
 }
 

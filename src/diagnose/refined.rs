@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, candidate, sorted};
 use super::fit::Fit;
 use super::growth::{FINAL_STEPS, Field};
-use super::looks::{Bar, first_fit};
+use super::looks::{first_fit, least_of_all};
 use super::search::Search;
 use crate::motor::effects::{Prior, catalogue};
 
@@ -47,8 +47,8 @@ impl Field<'_> {
         if self.problem.effort.is_unlimited() {
             return false;
         }
-        let bar = Bar::new(self, &full.fit, level);
-        let is_far = bar.is_some_and(|bar| bar.is_out_of_reach(look));
+        let least = least_of_all(self.problem, &full.fit, level);
+        let is_far = least.is_some_and(|least| look.log_evidence < least);
         if is_far {
             self.problem.effort.cut();
         }

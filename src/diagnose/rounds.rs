@@ -8,7 +8,7 @@
 use super::candidate::{Candidate, dedup, sorted};
 use super::disturbance::disturbance;
 use super::effort::ALL;
-use super::growth::Field;
+use super::growth::{Field, Known};
 use super::other_law::OF_A_LAW;
 use super::outlook::Outlook;
 use super::refined::Refined;
@@ -107,9 +107,9 @@ impl Rounds<'_> {
 
     /// Adds the parent with one more effect, where that is worth it.
     fn round(&self, field: &Field<'_>, candidates: &mut Vec<Candidate>, parent: &Candidate) {
-        let instead_of = field.partner_in_what_is_enough(parent, candidates);
-        let others = self.others(field, candidates, parent, instead_of);
-        let grown = field.with_one_more(parent, &others, instead_of);
+        let instead_of = field.pair_that_is_enough(parent, candidates);
+        let others = self.others(field, candidates, parent, instead_of.as_ref());
+        let grown = field.with_one_more(parent, &others, instead_of.as_ref());
         let least = if parent.effects.len() > 1 {
             THIRD
         } else {
@@ -127,7 +127,7 @@ impl Rounds<'_> {
         field: &Field<'_>,
         candidates: &[Candidate],
         parent: &Candidate,
-        instead_of: Option<usize>,
+        instead_of: Option<&Known<'_>>,
     ) -> Vec<usize> {
         let effort = &field.problem.effort;
         let is_new = |e: &usize| !parent.effects.contains(e);
@@ -143,7 +143,9 @@ impl Rounds<'_> {
             };
             let singles = candidates.iter().filter(|c| c.effects.len() == 1);
             let likeliest: Vec<usize> = singles.take(most).map(|c| c.effects[0]).collect();
-            effort.retain(&mut others, |e| *e == known || likeliest.contains(e));
+            effort.retain(&mut others, |e| {
+                *e == known.partner || likeliest.contains(e)
+            });
         }
         let is_hurried = || effort.is_half() || Outlook::with(field, parent) == Outlook::CoveredUp;
         if parent.effects.len() > 1 && !field.problem.is_rough() && is_hurried() {
@@ -169,6 +171,10 @@ impl Field<'_> {
             return None;
         }
         let next = self.open_parent(candidates, expanded)?;
+        if next.effects.len() > 1 && !self.problem.is_rough() && effort.is_late() {
+            effort.cut();
+            return None;
+        }
         let is_hurried = self.problem.is_rough() && !effort.is_unlimited();
         if is_hurried && (expanded.len() >= MOST_EXPANDED_IN_PIECES || !effort.is_early()) {
             effort.cut();
@@ -215,19 +221,26 @@ impl Field<'_> {
         found.cloned()
     }
 
-    /// The other effect of the best pair, where `parent` is one of it and the pair leaves nothing.
-    fn partner_in_what_is_enough(
+    /// The best pair, where `parent` is one of it and it leaves nothing.
+    fn pair_that_is_enough<'c>(
         &self,
         parent: &Candidate,
-        candidates: &[Candidate],
-    ) -> Option<usize> {
+        candidates: &'c [Candidate],
+    ) -> Option<Known<'c>> {
         let best = candidates.first().filter(|best| best.effects.len() == 2)?;
         let [own] = parent.effects.as_slice() else {
             return None;
         };
         let is_part = best.effects.contains(own) && self.is_enough(best);
-        let mut partner = best.effects.iter().filter(|e| *e != own);
-        partner.next().copied().filter(|_| is_part)
+        let partner = *best
+            .effects
+            .iter()
+            .find(|e| *e != own)
+            .filter(|_| is_part)?;
+        Some(Known {
+            pair: best,
+            partner,
+        })
     }
 
     /// Whether the search goes on: as long as work is left, and on whole runs from a set that leaves nothing up to the limit itself.

@@ -4,11 +4,14 @@
 //! others. The last part of one that holds most of the samples is kept, and predicted through the whole
 //! run by a fit on the others and on its first part. How sure they are: `rung_intervals.rs`.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::data::{PIECE_S, RunData};
 use super::effort::Effort;
 use super::fit::Fit;
+use super::kept::Kept;
 use super::predict::predict;
 use super::problem::Problem;
 use super::rung_intervals::{Block, Intervals, intervals, with_numbers_drawn};
@@ -23,8 +26,8 @@ const STEPS: usize = 6;
 /// Length of a block of the bootstrap in s.
 const BLOCK_S: f64 = 0.5;
 /// A motor as it was fitted, and with its numbers drawn from what the fit knows of them.
-#[derive(Clone)]
-struct Refitted {
+#[derive(Debug, Clone)]
+pub(super) struct Refitted {
     motor: Motor,
     drawn: Vec<Motor>,
 }
@@ -40,13 +43,13 @@ impl Refitted {
 }
 
 /// What three models leave of a stretch that they were not fitted to.
-struct Kept {
+struct Left {
     blocks: Vec<Block>,
     /// Squared errors in counts^2 of the refitted models with each of their drawn numbers.
     drawn: Vec<[f64; 2]>,
 }
 
-impl Kept {
+impl Left {
     /// From sample `from` of a run on.
     fn of(
         nominal: &Motor,
@@ -74,8 +77,13 @@ impl Kept {
     }
 }
 
+/// Fits refitted to what is not kept of a run, by that run's number, the set, and its numbers with the wander first.
+pub(super) type Refits = Kept<(usize, Vec<usize>, Vec<u64>), Refitted>;
+
 /// What is kept of a run, from sample `from` on, and what is fitted to predict it.
 struct Split {
+    /// The run's number.
+    run: usize,
     from: usize,
     training: Vec<RunData>,
 }
@@ -103,7 +111,21 @@ impl Split {
                 training.push(head);
             }
         }
-        Self { from, training }
+        Self {
+            run: k,
+            from,
+            training,
+        }
+    }
+
+    /// A fit refitted to that: once, since the rungs and what asks which effects are needed want the same.
+    fn refit(&self, problem: &Problem<'_>, fit: &Fit) -> Arc<Refitted> {
+        let effects = fit.hypothesis.members.iter().map(|member| member.index);
+        let numbers = std::iter::once(&fit.wander)
+            .chain(&fit.p)
+            .map(|x| x.to_bits());
+        let key = (self.run, effects.collect(), numbers.collect());
+        (problem.refits).of(key, || refit(problem, &self.training, fit))
     }
 }
 
@@ -116,18 +138,18 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
     let whole = whole.count();
     let parts = problem.runs.len() - whole;
     let of_run = |(k, run): (usize, &RunData)| {
-        let Split { from, training } = Split::of(problem, k);
+        let split = Split::of(problem, k);
         let (refitted, with_effects) = rayon::join(
-            || refit(problem, &training, null),
+            || split.refit(problem, null),
             || {
                 let has_effects = !chosen.hypothesis.members.is_empty();
-                has_effects.then(|| refit(problem, &training, chosen))
+                has_effects.then(|| split.refit(problem, chosen))
             },
         );
         let with_effects = with_effects.unwrap_or_else(|| refitted.clone());
-        Kept::of(problem.nominal, &refitted, &with_effects, run, from)
+        Left::of(problem.nominal, &refitted, &with_effects, run, split.from)
     };
-    let by_run: Vec<Kept> = problem.runs.par_iter().enumerate().map(of_run).collect();
+    let by_run: Vec<Left> = problem.runs.par_iter().enumerate().map(of_run).collect();
     let held_out = match (whole, parts) {
         (0, _) => "the last 40 % of each run, predicted by a fit on the first 60 %".to_owned(),
         (_, 0) => "each run whole, predicted by a fit on the others".to_owned(),
@@ -141,9 +163,9 @@ pub(super) fn rungs(problem: &Problem<'_>, null: &Fit, chosen: &Fit) -> Gap {
 /// The rungs on whole runs that nothing was fitted to.
 pub(super) fn held_out(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &[RunData]) -> Gap {
     let [null, chosen] = [null, chosen].map(|fit| Refitted::new(problem, fit));
-    let kept: Vec<Kept> = kept
+    let kept: Vec<Left> = kept
         .par_iter()
-        .map(|run| Kept::of(problem.nominal, &null, &chosen, run, 0))
+        .map(|run| Left::of(problem.nominal, &null, &chosen, run, 0))
         .collect();
     let words = format!("{} whole, kept from every fit and choice", runs(kept.len()));
     gap(&kept, words)
@@ -169,9 +191,9 @@ pub(super) fn by_pieces(problem: &Problem<'_>, null: &Fit, chosen: &Fit, kept: &
         return rungs(problem, null, chosen);
     };
     let [null, chosen] = [null, chosen].map(|fit| refit(problem, &training, fit));
-    let kept: Vec<Kept> = test
+    let kept: Vec<Left> = test
         .par_iter()
-        .map(|piece| Kept::of(problem.nominal, &null, &chosen, piece, 0))
+        .map(|piece| Left::of(problem.nominal, &null, &chosen, piece, 0))
         .collect();
     gap(
         &kept,
@@ -188,8 +210,7 @@ pub(super) fn left_of_runs_by(problem: &Problem<'_>, fits: &[&Fit]) -> Vec<f64> 
     let samples: usize = kept.map(|(run, split)| run.len() - split.from).sum();
     let left = fits.par_iter().map(|fit| {
         let squares = |(run, split): (&RunData, &Split)| -> f64 {
-            let motor = refit(problem, &split.training, fit).motor;
-            let left = residuals(&motor, run, split.from);
+            let left = residuals(&split.refit(problem, fit).motor, run, split.from);
             left.iter().map(|x| x * x).sum()
         };
         let by_run = problem.runs.par_iter().zip(&splits).map(squares);
@@ -268,14 +289,14 @@ fn runs(count: usize) -> String {
     }
 }
 
-fn gap(kept: &[Kept], mut held_out: String) -> Gap {
+fn gap(kept: &[Left], mut held_out: String) -> Gap {
     // What one of the models cannot be simulated on is measured for none.
-    let of = |kept: &[&Kept]| -> Vec<Block> {
+    let of = |kept: &[&Left]| -> Vec<Block> {
         kept.iter().flat_map(|kept| kept.blocks.clone()).collect()
     };
     let samples = |blocks: &[Block]| blocks.iter().map(|block| block.samples).sum::<usize>();
     let all = samples(&of(&kept.iter().collect::<Vec<_>>()));
-    let kept: Vec<&Kept> = kept.iter().filter(|kept| kept.is_simulated()).collect();
+    let kept: Vec<&Left> = kept.iter().filter(|kept| kept.is_simulated()).collect();
     let whole = of(&kept);
     let left = samples(&whole);
     if left < all {

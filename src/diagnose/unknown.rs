@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::candidate::excess_wander;
 use super::fit::Fit;
+use super::levels::climb;
 use super::marginal::{Beside, Named};
 use super::oscillation::oscillation;
 use super::problem::Problem;
@@ -76,26 +77,30 @@ pub(super) fn flexible(problem: &Problem<'_>, fit: &Fit, largest_acceleration: f
 }
 
 /// The flexible acceleration that is likeliest with a wander of its own, and by how many nats it is likelier than the
-/// named set's best fit.
+/// named set's best fit: from that fit's own level to stronger and to weaker ones as long as it gets likelier.
 pub(super) fn likeliest(problem: &Problem<'_>, best: &Fit, scale: f64) -> (Flexible, f64) {
     let own = flexible(problem, best, scale);
     // A named set pays for a wander that is not ordinary, the unknown does not.
     let excess = excess_wander(problem, best.wander, scale);
-    let gain = own.log_gain + excess;
-    let others = problem
-        .levels
-        .par_iter()
-        .filter(|level| **level != best.wander);
-    others
-        .filter_map(|&level| {
-            let fit = problem.on_wander(best, level)?;
-            let with = flexible(problem, &fit, scale);
-            let gain = fit.log_evidence - best.log_evidence + with.log_gain + excess;
-            Some((with, gain))
-        })
-        .collect::<Vec<_>>()
-        .into_iter()
-        .fold((own, gain), |a, b| if b.1 > a.1 { b } else { a })
+    let at = |level: usize| {
+        let fit = problem.on_wander(best, problem.levels[level])?;
+        let with = flexible(problem, &fit, scale);
+        let gain = fit.log_evidence - best.log_evidence + with.log_gain + excess;
+        Some((gain, with))
+    };
+    let first = problem.level_of(best.wander);
+    let (own_gain, levels) = (own.log_gain + excess, problem.levels.len());
+    let (mut stronger, mut weaker) = ((own_gain, own.clone()), (own_gain, own));
+    rayon::join(
+        || climb(&mut stronger, (0..first).rev(), at),
+        || climb(&mut weaker, first + 1..levels, at),
+    );
+    let (gain, with) = if weaker.0 > stronger.0 {
+        weaker
+    } else {
+        stronger
+    };
+    (with, gain)
 }
 
 /// A fit with a flexible acceleration beside it.

@@ -14,10 +14,7 @@ use crate::motor::{Motor, SimulationError};
 use crate::recording::Run;
 use laid::{LaidRun, lay};
 
-pub use words::{cause_words, effects_words, rungs, strongest};
-
-/// What is said of a search that ended at its limit of work.
-pub const CUT_SHORT: &str = "The search ended at its limit of work with sets of effects left untried: add --thorough to try them.";
+pub use words::{cause_words, cut_short, effects_words, rungs, strongest};
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
@@ -64,8 +61,8 @@ pub fn page(
         "The diagnosis took {}\u{a0}s.",
         figure(diagnosis.elapsed_s, 2)
     ));
-    if diagnosis.cut_short {
-        page.note(CUT_SHORT);
+    if let Some(words) = cut_short(diagnosis) {
+        page.note(words);
     }
     Ok(page.finish())
 }

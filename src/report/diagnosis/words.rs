@@ -1,6 +1,6 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::motor::effects::{EffectKind, catalogue};
 use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
@@ -26,6 +26,22 @@ pub fn effects_words(ids: &[&str]) -> String {
     } else {
         ids.join(" + ")
     }
+}
+
+/// What is said of a search that ended at its limit of work: most do, and what was left untried is of another weight where nothing
+/// was found that explains the runs.
+pub fn cut_short(diagnosis: &Diagnosis) -> Option<&'static str> {
+    let words = match diagnosis.verdict {
+        Verdict::NoGap | Verdict::Parameters | Verdict::Effect | Verdict::Ambiguous => {
+            "The search ended at its limit of work, with sets of effects left untried that promised less than what was found: \
+             add --thorough to try them."
+        }
+        Verdict::OutsideCatalogue => {
+            "The search ended at its limit of work, before a set of effects was found that explains the runs: add --thorough to \
+             search on, for sets of two and three above all."
+        }
+    };
+    diagnosis.cut_short.then_some(words)
 }
 
 /// The likeliest set of named effects, whatever the verdict.
