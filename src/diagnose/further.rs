@@ -47,8 +47,8 @@ impl Further {
 }
 
 impl Field<'_> {
-    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; not on these where no work
-    /// is left for what is covered up.
+    /// Candidates after first steps on short horizons, the best of them fitted on and then on long ones; on these the first alone
+    /// where no work is left for what is covered up.
     pub fn fitted_on(
         &self,
         mut short: Vec<Candidate>,
@@ -68,6 +68,9 @@ impl Field<'_> {
         );
         short.sort_by(by_weight);
         if self.outlook == Outlook::CoveredUp && !self.is_work_left() {
+            // Where what leads leaves nothing on long horizons, nothing is covered up.
+            let leader = short.iter_mut().take(1);
+            remembering(&mut known.full, leader, |c| self.full(c, level), || false);
             return short;
         }
         let best = short.first().map_or(0.0, |first| first.log_weight);

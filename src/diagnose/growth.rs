@@ -290,3 +290,41 @@ pub(super) fn without_one(
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::effort::Effort;
+    use super::super::samples::{fit, index, motor_with, problem, ready, recording};
+    use super::*;
+
+    #[test]
+    fn the_partner_of_a_pair_that_leaves_nothing_is_not_fitted_again_where_work_has_a_limit() {
+        let pair = [
+            ("gravity_load", &[0.05, 0.4][..]),
+            ("stribeck", &[0.03, 0.5]),
+        ];
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&pair)));
+        let partner = index("stribeck");
+        let grown = |effort: Effort| -> Vec<usize> {
+            let problem = problem(&nominal, &runs).with_effort(&Arc::new(effort));
+            let field = Field::new(&problem, &[]);
+            let set = |effects: &[(&str, &[f64])]| {
+                let indices = effects.iter().map(|(id, _)| index(id)).collect();
+                candidate(&problem, indices, fit(&problem, effects), field.scale)
+            };
+            let (pair, parent) = (set(&pair), set(&pair[..1]));
+            let known = Known {
+                pair: &pair,
+                partner,
+            };
+            let others = [partner, index("asymmetric_friction"), index("dead_zone")];
+            let grown = field.with_one_more(&parent, &others, Some(&known));
+            grown.iter().map(|set| set.effects[1]).collect()
+        };
+        assert!(grown(Effort::default()).contains(&partner));
+        assert!(!grown(Effort::limited_for(6500)).contains(&partner));
+    }
+}

@@ -7,8 +7,9 @@ use super::fit::Fit;
 use super::hypothesis::Hypothesis;
 use super::problem::Problem;
 
-/// A level of the wander this many nats behind another ends the search for the best.
-const HOPELESS: f64 = 200.0;
+/// A level of the wander this many nats behind another ends the search for the best: of 3,000 such searches one found a better one
+/// behind a level that was 25 nats worse.
+const HOPELESS: f64 = 50.0;
 
 /// Most steps of a fit that is taken to another level of the wander.
 const OTHER_LEVEL_STEPS: usize = 4;

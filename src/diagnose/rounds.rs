@@ -2,7 +2,8 @@
 //!
 //! The best single effect is grown first, then the other part of the pair that it becomes, or what leaves something. What a parent
 //! got wrong for want of its partner is mended: effects that go in steps are looked for again beside their new partners, and where
-//! the best set leaves something, pairs are weighed at once. It ends with a set that leaves nothing from both of its parts, with what
+//! the best set leaves something, pairs are weighed at once. Where lost edges or late samples stand for what is there, the effect beside
+//! them is grown next. It ends with a set that leaves nothing from both of its parts, with what
 //! the catalogue has little to say of (`outlook.rs`), with a recording that is ranked by pieces, or with the work that there may be.
 
 use super::candidate::{Candidate, dedup, sorted};
@@ -55,7 +56,16 @@ impl Rounds<'_> {
     pub fn grow(mut self, field: &mut Field<'_>, candidates: &mut Vec<Candidate>) {
         let mut expanded: Vec<Vec<usize>> = Vec::new();
         let mut asked = Asked::default();
-        while let Some(parent) = field.next_parent(candidates, &expanded) {
+        let mut is_covered_up = false;
+        loop {
+            let next = if is_covered_up {
+                without_noise(candidates)
+            } else {
+                field.next_parent(candidates, &expanded)
+            };
+            let Some(parent) = next else {
+                break;
+            };
             if !field.goes_on(&candidates[0]) || asked.is_rough(field, &candidates[0]) {
                 break;
             }
@@ -71,13 +81,15 @@ impl Rounds<'_> {
             let (before, after) = (field.outlook, Outlook::with(field, &candidates[0]));
             field.outlook = Outlook::Open;
             if after == Outlook::Open {
+                is_covered_up = false;
                 self.mend(field, candidates, expanded.len() == 1);
                 continue;
             }
             field.problem.effort.cut();
-            if (before, after) == (Outlook::CoveredUp, Outlook::CoveredUp) {
+            if is_covered_up {
                 break;
             }
+            is_covered_up = (before, after) == (Outlook::CoveredUp, Outlook::CoveredUp);
         }
     }
 
@@ -257,6 +269,17 @@ impl Field<'_> {
     fn wants_more(&self, best: &Candidate) -> bool {
         !self.is_enough(best) && self.is_work_left()
     }
+}
+
+/// The part of the best pair beside what is noise of its own, where it is the likeliest effect without such noise, too: lost edges and
+/// late samples can cover up what is there beside it.
+fn without_noise(candidates: &[Candidate]) -> Option<Candidate> {
+    let is_bare =
+        |c: &&Candidate| c.effects.len() == 1 && c.fit.hypothesis.noise_numbers().next().is_none();
+    let best = candidates.first()?;
+    let likeliest = candidates.iter().find(is_bare)?;
+    let is_part = best.effects.contains(&likeliest.effects[0]);
+    is_part.then(|| likeliest.clone())
 }
 
 /// The effects that the likeliest pairs have beside one effect of the parent.

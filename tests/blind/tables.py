@@ -33,8 +33,12 @@ def said(case):
     """What was said, with its probability."""
     if case["failure"] is not None:
         return f"failed: {case['failure']}"
-    joint = ", or " if case["verdict"] == "ambiguous" else "+"
-    words = "none" if case["verdict"] in ("no_gap", "parameters") else joint.join(case["said"])
+    if case["verdict"] in ("no_gap", "parameters"):
+        words = "none"
+    elif case["verdict"] == "ambiguous":
+        words = ", or ".join(name for name, _ in case["likeliest"][: case["standing"]])
+    else:
+        words = "+".join(case["said"])
     return f"{words} ({case['probability_said']:.3f})"
 
 
