@@ -9,7 +9,7 @@
 //!
 //! With a limit, what promises little is looked at beside no set but the empty one, three tenths of the pieces of a rough recording
 //! and the likeliest single effects tell its noise, and where a first round of growth shows that the catalogue has little to say
-//! (`outlook.rs`) no more than a third effect is tried after it. Then,
+//! (`outlook.rs`) no more than a third effect, or the one beside a noise by itself, is tried after it. Then,
 //!
 //! | spent | from there on |
 //! | --- | --- |
