@@ -3,8 +3,8 @@
 //! Two effects of the catalogue leave nothing once both are found, which a first round of growth nearly always does. What is outside
 //! the catalogue goes to the strongest wander, or to edges lost by chance and samples taken late: these can stand for anything at
 //! all, so that further effects have little to show for themselves, and what is said in the end is as a rule what single effects
-//! said (counts: `docs/diagnosis.md`, section 5). So the first round has less work to spend then, and what follows it is at most a third effect, or the effect beside
-//! such noise grown by itself.
+//! said (counts: `docs/diagnosis.md`, section 5). So the first round has less work to spend then, and what follows
+//! it is at most a third effect, or the effect beside such noise grown by itself.
 
 use super::candidate::Candidate;
 use super::effort::MOST;

@@ -319,7 +319,7 @@ impl Asked {
 
 #[cfg(test)]
 mod tests {
-    use super::super::samples::{fit, motor_with, problem, ready, recording};
+    use super::super::samples::{fit, held_at, index, motor_with, problem, ready, recording};
     use super::*;
 
     #[test]
@@ -347,5 +347,27 @@ mod tests {
         ]
         .map(set);
         assert_eq!(came_next(&sets, &sets[0]), [7, 2, 4, 11]);
+    }
+
+    /// The partner of lost edges where it is the likeliest effect without noise, and nothing where another one is likelier.
+    #[test]
+    fn beneath_a_noise_the_effect_beside_it_is_grown_where_none_is_likelier() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let set = |effects: &[(&str, &[f64])]| Candidate {
+            effects: effects.iter().map(|(id, _)| index(id)).collect(),
+            fit: held_at(&problem, effects),
+            log_weight: 0.0,
+            probability: 0.0,
+        };
+        let lost = ("missed_counts", &[0.01, 0.0][..]);
+        let (drag, sag) = (("quadratic_drag", &[1e-3][..]), ("supply_sag", &[1.0][..]));
+        let next = |second: &[(&str, &[f64])], third: &[(&str, &[f64])]| {
+            let sets = [&[lost, drag][..], &[lost], second, third].map(set);
+            without_noise(&sets).map(|c| c.effects)
+        };
+        assert_eq!(next(&[drag], &[sag]), Some(vec![index("quadratic_drag")]));
+        assert_eq!(next(&[sag], &[drag]), None);
     }
 }
