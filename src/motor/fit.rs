@@ -6,15 +6,18 @@
 use rayon::prelude::*;
 
 use super::chain::Chain;
-use super::dynamics::{Machine, ONE_BODY, TH1};
-use super::effects::{self, EffectParameter};
+use super::dynamics::Machine;
+use super::effects::{self, EffectParameter, Stage};
+use super::encoders::{AngleReading, Encoder, Encoders};
 use super::engine::Engine;
-use super::inside::Sample;
-use super::reading::{MeanCounts, encoder_shaft};
 use super::scalar::{Dual, Scalar};
 use super::schedule::{Reader, Schedule};
 use super::simulate::{Drive, SimulationError};
+use super::transmission::ENCODER_SIDE;
+use super::workspace::{Engines, work_of, work_of_encoders};
 use super::{Model, Motor, Parameters};
+
+pub use super::workspace::Workspace;
 
 /// One number of a model: a nominal parameter, or one of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -93,49 +96,6 @@ const MOST_BY_PACE: u64 = 2;
 const TOLERANCE: f64 = 1e-3;
 const TOLERANCE_OF_RIPPLE: f64 = 1e-2;
 
-/// Memory that one thread's simulations use again and again.
-#[derive(Debug, Default)]
-pub struct Workspace {
-    plain: Engines<f64>,
-    four: Engines<Dual<4>>,
-    six: Engines<Dual<6>>,
-    eight: Engines<Dual<8>>,
-}
-
-impl Workspace {
-    /// Work done since it was last asked for: about a nanosecond of one core a unit, the same wherever it is counted.
-    pub fn take_work(&mut self) -> u64 {
-        let works = [
-            &mut self.plain.work,
-            &mut self.four.work,
-            &mut self.six.work,
-            &mut self.eight.work,
-        ];
-        works.into_iter().map(std::mem::take).sum()
-    }
-}
-
-#[derive(Debug)]
-struct Engines<S> {
-    rigid: Option<Box<Engine<S, 3>>>,
-    rigid_warm: Option<Box<Engine<S, 4>>>,
-    two: Option<Box<Engine<S, 5>>>,
-    two_warm: Option<Box<Engine<S, 6>>>,
-    work: u64,
-}
-
-impl<S> Default for Engines<S> {
-    fn default() -> Self {
-        Self {
-            rigid: None,
-            rigid_warm: None,
-            two: None,
-            two_warm: None,
-            work: 0,
-        }
-    }
-}
-
 /// A drive made ready to be simulated with many motors.
 ///
 /// Angles are those that the encoder would say before it rounds, with the effects of sensor and timing, at the motor
@@ -190,17 +150,55 @@ impl Simulator {
         workspace: &mut Workspace,
         angles_rad: &mut [f64],
     ) -> Result<(), SimulationError> {
-        let chain = Chain::new(
+        let chain = self.chain(motor);
+        let read = Encoder {
+            encoder: AngleReading::new(&chain, self.start),
+            emit: |k, angle| angles_rad[k] = angle,
+        };
+        self.measure(chain, &mut workspace.plain, read)?;
+        finite(angles_rad)
+    }
+
+    /// Angles of motors that [`move_alike`], from one simulation: row `m` of `angles_rad`
+    /// (`samples` long, one after the other) is what the encoder of motor `m` says.
+    ///
+    /// # Errors
+    /// As [`Self::angles`].
+    pub fn angles_by_encoder(
+        &self,
+        motors: &[Motor],
+        workspace: &mut Workspace,
+        angles_rad: &mut [f64],
+    ) -> Result<(), SimulationError> {
+        let chains = motors.iter().map(|motor| self.chain(motor));
+        let chains: Vec<Chain<f64>> = chains.collect();
+        let Some(first) = chains.first() else {
+            return Ok(());
+        };
+        let samples = self.samples();
+        let encoders = chains
+            .iter()
+            .map(|chain| AngleReading::new(chain, self.start));
+        let read = Encoders {
+            encoders: encoders.collect(),
+            emit: |m: usize, k, angle| angles_rad[m * samples + k] = angle,
+        };
+        let engines = &mut workspace.plain;
+        self.measure(*first, engines, read)?;
+        engines.work += work_of_encoders(samples, motors.len() - 1);
+        let rows = angles_rad.chunks_exact(samples.max(1));
+        rows.take(motors.len()).try_for_each(finite)
+    }
+
+    /// The chain of a motor under this drive.
+    fn chain(&self, motor: &Motor) -> Chain<f64> {
+        Chain::new(
             &motor.parameters,
             &motor.effects,
             self.model,
             self.kind,
             |x| x,
-        );
-        self.measure(chain, &mut workspace.plain, |k, angle| {
-            angles_rad[k] = angle
-        })?;
-        finite(angles_rad)
+        )
     }
 
     /// The same with the derivatives by the parameters `wanted`: column `j` of `columns` (`samples` long, one after the
@@ -263,27 +261,31 @@ impl Simulator {
                 }
             },
         );
-        self.measure(chain, engines, |k, angle| {
-            angles_rad[k] = angle.v;
-            for (j, _) in ids.iter().enumerate() {
-                columns[j * samples + k] = angle.d[j];
-            }
-        })
+        let read = Encoder {
+            encoder: AngleReading::new(&chain, self.start),
+            emit: |k, angle: Dual<D>| {
+                angles_rad[k] = angle.v;
+                for (j, _) in ids.iter().enumerate() {
+                    columns[j * samples + k] = angle.d[j];
+                }
+            },
+        };
+        self.measure(chain, engines, read)
     }
 
     fn measure<S: Scalar>(
         &self,
         chain: Chain<S>,
         engines: &mut Engines<S>,
-        emit: impl FnMut(usize, S),
+        read: impl Reader<S, 3> + Reader<S, 4> + Reader<S, 5> + Reader<S, 6>,
     ) -> Result<(), SimulationError> {
         let machine = Machine::new(chain);
         let work = &mut engines.work;
         match (machine.two, machine.warms()) {
-            (false, false) => self.measure_with(machine, &mut engines.rigid, work, emit),
-            (false, true) => self.measure_with(machine, &mut engines.rigid_warm, work, emit),
-            (true, false) => self.measure_with(machine, &mut engines.two, work, emit),
-            (true, true) => self.measure_with(machine, &mut engines.two_warm, work, emit),
+            (false, false) => self.measure_with(machine, &mut engines.rigid, work, read),
+            (false, true) => self.measure_with(machine, &mut engines.rigid_warm, work, read),
+            (true, false) => self.measure_with(machine, &mut engines.two, work, read),
+            (true, true) => self.measure_with(machine, &mut engines.two_warm, work, read),
         }
     }
 
@@ -292,7 +294,7 @@ impl Simulator {
         machine: Machine<S>,
         slot: &mut Option<Box<Engine<S, N>>>,
         work: &mut u64,
-        emit: impl FnMut(usize, S),
+        read: impl Reader<S, N>,
     ) -> Result<(), SimulationError> {
         let longest_s = self
             .schedule
@@ -308,19 +310,13 @@ impl Simulator {
             Some(_) => TOLERANCE_OF_RIPPLE,
             None => TOLERANCE,
         };
-        let (angle_rad, speed_rad_s) = self.start;
         if self.start != (0.0, 0.0) {
+            let (angle_rad, speed_rad_s) = self.start;
             engine.start(angle_rad, speed_rad_s);
         }
-        let reader = AngleReader {
-            mean: MeanCounts::new(machine.chain.sensor, angle_rad, speed_rad_s),
-            rad_per_count: S::from(std::f64::consts::TAU) / machine.chain.stated_counts_per_rev,
-            shaft: encoder_shaft::<S, N>(&machine),
-            emit,
-        };
         let late_s = machine.chain.timing.jitter_s * 0.5;
         let most_steps = MOST_STEPS.max(MOST_BY_PACE << engine.floor);
-        let measured = self.schedule.run(engine, most_steps, |_| late_s, reader);
+        let measured = self.schedule.run(engine, most_steps, |_| late_s, read);
         *work += work_of::<S, N>(self.schedule.len(), engine.steps, engine.bent_steps);
         measured
     }
@@ -340,45 +336,20 @@ impl Simulator {
     }
 }
 
-/// Reads off the angle that the encoder would say, and nothing else unless edges are lost.
-struct AngleReader<S, E> {
-    mean: MeanCounts<S>,
-    rad_per_count: S,
-    /// Where in the state it is.
-    shaft: usize,
-    emit: E,
-}
-
-impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for AngleReader<S, E> {
-    #[inline(always)]
-    fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
-        // A rigid motor has one angle: its place is known when this is compiled.
-        let shaft = if N > ONE_BODY { self.shaft } else { TH1 };
-        let counts = (self.mean).read(sample.angle(shaft), || sample.speed(shaft));
-        (self.emit)(k, counts * self.rad_per_count);
+/// Whether two motors differ in their encoder at most, and in which side of the transmission it sits on.
+pub fn move_alike(a: &Motor, b: &Motor) -> bool {
+    fn moving(motor: &Motor) -> impl Iterator<Item = (usize, f64)> {
+        let effects = motor.effects.iter();
+        let moving = effects.filter(|effect| effect.kind().stage != Stage::Sensor);
+        moving.flat_map(|effect| {
+            let moving = effect
+                .parameters()
+                .filter(|(number, _)| number.key != ENCODER_SIDE.key);
+            let itself = std::iter::once((effect.index(), 0.0));
+            itself.chain(moving.map(|(_, value)| (effect.index(), value)))
+        })
     }
-}
-
-/// About how many nanoseconds a simulation takes, from how many samples it reads off and how many steps it takes: least
-/// squares over 41 thousand simulations of four diagnoses, from which one differs by a factor of 1.3 (one sigma).
-fn work_of<S: Scalar, const N: usize>(samples: usize, steps: u64, bent_steps: u64) -> u64 {
-    let derivatives = S::DERIVATIVES as u64;
-    let has_two_bodies = N > ONE_BODY + 1;
-    let (start, straight, bent) = if has_two_bodies {
-        (
-            1700 + 1600 * derivatives,
-            24 + 25 * derivatives,
-            240 + 97 * derivatives,
-        )
-    } else {
-        (
-            700 * derivatives,
-            11 + 8 * derivatives,
-            205 + 32 * derivatives,
-        )
-    };
-    let sample = 17 + 5 * derivatives;
-    start + samples as u64 * sample + (steps - bent_steps) * straight + bent_steps * bent
+    a.parameters == b.parameters && moving(a).eq(moving(b))
 }
 
 /// How many of so many derivatives the next simulation of [`Simulator::sensitivities`] carries: as few places of 4, 6 or 8
@@ -467,5 +438,66 @@ mod tests {
             assert!(largest < 0.01, "{id} {values:?}: {largest} counts");
             assert!(rms < 0.004, "{id} {values:?}: {rms} counts RMS");
         }
+    }
+
+    /// One motion read by encoders with and without effects of their own, rigid and on the load of a spring: to the bit what
+    /// each says alone.
+    #[test]
+    fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
+        let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
+        let command: Vec<f64> = (0..600).map(|k| [4.5, -1.0, 0.35][k / 70 % 3]).collect();
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: crate::CommandKind::Voltage,
+        };
+        let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+        let simulator = simulator.starting(0.3, 2.0);
+        let with = |effects: &[(&str, &[f64])]| {
+            let mut motor = Motor::default();
+            for (id, values) in effects {
+                let effect = ActiveEffect::new(id, values);
+                motor.effects.set(effect.expect("in the catalogue"));
+            }
+            motor
+        };
+        for (beside, other_side) in [
+            (
+                ("compliance", &[8.0, 0.05, 0.4, 1.0][..]),
+                ("compliance", &[8.0, 0.05, 0.4, 0.0][..]),
+            ),
+            (
+                ("backlash", &[0.1, 0.5, 0.0]),
+                ("backlash", &[0.1, 0.5, 1.0]),
+            ),
+        ] {
+            let motors = [
+                with(&[beside]),
+                with(&[beside, ("resolution_error", &[500.0])]),
+                with(&[beside, ("missed_counts", &[0.02, 0.0])]),
+                with(&[beside, ("missed_counts", &[0.0, 200.0])]),
+                with(&[beside, ("encoder_eccentricity", &[0.03, 1.0])]),
+                with(&[other_side]),
+            ];
+            assert!(motors.iter().all(|motor| move_alike(motor, &motors[0])));
+            let mut workspace = Workspace::default();
+            let mut together = vec![0.0; motors.len() * t_s.len()];
+            (simulator.angles_by_encoder(&motors, &mut workspace, &mut together)).expect("motors");
+            let together_work = workspace.take_work();
+            let mut alone = vec![0.0; t_s.len()];
+            let mut rows: Vec<&[f64]> = Vec::new();
+            for (motor, row) in motors.iter().zip(together.chunks_exact(t_s.len())) {
+                (simulator.angles(motor, &mut workspace, &mut alone)).expect("a motor");
+                assert_eq!(row, alone);
+                assert!(
+                    !rows.contains(&row),
+                    "an encoder that says what another does"
+                );
+                rows.push(row);
+            }
+            assert!(2 * together_work < workspace.take_work());
+        }
+        let jitter = with(&[("sample_jitter", &[1e-3])]);
+        assert!(!move_alike(&jitter, &with(&[])));
     }
 }

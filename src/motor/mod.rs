@@ -13,6 +13,7 @@ mod dynamics;
 mod effect_parameter;
 pub mod effects;
 mod electrical;
+mod encoders;
 mod engine;
 mod file;
 pub mod fit;
@@ -33,6 +34,7 @@ mod sine;
 mod timing;
 mod transitions;
 mod transmission;
+mod workspace;
 
 pub use command_kind::CommandKind;
 pub use effects::{ActiveEffect, Effects};

@@ -196,7 +196,7 @@ fn reach<const N: usize>(
         on_their_way.pop_front();
     }
     let y = engine.state_at(tick, offset);
-    let shaft = encoder_shaft::<_, N>(&engine.machine);
+    let shaft = encoder_shaft::<N>(engine.machine.chain.transmission.encoder_on_load);
     (
         y[shaft],
         y[shaft + 1],

@@ -3,14 +3,14 @@
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::dynamics::{Machine, ONE_BODY, TH1};
+use super::dynamics::{ONE_BODY, TH1};
 use super::scalar::Scalar;
 use super::sensor::Sensor;
 
 /// Where in the state the angle of the shaft is that bears the encoder; its speed is the next.
 #[inline(always)]
-pub(super) fn encoder_shaft<S: Scalar, const N: usize>(machine: &Machine<S>) -> usize {
-    if N > ONE_BODY && machine.chain.transmission.encoder_on_load {
+pub(super) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
+    if N > ONE_BODY && is_on_load {
         N - 2
     } else {
         TH1

@@ -145,7 +145,7 @@ fn trajectory<const N: usize>(
 ) -> Result<Trajectory, SimulationError> {
     let longest_s = schedule.longest_s(machine.chain.timing.stretch);
     let mut engine = Engine::<f64, N>::new(machine, longest_s);
-    let shaft = encoder_shaft::<_, N>(&machine);
+    let shaft = encoder_shaft::<N>(machine.chain.transmission.encoder_on_load);
     let mut out = Trajectory::default();
     let sensor = machine.chain.sensor;
     let per_count = std::f64::consts::TAU / machine.chain.stated_counts_per_rev;

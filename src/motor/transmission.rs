@@ -50,7 +50,7 @@ const LOAD_FRACTION: EffectParameter = EffectParameter::new(
     Prior::Uniform,
 )
 .possible(1e-6, 1.0 - 1e-6);
-const ENCODER_SIDE: EffectParameter = EffectParameter::new(
+pub(super) const ENCODER_SIDE: EffectParameter = EffectParameter::new(
     "encoder_side",
     "",
     (0.0, 1.0),
