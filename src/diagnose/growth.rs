@@ -15,7 +15,7 @@ use super::kept::Kept;
 use super::looks::{Bar, first_fit, least_of_all, scanned_fit};
 use super::outlook::Outlook;
 use super::pairs::{not_repeating, promising};
-use super::periodic::is_scanned;
+use super::periodic::parts;
 use super::problem::Problem;
 use super::prospect::{Prospect, by_promise, keep_rivals};
 use super::search::{Search, largest_acceleration};
@@ -169,7 +169,10 @@ impl<'a> Field<'a> {
                 break;
             }
             let some = some.to_vec().into_par_iter().with_max_len(1);
-            let look = |new: Prospect| first_fit(self.problem, new.starts, level);
+            let look = |new: Prospect| match parts(catalogue()[new.index].id) {
+                true => scanned_fit(self, new.starts, level, None),
+                false => first_fit(self.problem, new.starts, level),
+            };
             found.par_extend(some.filter_map(|new| {
                 let index = new.index;
                 weighed(index, look(new))
@@ -225,8 +228,7 @@ impl<'a> Field<'a> {
             .with_max_len(1)
             .filter_map(|promise| {
                 let effects = promise.effects.to_vec();
-                let is_scanned = effects.iter().any(|&e| is_scanned(catalogue()[e].id));
-                let fit = if is_scanned {
+                let fit = if effects.iter().any(|&e| parts(catalogue()[e].id)) {
                     scanned_fit(self, promise.starts, level, bar.as_ref())
                 } else {
                     first_fit(problem, promise.starts, level)

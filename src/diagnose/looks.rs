@@ -71,7 +71,7 @@ pub(super) fn first_fit(problem: &Problem<'_>, starts: Vec<Start>, level: usize)
     problem.fit_at(&first.hypothesis, &first.p, wander, FIRST_STEPS)
 }
 
-/// The same where an order was scanned for: a simulated angle that is some counts off is far off in phase, so
+/// The same of a torque that repeats with the angle: a simulated angle that is some counts off is far off in phase, so
 /// the first part of the runs comes first, and the order is let go last. One step where the best of a beginning is below the bar.
 pub(super) fn scanned_fit(
     field: &Field<'_>,
@@ -161,5 +161,28 @@ mod tests {
         assert!(bar.is_out_of_reach(&ripple) && bar.is_out_of_reach(&in_full));
         assert!(ripple.log_evidence < in_full.log_evidence);
         assert_ne!(ripple.p, in_full.p);
+    }
+
+    /// A pendulum that has been over the top one turn too often is far off for good: seen from the beginning it is not.
+    #[test]
+    fn a_heavy_pendulum_is_found_from_the_beginnings_and_not_from_whole_runs() {
+        let gravity = ("gravity_load", &[0.09, 2.6][..]);
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&[gravity])));
+        let parts = [0.25, 0.5].map(|share| heads(&runs, share));
+        let beginnings = parts.each_ref().map(|runs| problem(&nominal, runs));
+        let problem = problem(&nominal, &runs);
+        let field = Field::new(&problem, &beginnings);
+        let without = fit(&problem, &[]);
+        let search = Search::new(&problem, &without, 1).expect("it can be simulated");
+        let starts = search.starts(index(gravity.0), None);
+        let direct = first_fit(&problem, starts.clone(), 1).expect("it can be simulated");
+        let found = scanned_fit(&field, starts, 1, None).expect("it can be simulated");
+        assert!(
+            found.log_evidence > direct.log_evidence + 100.0,
+            "{} {}",
+            found.log_evidence,
+            direct.log_evidence
+        );
     }
 }

@@ -22,6 +22,7 @@ mod disturbance;
 mod effort;
 mod fit;
 mod further;
+mod grid;
 mod growth;
 mod held;
 mod host_clock;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::anchor::Anchor;
 use super::hypothesis::{BASE, Hypothesis, Member};
-use super::periodic::{Waves, is_scanned, orders};
+use super::periodic::{Waves, is_scanned, orders, repeats};
 use super::problem::Problem;
 use super::prospect::Prospect;
 use super::search::{Search, Start};
@@ -119,11 +119,9 @@ fn together(a: &Block, b: &Block) -> Option<(f64, Vec<f64>)> {
 /// Those of these effects that do not repeat with the angle.
 pub(super) fn not_repeating(indices: &[usize]) -> Vec<usize> {
     let indices = indices.iter().copied();
-    indices.filter(|&index| !repeats(index)).collect()
-}
-
-fn repeats(index: usize) -> bool {
-    !orders(catalogue()[index].id).is_empty()
+    indices
+        .filter(|&index| !repeats(catalogue()[index].id))
+        .collect()
 }
 
 /// The most promising pairs of these effects, at most `most`; `alone` is what those that do not repeat with the angle promise
@@ -142,8 +140,14 @@ pub(super) fn promising(
         return Vec::new();
     };
     let waves = Waves::new(problem, level);
-    let others: Vec<&Prospect> = alone.iter().filter(|new| !repeats(new.index)).collect();
-    let repeating = indices.iter().copied().filter(|&index| repeats(index));
+    let others: Vec<&Prospect> = alone
+        .iter()
+        .filter(|new| !repeats(catalogue()[new.index].id))
+        .collect();
+    let repeating = indices
+        .iter()
+        .copied()
+        .filter(|&index| repeats(catalogue()[index].id));
     let at_starts: Vec<Block> = others
         .par_iter()
         .flat_map_iter(|new| {

@@ -129,6 +129,11 @@ pub(super) fn orders(id: &str) -> Vec<f64> {
     }
 }
 
+/// Whether an effect repeats with the angle.
+pub(super) fn repeats(id: &str) -> bool {
+    !orders(id).is_empty()
+}
+
 /// Effects that repeat with the angle: order by order, amplitude and phase by regression.
 pub(super) fn periodic(
     problem: &Problem<'_>,
@@ -146,7 +151,7 @@ pub(super) fn periodic(
             return None;
         }
         let values = waves.values(index, order, coefficients);
-        Some((Some(anchor.left - gain), values, shift))
+        Some((anchor.left - gain, values, shift))
     });
     let found: Vec<Try> = found.collect();
     peaks(found, id)
@@ -157,9 +162,15 @@ pub(super) fn is_scanned(id: &str) -> bool {
     matches!(id, "cogging" | "torque_ripple")
 }
 
+/// Whether an effect is a torque that repeats with the angle: a simulated angle that is off by a part of a period there is driven
+/// farther off, so that long runs have many hollows.
+pub(super) fn parts(id: &str) -> bool {
+    is_scanned(id) || id == "gravity_load"
+}
+
 /// The best orders that are not neighbours of a better one.
 fn peaks(mut found: Vec<Try>, id: &str) -> Vec<Try> {
-    found.sort_by(|a, b| f64::total_cmp(&a.0.unwrap_or(0.0), &b.0.unwrap_or(0.0)));
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut kept: Vec<Try> = Vec::new();
     for one in found {
         let apart = |other: &Try| !is_scanned(id) || (other.1[1] - one.1[1]).abs() > 0.4;

@@ -37,6 +37,26 @@ pub(super) fn predict(motor: &Motor, run: &RunData, effort: &Effort) -> Option<V
     Some(in_counts(&angles, run).collect())
 }
 
+/// The same of motors that move alike, from one simulation: theirs one after the other.
+pub(super) fn predict_alike(
+    motors: &[Motor],
+    run: &RunData,
+    effort: &Effort,
+) -> Option<Vec<Vec<f64>>> {
+    let motors: Vec<Motor> = motors.iter().map(|motor| on_run(motor, run)).collect();
+    let mut angles = vec![0.0; run.len() * motors.len()];
+    WORKSPACE
+        .with_borrow_mut(|workspace| {
+            let simulator = &run.simulator;
+            let done = simulator.angles_by_encoder(&motors, workspace, &mut angles);
+            effort.spend(workspace.take_work());
+            done
+        })
+        .ok()?;
+    let rows = angles.chunks_exact(run.len().max(1));
+    Some(rows.map(|row| in_counts(row, run).collect()).collect())
+}
+
 /// The same with its derivatives by the first `numbers` of the hypothesis, a column a number.
 pub(super) fn predict_with_derivatives(
     hypothesis: &Hypothesis,

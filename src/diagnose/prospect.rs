@@ -27,7 +27,8 @@ pub(super) struct Prospect {
     /// The starts.
     pub starts: Vec<Start>,
     /// By how many squares less the effect may leave than the fit so far, on short horizons or on the fit's own: each
-    /// start with the magnitude, as a factor of what it does there, that suits it best. Infinite where no regression tells.
+    /// start with the magnitude, as a factor of what it does there, that suits it best; of noise of its own as it is there, its
+    /// determinants included. Infinite where the base has no regression.
     pub promise: f64,
 }
 

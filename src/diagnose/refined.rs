@@ -14,6 +14,8 @@ use crate::motor::effects::{Prior, catalogue};
 
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;
+/// The same late.
+const REFINED_LATE: usize = 1;
 const REFINED_NEAR: f64 = 200.0;
 /// Fits of a set this many nats apart are the same.
 const ALIKE: f64 = 0.5;
@@ -24,10 +26,15 @@ impl Field<'_> {
     /// right while the others were missing need not be right with them.
     pub fn refined(&self, candidates: &[Candidate], known: &mut Refined) -> Vec<Candidate> {
         let best = candidates.first().map_or(0.0, |first| first.log_weight);
+        let most = if self.problem.effort.is_early() {
+            REFINED
+        } else {
+            REFINED_LATE
+        };
         let near = candidates
             .iter()
             .filter(|c| c.log_weight > best - REFINED_NEAR)
-            .take(REFINED);
+            .take(most);
         let parts: Vec<(&Candidate, usize)> = near
             .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
             .filter(|(c, m)| goes_in_steps(c.effects[*m]) && known.is_news(c, *m))
@@ -141,5 +148,31 @@ mod tests {
         assert_eq!(given_up(limited(), &[]), (true, true));
         assert_eq!(given_up(limited(), &[cogging]), (false, false));
         assert_eq!(given_up(Effort::default(), &[]), (false, false));
+    }
+
+    /// Late those of the best set alone are looked for again.
+    #[test]
+    fn late_the_effects_of_the_best_set_alone_are_looked_for_again() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let again = |is_late: bool| {
+            let effort = Arc::new(Effort::limited_for(6500));
+            let problem = problem(&nominal, &runs).with_effort(&effort);
+            let field = Field::new(&problem, &[]);
+            let set = |effect: (&str, &[f64])| {
+                let fit = fit(&problem, &[effect]);
+                candidate(&problem, vec![index(effect.0)], fit, field.scale)
+            };
+            let sets = [
+                set(("backlash", &[0.02, 0.5, 0.0])),
+                set(("compliance", &[20.0, 0.1, 0.3, 0.0])),
+            ];
+            if is_late {
+                effort.spend(900_000_000);
+            }
+            let again = field.refined(&sets, &mut Refined::default());
+            again.len()
+        };
+        assert_eq!((again(false), again(true)), (2, 1));
     }
 }

@@ -74,7 +74,7 @@ impl Rounds<'_> {
             }
             expanded.push(sorted(&parent.effects));
             (self.progress)("trying further effects beside the best");
-            self.round(field, candidates, &parent);
+            self.round(field, candidates, &parent, is_covered_up);
             if asked.is_rough(field, &candidates[0]) {
                 break;
             }
@@ -117,10 +117,19 @@ impl Rounds<'_> {
         }
     }
 
-    /// Adds the parent with one more effect, where that is worth it.
-    fn round(&self, field: &Field<'_>, candidates: &mut Vec<Candidate>, parent: &Candidate) {
+    /// Adds the parent with one more effect, where that is worth it; beneath a noise with those that it was not fitted with before.
+    fn round(
+        &self,
+        field: &Field<'_>,
+        candidates: &mut Vec<Candidate>,
+        parent: &Candidate,
+        is_beneath: bool,
+    ) {
         let instead_of = field.pair_that_is_enough(parent, candidates);
-        let others = self.others(field, candidates, parent, instead_of.as_ref());
+        let mut others = self.others(field, candidates, parent, instead_of.as_ref());
+        if is_beneath {
+            others.retain(|&e| !is_known_beside(candidates, parent, e));
+        }
         let grown = field.with_one_more(parent, &others, instead_of.as_ref());
         let least = if parent.effects.len() > 1 {
             THIRD
@@ -282,6 +291,12 @@ fn without_noise(candidates: &[Candidate]) -> Option<Candidate> {
     is_part.then(|| likeliest.clone())
 }
 
+/// Whether the parent with this effect was fitted before.
+fn is_known_beside(candidates: &[Candidate], parent: &Candidate, effect: usize) -> bool {
+    let set = sorted(&[parent.effects.as_slice(), &[effect]].concat());
+    candidates.iter().any(|c| sorted(&c.effects) == set)
+}
+
 /// The effects that the likeliest pairs have beside one effect of the parent.
 fn came_next(candidates: &[Candidate], parent: &Candidate) -> Vec<usize> {
     let mut next = Vec::new();
@@ -347,6 +362,8 @@ mod tests {
         ]
         .map(set);
         assert_eq!(came_next(&sets, &sets[0]), [7, 2, 4, 11]);
+        let known = [3, 7, 19, 20].map(|e| is_known_beside(&sets, &sets[2], e));
+        assert_eq!(known, [false, true, true, false]);
     }
 
     /// The partner of lost edges where it is the likeliest effect without noise, and nothing where another one is likelier.

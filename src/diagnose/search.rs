@@ -9,14 +9,16 @@ use rayon::prelude::*;
 use super::anchor::Anchor;
 use super::data::RunData;
 use super::fit::Fit;
-use super::hypothesis::{BASE, Hypothesis, Member, is_limited};
+use super::grid::{Grid, Values};
+use super::hypothesis::{BASE, Hypothesis, Member};
 use super::noise::{NoiseLevel, Whitener};
-use super::periodic::{is_scanned, periodic};
-use super::predict::predict;
+use super::periodic::{is_scanned, periodic, repeats};
+use super::predict::{predict, predict_alike};
 use super::problem::{Columns, Problem};
 use super::prospect::Prospect;
 use crate::motor::Motor;
-use crate::motor::effects::{EffectParameter, Prior, catalogue, find};
+use crate::motor::effects::{EffectKind, Stage, catalogue, find};
+use crate::motor::fit::move_alike;
 use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
@@ -25,23 +27,10 @@ const STARTS: usize = 3;
 const STEPPED_STARTS: usize = 6;
 /// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
 const FAR_LARGER: f64 = 4.0;
+/// Of more values than this, those that leave least beside the fit are tried beside a base that is not bent.
+const FEW_VALUES: usize = 8;
 /// How many orders of an angle-periodic effect are fitted.
 pub(super) const ORDERS: usize = 4;
-
-/// Limits of the edge rate to try, as shares of the fastest that was counted (smoothed, so that it may be higher).
-const RATES: [f64; 12] = [
-    0.80, 0.86, 0.92, 0.97, 1.0, 1.03, 1.06, 1.1, 1.15, 1.2, 1.3, 1.4,
-];
-
-/// Most thresholds of a dead zone to try, and how far from that of a fit to try all.
-const MOST_THRESHOLDS: usize = 40;
-const NEARBY: f64 = 1.25;
-
-/// Frequencies to try, as shares of the logarithm of their range: a resonance is some damping ratios wide.
-const RESONANCES: [f64; 8] = [0.04, 0.16, 0.28, 0.4, 0.52, 0.64, 0.76, 0.9];
-
-/// By how much less than the least of its range an effect does next to nothing.
-const NEXT_TO_NOTHING: f64 = 5.0;
 
 /// Squares of the prior's standard deviations from which on a base counts as bent.
 const STRAINED: f64 = 6.0;
@@ -49,18 +38,38 @@ const STRAINED: f64 = 6.0;
 /// Farthest that a regression moves a number of the base before the fit.
 const WIDEST_SHIFT: f64 = 0.2;
 
-/// Values of an effect to try: what they leave where that is known, the values, by how much the base moves.
-pub(super) type Try = (Option<f64>, Vec<f64>, [f64; BASE]);
-
-fn unrated(values: Vec<Vec<f64>>) -> Vec<Try> {
-    values
-        .into_iter()
-        .map(|values| (None, values, [0.0; BASE]))
-        .collect()
-}
+/// Values of an effect to try: what they leave, the values, by how much the base moves.
+pub(super) type Try = (f64, Vec<f64>, [f64; BASE]);
 
 /// A hypothesis and where its fit starts.
 pub(super) type Start = (Hypothesis, Vec<f64>);
+
+/// Starts of an effect with what they leave, and what the effect promises.
+#[derive(Default)]
+struct Found {
+    scored: Vec<(f64, Start)>,
+    promise: f64,
+}
+
+impl Found {
+    /// The effect's values at so many starts that leave least.
+    fn best(&self, most: usize) -> Vec<Values> {
+        let mut scored: Vec<&(f64, Start)> = self.scored.iter().collect();
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let members = scored.iter().map(|(_, start)| start.0.members.last());
+        let values = members.flatten().map(|member| member.values.clone());
+        values.take(most).collect()
+    }
+}
+
+/// How many starts of an effect are fitted.
+fn starts_of(id: &str) -> usize {
+    match id {
+        _ if is_scanned(id) => ORDERS,
+        "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
+        _ => STARTS,
+    }
+}
 
 /// What a search looks at: the fit so far, and what is left of it on short horizons.
 pub(super) struct Search<'a> {
@@ -114,69 +123,74 @@ impl<'a> Search<'a> {
     /// The same with what they promise.
     pub fn prospect(&self, index: usize, known: Option<&[f64]>) -> Prospect {
         let kind = &catalogue()[index];
-        let mut scored: Vec<(f64, Start)> = Vec::new();
-        let before = self.anchors.first().map_or(0.0, |anchor| anchor.left);
-        let mut promise: f64 = 0.0;
+        let mut found = Found::default();
         for (place, anchor) in self.anchors.iter().enumerate() {
-            let tried: Vec<Try> = match kind.id {
-                "cogging" | "torque_ripple" | "gravity_load" | "encoder_eccentricity" => {
+            if repeats(kind.id) {
+                let before = self.anchors[0].left;
+                for (left, values, shift) in
                     periodic(self.problem, &self.level, anchor, index, kind.id)
+                {
+                    found.promise = found.promise.max(before - left);
+                    let start = self.start(anchor, index, values, shift);
+                    found.scored.push((left, start));
                 }
-                "dead_zone" => {
-                    let mut values = self.thresholds(None);
-                    if let Some(known) = known {
-                        values.extend(self.thresholds(known.first().copied()));
-                    }
-                    unrated(values)
-                }
-                "missed_counts" => {
-                    let mut values = self.grid(kind.parameters);
-                    values.extend(self.fastest_rates());
-                    unrated(values)
-                }
-                _ if self.members.iter().any(is_limited) => {
-                    let mut values = self.grid(kind.parameters);
-                    values.push(self.next_to_nothing(kind.parameters));
-                    unrated(values)
-                }
-                _ => unrated(self.grid(kind.parameters)),
-            };
-            let mut unrated: Vec<Start> = Vec::new();
-            for (rating, values, base) in tried {
-                let mut members = self.members.clone();
-                members.push(Member { index, values });
-                let nominal = self.problem.nominal;
-                let hypothesis = Hypothesis::new(nominal, members, &self.problem.setting);
-                let mut start = hypothesis.start();
-                start[..anchor.p.len()].copy_from_slice(&anchor.p);
-                for (value, shift) in start.iter_mut().zip(base) {
-                    *value += shift.clamp(-WIDEST_SHIFT, WIDEST_SHIFT);
-                }
-                hypothesis.clamp(&mut start);
-                match rating {
-                    Some(rating) => {
-                        promise = promise.max(before - rating);
-                        scored.push((rating, (hypothesis, start)));
-                    }
-                    None => unrated.push((hypothesis, start)),
-                }
-            }
-            for ((cost, promised), start) in self.judged(place, &unrated).into_iter().zip(unrated) {
-                promise = promise.max(promised);
-                scored.push((cost, start));
+            } else {
+                let values = self.tried(place, kind, known, &found);
+                self.judge(place, index, values, &mut found);
             }
         }
+        let mut scored = found.scored;
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        scored.truncate(match kind.id {
-            id if is_scanned(id) => ORDERS,
-            "resolution_error" | "dead_zone" | "missed_counts" => STEPPED_STARTS,
-            _ => STARTS,
-        });
+        scored.truncate(starts_of(kind.id));
         let starts = scored.into_iter().map(|(_, start)| start).collect();
         Prospect {
             index,
             starts,
-            promise,
+            promise: found.promise,
+        }
+    }
+
+    /// The values of an effect to try beside the anchor with this number: of a large grid those that left least beside the first
+    /// one. (What an encoder says costs no simulation of its own.)
+    fn tried(
+        &self,
+        place: usize,
+        kind: &'static EffectKind,
+        known: Option<&[f64]>,
+        found: &Found,
+    ) -> Vec<Values> {
+        let values = Grid::new(self.problem, kind).beside(&self.members, known);
+        if place > 0 && values.len() > FEW_VALUES && kind.stage != Stage::Sensor {
+            found.best(starts_of(kind.id))
+        } else {
+            values
+        }
+    }
+
+    /// Where a fit starts beside an anchor from these values of an effect, the base moved by a shift.
+    fn start(&self, anchor: &Anchor, index: usize, values: Vec<f64>, shift: [f64; BASE]) -> Start {
+        let mut members = self.members.clone();
+        members.push(Member { index, values });
+        let hypothesis = Hypothesis::new(self.problem.nominal, members, &self.problem.setting);
+        let mut start = hypothesis.start();
+        start[..anchor.p.len()].copy_from_slice(&anchor.p);
+        for (value, shift) in start.iter_mut().zip(shift) {
+            *value += shift.clamp(-WIDEST_SHIFT, WIDEST_SHIFT);
+        }
+        hypothesis.clamp(&mut start);
+        (hypothesis, start)
+    }
+
+    /// Adds what these values of an effect leave beside the anchor with this number, and promise.
+    fn judge(&self, place: usize, index: usize, values: Vec<Values>, found: &mut Found) {
+        let Some(anchor) = self.anchors.get(place) else {
+            return;
+        };
+        let start = |values| self.start(anchor, index, values, [0.0; BASE]);
+        let starts: Vec<Start> = values.into_iter().map(start).collect();
+        for ((left, promised), start) in self.judged(place, &starts).into_iter().zip(starts) {
+            found.promise = found.promise.max(promised);
+            found.scored.push((left, start));
         }
     }
 
@@ -213,11 +227,7 @@ impl<'a> Search<'a> {
         };
         // A noise of its own is no column of a regression, and has filters of its own.
         let mut alike = Vec::new();
-        let simulated: Vec<Option<Columns>> = starts
-            .par_iter()
-            .with_max_len(1)
-            .map(|(hypothesis, p)| self.predictions(hypothesis, p))
-            .collect();
+        let simulated = self.predictions_of(starts);
         for ((k, (hypothesis, p)), predictions) in starts.iter().enumerate().zip(simulated) {
             let Some(predictions) = predictions else {
                 continue;
@@ -229,10 +239,8 @@ impl<'a> Search<'a> {
             }
             let whiteners = self.problem.whiteners(&level);
             let r = self.problem.whitened(&predictions, &whiteners);
-            judged[k] = (
-                anchor.left_over(&r, p) + determinants(&whiteners),
-                f64::INFINITY,
-            );
+            let left = anchor.left_over(&r, p) + determinants(&whiteners);
+            judged[k] = (left, first.left - left);
         }
         let (places, alike): (Vec<usize>, Vec<_>) = alike.into_iter().unzip();
         let whiteners = self.problem.whiteners(&self.level);
@@ -259,6 +267,37 @@ impl<'a> Search<'a> {
             .collect()
     }
 
+    /// Those of many starts: of motors that move alike, one after the other, from one simulation.
+    fn predictions_of(&self, starts: &[Start]) -> Vec<Option<Columns>> {
+        let nominal = self.problem.nominal;
+        let motors = starts
+            .iter()
+            .map(|(hypothesis, p)| hypothesis.motor(nominal, p));
+        let motors: Vec<Motor> = motors.collect();
+        let alike: Vec<&[Motor]> = motors.chunk_by(move_alike).collect();
+        let predicted = |motors: &[Motor]| {
+            let runs = self.problem.runs.iter();
+            let of_runs: Option<Vec<Columns>> = runs
+                .map(|run| predict_alike(motors, run, &self.problem.effort))
+                .collect();
+            let Some(of_runs) = of_runs else {
+                return vec![None; motors.len()];
+            };
+            let mut of_motors = vec![Columns::new(); motors.len()];
+            for of_run in of_runs {
+                for (of_motor, column) in of_motors.iter_mut().zip(of_run) {
+                    of_motor.push(column);
+                }
+            }
+            of_motors.into_iter().map(Some).collect()
+        };
+        alike
+            .into_par_iter()
+            .with_max_len(1)
+            .flat_map_iter(predicted)
+            .collect()
+    }
+
     /// Where it looks from, and on which level of the noise.
     pub fn anchor(&self) -> Option<(&Anchor, &NoiseLevel)> {
         Some((self.anchors.first()?, &self.level))
@@ -276,93 +315,6 @@ impl<'a> Search<'a> {
             *r = before - *r;
         }
         Some(r)
-    }
-
-    /// A grid over the plausible range: four values of the first number, eight of a frequency, two of the others.
-    fn grid(&self, parameters: &[EffectParameter]) -> Vec<Vec<f64>> {
-        let (setting, motor) = (&self.problem.setting, &self.problem.nominal.parameters);
-        let mut points = vec![Vec::new()];
-        for (k, parameter) in parameters.iter().enumerate() {
-            let (lo, hi) = setting.range(parameter, motor);
-            let shares: &[f64] = match (k, parameters.len()) {
-                (0, 1) => &[0.03, 0.15, 0.3, 0.5, 0.7, 0.9],
-                (0, _) if parameter.unit == "Hz" => &RESONANCES,
-                (0, _) => &[0.1, 0.35, 0.6, 0.9],
-                _ => &[0.2, 0.7],
-            };
-            let values: Vec<f64> = match parameter.prior {
-                Prior::OneOf(values) => {
-                    let stated = self.problem.nominal.parameters.get(parameter.key);
-                    let others = values.iter().copied().filter(|v| Some(*v) != stated);
-                    others.collect()
-                }
-                Prior::Phase => [0.0, 0.5, 1.0, 1.5]
-                    .map(|x| x * std::f64::consts::PI)
-                    .to_vec(),
-                _ if hi <= lo => {
-                    vec![setting.default(parameter, motor)]
-                }
-                Prior::LogUniform => shares.iter().map(|s| lo * (hi / lo).powf(*s)).collect(),
-                Prior::Uniform => shares.iter().map(|s| lo + (hi - lo) * s).collect(),
-            };
-            points = points
-                .into_iter()
-                .flat_map(|point: Vec<f64>| {
-                    values.iter().map(move |value| {
-                        let mut point = point.clone();
-                        point.push(*value);
-                        point
-                    })
-                })
-                .collect();
-        }
-        points
-    }
-
-    /// Values at which an effect does next to nothing. Beside edges that are lost above a rate a larger one moves the speed
-    /// across that rate, and what is left is no longer what the fit before had found.
-    fn next_to_nothing(&self, parameters: &[EffectParameter]) -> Vec<f64> {
-        let (setting, motor) = (&self.problem.setting, &self.problem.nominal.parameters);
-        let value = |(k, parameter): (usize, &EffectParameter)| {
-            let (lo, hi) = setting.range(parameter, motor);
-            match parameter.neutral(&setting.measures(motor)) {
-                Some((neutral, _)) => neutral,
-                None if k == 0 && hi > lo && parameter.prior == Prior::LogUniform => {
-                    lo / NEXT_TO_NOTHING
-                }
-                None if k == 0 => lo,
-                None => setting.default(parameter, motor),
-            }
-        };
-        parameters.iter().enumerate().map(value).collect()
-    }
-
-    /// A dead zone swallows whole levels of the command: only which ones matters. Tried are the gaps between
-    /// levels, in a ramp of many levels every so many; all of them near the value of a fit.
-    fn thresholds(&self, near: Option<f64>) -> Vec<Vec<f64>> {
-        let (lo, hi) = match near {
-            Some(value) => (value / NEARBY, value * NEARBY),
-            None => (0.05, 3.0),
-        };
-        let commands = self.problem.runs.iter().flat_map(|run| &run.command);
-        let mut levels: Vec<f64> = commands.map(|u| u.abs()).filter(|u| *u > 0.0).collect();
-        levels.sort_by(f64::total_cmp);
-        levels.dedup_by(|a, b| (*a - *b).abs() < 1e-6);
-        let between = levels.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let last = levels.last().map(|level| level * 1.05);
-        let gaps: Vec<f64> = between
-            .chain(last)
-            .filter(|v| (lo..=hi).contains(v))
-            .collect();
-        let every = gaps.len().div_ceil(MOST_THRESHOLDS).max(1);
-        gaps.into_iter().step_by(every).map(|v| vec![v]).collect()
-    }
-
-    /// Edges that come too fast are lost: then the fastest that were counted tell the limit.
-    fn fastest_rates(&self) -> Vec<Vec<f64>> {
-        let top = self.problem.runs.iter().map(|run| run.top_speed_counts_s);
-        let top = top.fold(0.0, f64::max);
-        RATES.iter().map(|share| vec![0.0, share * top]).collect()
     }
 }
 
@@ -432,6 +384,60 @@ mod tests {
         for absent in ["load_friction", "supply_sag", "asymmetric_friction"] {
             let promise = search.prospect(index(absent), None).promise;
             assert!(promise < 9.0, "{absent}: {promise}");
+        }
+    }
+
+    /// Noise of its own is no column: its promise is what the likelihood gains.
+    #[test]
+    fn late_samples_promise_what_they_explain_and_nothing_where_there_are_none() {
+        let late = ("sample_jitter", &[2e-3][..]);
+        let nominal = motor_with(&[]);
+        let promise = |there: &[(&str, &[f64])]| {
+            let runs = ready(&recording(&motor_with(there)));
+            let problem = problem(&nominal, &runs);
+            let level = problem.levels.len() - 1;
+            let without = fit(&problem, &[]);
+            let search = Search::new(&problem, &without, level).expect("it can be simulated");
+            search.prospect(index(late.0), None).promise
+        };
+        let there = promise(&[late]);
+        assert!(there > 30.0 && there.is_finite(), "{there}");
+        assert!(promise(&[]) < 9.0);
+    }
+
+    /// Beside a base that is not bent all of a small grid is tried, of a large one the best of what was tried beside the fit.
+    #[test]
+    fn of_a_large_grid_the_best_are_tried_beside_a_base_that_is_not_bent() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let without = fit(&problem, &[]);
+        let search = Search::new(&problem, &without, 1).expect("it can be simulated");
+        for (id, first, second) in [
+            ("compliance", 64, STARTS),
+            ("quadratic_drag", 6, 6),
+            ("missed_counts", 16, 16),
+        ] {
+            let kind = &catalogue()[index(id)];
+            let mut found = Found::default();
+            let all = search.tried(0, kind, None, &found);
+            search.judge(0, index(id), all.clone(), &mut found);
+            let then = search.tried(1, kind, None, &found);
+            assert_eq!((all.len(), then.len()), (first, second), "{id}");
+            let left = |values: &Values| {
+                let of_values = |(_, start): &&(f64, Start)| {
+                    let member = start.0.members.last();
+                    member.is_some_and(|member| member.values == *values)
+                };
+                let found = found.scored.iter().find(of_values);
+                found.map_or(f64::NAN, |(left, _)| *left)
+            };
+            let worst = then.iter().map(left).fold(f64::NEG_INFINITY, f64::max);
+            let others = all.iter().filter(|values| !then.contains(values));
+            assert!(
+                others.into_iter().all(|values| left(values) >= worst),
+                "{id}"
+            );
         }
     }
 }
