@@ -12,7 +12,7 @@ use super::data::RunData;
 use super::fit::Fit;
 use super::further::Further;
 use super::kept::Kept;
-use super::looks::{Bar, first_fit, least_of_all, scanned_fit};
+use super::looks::{Bar, first_fit, least_of_all, likelier, scanned_fit};
 use super::outlook::Outlook;
 use super::pairs::{not_repeating, promising};
 use super::periodic::parts;
@@ -169,9 +169,11 @@ impl<'a> Field<'a> {
                 break;
             }
             let some = some.to_vec().into_par_iter().with_max_len(1);
-            let look = |new: Prospect| match parts(catalogue()[new.index].id) {
-                true => scanned_fit(self, new.starts, level, None),
-                false => first_fit(self.problem, new.starts, level),
+            let look = |new: Prospect| {
+                let parts = parts(catalogue()[new.index].id) && new.is_worth_scanning(highest);
+                let far = parts.then(|| scanned_fit(self, new.starts.clone(), level, None));
+                let near = first_fit(self.problem, new.starts, level);
+                likelier(near, far.flatten())
             };
             found.par_extend(some.filter_map(|new| {
                 let index = new.index;

@@ -116,6 +116,12 @@ pub(super) fn scanned_fit(
     })
 }
 
+/// The likelier of two looks, where there are two.
+pub(super) fn likelier(a: Option<Fit>, b: Option<Fit>) -> Option<Fit> {
+    let found = a.into_iter().chain(b);
+    found.max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence))
+}
+
 /// The likeliest of the fits from these starts, side by side where somebody has nothing else to do.
 fn best_fit(starts: Vec<Start>, fit: impl Fn(Start) -> Option<Fit> + Sync + Send) -> Option<Fit> {
     let fits: Vec<Fit> = starts

@@ -48,6 +48,11 @@ impl Prospect {
         is_scanned(catalogue()[self.index].id)
     }
 
+    /// Whether it promises enough of the highest promise for a look that costs ten times as much as others.
+    pub fn is_worth_scanning(&self, highest: f64) -> bool {
+        self.promise >= DEAR_SHARE * highest
+    }
+
     /// Whether a slope tells what the effect can do: not whether a resolution suits, nor a clock that the host's does not
     /// bear out.
     fn is_told(&self) -> bool {
@@ -77,7 +82,7 @@ pub(super) fn by_promise(
     let highest = promises.filter(|x| x.is_finite()).fold(0.0, f64::max);
     found.into_iter().partition(|new| {
         if new.is_scanned() {
-            new.promise >= DEAR_SHARE * highest
+            new.is_worth_scanning(highest)
         } else {
             is_alone
                 || !new.is_told()
