@@ -26,16 +26,15 @@ impl Field<'_> {
     /// right while the others were missing need not be right with them.
     pub fn refined(&self, candidates: &[Candidate], known: &mut Refined) -> Vec<Candidate> {
         let best = candidates.first().map_or(0.0, |first| first.log_weight);
-        let most = if self.problem.effort.is_early() {
-            REFINED
-        } else {
-            REFINED_LATE
-        };
-        let near = candidates
-            .iter()
-            .filter(|c| c.log_weight > best - REFINED_NEAR)
-            .take(most);
+        let is_near = |c: &&Candidate| c.log_weight > best - REFINED_NEAR;
+        let mut near: Vec<&Candidate> = candidates.iter().filter(is_near).take(REFINED).collect();
+        let effort = &self.problem.effort;
+        if near.len() > REFINED_LATE && !effort.is_early() {
+            near.truncate(REFINED_LATE);
+            effort.cut();
+        }
         let parts: Vec<(&Candidate, usize)> = near
+            .into_iter()
             .flat_map(|c| (0..c.effects.len()).map(move |m| (c, m)))
             .filter(|(c, m)| goes_in_steps(c.effects[*m]) && known.is_news(c, *m))
             .collect();
@@ -171,8 +170,9 @@ mod tests {
                 effort.spend(900_000_000);
             }
             let again = field.refined(&sets, &mut Refined::default());
-            again.len()
+            (again.len(), effort.was_cut())
         };
-        assert_eq!((again(false), again(true)), (2, 1));
+        assert_eq!(again(false), (2, false));
+        assert_eq!(again(true), (1, true));
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::chain::Chain;
 use super::dynamics::Machine;
-use super::effects::{self, EffectParameter, Stage};
+use super::effects::Stage;
 use super::encoders::{AngleReading, Encoder, Encoders};
 use super::engine::Engine;
 use super::scalar::{Dual, Scalar};
@@ -17,74 +17,8 @@ use super::transmission::ENCODER_SIDE;
 use super::workspace::{Engines, work_of, work_of_encoders};
 use super::{Model, Motor, Parameters};
 
+pub use super::parameter_id::ParameterId;
 pub use super::workspace::Workspace;
-
-/// One number of a model: a nominal parameter, or one of an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum ParameterId {
-    /// Number in [`Parameters::KEYS`].
-    Nominal(usize),
-    /// Number of the effect in the catalogue and of the parameter in the effect.
-    Effect(usize, usize),
-}
-
-impl ParameterId {
-    /// The nominal parameter under this key of a motor file.
-    pub fn nominal(key: &str) -> Option<Self> {
-        Parameters::KEYS
-            .iter()
-            .position(|k| *k == key)
-            .map(Self::Nominal)
-    }
-
-    /// The parameter of an effect.
-    pub fn effect(id: &str, key: &str) -> Option<Self> {
-        let (index, kind) = effects::find(id)?;
-        let k = kind.parameters.iter().position(|p| p.key == key)?;
-        Some(Self::Effect(index, k))
-    }
-
-    /// Its key in a motor file.
-    pub fn key(self) -> &'static str {
-        match self {
-            Self::Nominal(k) => Parameters::KEYS[k],
-            Self::Effect(index, k) => effects::catalogue()[index].parameters[k].key,
-        }
-    }
-
-    /// What there is to know about it, if it is an effect's.
-    pub fn effect_parameter(self) -> Option<&'static EffectParameter> {
-        match self {
-            Self::Nominal(_) => None,
-            Self::Effect(index, k) => Some(&effects::catalogue()[index].parameters[k]),
-        }
-    }
-
-    /// Its value in a motor; `None` where the motor does not have the effect.
-    pub fn get(self, motor: &Motor) -> Option<f64> {
-        match self {
-            Self::Nominal(k) => motor.parameters.get(Parameters::KEYS[k]),
-            Self::Effect(index, k) => motor
-                .effects
-                .iter()
-                .find(|effect| effect.index() == index)
-                .map(|effect| effect.values[k]),
-        }
-    }
-
-    /// Sets its value in a motor; `false` where the motor does not have the effect.
-    pub fn set(self, motor: &mut Motor, value: f64) -> bool {
-        let slot = match self {
-            Self::Nominal(k) => motor.parameters.get_mut(Parameters::KEYS[k]),
-            Self::Effect(index, k) => motor
-                .effects
-                .iter_mut()
-                .find(|effect| effect.index() == index)
-                .map(|effect| &mut effect.values[k]),
-        };
-        slot.map(|slot| *slot = value).is_some()
-    }
-}
 
 /// Most steps for each longest step of a run, on average, and for each as long as a spring allows: a fit has many more motors
 /// to try than one that chatters.
@@ -376,7 +310,7 @@ fn finite(angles_rad: &[f64]) -> Result<(), SimulationError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{ActiveEffect, SimulationOptions, simulate};
+    use crate::{ActiveEffect, SimulationOptions, effects, simulate};
 
     /// Fits take steps of four times the sample time and read uneven samples off inside them; what is simulated once takes
     /// shorter ones with a smaller error.
@@ -440,8 +374,8 @@ mod tests {
         }
     }
 
-    /// One motion read by encoders with and without effects of their own, rigid and on the load of a spring: to the bit what
-    /// each says alone.
+    /// One motion read by encoders with and without effects of their own, on either side of a spring and of a gap: to the bit
+    /// what each says alone.
     #[test]
     fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
         let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();

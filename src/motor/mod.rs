@@ -21,6 +21,7 @@ mod guards;
 mod inside;
 mod ladder;
 mod mechanical;
+mod parameter_id;
 mod parameters;
 mod plant;
 mod propagate;
