@@ -195,6 +195,7 @@ impl RunData {
         let rad = std::f64::consts::TAU / self.counts_per_rev;
         Ok(Self {
             simulator: simulator(&t_s, &command, self.kind)?
+                .stepping_as(&self.simulator)
                 .starting(first_counts * rad, speed * rad),
             t_s,
             command,
@@ -221,7 +222,9 @@ impl RunData {
         let end = end.min(self.len());
         let (t_s, command) = (self.t_s[..end].to_vec(), self.command[..end].to_vec());
         Ok(Self {
-            simulator: simulator(&t_s, &command, self.kind)?.starting_as(&self.simulator),
+            simulator: simulator(&t_s, &command, self.kind)?
+                .stepping_as(&self.simulator)
+                .starting_as(&self.simulator),
             t_s,
             command,
             counts: self.counts[..end].to_vec(),

@@ -15,7 +15,7 @@
 //! | --- | --- |
 //! | [`PLENTY`] | only what promises much is looked at beside a set |
 //! | [`HALF`] | before anything else is tried, a recording that is rough is taken for one; third effects are those that came next in the round before |
-//! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs, and else the effects of the best set alone looked for again; on pieces of a rough recording nothing beside a single effect |
+//! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs, and else the effects of the best set alone looked for again; on pieces of a rough recording nothing beside a single effect, and those looked at from their likeliest starts alone |
 //! | [`LATE`] | on whole runs no third effect |
 //! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing; from [`MOST`] on a round's leaders are fitted on long horizons once |
 //! | [`ALL`] | nothing more is tried, single effects are not looked for again, and fewer sets tell which effects are there beside something unknown |
@@ -23,7 +23,7 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// Units of work that a diagnosis may spend on as many samples; in proportion where there are more.
-const LIMIT: f64 = 1.35e9;
+const LIMIT: f64 = 1.25e9;
 const SAMPLES: f64 = 6500.0;
 /// Fewer samples have no limit.
 const FEW: usize = 4000;

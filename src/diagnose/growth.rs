@@ -144,7 +144,8 @@ impl<'a> Field<'a> {
     }
 
     /// First looks at the parent with each of these effects. Those whose order is scanned for cost ten times as much: they come
-    /// after the others, and stop early where they are far behind the best of all looks.
+    /// after the others, and stop early where they are far behind the best of all looks. Late, on pieces of a rough recording, where
+    /// nothing has the time to part, each is looked at from its likeliest start alone.
     fn looks(
         &self,
         parent: &Candidate,
@@ -157,6 +158,15 @@ impl<'a> Field<'a> {
             effects.push(index);
             Some(candidate(self.problem, effects, fit?, self.scale))
         };
+        let is_hurried = self.problem.is_rough() && !self.problem.effort.is_early();
+        if is_hurried {
+            self.problem.effort.cut();
+            let looks = new.into_par_iter().with_max_len(1).filter_map(|mut new| {
+                new.starts.truncate(1);
+                weighed(new.index, first_fit(self.problem, new.starts, level))
+            });
+            return looks.collect();
+        }
         let (mut scanned, mut others): (Vec<_>, Vec<_>) =
             new.into_iter().partition(|new| new.is_scanned());
         let goes_on = || parent.effects.is_empty() || self.is_work_left();
@@ -299,6 +309,7 @@ pub(super) fn without_one(
 mod tests {
     use std::sync::Arc;
 
+    use super::super::disturbance::Disturbance;
     use super::super::effort::Effort;
     use super::super::samples::{fit, index, motor_with, problem, ready, recording};
     use super::*;
@@ -330,5 +341,42 @@ mod tests {
         };
         assert!(grown(Effort::default()).contains(&partner));
         assert!(!grown(Effort::limited_for(6500)).contains(&partner));
+    }
+
+    /// Three effects, so that none is enough: late, on pieces of a rough recording, the order of a ripple is not scanned for.
+    #[test]
+    fn late_on_pieces_of_a_rough_recording_effects_are_looked_at_from_one_start() {
+        let there = [
+            ("gravity_load", &[0.05, 0.4][..]),
+            ("quadratic_drag", &[1e-3]),
+            ("coast_at_zero", &[]),
+        ];
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&motor_with(&there)));
+        let ripple = index("torque_ripple");
+        let grown = |is_rough: bool, is_late: bool| {
+            let effort = Arc::new(Effort::limited_for(6500));
+            let mut problem = problem(&nominal, &runs).with_effort(&effort);
+            if is_rough {
+                problem.set_rough(Disturbance {
+                    scatter: 1.0,
+                    ..Disturbance::default()
+                });
+            }
+            if is_late {
+                effort.spend(770_000_000);
+            }
+            let field = Field::new(&problem, &[]);
+            let null = candidate(&problem, Vec::new(), fit(&problem, &[]), field.scale);
+            let tried = [index("gravity_load"), ripple];
+            let grown = field.with_one_more(&null, &tried, None);
+            let found = grown.iter().find(|set| set.effects == [ripple]);
+            let evidence = found.expect("it is weighed").fit.log_evidence;
+            (evidence, effort.was_cut())
+        };
+        let (scanned, looked_at) = (grown(true, false), grown(true, true));
+        assert!(!scanned.1 && looked_at.1);
+        assert!(looked_at.0 < scanned.0, "{looked_at:?} {scanned:?}");
+        assert_eq!(grown(false, false).0, grown(false, true).0);
     }
 }

@@ -97,7 +97,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         may_rest: bool,
         emit: &mut impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
-        let rung = *self.ladders[self.ladder].1.rung(self.allowed);
+        let rung = *self.ladders.in_force().rung(self.allowed);
         let forced = *self.forced(self.allowed);
         let mut y = self.y;
         let (mut samples, mut steps, mut at_rest) = (0, 0, false);
@@ -132,8 +132,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         watch: Watch,
         emit: &mut impl FnMut(usize, &Self, &Sample<'_, S, N>),
     ) -> usize {
-        let rung = *self.ladders[self.ladder].1.rung(self.allowed);
-        let a = self.ladders[self.ladder].1.a;
+        let rung = *self.ladders.in_force().rung(self.allowed);
+        let a = self.ladders.in_force().a;
         let forced = *self.forced(self.allowed);
         let constant = self.constant;
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);

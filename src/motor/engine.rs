@@ -1,7 +1,7 @@
 //! Moves a [`Machine`] through time.
 //!
 //! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and starts where one of that length
-//! may, so that its matrices stand on the [`Ladder`]. Where the mode's equations are affine a step is exact; else `l` is
+//! may, so that its matrices stand on a ladder (`ladder.rs`). Where the mode's equations are affine a step is exact; else `l` is
 //! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to
 //! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
 //! their alignment allows, and then run many in a row (`cruise.rs`).
@@ -9,7 +9,8 @@
 use super::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
 use super::guards::Guard;
 use super::inside::shift;
-use super::ladder::{FINEST, Ladder};
+use super::ladder::FINEST;
+use super::ladders::{Key, Ladders};
 use super::scalar::Scalar;
 
 /// Ticks in the longest step.
@@ -21,16 +22,6 @@ const TOLERANCE: f64 = 2e-5;
 
 /// Longest step in s inside which samples are read off where a torque repeats with the angle.
 const READ_OFF_S: f64 = 0.006;
-
-/// What the matrices of a ladder depend on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Key {
-    flow: super::dynamics::Flow,
-    touching: bool,
-    sticks: [bool; 2],
-    load_friction: [f64; 3],
-    added_resistance: f64,
-}
 
 /// What there was when a step started.
 #[derive(Debug, Clone, Copy)]
@@ -62,8 +53,8 @@ pub(super) struct Engine<S, const N: usize> {
     pub(super) now: u64,
     /// Where the last step started, and what was there.
     pub(super) before: Before<S, N>,
-    pub(super) ladders: Vec<(Key, Ladder<S, N>)>,
-    pub(super) ladder: usize,
+    /// The matrices of the modes, those of the mode in force among them.
+    pub(super) ladders: Ladders<S, N>,
     /// What `y' = A y + n` has for `n`, or the part of it that is constant.
     pub(super) constant: [S; N],
     /// What that does in a step on each rung, once it has been worked out.
@@ -90,9 +81,6 @@ pub(super) struct Engine<S, const N: usize> {
 /// Events looked for within one tick; what is violated beyond is met in the next.
 const MOST_EVENTS_A_TICK: usize = 8;
 
-/// Most ladders kept; beyond, the oldest go.
-const MOST_LADDERS: usize = 24;
-
 impl<S: Scalar, const N: usize> Engine<S, N> {
     /// At rest, angle 0, nothing commanded. `longest_s` is the longest step.
     pub(super) fn new(machine: Machine<S>, longest_s: f64) -> Self {
@@ -108,8 +96,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             machine,
             y: [S::zero(); N],
             now: 0,
-            ladders: Vec::with_capacity(MOST_LADDERS),
-            ladder: 0,
+            ladders: Ladders::new(longest_s),
             constant: [S::zero(); N],
             forced: [None; FINEST + 2],
             straight: true,
@@ -134,7 +121,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.machine = machine;
         self.y = [S::zero(); N];
         self.now = 0;
-        self.ladders.clear();
+        self.ladders.restart(longest_s);
         self.longest_s = longest_s;
         self.allowed = 0;
         self.steps = 0;
@@ -391,18 +378,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         };
         // All modes under a key are straight, or none is.
         self.straight = self.machine.straight::<N>(m);
-        self.ladder = match self.ladders.iter().position(|(k, _)| *k == key) {
-            Some(k) => k,
-            None => {
-                if self.ladders.len() == MOST_LADDERS {
-                    self.ladders.remove(0);
-                }
-                let matrix = self.machine.matrix(m);
-                self.ladders
-                    .push((key, Ladder::new(&matrix, self.longest_s, self.straight)));
-                self.ladders.len() - 1
-            }
-        };
+        self.ladders
+            .take_up(key, self.straight, || self.machine.matrix(m));
         self.constant = self.machine.constant(m);
         self.forced = [None; FINEST + 2];
     }

@@ -68,6 +68,13 @@ impl Simulator {
         self
     }
 
+    /// The same with the steps of a run whose drive this one's was cut from.
+    #[must_use]
+    pub fn stepping_as(mut self, run: &Self) -> Self {
+        self.schedule = self.schedule.stepping_as(&run.schedule);
+        self
+    }
+
     /// Number of samples of the drive: the length of an angle column.
     pub fn samples(&self) -> usize {
         self.schedule.len()

@@ -145,13 +145,15 @@ impl<S: Scalar, const N: usize> Rung<S, N> {
 pub(super) struct Ladder<S, const N: usize> {
     /// `A` itself.
     pub a: Matrix<S, N>,
+    /// Whether it is of affine equations.
+    pub is_affine: bool,
     /// Shortest step first.
     rungs: Vec<Rung<S, N>>,
 }
 
 impl<S: Scalar, const N: usize> Ladder<S, N> {
     /// For equations that are affine or not: those that are need `e^(A h)` and `h phi1` alone, the others are not made.
-    pub(super) fn new(a: &Matrix<S, N>, longest_s: f64, affine: bool) -> Self {
+    pub(super) fn new(a: &Matrix<S, N>, longest_s: f64, is_affine: bool) -> Self {
         let norm = a
             .iter()
             .map(|row| row.iter().map(|x| x.value().abs()).sum::<f64>())
@@ -160,14 +162,18 @@ impl<S: Scalar, const N: usize> Ladder<S, N> {
         let extra = (norm * finest_s / 0.05).log2().ceil().clamp(0.0, 60.0) as i32;
         let mut rung = Rung::by_series(a, finest_s * 0.5_f64.powi(extra));
         for _ in 0..extra {
-            rung = rung.doubled(!affine);
+            rung = rung.doubled(!is_affine);
         }
         let mut rungs = Vec::with_capacity(FINEST + 2);
         rungs.push(rung);
         for l in 0..=FINEST {
-            rungs.push(rungs[l].doubled(!affine));
+            rungs.push(rungs[l].doubled(!is_affine));
         }
-        Self { a: *a, rungs }
+        Self {
+            a: *a,
+            is_affine,
+            rungs,
+        }
     }
 
     /// The rung of step `H / 2^l`.

@@ -20,6 +20,7 @@ pub mod fit;
 mod guards;
 mod inside;
 mod ladder;
+mod ladders;
 mod mechanical;
 mod parameter_id;
 mod parameters;

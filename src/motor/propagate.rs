@@ -52,7 +52,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// The rate of change of the state now, `A y + n`, and the part of `n` that changes with the state.
     #[inline(always)]
     pub(super) fn rate_in_parts(&self) -> ([S; N], [S; N]) {
-        let a = &self.ladders[self.ladder].1.a;
+        let a = &self.ladders.in_force().a;
         let straight = add(linear(a, &self.y), &self.constant);
         if self.straight {
             return (straight, [S::zero(); N]);
@@ -64,7 +64,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// What the constant part of `n` does in a step on rung `l`, worked out once for each mode.
     #[inline(always)]
     pub(super) fn forced(&mut self, l: usize) -> &[S; N] {
-        let (ladder, constant) = (&self.ladders[self.ladder].1, &self.constant);
+        let (ladder, constant) = (self.ladders.in_force(), &self.constant);
         self.forced[l].get_or_insert_with(|| push(&ladder.rung(l).p1, constant))
     }
 
@@ -75,7 +75,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             return self.propagate_curved(l);
         }
         let forced = *self.forced(l);
-        let rung = self.ladders[self.ladder].1.rung(l);
+        let rung = self.ladders.in_force().rung(l);
         (add(advance(&rung.e, &self.y), &forced), 0.0)
     }
 
@@ -97,7 +97,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn curve(&mut self, l: usize, bends: &[usize]) -> ([S; N], f64) {
         let half_forced = *self.forced(l + 1);
         let forced = *self.forced(l);
-        let ladder = &self.ladders[self.ladder].1;
+        let ladder = self.ladders.in_force();
         let bent = |y: &[S; N]| self.machine.bent(&self.mode, &ladder.a, y);
         let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
         let y = &self.y;
@@ -203,7 +203,7 @@ mod tests {
 
     /// The scheme with whole products and `n(y) = y' - A y`.
     fn plain<const N: usize>(engine: &Engine<Dual<4>, N>, l: usize) -> [Dual<4>; N] {
-        let ladder = &engine.ladders[engine.ladder].1;
+        let ladder = engine.ladders.in_force();
         let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
         let sum =
             |a: [Dual<4>; N], by: f64, b: [Dual<4>; N]| std::array::from_fn(|k| a[k] + b[k] * by);

@@ -5,8 +5,10 @@ use super::inside::Sample;
 use super::scalar::Scalar;
 use super::simulate::{Drive, SimulationError};
 
-/// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this.
+/// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this, give or take the
+/// share by which clocks are off.
 pub(super) const LONGEST_STEP_S: f64 = 0.003;
+const CLOCK: f64 = 1e-3;
 
 /// How many times as long they may be in a fit, where samples lie closer than that, and where they lie farther apart.
 const COARSER: f64 = 4.0;
@@ -74,7 +76,7 @@ impl Schedule {
             .iter()
             .enumerate()
             .all(|(k, x)| (x - k as f64 * mean_s).abs() < 1e-9);
-        let steps = (mean_s / LONGEST_STEP_S - 1e-6).ceil().max(1.0);
+        let steps = (mean_s / LONGEST_STEP_S - CLOCK).ceil().max(1.0);
         let schedule = Self {
             times_s,
             changes,
@@ -103,6 +105,15 @@ impl Schedule {
             } else {
                 COARSER
             };
+        }
+        self.placed()
+    }
+
+    /// The same with the steps of the run that it was cut from, whose sample times are its own on average: then the matrices of one
+    /// are those of the other.
+    pub(super) fn stepping_as(mut self, run: &Self) -> Self {
+        if self.steps_per_sample == run.steps_per_sample {
+            self.step_s = run.step_s;
         }
         self.placed()
     }
@@ -230,5 +241,64 @@ impl Schedule {
     fn base_steps(&self) -> u64 {
         let duration_s = self.times_s.last().copied().unwrap_or(0.0);
         (duration_s / self.step_s).ceil() as u64 + 10
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_of_a_run_takes_the_steps_of_the_run() {
+        let late_s = |k: u32| f64::from(k * 7919 % 7) * 1e-6;
+        let even: Vec<f64> = (0..2000_u32).map(|k| f64::from(k) * 0.003).collect();
+        let uneven: Vec<f64> = (0..2000_u32)
+            .map(|k| f64::from(k) * 0.003 + late_s(k))
+            .collect();
+        let command = vec![4.5; 2000];
+        let schedule = |t_s: &[f64]| {
+            let drive = Drive {
+                t_s,
+                command: &command[..t_s.len()],
+                kind: crate::CommandKind::Voltage,
+            };
+            Schedule::new(&drive).expect("a drive").coarser()
+        };
+        for (t_s, step_s) in [(&even, 0.003), (&uneven, 0.012)] {
+            let run = schedule(t_s);
+            assert!((run.step_s - step_s).abs() < 1e-8, "{}", run.step_s);
+            let mut differ = false;
+            for (from, to) in [(0, 333), (333, 666), (1801, 1951)] {
+                let piece = schedule(&t_s[from..to]);
+                differ |= piece.step_s != run.step_s;
+                let piece = piece.stepping_as(&run);
+                assert_eq!(piece.step_s, run.step_s);
+                assert_eq!(piece.steps_per_sample, run.steps_per_sample);
+                let tick_s = run.step_s / TICKS as f64;
+                for (place, t) in piece.places.iter().zip(&piece.times_s) {
+                    assert!(((place.0 as f64 + place.1) * tick_s - t).abs() < 1e-12);
+                }
+            }
+            assert!(differ, "nothing to take over");
+        }
+        // A piece that is even, of a run that is not.
+        let piece = schedule(&even[..100]);
+        let step_s = piece.step_s;
+        assert_eq!(piece.stepping_as(&schedule(&uneven)).step_s, step_s);
+    }
+
+    #[test]
+    fn a_clock_that_is_a_little_fast_does_not_halve_the_steps() {
+        let steps = |sample_time_s: f64| {
+            let t_s: Vec<f64> = (0..100).map(|k| f64::from(k) * sample_time_s).collect();
+            let drive = Drive {
+                t_s: &t_s,
+                command: &vec![4.5; 100],
+                kind: crate::CommandKind::Voltage,
+            };
+            Schedule::new(&drive).expect("a drive").steps_per_sample
+        };
+        let found = [0.003, 0.003_000_3, 0.003_01, 0.03, 0.030_002].map(steps);
+        assert_eq!(found, [1, 1, 2, 10, 10]);
     }
 }
