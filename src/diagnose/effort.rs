@@ -18,7 +18,7 @@
 //! | [`EARLY`] | beside a set that leaves something no looking again and no pairs at once, on whole runs, and else the effects of the best set alone looked for again; on pieces of a rough recording nothing beside a single effect, and those looked at from their likeliest starts alone |
 //! | [`LATE`] | on whole runs no third effect |
 //! | what the outlook is worth, [`MOST`] at most | nothing more is tried, but on whole runs beside a set that leaves nothing; from [`MOST`] on a round's leaders are fitted on long horizons once |
-//! | [`ALL`] | nothing more is tried, single effects are not looked for again, and fewer sets tell which effects are there beside something unknown |
+//! | [`ALL`] | nothing more is tried, single effects are not looked for again, fewer sets tell which effects are there beside something unknown, and what predicts kept data is refitted from its own horizons on |
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::data::{PIECE_S, RunData};
-use super::effort::Effort;
+use super::effort::{ALL, Effort};
 use super::fit::Fit;
 use super::kept::Kept;
 use super::predict::predict;
@@ -334,9 +334,12 @@ fn gap(kept: &[Left], mut held_out: String) -> Gap {
     }
 }
 
-/// The motor of a hypothesis fitted to other data, from where it fitted before.
+/// The motor of a hypothesis fitted to other data, from where it fitted before: on shorter horizons first, unless all work is spent.
 fn refit(problem: &Problem<'_>, training: &[RunData], fit: &Fit) -> Refitted {
-    let levels = vec![3.0 * fit.wander, fit.wander];
+    let mut levels = vec![3.0 * fit.wander, fit.wander];
+    if !problem.effort.is_left(ALL) {
+        levels.remove(0);
+    }
     let part = Problem::new(
         problem.nominal,
         training,
