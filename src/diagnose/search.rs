@@ -29,6 +29,9 @@ const STEPPED_STARTS: usize = 6;
 const FAR_LARGER: f64 = 4.0;
 /// Of more values than this, those that leave least beside the fit are tried beside a base that is not bent.
 const FEW_VALUES: usize = 8;
+/// Samples of all starts that are judged at once, and the least number of starts: what is held in memory.
+const AT_ONCE: usize = 2_000_000;
+const LEAST_AT_ONCE: usize = 8;
 /// How many orders of an angle-periodic effect are fitted.
 pub(super) const ORDERS: usize = 4;
 
@@ -188,7 +191,13 @@ impl<'a> Search<'a> {
         };
         let start = |values| self.start(anchor, index, values, [0.0; BASE]);
         let starts: Vec<Start> = values.into_iter().map(start).collect();
-        for ((left, promised), start) in self.judged(place, &starts).into_iter().zip(starts) {
+        let samples: usize = self.problem.runs.iter().map(RunData::len).sum();
+        let at_once = (AT_ONCE / samples.max(1)).max(LEAST_AT_ONCE);
+        let judged: Vec<(f64, f64)> = starts
+            .chunks(at_once)
+            .flat_map(|some| self.judged(place, some))
+            .collect();
+        for ((left, promised), start) in judged.into_iter().zip(starts) {
             found.promise = found.promise.max(promised);
             found.scored.push((left, start));
         }
