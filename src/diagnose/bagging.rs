@@ -229,7 +229,7 @@ impl Blocks {
 mod tests {
     use super::super::candidate::{Candidate, candidate};
     use super::super::samples::{fit, motor_with, problem, ranking, ready, recording};
-    use super::super::search::largest_acceleration;
+    use super::super::scales::largest_acceleration;
     use super::super::unknown::likeliest;
     use super::*;
     use crate::recording::Run;

@@ -18,7 +18,8 @@ use super::pairs::{not_repeating, promising};
 use super::periodic::parts;
 use super::problem::Problem;
 use super::prospect::{Prospect, by_promise, keep_rivals};
-use super::search::{Search, largest_acceleration};
+use super::scales::largest_acceleration;
+use super::search::Search;
 use super::unknown::flexible;
 use crate::motor::effects::catalogue;
 

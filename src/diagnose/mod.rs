@@ -60,6 +60,7 @@ mod rung_intervals;
 mod rungs;
 #[cfg(test)]
 mod samples;
+mod scales;
 mod search;
 mod sentence;
 mod setting;
@@ -87,7 +88,7 @@ use hypothesis::Hypothesis;
 use problem::Problem;
 use rank::{heads, rank};
 use rough::{Rough, held_levels};
-use search::{damping_of, largest_acceleration};
+use scales::{damping_of, largest_acceleration};
 use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};

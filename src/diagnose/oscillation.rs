@@ -168,7 +168,7 @@ fn goes_on(runs: &[RunData], hz: f64, before: &[f64], after: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::samples::{fit, motor_with, problem, ready, recording};
-    use super::super::search::largest_acceleration;
+    use super::super::scales::largest_acceleration;
     use super::super::unknown::flexible;
     use super::*;
 

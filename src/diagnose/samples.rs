@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::hypothesis::{Hypothesis, Member};
 use super::problem::Problem;
 use super::rank::Ranking;
-use super::search::{damping_of, largest_acceleration};
+use super::scales::{damping_of, largest_acceleration};
 use super::shapes::{Dependence, Group};
 use super::unknown::Flexible;
 use super::verdict::Gap;

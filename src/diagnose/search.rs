@@ -19,14 +19,11 @@ use super::prospect::Prospect;
 use crate::motor::Motor;
 use crate::motor::effects::{EffectKind, Stage, catalogue, find};
 use crate::motor::fit::move_alike;
-use crate::recording::CommandKind;
 
 /// How many starts of an effect are fitted.
 const STARTS: usize = 3;
 /// How many of one that goes in steps.
 const STEPPED_STARTS: usize = 6;
-/// Reversing brakes with up to twice of what the command asks for; this many times it is none of the command's doing.
-const FAR_LARGER: f64 = 4.0;
 /// Of more values than this, those that leave least beside the fit are tried beside a base that is not bent.
 const FEW_VALUES: usize = 8;
 /// Samples of all starts that are judged at once, and the least number of starts: what is held in memory.
@@ -331,41 +328,6 @@ fn determinants(whiteners: &[Whitener]) -> f64 {
     whiteners.iter().map(|w| w.log_determinant).sum()
 }
 
-/// Rate at which a speed error of this motor dies away, 1/s, as its terminals are driven.
-pub(super) fn damping_of(motor: &Motor, kind: CommandKind) -> f64 {
-    let p = &motor.parameters;
-    let coupling = match kind {
-        CommandKind::Voltage => {
-            p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm
-        }
-        _ => 0.0,
-    };
-    (p.viscous_friction_nm_s_per_rad + coupling) / p.inertia_kg_m2
-}
-
-/// Largest acceleration that the commands of the runs ask for, in counts/s^2; the recorded one where that is far larger: a
-/// shaft that swings or coasts with hardly a command.
-pub(super) fn largest_acceleration(motor: &Motor, runs: &[RunData]) -> f64 {
-    let p = &motor.parameters;
-    let largest = runs.iter().map(|run| {
-        let command = run.command.iter().fold(0.0, |m, u| f64::max(m, u.abs()));
-        let torque = match run.kind {
-            CommandKind::Voltage => command * p.torque_constant_nm_per_a / p.resistance_ohm,
-            CommandKind::Current => command * p.torque_constant_nm_per_a,
-            CommandKind::Torque => command,
-        };
-        torque / p.inertia_kg_m2 * run.counts_per_rev / std::f64::consts::TAU
-    });
-    let asked = largest.fold(1.0, f64::max);
-    let recorded = runs.iter().map(RunData::largest_acceleration);
-    let recorded = recorded.fold(0.0, f64::max);
-    if recorded > FAR_LARGER * asked {
-        recorded
-    } else {
-        asked
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::samples::{fit, index, motor_with, problem, ready, recording};
@@ -412,6 +374,27 @@ mod tests {
         let there = promise(&[late]);
         assert!(there > 30.0 && there.is_finite(), "{there}");
         assert!(promise(&[]) < 9.0);
+    }
+
+    /// In long runs starts are scored a few at a time: to the bit what they leave all at once.
+    #[test]
+    fn a_few_starts_at_a_time_leave_what_they_leave_all_at_once() {
+        let nominal = motor_with(&[]);
+        let runs = ready(&recording(&nominal));
+        let problem = problem(&nominal, &runs);
+        let without = fit(&problem, &[]);
+        let search = Search::new(&problem, &without, 1).expect("it can be simulated");
+        for id in ["compliance", "missed_counts", "quadratic_drag"] {
+            let kind = &catalogue()[index(id)];
+            let values = search.tried(0, kind, None, &Found::default());
+            let anchor = &search.anchors[0];
+            let start = |values| search.start(anchor, index(id), values, [0.0; BASE]);
+            let starts: Vec<Start> = values.into_iter().map(start).collect();
+            let few = starts.chunks(LEAST_AT_ONCE);
+            let few: Vec<(f64, f64)> = few.flat_map(|some| search.judged(0, some)).collect();
+            assert!(few.iter().all(|(left, _)| left.is_finite()), "{id}");
+            assert_eq!(few, search.judged(0, &starts), "{id}");
+        }
     }
 
     /// Beside a base that is not bent all of a small grid is tried, of a large one the best of what was tried beside the fit.

@@ -90,7 +90,7 @@ mod tests {
     use super::super::samples::{
         fit, gap, held_at, index, motor_with, problem, ranking, ready, recording,
     };
-    use super::super::search::largest_acceleration;
+    use super::super::scales::largest_acceleration;
     use super::*;
 
     /// Odds of Stribeck friction against load friction nine nats behind, and the probability of something unknown, where the

@@ -202,7 +202,7 @@ pub(super) fn separation_beside(
 #[cfg(test)]
 mod tests {
     use super::super::samples::{fit, motor_with, problem, ready, recording};
-    use super::super::search::largest_acceleration;
+    use super::super::scales::largest_acceleration;
     use super::super::ties::separation;
     use super::*;
 

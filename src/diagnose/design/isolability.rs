@@ -14,7 +14,7 @@ use crate::board::Profile;
 use crate::diagnose::disturbance::Disturbance;
 use crate::diagnose::hypothesis::{Hypothesis, Member};
 use crate::diagnose::noise::NoiseLevel;
-use crate::diagnose::search::damping_of;
+use crate::diagnose::scales::damping_of;
 use crate::diagnose::setting::Setting;
 use crate::diagnose::ties::TIE;
 use crate::motor::Motor;
