@@ -32,7 +32,7 @@ struct Known<S, const N: usize> {
 #[derive(Debug, Clone)]
 pub(super) struct Ladders<S, const N: usize> {
     longest_s: f64,
-    /// Those made or taken over last stand last.
+    /// Those made or taken over last stand last; without a key those of machines before.
     known: Vec<Known<S, N>>,
     at: usize,
 }

@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_that_is_a_little_fast_does_not_halve_the_steps() {
+    fn a_sample_time_that_is_a_little_long_does_not_halve_the_steps() {
         let steps = |sample_time_s: f64| {
             let t_s: Vec<f64> = (0..100).map(|k| f64::from(k) * sample_time_s).collect();
             let drive = Drive {
