@@ -5,7 +5,7 @@
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
-use motorlab::motor::effects::catalogue;
+use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
 use motorlab::motor::scalar::Scalar;
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, Parameters};

@@ -18,8 +18,8 @@
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
 //! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `motor` and
-//! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is a crate of its own in
-//! src/motor, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
+//! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate
+//! `motor-chain`, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
 pub mod blind;
 pub mod board;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use motorlab::motor::effects::catalogue;
+use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, SimulationOptions, Trajectory, simulate};
 use motorlab::recording::CommandKind;
 

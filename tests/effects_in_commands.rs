@@ -9,7 +9,7 @@ use std::path::Path;
 
 use command::{RunFile, run};
 use motorlab::motor::Motor;
-use motorlab::motor::effects::{EffectKind, catalogue};
+use motorlab::motor::catalogue::{EffectKind, catalogue};
 
 const SAMPLE_TIME_S: f64 = 0.003;
 

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use motorlab::motor::effects::{Prior, Scale, Stage, catalogue, find};
+use motorlab::motor::catalogue::{Prior, Scale, Stage, catalogue, find};
 
 fn scale(scale: Scale) -> &'static str {
     match scale {
@@ -24,7 +24,7 @@ fn scale(scale: Scale) -> &'static str {
 fn table() -> String {
     let mut out = String::from(
         "# The catalogue of effects\n\n\
-         Written from the registry in `src/motor/effects.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
+         Written from the registry in `motor-chain/src/catalogue.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
          In a motor file an effect is a table `[effects.<id>]` with the parameters below; one that is left out takes the\n\
          middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any set of effects\n\
          can be combined. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use motorlab::motor::effects::catalogue;
+use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, Parameters};
 use motorlab::recording::CommandKind;
@@ -128,7 +128,7 @@ fn derivatives_of_every_effect_agree_with_differences() {
                 .iter()
                 .enumerate()
                 .filter(|(_, p)| {
-                    p.smooth && !matches!(p.prior, motorlab::motor::effects::Prior::OneOf(_))
+                    p.smooth && !matches!(p.prior, motorlab::motor::catalogue::Prior::OneOf(_))
                 })
                 .map(|(k, _)| ParameterId::Effect(index, k)),
         );

@@ -9,7 +9,7 @@ use super::calibration::{Coverage, Probabilities};
 use super::share::{mean, quantile};
 use super::{Bearing, Judgement, Opened, Recipe, Share, TruthKind, Word};
 use crate::compare::FLOOR_COUNTS;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 
 /// The figures; serialises to the shape `motorlab-blind-score/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

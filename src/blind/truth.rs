@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use case_generator::{Label, OUTSIDE};
 use serde::{Deserialize, Serialize};
 
-use crate::motor::effects::{catalogue, find};
+use crate::motor::catalogue::{catalogue, find};
 
 /// The truth of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -7,7 +7,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use crate::board::{Pace, VirtualBoard, VirtualBoardOptions};
-use crate::motor::effects::{EffectError, EffectKind, find};
+use crate::motor::catalogue::{EffectError, EffectKind, find};
 use crate::motor::{
     ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, read_motor,
 };

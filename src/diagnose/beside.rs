@@ -36,7 +36,7 @@ use super::shapes::Group;
 use super::ties::TIE;
 use super::unknown::{flexed, separation_beside};
 use super::verdict::Gap;
-use crate::motor::effects::{Stage, catalogue};
+use crate::motor::catalogue::{Stage, catalogue};
 
 /// How many sets are weighed: the best, its parts, none, and those that come next; fewer of these where the limit is reached.
 const SETS: usize = 8;

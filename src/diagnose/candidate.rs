@@ -7,7 +7,7 @@
 use super::fit::Fit;
 use super::matter;
 use super::problem::Problem;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 
 /// Prior probability that there is no effect.
 const PRIOR_NONE: f64 = 0.25;

@@ -12,7 +12,7 @@ use super::rank::Ranking;
 use super::unknown::flexible;
 use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};
 use super::{regimes, ties};
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 
 /// Below this gap above the floor in counts RMS the nominal model is as good as the encoder.
 const NO_GAP_COUNTS: f64 = 0.1;

@@ -2,7 +2,7 @@
 
 use super::hypothesis::{Member, is_limited};
 use super::problem::Problem;
-use crate::motor::effects::{EffectKind, EffectParameter, Prior};
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior};
 
 /// Limits of the edge rate to try, as shares of the fastest that was counted (smoothed, so that it may be higher).
 const RATES: [f64; 12] = [
@@ -156,7 +156,7 @@ fn combined(lists: &[Values]) -> Vec<Values> {
 mod tests {
     use super::super::samples::{index, motor_with, problem, ready, recording};
     use super::*;
-    use crate::motor::effects::catalogue;
+    use crate::motor::catalogue::catalogue;
 
     /// Every value of each number with every value of the others; beside edges that are lost above a rate one more.
     #[test]

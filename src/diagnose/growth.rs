@@ -21,7 +21,7 @@ use super::prospect::{Prospect, by_promise, keep_rivals};
 use super::scales::largest_acceleration;
 use super::search::Search;
 use super::unknown::flexible;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 
 /// Most steps of a final fit on each level.
 pub(super) const FINAL_STEPS: usize = 10;

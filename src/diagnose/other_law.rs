@@ -13,7 +13,7 @@ use super::candidate::Candidate;
 use super::problem::Problem;
 use super::rank::Ranking;
 use super::ties::{TIE, separation};
-use crate::motor::effects::{Stage, catalogue};
+use crate::motor::catalogue::{Stage, catalogue};
 
 /// By how many times the separation that noise hides two laws of the same effect may differ.
 pub(super) const OF_A_LAW: f64 = 3.0;

@@ -84,7 +84,7 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motor::effects::catalogue;
+    use crate::motor::catalogue::catalogue;
 
     #[test]
     fn every_name_is_one_of_the_catalogue() {

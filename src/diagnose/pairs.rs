@@ -15,7 +15,7 @@ use super::problem::Problem;
 use super::prospect::Prospect;
 use super::search::{Search, Start};
 use super::sums::dot;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 
 /// How many starts of an effect take part.
 const STARTS: usize = 2;

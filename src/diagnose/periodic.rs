@@ -17,7 +17,7 @@ use super::problem::Problem;
 use super::response::Response;
 use super::search::{ORDERS, Try};
 use super::sums::{dot, gram};
-use crate::motor::effects::{Prior, catalogue};
+use crate::motor::catalogue::{Prior, catalogue};
 use crate::recording::CommandKind;
 
 /// The best of all orders gains this in squares where there is none.

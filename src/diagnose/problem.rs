@@ -16,7 +16,7 @@ use super::rungs::Refits;
 use super::setting::Setting;
 use super::shapes::Dependence;
 use crate::motor::Motor;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 use crate::recording::CommandKind;
 
 /// Numbers of each sample, run by run or all runs end to end.

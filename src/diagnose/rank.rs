@@ -15,7 +15,7 @@ use super::problem::Problem;
 use super::refined::Refined;
 use super::rounds::Rounds;
 use super::unknown::{Flexible, likeliest};
-use crate::motor::effects::{EffectKind, Stage, catalogue};
+use crate::motor::catalogue::{EffectKind, Stage, catalogue};
 use crate::recording::CommandKind;
 
 /// That there is something that the catalogue does not have.

@@ -10,7 +10,7 @@ use super::fit::Fit;
 use super::growth::{FINAL_STEPS, Field};
 use super::looks::{first_fit, least_of_all};
 use super::search::Search;
-use crate::motor::effects::{Prior, catalogue};
+use crate::motor::catalogue::{Prior, catalogue};
 
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;

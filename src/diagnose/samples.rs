@@ -14,7 +14,7 @@ use super::unknown::Flexible;
 use super::verdict::Gap;
 use crate::board::Profile;
 use crate::compare::FLOOR_COUNTS;
-use crate::motor::effects::{ActiveEffect, find};
+use crate::motor::catalogue::{ActiveEffect, find};
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
 

@@ -17,7 +17,7 @@ use super::predict::{predict, predict_alike};
 use super::problem::{Columns, Problem};
 use super::prospect::Prospect;
 use crate::motor::Motor;
-use crate::motor::effects::{EffectKind, Stage, catalogue, find};
+use crate::motor::catalogue::{EffectKind, Stage, catalogue, find};
 use crate::motor::fit::move_alike;
 
 /// How many starts of an effect are fitted.

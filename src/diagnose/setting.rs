@@ -13,7 +13,7 @@
 use super::checks::WIDEST_CLOCK;
 use super::data::RunData;
 use super::held;
-use crate::motor::effects::{EffectKind, EffectParameter, Scale, Stage};
+use crate::motor::catalogue::{EffectKind, EffectParameter, Scale, Stage};
 use crate::motor::{Motor, Parameters};
 use crate::recording::CommandKind;
 

@@ -5,7 +5,7 @@
 use super::data::RunData;
 use super::setting::skips_turns;
 use super::verdict::DataProblem;
-use crate::motor::effects::find;
+use crate::motor::catalogue::find;
 use crate::recording::CommandKind;
 
 /// An effect that acts in a smaller share of the samples does not show.

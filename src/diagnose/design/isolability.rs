@@ -18,7 +18,7 @@ use crate::diagnose::scales::damping_of;
 use crate::diagnose::setting::Setting;
 use crate::diagnose::ties::TIE;
 use crate::motor::Motor;
-use crate::motor::effects::{EffectKind, EffectParameter, Prior, catalogue};
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, catalogue};
 use crate::recording::CommandKind;
 
 /// An ordinary wander as a share of the largest acceleration.

@@ -8,7 +8,7 @@ use crate::diagnose::noise::{NoiseLevel, Whitener};
 use crate::diagnose::predict::{predict, predict_with_derivatives};
 use crate::diagnose::response::Response;
 use crate::diagnose::ties::left_after;
-use crate::motor::effects::catalogue;
+use crate::motor::catalogue::catalogue;
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
 

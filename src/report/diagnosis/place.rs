@@ -4,7 +4,7 @@ use super::laid::LaidRun;
 use super::ordered;
 use super::overlay::smooth_rpm;
 use crate::diagnose::{Diagnosis, Region};
-use crate::motor::effects::Stage;
+use crate::motor::catalogue::Stage;
 use crate::report::comparison::{COMMAND, RECORDED, command_label};
 use crate::report::number::{figure as digits, percent, probability};
 use crate::report::{Band, Bar, Bars, Figure, Page, Panel, Scale, Series, Size, Stroke};

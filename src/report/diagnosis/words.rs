@@ -1,7 +1,7 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
 use crate::diagnose::{Diagnosis, Verdict};
-use crate::motor::effects::{EffectKind, catalogue};
+use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
 

@@ -1,0 +1,192 @@
+//! The effects that a model has, with their values.
+
+use crate::Parameters;
+use crate::catalogue::{EffectKind, EffectParameter, MAX_PARAMETERS, catalogue, find};
+
+/// A wrong name or value of an effect.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EffectError {
+    /// No such effect.
+    #[error("there is no effect '{id}'{}; `motorlab simulate --help` says where they are listed", did_you_mean(.nearest))]
+    UnknownEffect {
+        /// What was asked for.
+        id: String,
+        /// The nearest id there is.
+        nearest: Option<&'static str>,
+    },
+    /// No such parameter of the effect.
+    #[error("effect '{id}' has no parameter '{key}'{}", did_you_mean(.nearest))]
+    UnknownParameter {
+        /// The effect.
+        id: &'static str,
+        /// What was asked for.
+        key: String,
+        /// The nearest key there is.
+        nearest: Option<&'static str>,
+    },
+    /// A value that cannot be.
+    #[error("{key} = {value} of effect '{id}' cannot be: expected {lo} .. {hi}")]
+    ImpossibleValue {
+        /// The effect.
+        id: &'static str,
+        /// The key.
+        key: &'static str,
+        /// What was asked for.
+        value: f64,
+        /// Smallest possible value.
+        lo: f64,
+        /// Largest possible value.
+        hi: f64,
+    },
+}
+
+pub(crate) fn did_you_mean(nearest: &Option<&'static str>) -> String {
+    nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+}
+
+/// The nearest of `names` to `asked`, if any is near.
+pub(crate) fn nearest(
+    asked: &str,
+    names: impl Iterator<Item = &'static str>,
+) -> Option<&'static str> {
+    names
+        .map(|name| (strsim::jaro_winkler(asked, name), name))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .filter(|(likeness, _)| *likeness > 0.7)
+        .map(|(_, name)| name)
+}
+
+/// One effect with its values.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ActiveEffect {
+    index: usize,
+    /// Values in the order of the kind's parameters; the rest is 0.
+    pub values: [f64; MAX_PARAMETERS],
+}
+
+impl ActiveEffect {
+    /// An effect by id, its values in the order of its parameters.
+    pub fn new(id: &str, values: &[f64]) -> Result<Self, EffectError> {
+        let (index, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
+            id: id.to_owned(),
+            nearest: nearest(id, catalogue().iter().map(|kind| kind.id)),
+        })?;
+        let mut active = Self {
+            index,
+            values: [0.0; MAX_PARAMETERS],
+        };
+        for (k, parameter) in kind.parameters.iter().enumerate() {
+            let value = values.get(k).copied().unwrap_or(f64::NAN);
+            let (lo, hi) = parameter.possible;
+            if !(lo..=hi).contains(&value) {
+                let (id, key) = (kind.id, parameter.key);
+                return Err(EffectError::ImpossibleValue {
+                    id,
+                    key,
+                    value,
+                    lo,
+                    hi,
+                });
+            }
+            active.values[k] = value;
+        }
+        Ok(active)
+    }
+
+    /// An effect by id with some keys given and the others at their defaults for this motor.
+    pub fn from_keys<'a>(
+        id: &str,
+        given: impl IntoIterator<Item = (&'a str, f64)>,
+        parameters: &Parameters,
+    ) -> Result<Self, EffectError> {
+        let (_, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
+            id: id.to_owned(),
+            nearest: nearest(id, catalogue().iter().map(|kind| kind.id)),
+        })?;
+        let mut values = [0.0; MAX_PARAMETERS];
+        for (value, parameter) in values.iter_mut().zip(kind.parameters) {
+            *value = parameter.default(parameters, DEFAULT_SAMPLE_TIME_S);
+        }
+        for (key, value) in given {
+            let known = kind.parameters.iter().position(|p| p.key == key);
+            let k = known.ok_or_else(|| EffectError::UnknownParameter {
+                id: kind.id,
+                key: key.to_owned(),
+                nearest: nearest(key, kind.parameters.iter().map(|p| p.key)),
+            })?;
+            values[k] = value;
+        }
+        Self::new(id, &values[..kind.parameters.len()])
+    }
+
+    /// What there is to know about the effect.
+    pub fn kind(&self) -> &'static EffectKind {
+        &catalogue()[self.index]
+    }
+
+    /// Its number in the catalogue.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Keys and values.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static EffectParameter, f64)> + '_ {
+        self.kind().parameters.iter().zip(self.values)
+    }
+}
+
+/// Sample time for defaults that are multiples of one, where no run says which.
+const DEFAULT_SAMPLE_TIME_S: f64 = 0.003;
+
+/// The effects that are part of a model: each at most once, in the catalogue's order.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Effects {
+    active: Vec<ActiveEffect>,
+}
+
+impl Effects {
+    /// No effect at all: the nominal chain.
+    pub fn none() -> Self {
+        Self::default()
+    }
+
+    /// Adds an effect, or replaces the values of one that is there.
+    pub fn set(&mut self, effect: ActiveEffect) {
+        match self.active.binary_search_by_key(&effect.index, |e| e.index) {
+            Ok(k) => self.active[k] = effect,
+            Err(k) => self.active.insert(k, effect),
+        }
+    }
+
+    /// Takes an effect out; whether it was there.
+    pub fn remove(&mut self, id: &str) -> bool {
+        let before = self.active.len();
+        self.active.retain(|effect| effect.kind().id != id);
+        self.active.len() != before
+    }
+
+    /// The effect with this id, if it is part of the model.
+    pub fn get(&self, id: &str) -> Option<&ActiveEffect> {
+        self.active.iter().find(|effect| effect.kind().id == id)
+    }
+
+    /// The effects, in the catalogue's order.
+    pub fn iter(&self) -> impl Iterator<Item = &ActiveEffect> {
+        self.active.iter()
+    }
+
+    /// The effects with their values open to change.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut ActiveEffect> {
+        self.active.iter_mut()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.active.is_empty()
+    }
+
+    /// Number of effects.
+    pub fn len(&self) -> usize {
+        self.active.len()
+    }
+}

@@ -1,0 +1,155 @@
+//! The catalogue: every effect of the signal chain that motorlab knows.
+//!
+//! An effect is one small type in the file of its stage. Here is its one registry line; the motor
+//! file's `[effects.<id>]`, the virtual board, the documentation's table and the diagnosis read it from
+//! [`catalogue`].
+
+use std::fmt;
+
+use serde::Serialize;
+
+pub use crate::active::{ActiveEffect, EffectError, Effects};
+pub use crate::effect_parameter::{Absent, EffectParameter, Prior, Scale};
+
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+use crate::stages::{command, driver, electrical, mechanical, sensor, timing, transmission};
+
+/// The most parameters that one effect has.
+pub const MAX_PARAMETERS: usize = 4;
+
+/// A stage of the signal chain, in the order in which a signal passes it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// What is asked for, and when it arrives.
+    Command,
+    /// The bridge and its supply.
+    Driver,
+    /// Winding and torque constant.
+    Electrical,
+    /// Inertia, friction, load.
+    Mechanical,
+    /// What lies between the motor and the load.
+    Transmission,
+    /// The encoder.
+    Sensor,
+    /// When the encoder is read.
+    Timing,
+}
+
+impl Stage {
+    /// Every stage, in the chain's order.
+    pub const ALL: [Self; 7] = [
+        Self::Command,
+        Self::Driver,
+        Self::Electrical,
+        Self::Mechanical,
+        Self::Transmission,
+        Self::Sensor,
+        Self::Timing,
+    ];
+
+    /// The stage's name in files and in JSON.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Command => "command",
+            Self::Driver => "driver",
+            Self::Electrical => "electrical",
+            Self::Mechanical => "mechanical",
+            Self::Transmission => "transmission",
+            Self::Sensor => "sensor",
+            Self::Timing => "timing",
+        }
+    }
+}
+
+impl fmt::Display for Stage {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.id())
+    }
+}
+
+/// What there is to know about an effect.
+#[derive(Debug, Clone, Copy)]
+pub struct EffectKind {
+    /// Its name in files and in JSON.
+    pub id: &'static str,
+    /// The stage it belongs to.
+    pub stage: Stage,
+    /// One line of what it is.
+    pub summary: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Where the equation is from.
+    pub source: &'static str,
+    /// What it costs to leave it out shows up in.
+    pub excited_by: &'static str,
+    /// Ids and names of what looks much the same in a run.
+    pub confounded_with: &'static [&'static str],
+    /// Its parameters, in order.
+    pub parameters: &'static [EffectParameter],
+    /// Whether two runs with the same command differ by it.
+    pub random: bool,
+}
+
+/// An effect as its stage defines it.
+pub(crate) trait Effect {
+    /// What there is to know about it.
+    const KIND: EffectKind;
+
+    /// Puts the effect with these values into the chain.
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>);
+}
+
+macro_rules! registry {
+    ($($stage:ident :: $effect:ident),* $(,)?) => {
+        static CATALOGUE: &[EffectKind] = &[$(<$stage::$effect as Effect>::KIND),*];
+
+        /// Puts effect number `index` of the catalogue with these values into the chain.
+        pub(crate) fn install<S: Scalar>(index: usize, values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+            let installers = [$(<$stage::$effect as Effect>::install::<S>),*];
+            installers[index](values, chain);
+        }
+    };
+}
+
+registry! {
+    command::TransportDelay,
+    command::DeadZone,
+    driver::VoltageDrop,
+    driver::SupplySag,
+    driver::SupplyError,
+    driver::CurrentLimit,
+    driver::CoastAtZero,
+    electrical::Inductance,
+    electrical::WindingHeating,
+    electrical::TorqueRipple,
+    mechanical::CoulombFriction,
+    mechanical::ViscousFriction,
+    mechanical::Inertia,
+    mechanical::Stribeck,
+    mechanical::AsymmetricFriction,
+    mechanical::Presliding,
+    mechanical::LoadFriction,
+    mechanical::QuadraticDrag,
+    mechanical::GravityLoad,
+    mechanical::Cogging,
+    transmission::Backlash,
+    transmission::Compliance,
+    sensor::ResolutionError,
+    sensor::MissedCounts,
+    sensor::EncoderEccentricity,
+    timing::SampleJitter,
+    timing::ClockError,
+}
+
+/// Every effect, in the order in which a signal meets it.
+pub fn catalogue() -> &'static [EffectKind] {
+    CATALOGUE
+}
+
+/// The effect with this id, and its number in the catalogue.
+pub fn find(id: &str) -> Option<(usize, &'static EffectKind)> {
+    CATALOGUE.iter().enumerate().find(|(_, kind)| kind.id == id)
+}

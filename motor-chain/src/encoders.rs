@@ -1,0 +1,64 @@
+//! What encoders say of one motion, sample by sample, as an angle at the motor file's counts per revolution.
+
+use crate::chain::Chain;
+use crate::integrator::engine::Engine;
+use crate::integrator::inside::Sample;
+use crate::integrator::schedule::Reader;
+use crate::reading::{MeanCounts, encoder_shaft};
+use crate::scalar::Scalar;
+
+/// The angle that an encoder would say before it rounds.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AngleReading<S> {
+    mean: MeanCounts<S>,
+    rad_per_count: S,
+    is_on_load: bool,
+}
+
+impl<S: Scalar> AngleReading<S> {
+    /// Of a chain whose shaft starts at this angle (rad) and speed (rad/s).
+    pub fn new(chain: &Chain<S>, (angle_rad, speed_rad_s): (f64, f64)) -> Self {
+        Self {
+            mean: MeanCounts::new(chain.sensor, angle_rad, speed_rad_s),
+            rad_per_count: S::from(std::f64::consts::TAU) / chain.stated_counts_per_rev,
+            is_on_load: chain.transmission.encoder_on_load,
+        }
+    }
+
+    #[inline(always)]
+    fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>) -> S {
+        // A rigid motor has one angle: its place is known when this is compiled.
+        let shaft = encoder_shaft::<N>(self.is_on_load);
+        let counts = (self.mean).read(sample.angle(shaft), || sample.speed(shaft));
+        counts * self.rad_per_count
+    }
+}
+
+/// One encoder's reader: it reads off the angle, and nothing else unless edges are lost.
+pub(crate) struct Encoder<S, E> {
+    pub encoder: AngleReading<S>,
+    /// Takes the number of the sample and the angle.
+    pub emit: E,
+}
+
+impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<S, E> {
+    #[inline(always)]
+    fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
+        (self.emit)(k, self.encoder.read(sample));
+    }
+}
+
+/// The reader of many encoders.
+pub(crate) struct Encoders<S, E> {
+    pub encoders: Vec<AngleReading<S>>,
+    /// Takes the number of the encoder, that of the sample, and the angle.
+    pub emit: E,
+}
+
+impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Encoders<S, E> {
+    fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
+        for (m, encoder) in self.encoders.iter_mut().enumerate() {
+            (self.emit)(m, k, encoder.read(sample));
+        }
+    }
+}

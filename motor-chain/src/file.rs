@@ -1,0 +1,387 @@
+//! A motor file: TOML with the nominal parameters, their tolerances and the effects that are part of the model.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::active::{ActiveEffect, EffectError, did_you_mean, nearest};
+use crate::catalogue::find;
+use crate::{Effects, Parameters};
+
+/// Longest motor file in bytes.
+const MOST_BYTES: u64 = 1 << 20;
+
+/// A motor: what a motor file says.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Motor {
+    /// Nominal parameters.
+    pub parameters: Parameters,
+    /// Relative one-sigma tolerance by parameter key.
+    pub tolerance: BTreeMap<String, f64>,
+    /// Effects that are part of the model.
+    pub effects: Effects,
+}
+
+/// What is wrong with a motor file.
+#[derive(Debug, thiserror::Error)]
+pub enum MotorFileError {
+    /// It cannot be read at all.
+    #[error("{path}: {source}")]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// It is not TOML.
+    #[error("line {line}: not TOML: {message}")]
+    Syntax {
+        /// Line, from 1.
+        line: usize,
+        /// What the TOML parser says.
+        message: String,
+    },
+    /// A key that means nothing here.
+    #[error("line {line}: unknown key '{key}'{}", did_you_mean(.nearest))]
+    UnknownKey {
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// The nearest known one.
+        nearest: Option<&'static str>,
+    },
+    /// A value that is not the number expected.
+    #[error("line {line}: {key} must be {expected}, found {found}")]
+    WrongValue {
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// What it should be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+    /// A wrong name or value of an effect.
+    #[error("line {line}: {error}")]
+    Effect {
+        /// Line, from 1.
+        line: usize,
+        /// What is wrong.
+        error: EffectError,
+    },
+    /// One of the above, in this file.
+    #[error("{path}: {error}")]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong in it.
+        error: Box<MotorFileError>,
+    },
+}
+
+/// Reads a motor file; keys that it leaves out are the lab handout's.
+pub fn read_motor(path: impl AsRef<Path>) -> Result<Motor, MotorFileError> {
+    let path = path.as_ref();
+    let text = read_bounded(path).map_err(|source| MotorFileError::Io {
+        path: path.to_owned(),
+        source,
+    })?;
+    Motor::from_toml(&text).map_err(|error| MotorFileError::InFile {
+        path: path.to_owned(),
+        error: Box::new(error),
+    })
+}
+
+/// The whole file, unless it is longer than any motor file.
+fn read_bounded(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let file = File::open(path)?.take(MOST_BYTES + 1);
+    io::BufReader::new(file).read_to_string(&mut text)?;
+    if text.len() as u64 > MOST_BYTES {
+        let message = format!("it is longer than {MOST_BYTES} bytes: this is no motor file");
+        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+    }
+    Ok(text)
+}
+
+impl Motor {
+    /// Reads the text of a motor file.
+    pub fn from_toml(text: &str) -> Result<Self, MotorFileError> {
+        let table: toml::Table = text.parse().map_err(|e: toml::de::Error| {
+            let start = e.span().map_or(0, |span| span.start);
+            MotorFileError::Syntax {
+                line: 1 + text[..start.min(text.len())].matches('\n').count(),
+                message: e.message().to_owned(),
+            }
+        })?;
+        let mut motor = Self::default();
+        for (key, value) in &table {
+            match key.as_str() {
+                "tolerance" => motor.read_tolerance(text, value)?,
+                "effects" => {}
+                _ => {
+                    let line = line_of(text, "", key);
+                    let slot = motor.parameters.get_mut(key).ok_or_else(|| {
+                        let keys = Parameters::KEYS.iter().copied();
+                        MotorFileError::UnknownKey {
+                            line,
+                            key: key.clone(),
+                            nearest: nearest(key, keys.chain(["tolerance", "effects"])),
+                        }
+                    })?;
+                    *slot = number(value, key, line)?;
+                }
+            }
+        }
+        motor.check(text)?;
+        // Defaults of an effect's keys may depend on parameters that stand anywhere in the file: read effects last.
+        if let Some(value) = table.get("effects") {
+            motor.read_effects(text, value)?;
+        }
+        Ok(motor)
+    }
+
+    /// The text of a motor file that reads back as this motor.
+    pub fn to_toml(&self) -> String {
+        let mut text = String::new();
+        for key in Parameters::KEYS {
+            let _ = writeln!(
+                text,
+                "{key} = {:?}",
+                self.parameters.get(key).unwrap_or(0.0)
+            );
+        }
+        if !self.tolerance.is_empty() {
+            text.push_str("\n[tolerance]\n");
+            for (key, value) in &self.tolerance {
+                let _ = writeln!(text, "{key} = {value:?}");
+            }
+        }
+        for effect in self.effects.iter() {
+            let _ = writeln!(text, "\n[effects.{}]", effect.kind().id);
+            for (parameter, value) in effect.parameters() {
+                let _ = writeln!(text, "{} = {value:?}", parameter.key);
+            }
+        }
+        text
+    }
+
+    fn read_tolerance(&mut self, text: &str, value: &toml::Value) -> Result<(), MotorFileError> {
+        for (key, value) in table_of(text, "tolerance", value)? {
+            let line = line_of(text, "tolerance", key);
+            if !Parameters::KEYS.contains(&key.as_str()) {
+                return Err(MotorFileError::UnknownKey {
+                    line,
+                    key: format!("tolerance.{key}"),
+                    nearest: nearest(key, Parameters::KEYS.iter().copied()),
+                });
+            }
+            let sigma = number(value, key, line)?;
+            if sigma < 0.0 {
+                return Err(wrong(line, key, "a relative sigma of 0 or more", value));
+            }
+            self.tolerance.insert(key.clone(), sigma);
+        }
+        Ok(())
+    }
+
+    fn read_effects(&mut self, text: &str, value: &toml::Value) -> Result<(), MotorFileError> {
+        for (id, value) in table_of(text, "effects", value)? {
+            let section = format!("effects.{id}");
+            let line = line_of(text, &section, "");
+            let at = |error| MotorFileError::Effect { line, error };
+            let given = match value {
+                toml::Value::Table(table) => table.clone(),
+                toml::Value::Boolean(true) => toml::Table::new(),
+                other => return Err(wrong(line, &section, "a table of parameters", other)),
+            };
+            let mut values = Vec::with_capacity(given.len());
+            for (key, value) in &given {
+                let line = line_of(text, &section, key);
+                values.push((key.as_str(), number(value, key, line)?));
+                if let Some((_, kind)) = find(id)
+                    && !kind.parameters.iter().any(|p| p.key == key)
+                {
+                    let known = kind.parameters.iter().map(|p| p.key);
+                    return Err(MotorFileError::Effect {
+                        line,
+                        error: EffectError::UnknownParameter {
+                            id: kind.id,
+                            key: key.clone(),
+                            nearest: nearest(key, known),
+                        },
+                    });
+                }
+            }
+            let effect = ActiveEffect::from_keys(id, values, &self.parameters).map_err(at)?;
+            self.effects.set(effect);
+        }
+        Ok(())
+    }
+
+    /// Values that no motor has.
+    fn check(&self, text: &str) -> Result<(), MotorFileError> {
+        let positive = [
+            "resistance_ohm",
+            "inertia_kg_m2",
+            "counts_per_rev",
+            "supply_v",
+            "torque_constant_nm_per_a",
+        ];
+        for key in Parameters::KEYS {
+            let value = self.parameters.get(key).unwrap_or(0.0);
+            let strict = positive.contains(&key);
+            if value < 0.0 || (strict && value == 0.0) {
+                return Err(MotorFileError::WrongValue {
+                    line: line_of(text, "", key),
+                    key: key.to_owned(),
+                    expected: if strict { "positive" } else { "0 or more" },
+                    found: value.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn table_of<'a>(
+    text: &str,
+    key: &str,
+    value: &'a toml::Value,
+) -> Result<&'a toml::Table, MotorFileError> {
+    let line = line_of(text, key, "");
+    value
+        .as_table()
+        .ok_or_else(|| wrong(line, key, "a table", value))
+}
+
+fn wrong(line: usize, key: &str, expected: &'static str, found: &toml::Value) -> MotorFileError {
+    MotorFileError::WrongValue {
+        line,
+        key: key.to_owned(),
+        expected,
+        found: found.to_string(),
+    }
+}
+
+fn number(value: &toml::Value, key: &str, line: usize) -> Result<f64, MotorFileError> {
+    let number = match value {
+        toml::Value::Float(value) => Some(*value),
+        toml::Value::Integer(value) => Some(*value as f64),
+        _ => None,
+    };
+    number
+        .filter(|value| value.is_finite())
+        .ok_or_else(|| wrong(line, key, "a finite number", value))
+}
+
+/// Line (from 1) of `key` in `[section]` (both as they stand in the text), of the section's own line where `key` is
+/// empty, and 1 where the text writes it another way.
+fn line_of(text: &str, section: &str, key: &str) -> usize {
+    let mut current = String::new();
+    for (k, line) in text.lines().enumerate() {
+        let line = line.trim();
+        if let Some(name) = line.strip_prefix('[') {
+            current = name.split(']').next().unwrap_or("").replace([' ', '"'], "");
+            if key.is_empty() && current == section {
+                return k + 1;
+            }
+        } else if let Some((name, _)) = line.split_once('=') {
+            let name = name.trim().trim_matches('"');
+            let full = if current.is_empty() {
+                name.to_owned()
+            } else {
+                format!("{current}.{name}")
+            };
+            let asked = match (section.is_empty(), key.is_empty()) {
+                (true, _) => key.to_owned(),
+                (false, true) => section.to_owned(),
+                (false, false) => format!("{section}.{key}"),
+            };
+            if full == asked {
+                return k + 1;
+            }
+        }
+    }
+    1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_file_is_the_handouts_motor() {
+        let motor = Motor::from_toml("").unwrap();
+        assert_eq!(motor, Motor::default());
+    }
+
+    #[test]
+    fn a_motor_reads_back_as_it_was_written() {
+        let mut motor = Motor::default();
+        motor.parameters.resistance_ohm = 8.25;
+        motor.tolerance.insert("inertia_kg_m2".to_owned(), 0.1);
+        motor
+            .effects
+            .set(ActiveEffect::new("backlash", &[0.02, 0.4, 1.0]).unwrap());
+        motor
+            .effects
+            .set(ActiveEffect::new("coast_at_zero", &[]).unwrap());
+        assert_eq!(Motor::from_toml(&motor.to_toml()).unwrap(), motor);
+    }
+
+    #[test]
+    fn an_unknown_key_names_its_line_and_the_nearest_known_one() {
+        let error = Motor::from_toml("supply_v = 5\nresistence_ohm = 3").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "line 2: unknown key 'resistence_ohm', did you mean 'resistance_ohm'?"
+        );
+        let error = Motor::from_toml("[effects.backlas]\ngap_rad = 0.1").unwrap_err();
+        assert!(
+            error
+                .to_string()
+                .starts_with("line 1: there is no effect 'backlas', did you mean 'backlash'?")
+        );
+        let error = Motor::from_toml("[effects.backlash]\ngap = 0.1").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "line 2: effect 'backlash' has no parameter 'gap', did you mean 'gap_rad'?"
+        );
+        let error = Motor::from_toml("\n\n[tolerance]\nsuply_v = 0.1").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "line 4: unknown key 'tolerance.suply_v', did you mean 'supply_v'?"
+        );
+    }
+
+    #[test]
+    fn values_that_cannot_be_are_refused_with_their_line() {
+        for (text, says) in [
+            (
+                "supply_v = \"five\"",
+                "line 1: supply_v must be a finite number",
+            ),
+            (
+                "\nresistance_ohm = 0",
+                "line 2: resistance_ohm must be positive",
+            ),
+            (
+                "[tolerance]\nsupply_v = -1",
+                "line 2: supply_v must be a relative sigma",
+            ),
+            ("supply_v = ", "line 1: not TOML"),
+            (
+                "[effects.missed_counts]\nprobability = 1.5",
+                "line 1: probability = 1.5 of effect 'missed_counts' cannot be",
+            ),
+        ] {
+            let error = Motor::from_toml(text).unwrap_err().to_string();
+            assert!(error.starts_with(says), "{error}");
+        }
+    }
+}

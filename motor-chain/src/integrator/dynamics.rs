@@ -1,0 +1,506 @@
+//! The chain's equations of motion in the mode that is in force.
+//!
+//! State `[theta1, w1, i]`, then `P` where the winding warms up, then `theta2, w2` of a load of its own. Within a mode - which way
+//! current flows, which side slips which way or sticks, which flanks touch - the equations are smooth:
+//!
+//! ```text
+//! L i'    = v - drop sgn(i) - (R (1 + k P) + d^2 Rs) i - Kb f(theta1) w1
+//! tau P'  = i^2 R - P
+//! J1 w1'  = Kt f(theta1) i + cogging(theta1) - b1 w1 - friction1 - spring
+//! J2 w2'  = spring - gravity(theta2) - drag w2 |w2| - b2 w2 - friction2
+//! ```
+//!
+//! A rigid motor and one whose flanks touch have the sum of both. Without inductance `i` follows at once.
+
+use crate::CommandKind;
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+
+/// Angle of the motor side in rad.
+pub(crate) const TH1: usize = 0;
+/// Speed of the motor side in rad/s.
+pub(crate) const W1: usize = 1;
+/// Current in A.
+pub(crate) const CUR: usize = 2;
+/// Filtered copper loss in W.
+pub(crate) const HEAT: usize = 3;
+/// A state with more numbers than this ends with angle and speed of the load side.
+pub(crate) const ONE_BODY: usize = 4;
+
+/// What the driver's current does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flow {
+    /// It follows the voltage.
+    Free,
+    /// The voltage drop holds it at 0.
+    Blocked,
+    /// The driver holds it at its limit, or at what is commanded.
+    Held,
+    /// The circuit is open.
+    Open,
+}
+
+/// More numbers than any state has.
+const ALL: usize = 8;
+
+/// Which flanks touch; in a transmission with a spring, through it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Contact {
+    /// There are none: rigid, or a spring.
+    NoFlanks,
+    /// Neither.
+    Apart,
+    /// The motor side pushes the load forward.
+    Upper,
+    /// The motor side pushes the load back.
+    Lower,
+}
+
+impl Contact {
+    /// +1, -1, or 0 where nothing touches.
+    #[inline(always)]
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Upper => 1.0,
+            Self::Lower => -1.0,
+            Self::Apart | Self::NoFlanks => 0.0,
+        }
+    }
+}
+
+/// The discrete state: which smooth equations hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Mode<S> {
+    pub flow: Flow,
+    /// Direction of the current where a drop or the limit depends on it, else 0.
+    pub flow_sign: f64,
+    /// Direction of the motor's torque, for friction that depends on it.
+    pub torque_sign: f64,
+    /// Each side's direction of slip: -1, +1, or 0 where it sticks.
+    pub slip: [f64; 2],
+    pub contact: Contact,
+    /// From where each side's friction has been building up.
+    pub anchor: [Anchor<S>; 2],
+}
+
+/// A point of Dahl's friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Anchor<S> {
+    /// Angle in rad.
+    pub angle: S,
+    /// Friction torque there in N m.
+    pub friction: S,
+    /// What it was on its way to there: the friction of steady sliding in N m.
+    pub sliding: S,
+}
+
+impl<S: Scalar> Anchor<S> {
+    /// No friction yet.
+    pub fn at(angle: S) -> Self {
+        Self {
+            angle,
+            friction: S::zero(),
+            sliding: S::zero(),
+        }
+    }
+}
+
+/// Below this, `(1 - exp(-x)) / x` is `1 - x / 2` to nine digits.
+const SMALL: f64 = 1e-5;
+
+/// A chain made ready to be simulated.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Machine<S> {
+    pub chain: Chain<S>,
+    /// Inertia of motor side, of load side, of both.
+    pub inertia: [S; 3],
+    /// One over each.
+    pub mobility: [S; 3],
+    /// Viscous coefficient of motor side and load side.
+    pub viscous: [S; 2],
+    /// Each side's share of the friction.
+    pub share: [S; 2],
+    /// Spring k in N m/rad and damper c in N m s/rad.
+    pub spring: Option<(S, S)>,
+    /// Flanks meet on the bare metal, and sides that touch move as one.
+    pub welds: bool,
+    /// Two bodies rather than one.
+    pub two: bool,
+    /// Nothing ever sticks.
+    pub frictionless: bool,
+    /// Within a mode the equations are affine.
+    pub affine: bool,
+    /// What bends them otherwise are torques and the back EMF.
+    pub bent_by_torques: bool,
+    /// The back EMF does: it bends the current, a state of its own.
+    pub bends_current: bool,
+    /// It depends on so many numbers of the state, the first ones.
+    pub bends_by: usize,
+    /// Current is a state.
+    pub inductive: bool,
+    /// Command after delay and dead zone (V, A or N m).
+    pub command: f64,
+    /// Voltage at the bridge.
+    pub voltage: S,
+    /// What the supply adds to R at this command.
+    pub added_resistance: S,
+}
+
+impl<S: Scalar> Machine<S> {
+    pub(crate) fn new(chain: Chain<S>) -> Self {
+        let (m, t) = (&chain.mechanical, &chain.transmission);
+        let two = t.two_bodies();
+        let load = if two { t.load_fraction } else { S::zero() };
+        let share = [-load + 1.0, load];
+        let total = m.inertia_kg_m2;
+        let inertia = [share[0] * total, share[1] * total, total];
+        let spring = t.spring.map(|(frequency_hz, damping)| {
+            let reduced = inertia[0] * inertia[1] / total;
+            let rate = frequency_hz * std::f64::consts::TAU;
+            (rate * rate * reduced, damping * rate * reduced * 2.0)
+        });
+        let ripples = chain.electrical.ripple.is_some();
+        let warms = chain.electrical.heating.is_some();
+        let friction_torque =
+            m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
+        Self {
+            inertia,
+            mobility: inertia.map(|inertia| S::from(1.0) / inertia),
+            viscous: [
+                share[0] * m.viscous_nm_s_per_rad,
+                share[1] * m.viscous_nm_s_per_rad,
+            ],
+            share,
+            spring,
+            welds: spring.is_none(),
+            two,
+            frictionless: !two && !friction_torque,
+            affine: m.stribeck.is_none()
+                && m.break_in_angle_rad.is_none()
+                && m.drag.is_none()
+                && m.gravity.is_none()
+                && m.cogging.is_none()
+                && !ripples
+                && !warms,
+            bent_by_torques: !warms,
+            bends_current: ripples && chain.current_is_state(),
+            bends_by: if two || warms || ripples || m.load_friction.is_some() {
+                ALL
+            } else if m.stribeck.is_some() || m.drag.is_some() || m.break_in_angle_rad.is_some() {
+                W1 + 1
+            } else {
+                TH1 + 1
+            },
+            inductive: chain.current_is_state(),
+            command: 0.0,
+            voltage: S::zero(),
+            added_resistance: S::zero(),
+            chain,
+        }
+    }
+
+    /// Whether the winding's loss is part of the state.
+    pub(crate) fn warms(&self) -> bool {
+        self.chain.electrical.heating.is_some()
+    }
+
+    /// The mode at rest before anything is commanded.
+    pub(crate) fn initial_mode(&self) -> Mode<S> {
+        Mode {
+            flow: match self.chain.kind {
+                CommandKind::Voltage => Flow::Free,
+                CommandKind::Current | CommandKind::Torque => Flow::Held,
+            },
+            flow_sign: 0.0,
+            torque_sign: 1.0,
+            slip: [0.0; 2],
+            contact: if self.chain.transmission.gap_rad.is_some() {
+                Contact::Apart
+            } else {
+                Contact::NoFlanks
+            },
+            anchor: [Anchor::at(S::zero()); 2],
+        }
+    }
+
+    /// Takes over what reaches the driver.
+    pub(crate) fn set_command(&mut self, command: f64) {
+        self.command = self.chain.command.pass(command);
+        self.voltage = self.chain.driver.gain * self.command;
+        self.added_resistance = self.chain.driver.added_resistance(self.command);
+    }
+
+    /// Resistance that the current meets.
+    #[inline(always)]
+    pub(crate) fn resistance<const N: usize>(&self, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let winding = match electrical.heating {
+            Some(_) => electrical.resistance(y[HEAT]),
+            None => electrical.resistance_ohm,
+        };
+        winding + self.added_resistance
+    }
+
+    /// `Kb f(theta) w`.
+    #[inline(always)]
+    fn back_emf<const N: usize>(&self, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let emf = electrical.back_emf_v_s_per_rad * y[W1];
+        if electrical.ripple.is_some() {
+            emf * electrical.factor(y[TH1])
+        } else {
+            emf
+        }
+    }
+
+    /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
+    #[inline(always)]
+    pub(crate) fn excess<const N: usize>(&self, y: &[S; N]) -> S {
+        self.voltage - self.back_emf(y)
+    }
+
+    /// Current in A.
+    #[inline(always)]
+    pub(crate) fn current<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        if self.inductive || m.flow != Flow::Free {
+            return y[CUR];
+        }
+        self.current_at(m, y, self.back_emf(y))
+    }
+
+    /// Current in A with this back EMF.
+    #[inline(always)]
+    pub(crate) fn current_at<const N: usize>(&self, m: &Mode<S>, y: &[S; N], emf: S) -> S {
+        if self.inductive || m.flow != Flow::Free {
+            return y[CUR];
+        }
+        let mut excess = self.voltage - emf;
+        if m.flow_sign != 0.0 {
+            excess -= self.chain.driver.drop() * m.flow_sign;
+        }
+        excess / self.resistance(y)
+    }
+
+    /// Torque that the current makes, in N m.
+    #[inline(always)]
+    pub(crate) fn motor_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        let electrical = &self.chain.electrical;
+        let torque = electrical.torque_constant_nm_per_a * self.current(m, y);
+        if electrical.ripple.is_some() {
+            torque * electrical.factor(y[TH1])
+        } else {
+            torque
+        }
+    }
+
+    /// Net torque on motor side and load side, without friction, viscous friction and flanks.
+    #[inline(always)]
+    pub(crate) fn torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> (S, S) {
+        let mechanical = &self.chain.mechanical;
+        let mut motor = self.motor_torque(m, y);
+        if let Some(cogging) = &mechanical.cogging {
+            motor += cogging.at(y[TH1]);
+        }
+        let (angle, speed) = if N > ONE_BODY {
+            (y[N - 2], y[N - 1])
+        } else {
+            (y[TH1], y[W1])
+        };
+        let mut load = S::zero();
+        if let Some(gravity) = &mechanical.gravity {
+            load -= gravity.at(angle);
+        }
+        if let Some(drag) = mechanical.drag {
+            load -= drag * speed * speed.abs();
+        }
+        if self.spring.is_some() && m.contact != Contact::Apart {
+            let torque = self.spring_torque(m.contact, y);
+            motor -= torque;
+            load += torque;
+        }
+        (motor, load)
+    }
+
+    /// Torque of spring and damper on the load side: where there is play, of a spring that touches this flank.
+    #[inline(always)]
+    pub(crate) fn spring_torque<const N: usize>(&self, contact: Contact, y: &[S; N]) -> S {
+        let Some((k, c)) = self.spring else {
+            return S::zero();
+        };
+        let mut twist = y[TH1] - y[N - 2];
+        if let Some(gap) = self.chain.transmission.gap_rad {
+            twist -= gap * (0.5 * contact.sign());
+        }
+        k * twist + c * (y[W1] - y[N - 1])
+    }
+
+    /// Whether both sides move as one.
+    #[inline(always)]
+    pub(crate) fn joined(&self, m: &Mode<S>) -> bool {
+        self.welds && m.contact.sign() != 0.0
+    }
+
+    /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
+    #[inline]
+    pub(crate) fn friction<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        y: &[S; N],
+    ) -> S {
+        let s = m.slip[side];
+        if s == 0.0 {
+            return S::zero();
+        }
+        match self.chain.mechanical.break_in_angle_rad {
+            Some(break_in) => self.dahl(m, side, angle, speed, y, break_in),
+            None => self.sliding(m, side, speed, y),
+        }
+    }
+
+    /// Friction of a side that slides steadily.
+    #[inline(always)]
+    pub(crate) fn sliding<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        speed: S,
+        y: &[S; N],
+    ) -> S {
+        let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
+        let mut level = mechanical.coulomb(s);
+        if let Some(stribeck) = &mechanical.stribeck {
+            level += stribeck.at(speed);
+        }
+        if let Some(load) = &mechanical.load_friction {
+            let share = load.share(s * m.torque_sign);
+            level += share * self.motor_torque(m, y) * m.torque_sign;
+        }
+        level * self.share[side] * s
+    }
+
+    /// Whether friction that builds up over an angle follows one that changes on the way.
+    pub(crate) fn follows_sliding(&self) -> bool {
+        let mechanical = &self.chain.mechanical;
+        let varies = mechanical.stribeck.is_some() || mechanical.load_friction.is_some();
+        varies && mechanical.break_in_angle_rad.is_some()
+    }
+
+    /// Dahl's friction `dF/dt = sigma (w - |w| F / T)`, of stiffness `sigma = Tf / z`, on its way from its last anchor to
+    /// the friction `T` of steady sliding. Where that is constant, `F = T - (T - F0) exp(-x)` with
+    /// `x = sigma |theta - theta0| / T` is exact; where it has changed since, it is taken to have changed evenly with `x`:
+    /// `F = T - (T0 - F0) exp(-x) - (T - T0) (1 - exp(-x)) / x`.
+    #[inline(never)]
+    pub(crate) fn dahl<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        y: &[S; N],
+        break_in: S,
+    ) -> S {
+        let level = self.sliding(m, side, speed, y);
+        let (anchor, s) = (&m.anchor[side], m.slip[side]);
+        let mut x = (angle - anchor.angle) * s / break_in;
+        let dry = self.chain.mechanical.coulomb_nm * self.share[side] * s;
+        let mean = (level + anchor.sliding) * 0.5;
+        if mean.value() != 0.0 && dry.value() != 0.0 && mean.value() != dry.value() {
+            x = x * dry / mean;
+        }
+        let decay = (-x).exp();
+        if !self.follows_sliding() {
+            return level - (level - anchor.friction) * decay;
+        }
+        let lag = if x.value().abs() < SMALL {
+            -x * 0.5 + 1.0
+        } else {
+            (-decay + 1.0) / x
+        };
+        level - (anchor.sliding - anchor.friction) * decay - (level - anchor.sliding) * lag
+    }
+
+    /// Each side's angle and speed.
+    #[inline(always)]
+    pub(crate) fn sides<const N: usize>(&self, y: &[S; N]) -> [(S, S); 2] {
+        let load = if N > ONE_BODY {
+            (y[N - 2], y[N - 1])
+        } else {
+            (y[TH1], y[W1])
+        };
+        [(y[TH1], y[W1]), load]
+    }
+
+    /// Takes the friction of now as where Dahl's law goes on from.
+    pub(crate) fn anchor<const N: usize>(&self, m: &mut Mode<S>, y: &[S; N]) {
+        let Some(break_in) = self.chain.mechanical.break_in_angle_rad else {
+            return;
+        };
+        for (side, (angle, speed)) in self.sides(y).into_iter().enumerate() {
+            if m.slip[side] != 0.0 {
+                m.anchor[side] = Anchor {
+                    angle,
+                    friction: self.dahl(m, side, angle, speed, y, break_in),
+                    sliding: self.sliding(m, side, speed, y),
+                };
+            }
+        }
+    }
+
+    /// Rate of change of the state.
+    #[inline(never)]
+    pub(crate) fn rate<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
+        self.rate_inline(m, y)
+    }
+
+    /// The same, for the innermost loop.
+    #[inline(always)]
+    pub(crate) fn rate_inline<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
+        let mut d = [S::zero(); N];
+        let electrical = &self.chain.electrical;
+        if self.inductive && m.flow == Flow::Free {
+            let drive = self.excess(y) - self.chain.driver.drop() * m.flow_sign;
+            d[CUR] = (drive - self.resistance(y) * y[CUR]) / electrical.inductance_h;
+        }
+        if let Some(heating) = &electrical.heating {
+            let current = self.current(m, y);
+            d[HEAT] =
+                (current * current * electrical.resistance_ohm - y[HEAT]) / heating.time_constant_s;
+        }
+        let (motor, load) = self.torques(m, y);
+        if N <= ONE_BODY {
+            if m.slip[0] != 0.0 {
+                d[TH1] = y[W1];
+                let friction = self.friction(m, 0, y[TH1], y[W1], y);
+                d[W1] = (motor + load - self.viscous[0] * y[W1] - friction) / self.inertia[0];
+            }
+        } else {
+            let (th2, w2) = (N - 2, N - 1);
+            let friction = [
+                self.friction(m, 0, y[TH1], y[W1], y),
+                self.friction(m, 1, y[th2], y[w2], y),
+            ];
+            if self.joined(m) {
+                if m.slip[0] != 0.0 {
+                    d[TH1] = y[W1];
+                    d[th2] = y[W1];
+                    let viscous = (self.viscous[0] + self.viscous[1]) * y[W1];
+                    d[W1] = (motor + load - viscous - friction[0] - friction[1]) / self.inertia[2];
+                    d[w2] = d[W1];
+                }
+            } else {
+                if m.slip[0] != 0.0 {
+                    d[TH1] = y[W1];
+                    d[W1] = (motor - self.viscous[0] * y[W1] - friction[0]) / self.inertia[0];
+                }
+                if m.slip[1] != 0.0 {
+                    d[th2] = y[w2];
+                    d[w2] = (load - self.viscous[1] * y[w2] - friction[1]) / self.inertia[1];
+                }
+            }
+        }
+        d
+    }
+}

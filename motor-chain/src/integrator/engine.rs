@@ -1,0 +1,391 @@
+//! Moves a [`Machine`] through time.
+//!
+//! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and starts where one of that length
+//! may, so that its matrices stand on a ladder (`ladder.rs`). Where the mode's equations are affine a step is exact; else `l` is
+//! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to
+//! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
+//! their alignment allows, and then run many in a row (`cruise.rs`).
+
+use crate::integrator::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::guards::Guard;
+use crate::integrator::inside::shift;
+use crate::integrator::ladder::FINEST;
+use crate::integrator::ladders::{Key, Ladders};
+use crate::scalar::Scalar;
+
+/// Ticks in the longest step.
+pub(crate) const TICKS: u64 = 1 << FINEST;
+
+/// Largest estimated error of a step's third-order part, in rad/s and A (and rad of the load); the step's own error,
+/// of fifth order, is far smaller.
+const TOLERANCE: f64 = 2e-5;
+
+/// Longest step in s inside which samples are read off where a torque repeats with the angle.
+const READ_OFF_S: f64 = 0.006;
+
+/// What there was when a step started.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Before<S, const N: usize> {
+    pub(crate) now: u64,
+    pub(crate) y: [S; N],
+    allowed: usize,
+    /// The mode, where it has changed since.
+    pub(crate) mode: Option<Mode<S>>,
+    /// The rate of change, where known.
+    pub(crate) rate: Option<[S; N]>,
+}
+
+/// The rate of change at the end of a step in which nothing happened, whole and its part that bends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EndRate<S, const N: usize> {
+    pub(crate) now: u64,
+    pub(crate) rate: [S; N],
+    pub(crate) bent: [S; N],
+}
+
+/// A machine on its way.
+#[derive(Debug, Clone)]
+pub(crate) struct Engine<S, const N: usize> {
+    pub(crate) machine: Machine<S>,
+    pub(crate) mode: Mode<S>,
+    pub(crate) y: [S; N],
+    /// Ticks since the start.
+    pub(crate) now: u64,
+    /// Where the last step started, and what was there.
+    pub(crate) before: Before<S, N>,
+    /// The matrices of the modes, those of the mode in force among them.
+    pub(crate) ladders: Ladders<S, N>,
+    /// What `y' = A y + n` has for `n`, or the part of it that is constant.
+    pub(crate) constant: [S; N],
+    /// What that does in a step on each rung, once it has been worked out.
+    pub(crate) forced: [Option<[S; N]>; FINEST + 2],
+    /// Whether `n` is constant.
+    pub(crate) straight: bool,
+    /// Rate at the end of the last step, where known.
+    pub(crate) end_rate: Option<EndRate<S, N>>,
+    longest_s: f64,
+    /// Rung that the error estimate allows, and that caution after a change does.
+    pub(crate) allowed: usize,
+    /// Rung on which steps start after every change, growing from there.
+    cautious: usize,
+    /// Rung never exceeded.
+    pub(crate) floor: usize,
+    /// Largest error estimate of a step.
+    pub(crate) tolerance: f64,
+    /// Steps tried: what a simulation costs.
+    pub(crate) steps: u64,
+    /// Of these, steps of equations that are not affine.
+    pub(crate) bent_steps: u64,
+}
+
+/// Events looked for within one tick; what is violated beyond is met in the next.
+const MOST_EVENTS_A_TICK: usize = 8;
+
+impl<S: Scalar, const N: usize> Engine<S, N> {
+    /// At rest, angle 0, nothing commanded. `longest_s` is the longest step.
+    pub(crate) fn new(machine: Machine<S>, longest_s: f64) -> Self {
+        let mut engine = Self {
+            mode: machine.initial_mode(),
+            before: Before {
+                now: 0,
+                y: [S::zero(); N],
+                allowed: 0,
+                mode: None,
+                rate: None,
+            },
+            machine,
+            y: [S::zero(); N],
+            now: 0,
+            ladders: Ladders::new(longest_s),
+            constant: [S::zero(); N],
+            forced: [None; FINEST + 2],
+            straight: true,
+            end_rate: None,
+            longest_s,
+            allowed: 0,
+            cautious: 0,
+            floor: 0,
+            tolerance: TOLERANCE,
+            steps: 0,
+            bent_steps: 0,
+        };
+        engine.pace();
+        engine.settle(None);
+        engine.remember();
+        engine
+    }
+
+    /// Starts anew with another machine, keeping the memory.
+    pub(crate) fn restart(&mut self, machine: Machine<S>, longest_s: f64) {
+        self.mode = machine.initial_mode();
+        self.machine = machine;
+        self.y = [S::zero(); N];
+        self.now = 0;
+        self.ladders.restart(longest_s);
+        self.longest_s = longest_s;
+        self.allowed = 0;
+        self.steps = 0;
+        self.bent_steps = 0;
+        self.pace();
+        self.settle(None);
+        self.remember();
+    }
+
+    /// Starts from this angle at this speed instead of from rest at 0, all sides together, nothing commanded yet.
+    pub(crate) fn start(&mut self, angle_rad: f64, speed_rad_s: f64) {
+        (self.y[TH1], self.y[W1]) = (S::from(angle_rad), S::from(speed_rad_s));
+        if N > ONE_BODY {
+            (self.y[N - 2], self.y[N - 1]) = (S::from(angle_rad), S::from(speed_rad_s));
+        }
+        self.mode.slip = [0.0; 2];
+        self.mode.anchor = [Anchor::at(S::from(angle_rad)); 2];
+        self.settle(None);
+        self.remember();
+    }
+
+    /// How long steps may be so that nothing happens twice within one: a guard on the current is passed there and back
+    /// within the electrical time constant, one on a spring's end within its period.
+    fn pace(&mut self) {
+        let (machine, longest_s) = (&self.machine, self.longest_s);
+        let rung = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
+        let chain = &machine.chain;
+        let guarded = chain.driver.limit_a.is_some()
+            || chain.driver.drop_v.is_some()
+            || chain.mechanical.load_friction.is_some()
+            || chain.electrical.ripple.is_some()
+            || chain.electrical.heating.is_some()
+            || machine.two;
+        self.cautious = if machine.inductive && guarded {
+            let electrical = &chain.electrical;
+            rung(0.5 * (electrical.inductance_h / electrical.resistance_ohm).value())
+        } else {
+            0
+        };
+        let repeats = chain.mechanical.cogging.is_some() || chain.electrical.ripple.is_some();
+        self.floor = match chain.transmission.spring {
+            Some((frequency_hz, _)) => rung(0.06 / frequency_hz.value()),
+            None if repeats => rung(READ_OFF_S),
+            None => 0,
+        };
+    }
+
+    /// Length of a tick in s.
+    pub(crate) fn tick_s(&self) -> f64 {
+        self.longest_s / TICKS as f64
+    }
+
+    /// Takes no step longer than this rung's, and none shorter but for an event.
+    #[cfg(test)]
+    pub(crate) fn hold_step(&mut self, rung: usize) {
+        self.tolerance = f64::INFINITY;
+        (self.floor, self.cautious, self.allowed) = (rung, rung, rung);
+    }
+
+    /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
+    pub(crate) fn command(&mut self, command: f64, offset: S) {
+        let moved = !offset.is_nought();
+        if moved {
+            self.drift(offset);
+        }
+        self.machine.anchor(&mut self.mode, &self.y);
+        self.machine.set_command(command);
+        self.settle(None);
+        if moved {
+            // Not further: the rest of the tick is part of this instant's neighbourhood.
+            if offset.value() > 0.0 {
+                self.cross(-offset + 1.0);
+            } else {
+                self.drift(-offset);
+            }
+        }
+        self.remember();
+    }
+
+    pub(crate) fn remember(&mut self) {
+        self.before.now = self.now;
+        self.before.y = self.y;
+        self.before.allowed = self.allowed;
+        self.before.mode = None;
+        self.before.rate = match &self.end_rate {
+            Some(end) if end.now == self.now => Some(end.rate),
+            _ => None,
+        };
+    }
+
+    /// Goes back to where the last step started.
+    fn rewind(&mut self) {
+        (self.now, self.y) = (self.before.now, self.before.y);
+        self.allowed = self.before.allowed;
+        self.end_rate = None;
+        if let Some(mode) = self.before.mode.take() {
+            self.mode = mode;
+            self.select();
+        }
+    }
+
+    /// Brings the machine to `tick`, from wherever a look ahead has brought it.
+    pub(crate) fn go_to(&mut self, tick: u64) {
+        if self.now > tick {
+            self.rewind();
+        }
+        self.advance(tick);
+    }
+
+    /// Advances to `until` (in ticks).
+    #[inline]
+    pub(crate) fn advance(&mut self, until: u64) {
+        while self.now < until {
+            self.step(until);
+        }
+    }
+
+    /// One step, to `limit` at most.
+    #[inline(never)]
+    pub(crate) fn step(&mut self, limit: u64) {
+        self.remember();
+        let room = (limit - self.now).min(TICKS);
+        let aligned = (self.now | TICKS).trailing_zeros() as usize;
+        let fits = (63 - room.leading_zeros()) as usize;
+        let mut l = (FINEST - aligned.min(fits)).max(self.allowed);
+        loop {
+            self.steps += 1;
+            self.bent_steps += u64::from(!self.straight);
+            let (next, error) = self.propagate(l);
+            if l < FINEST && (!error.is_finite() || error > self.tolerance) {
+                l += 1;
+                self.allowed = l;
+                continue;
+            }
+            if self.violated(&next) {
+                if l < FINEST {
+                    l += 1;
+                    continue;
+                }
+                self.cross(S::from(1.0));
+                return;
+            }
+            self.y = next;
+            self.now += TICKS >> l;
+            if self.machine.follows_sliding() {
+                self.before.mode.get_or_insert(self.mode);
+                self.machine.anchor(&mut self.mode, &self.y);
+            }
+            if error < self.tolerance / 16.0 && self.allowed >= l && l > self.floor {
+                self.allowed = l - 1;
+            }
+            return;
+        }
+    }
+
+    /// Whether a guard is violated in a state, and more so than it was.
+    #[inline(always)]
+    fn violated(&self, next: &[S; N]) -> bool {
+        !self.machine.holds(&self.mode, next) && self.machine.falls(&self.mode, &self.y, next)
+    }
+
+    /// The guard that falls through 0 first on the straight way to a state, and at which share of it.
+    #[cold]
+    #[inline(never)]
+    fn first_crossing(&self, next: &[S; N]) -> Option<(Guard, S)> {
+        let now = self.machine.guards(&self.mode, &self.y);
+        let then = self.machine.guards(&self.mode, next);
+        let mut first: Option<(Guard, S)> = None;
+        for (now, then) in now.into_iter().zip(then) {
+            let (Some((guard, a)), Some((_, b))) = (now, then) else {
+                break;
+            };
+            if b.value() < 0.0 && b.value() < a.value() {
+                let share = if a.value() <= 0.0 {
+                    S::zero()
+                } else {
+                    a / (a - b)
+                };
+                if first.is_none_or(|(_, s)| share.value() < s.value()) {
+                    first = Some((guard, share));
+                }
+            }
+        }
+        first
+    }
+
+    /// Runs through the rest of a tick, `left` of it, and through the events in it.
+    #[cold]
+    #[inline(never)]
+    fn cross(&mut self, mut left: S) {
+        for _ in 0..MOST_EVENTS_A_TICK {
+            self.steps += 1;
+            self.bent_steps += u64::from(!self.straight);
+            let (mut end, _) = self.propagate(FINEST);
+            for (end, y) in end.iter_mut().zip(self.y) {
+                *end = y + (*end - y) * left.value();
+            }
+            let Some((guard, share)) = self.first_crossing(&end) else {
+                break;
+            };
+            self.drift(left * share);
+            self.settle(Some(guard));
+            left = left * (-share + 1.0);
+        }
+        self.drift(left);
+        self.now += 1;
+    }
+
+    /// Moves on by a share of a tick.
+    #[inline(never)]
+    fn drift(&mut self, share: S) {
+        let (next, _) = self.propagate(FINEST);
+        self.slide(next, share);
+    }
+
+    /// Moves to a share of the way to where a tick ends: the value by linear interpolation, derivatives of the share
+    /// along the rate.
+    fn slide(&mut self, end: [S; N], share: S) {
+        for (y, end) in self.y.iter_mut().zip(end) {
+            *y += (end - *y) * share.value();
+        }
+        if S::DERIVATIVES > 0 {
+            let by_s = (share - share.value()) * self.tick_s();
+            let rate = self.rate();
+            shift(&mut self.y, &rate, by_s);
+        }
+    }
+
+    /// Picks the mode that follows, and its matrices.
+    #[inline(never)]
+    fn settle(&mut self, fired: Option<Guard>) {
+        self.before.mode.get_or_insert(self.mode);
+        self.end_rate = None;
+        self.machine.settle(&mut self.mode, &mut self.y, fired);
+        self.select();
+        self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
+    }
+
+    /// Takes up the matrices of the mode in force.
+    #[inline(never)]
+    fn select(&mut self) {
+        let m = &self.mode;
+        let load_friction = if self.machine.chain.mechanical.load_friction.is_some() {
+            [m.torque_sign, m.slip[0], m.slip[1]]
+        } else {
+            [0.0; 3]
+        };
+        let key = Key {
+            flow: m.flow,
+            touching: m.contact.sign() != 0.0,
+            sticks: [m.slip[0] == 0.0, m.slip[1] == 0.0],
+            load_friction,
+            added_resistance: self.machine.added_resistance.value(),
+        };
+        // All modes under a key are straight, or none is.
+        self.straight = self.machine.straight::<N>(m);
+        self.ladders
+            .take_up(key, self.straight, || self.machine.matrix(m));
+        self.constant = self.machine.constant(m);
+        self.forced = [None; FINEST + 2];
+    }
+
+    /// Rate of change of the state now.
+    pub(crate) fn rate(&self) -> [S; N] {
+        self.machine.rate(&self.mode, &self.y)
+    }
+}

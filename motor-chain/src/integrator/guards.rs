@@ -1,0 +1,266 @@
+//! What a mode can end with: guards, positive while it holds, and the torques they are made of.
+
+use crate::CommandKind;
+use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::scalar::Scalar;
+
+/// What a mode can end with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Guard {
+    CurrentZero,
+    Unblock,
+    Limit,
+    Unlimit,
+    TorqueZero,
+    /// A side's speed reaches 0 (0: motor side or the whole of a rigid motor, 1: load side).
+    Stop(usize),
+    /// A side leaves rest.
+    Break(usize),
+    TouchUpper,
+    TouchLower,
+    /// Flanks that move as one would have to pull.
+    Part,
+    StopJoint,
+    BreakJoint,
+}
+
+/// The guards of a mode with their values, `None` beyond the last.
+pub(crate) type Guards<S> = [Option<(Guard, S)>; MOST_GUARDS];
+
+/// Most guards that a mode has.
+const MOST_GUARDS: usize = 8;
+
+/// By how much of its level a load must exceed static friction to break away. A body that creeps into its equilibrium
+/// comes to rest exactly on the level, where rounding alone would make it stick and slip for ever.
+pub(crate) const BREAKAWAY_SLACK: f64 = 1e-9;
+
+fn min<S: Scalar>(a: S, b: S) -> S {
+    if b.value() < a.value() { b } else { a }
+}
+
+fn max<S: Scalar>(a: S, b: S) -> S {
+    if b.value() > a.value() { b } else { a }
+}
+
+/// What holds a limit of the flank torque of two sides at rest.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Holder {
+    Motor,
+    Load,
+    Flank,
+}
+
+impl<S: Scalar> Machine<S> {
+    /// The guards of the mode in force.
+    #[inline(never)]
+    pub(crate) fn guards<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> Guards<S> {
+        let (mut guards, mut len) = ([None; MOST_GUARDS], 0);
+        self.each_guard(m, y, &mut |guard, value| {
+            guards[len] = Some((guard, value));
+            len += 1;
+        });
+        guards
+    }
+
+    /// Whether every guard is positive: the derivatives are not asked for, and not computed.
+    #[inline(never)]
+    pub(crate) fn holds<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> bool {
+        let mut holds = true;
+        self.each_guard(m, y, &mut |_, value| holds &= value.value() >= 0.0);
+        holds
+    }
+
+    /// Whether a guard is negative in `next`, and more so than in `y`.
+    #[inline(never)]
+    pub(crate) fn falls<const N: usize>(&self, m: &Mode<S>, y: &[S; N], next: &[S; N]) -> bool {
+        let (mut now, mut len) = ([0.0; MOST_GUARDS], 0);
+        self.each_guard(m, y, &mut |_, value| {
+            now[len] = value.value();
+            len += 1;
+        });
+        let (mut falls, mut k) = (false, 0);
+        self.each_guard(m, next, &mut |_, value| {
+            falls |= value.value() < 0.0 && value.value() < now[k];
+            k += 1;
+        });
+        falls
+    }
+
+    /// Shows each guard of the mode in force to `see`.
+    #[inline(always)]
+    fn each_guard<const N: usize>(&self, m: &Mode<S>, y: &[S; N], see: &mut impl FnMut(Guard, S)) {
+        self.current_guards(m, y, see);
+        if N <= ONE_BODY {
+            if self.frictionless && !self.presliding() {
+                return;
+            }
+            self.side_guard(m, 0, y[W1], || self.sum_of_torques(m, y), y, see);
+        } else if self.joined(m) {
+            if m.slip[0] != 0.0 {
+                see(Guard::StopJoint, y[W1] * m.slip[0]);
+                see(Guard::Part, self.flank_torque(m, y) * m.contact.sign());
+            } else {
+                let (low, high) = self.stuck_flank_range(m, y);
+                see(Guard::BreakJoint, high.0 - low.0);
+            }
+        } else {
+            if let Some(gap) = self.chain.transmission.gap_rad {
+                self.play_guards(m, gap, y, see);
+            }
+            self.side_guard(m, 0, y[W1], || self.torques(m, y).0, y, see);
+            self.side_guard(m, 1, y[N - 1], || self.torques(m, y).1, y, see);
+        }
+    }
+
+    #[inline(always)]
+    fn play_guards<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        gap: S,
+        y: &[S; N],
+        see: &mut impl FnMut(Guard, S),
+    ) {
+        if m.contact.sign() != 0.0 {
+            let push = self.spring_torque(m.contact, y) * m.contact.sign();
+            see(Guard::Part, push);
+            return;
+        }
+        let apart = y[TH1] - y[N - 2];
+        let (mut upper, mut lower) = (gap * 0.5 - apart, gap * 0.5 + apart);
+        if !self.welds {
+            // A spring beyond its flank that springs back slower than the sides part touches again when it would push.
+            upper = max(upper, -self.spring_torque(Contact::Upper, y));
+            lower = max(lower, self.spring_torque(Contact::Lower, y));
+        }
+        see(Guard::TouchUpper, upper);
+        see(Guard::TouchLower, lower);
+    }
+
+    #[inline(always)]
+    fn current_guards<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        y: &[S; N],
+        see: &mut impl FnMut(Guard, S),
+    ) {
+        if self.chain.kind == CommandKind::Voltage {
+            let driver = &self.chain.driver;
+            match m.flow {
+                Flow::Free => {
+                    if m.flow_sign != 0.0 {
+                        let through = if self.inductive {
+                            y[CUR] * m.flow_sign
+                        } else {
+                            self.excess(y) * m.flow_sign - driver.drop()
+                        };
+                        see(Guard::CurrentZero, through);
+                    }
+                    if let Some(limit) = driver.limit_a {
+                        see(Guard::Limit, limit - self.current(m, y).abs());
+                    }
+                }
+                Flow::Blocked => see(Guard::Unblock, driver.drop() - self.excess(y).abs()),
+                Flow::Held => see(Guard::Unlimit, self.pull(m, y)),
+                Flow::Open => {}
+            }
+        }
+        if self.chain.mechanical.load_friction.is_some()
+            && m.flow == Flow::Free
+            && (m.slip[0] != 0.0 || m.slip[1] != 0.0)
+        {
+            see(Guard::TorqueZero, self.current(m, y) * m.torque_sign);
+        }
+    }
+
+    #[inline(always)]
+    fn side_guard<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        speed: S,
+        net: impl Fn() -> S,
+        y: &[S; N],
+        see: &mut impl FnMut(Guard, S),
+    ) {
+        if m.slip[side] != 0.0 {
+            see(Guard::Stop(side), speed * m.slip[side]);
+        } else {
+            let (net, (up, down)) = (net(), self.levels(m, side, y));
+            let slack = (up + down) * BREAKAWAY_SLACK;
+            see(Guard::Break(side), min(up - net, down + net) + slack);
+        }
+    }
+
+    /// By how much current at the limit would be driven further, in V.
+    #[inline(always)]
+    pub(crate) fn pull<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        let limit = self.chain.driver.limit_a.unwrap_or_else(S::zero);
+        self.excess(y) * m.flow_sign - self.chain.driver.drop() - self.resistance(y) * limit
+    }
+
+    pub(crate) fn presliding(&self) -> bool {
+        self.chain.mechanical.break_in_angle_rad.is_some()
+    }
+
+    #[inline(always)]
+    pub(crate) fn sum_of_torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        let (motor, load) = self.torques(m, y);
+        motor + load
+    }
+
+    /// A side's breakaway levels forward and back.
+    #[inline(always)]
+    pub(crate) fn levels<const N: usize>(&self, m: &Mode<S>, side: usize, y: &[S; N]) -> (S, S) {
+        let torque = match self.chain.mechanical.load_friction {
+            Some(_) => self.motor_torque(m, y),
+            None => S::zero(),
+        };
+        let level = |s| self.chain.mechanical.breakaway(s, torque) * self.share[side];
+        (level(1.0), level(-1.0))
+    }
+
+    /// Torque by which the motor side pushes the load while both move as one.
+    #[inline(always)]
+    pub(crate) fn flank_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+        let (motor, load) = self.torques(m, y);
+        let speed = y[W1];
+        let friction1 = self.friction(m, 0, y[TH1], speed, y);
+        let friction2 = self.friction(m, 1, y[N - 2], speed, y);
+        let viscous = (self.viscous[0] + self.viscous[1]) * speed;
+        let acceleration = (motor + load - viscous - friction1 - friction2) / self.inertia[2];
+        self.inertia[1] * acceleration + self.viscous[1] * speed + friction2 - load
+    }
+
+    /// The flank torques that keep both sides at rest while they touch: lowest and highest, and what sets them.
+    #[inline(always)]
+    pub(crate) fn stuck_flank_range<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        y: &[S; N],
+    ) -> ((S, Holder), (S, Holder)) {
+        let (motor, load) = self.torques(m, y);
+        let (up1, down1) = self.levels(m, 0, y);
+        let (up2, down2) = self.levels(m, 1, y);
+        let mut low = (motor - up1, Holder::Motor);
+        let mut high = (motor + down1, Holder::Motor);
+        let mut raise = |torque: S, by| {
+            if torque.value() > low.0.value() {
+                low = (torque, by);
+            }
+        };
+        raise(-down2 - load, Holder::Load);
+        if m.contact == Contact::Upper {
+            raise(S::zero(), Holder::Flank);
+        }
+        let mut lower = |torque: S, by| {
+            if torque.value() < high.0.value() {
+                high = (torque, by);
+            }
+        };
+        lower(up2 - load, Holder::Load);
+        if m.contact == Contact::Lower {
+            lower(S::zero(), Holder::Flank);
+        }
+        (low, high)
+    }
+}

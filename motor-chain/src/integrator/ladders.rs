@@ -1,0 +1,146 @@
+//! Ladders that were made, kept from mode to mode and from machine to machine.
+//!
+//! A [`Ladder`] hangs on a matrix, on whether the equations are affine, and on the longest step. Within one machine a [`Key`] of the
+//! mode tells which one it is. The next machine's modes have the same matrices where it differs in what a matrix does not hold, as the
+//! pieces of a cut recording do, each simulated by itself: then they serve again.
+
+use crate::integrator::dynamics::Flow;
+use crate::integrator::ladder::{Ladder, Matrix};
+use crate::scalar::Scalar;
+
+/// Most ladders kept; beyond, the oldest go.
+const MOST: usize = 24;
+
+/// What the matrices of one machine depend on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Key {
+    pub flow: Flow,
+    pub touching: bool,
+    pub sticks: [bool; 2],
+    pub load_friction: [f64; 3],
+    pub added_resistance: f64,
+}
+
+/// A ladder, and the key under which the machine in force knows it.
+#[derive(Debug, Clone)]
+struct Known<S, const N: usize> {
+    key: Option<Key>,
+    ladder: Ladder<S, N>,
+}
+
+/// Ladders for one longest step, and the one in force.
+#[derive(Debug, Clone)]
+pub(crate) struct Ladders<S, const N: usize> {
+    longest_s: f64,
+    /// Those made or taken over last stand last; without a key those of machines before.
+    known: Vec<Known<S, N>>,
+    at: usize,
+}
+
+impl<S: Scalar, const N: usize> Ladders<S, N> {
+    /// None yet, for steps of this length and shorter ones.
+    pub fn new(longest_s: f64) -> Self {
+        Self {
+            longest_s,
+            known: Vec::with_capacity(MOST),
+            at: 0,
+        }
+    }
+
+    /// For another machine.
+    pub fn restart(&mut self, longest_s: f64) {
+        if self.longest_s != longest_s {
+            self.known.clear();
+            self.longest_s = longest_s;
+        }
+        for known in &mut self.known {
+            known.key = None;
+        }
+    }
+
+    /// Takes up the ladder under this key, of equations that are affine or not; `matrix` is asked for where the machine has not had it.
+    pub fn take_up(&mut self, key: Key, is_affine: bool, matrix: impl FnOnce() -> Matrix<S, N>) {
+        if let Some(at) = self.known.iter().position(|known| known.key == Some(key)) {
+            self.at = at;
+            return;
+        }
+        let a = matrix();
+        let serves = |known: &Known<S, N>| {
+            known.key.is_none() && known.ladder.is_affine == is_affine && known.ladder.a == a
+        };
+        let ladder = match self.known.iter().position(serves) {
+            Some(place) => self.known.remove(place).ladder,
+            None => Ladder::new(&a, self.longest_s, is_affine),
+        };
+        if self.known.len() == MOST {
+            self.known.remove(0);
+        }
+        let key = Some(key);
+        self.known.push(Known { key, ladder });
+        self.at = self.known.len() - 1;
+    }
+
+    /// The one in force.
+    #[inline(always)]
+    pub fn in_force(&self) -> &Ladder<S, N> {
+        &self.known[self.at].ladder
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(added_resistance: f64) -> Key {
+        Key {
+            flow: Flow::Free,
+            touching: true,
+            sticks: [false; 2],
+            load_friction: [0.0; 3],
+            added_resistance,
+        }
+    }
+
+    #[test]
+    fn a_machine_takes_over_ladders_of_the_same_matrices_and_steps_and_no_others() {
+        let mut ladders = Ladders::<f64, 1>::new(0.003);
+        let mut made = Vec::new();
+        let mut take_up = |ladders: &mut Ladders<f64, 1>, r: f64, rate: f64, is_affine: bool| {
+            ladders.take_up(key(r), is_affine, || [[-rate]]);
+            let ladder = ladders.in_force();
+            assert_eq!(ladder.a, [[-rate]]);
+            let place: *const _ = ladder.rung(0);
+            let is_new = !made.contains(&place);
+            made.push(place);
+            is_new
+        };
+        assert!(take_up(&mut ladders, 0.0, 5.0, true));
+        assert!(take_up(&mut ladders, 1.0, 7.0, true));
+        assert!(!take_up(&mut ladders, 0.0, 5.0, true));
+        // The same numbers under other keys.
+        ladders.restart(0.003);
+        assert!(!take_up(&mut ladders, 0.5, 7.0, true));
+        assert!(!take_up(&mut ladders, 0.0, 5.0, true));
+        assert!(take_up(&mut ladders, 2.0, 5.0, false));
+        assert_eq!(ladders.known.len(), 3);
+        // The same key with other numbers, and other steps.
+        ladders.restart(0.003);
+        assert!(take_up(&mut ladders, 0.0, 6.0, true));
+        ladders.restart(0.03);
+        assert!(ladders.known.is_empty());
+        ladders.take_up(key(0.0), true, || [[-6.0]]);
+        let e = ladders.in_force().rung(0).e[0][0];
+        assert!((e - (-0.18_f64).exp()).abs() < 1e-12, "{e}");
+    }
+
+    #[test]
+    fn the_oldest_go_first() {
+        let mut ladders = Ladders::<f64, 1>::new(0.003);
+        for k in 0..=MOST {
+            ladders.take_up(key(k as f64), true, || [[-1.0 - k as f64]]);
+        }
+        assert_eq!(ladders.known.len(), MOST);
+        assert!(ladders.known.iter().all(|known| known.ladder.a != [[-1.0]]));
+        assert_eq!(ladders.in_force().a, [[-1.0 - MOST as f64]]);
+    }
+}

@@ -1,0 +1,304 @@
+//! How a run's time is divided: samples, changes of the command, and the engine's steps between them.
+
+use crate::integrator::engine::{Engine, TICKS};
+use crate::integrator::inside::Sample;
+use crate::scalar::Scalar;
+use crate::simulate::{Drive, SimulationError};
+
+/// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this, give or take the
+/// share by which clocks are off.
+pub(crate) const LONGEST_STEP_S: f64 = 0.003;
+const CLOCK: f64 = 1e-3;
+
+/// How many times as long they may be in a fit, where samples lie closer than that, and where they lie farther apart.
+const COARSER: f64 = 4.0;
+const COARSER_APART: f64 = 2.0;
+
+/// Takes what each sample of a run finds. Closures do, but the compiler may choose to call them.
+pub(crate) trait Reader<S, const N: usize> {
+    /// Of sample `k`.
+    fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
+}
+
+impl<S, const N: usize, F> Reader<S, N> for F
+where
+    F: FnMut(usize, &Engine<S, N>, &Sample<'_, S, N>),
+{
+    #[inline(always)]
+    fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>) {
+        self(k, engine, sample);
+    }
+}
+
+/// A drive made ready: which samples change the command, and how time is divided.
+#[derive(Debug, Clone)]
+pub(crate) struct Schedule {
+    /// Sample times from the first, on the board's clock.
+    times_s: Vec<f64>,
+    /// Samples at which the command changes, and to what.
+    changes: Vec<(usize, f64)>,
+    /// Longest step in s of the board's clock.
+    step_s: f64,
+    /// Steps a sample where all samples are the same time apart, else 0.
+    steps_per_sample: u64,
+    /// Where samples that are not lie by a clock that is right: whole ticks and the rest.
+    places: Vec<(u64, f64)>,
+}
+
+impl Schedule {
+    pub(crate) fn new(drive: &Drive<'_>) -> Result<Self, SimulationError> {
+        let (t, u) = (drive.t_s, drive.command);
+        if t.len() != u.len() {
+            let (times, commands) = (t.len(), u.len());
+            return Err(SimulationError::Lengths { times, commands });
+        }
+        for (sample, (&t_s, &command)) in t.iter().zip(u).enumerate() {
+            if !t_s.is_finite() || (sample > 0 && t_s <= t[sample - 1]) {
+                return Err(SimulationError::Time { sample, t_s });
+            }
+            if !command.is_finite() {
+                return Err(SimulationError::Command { sample, command });
+            }
+        }
+        let start = t.first().copied().unwrap_or(0.0);
+        let times_s: Vec<f64> = t.iter().map(|x| x - start).collect();
+        let mut changes: Vec<(usize, f64)> = Vec::new();
+        for (k, &command) in u.iter().enumerate() {
+            if changes.last().map_or(0.0, |c| c.1) != command {
+                changes.push((k, command));
+            }
+        }
+        let mean_s = match times_s.last() {
+            Some(last) if times_s.len() > 1 => last / (times_s.len() - 1) as f64,
+            _ => LONGEST_STEP_S,
+        };
+        let uniform = times_s
+            .iter()
+            .enumerate()
+            .all(|(k, x)| (x - k as f64 * mean_s).abs() < 1e-9);
+        let steps = (mean_s / LONGEST_STEP_S - CLOCK).ceil().max(1.0);
+        let schedule = Self {
+            times_s,
+            changes,
+            step_s: mean_s / steps,
+            steps_per_sample: if uniform { steps as u64 } else { 0 },
+            places: Vec::new(),
+        };
+        Ok(schedule.placed())
+    }
+
+    fn placed(mut self) -> Self {
+        if self.steps_per_sample == 0 {
+            self.places = (0..self.len()).map(|k| self.tick(k, 1.0, 0.0)).collect();
+        }
+        self
+    }
+
+    /// The same with longer steps where samples lie between the ends of steps anyway, for fits: they are read off inside steps,
+    /// which differs by some thousandths of a count where the command has just changed, and by a ten-thousandth RMS.
+    pub(crate) fn coarser(mut self) -> Self {
+        if self.steps_per_sample == 0 {
+            let intervals = self.len().saturating_sub(1).max(1) as f64;
+            let mean_s = self.times_s.last().copied().unwrap_or(0.0) / intervals;
+            self.step_s *= if mean_s > COARSER * self.step_s {
+                COARSER_APART
+            } else {
+                COARSER
+            };
+        }
+        self.placed()
+    }
+
+    /// The same with the steps of the run that it was cut from, whose sample times are its own on average: then the matrices of one
+    /// are those of the other.
+    pub(crate) fn stepping_as(mut self, run: &Self) -> Self {
+        if self.steps_per_sample == run.steps_per_sample {
+            self.step_s = run.step_s;
+        }
+        self.placed()
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.times_s.len()
+    }
+
+    /// Longest step in real time, by a clock that is off.
+    pub(crate) fn longest_s(&self, stretch: f64) -> f64 {
+        self.step_s * stretch
+    }
+
+    /// Where `time of sample k + later_s` lies in ticks: whole ticks and the rest. Time on the board's clock times
+    /// `stretch` is real time; `later_s` is real.
+    fn tick<S: Scalar>(&self, k: usize, stretch: S, later_s: S) -> (u64, S) {
+        if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
+            return (k as u64 * self.steps_per_sample * TICKS, S::zero());
+        }
+        let tick_s = self.longest_s(stretch.value()) / TICKS as f64;
+        let (whole, rest_s) = if self.steps_per_sample > 0 {
+            let whole = k as u64 * self.steps_per_sample * TICKS;
+            // Derivatives of the stretch remain.
+            let board_s = k as f64 * self.steps_per_sample as f64 * self.step_s;
+            (whole, (stretch - stretch.value()) * board_s + later_s)
+        } else {
+            (0, stretch * self.times_s[k] + later_s)
+        };
+        let rest = rest_s / tick_s;
+        let mut floor = rest.value().floor();
+        if rest.value() - floor > 1.0 - 1e-6 {
+            floor += 1.0;
+        }
+        let mut offset = rest - floor;
+        if offset.value() < 1e-6 {
+            offset = offset - offset.value();
+        }
+        (whole + floor as u64, offset)
+    }
+
+    /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `reader` takes
+    /// what each sample finds.
+    ///
+    /// # Errors
+    /// [`SimulationError::TooStiff`] from `most_steps` for each longest step of the run on.
+    pub(crate) fn run<S: Scalar, const N: usize>(
+        &self,
+        engine: &mut Engine<S, N>,
+        most_steps: u64,
+        mut late_s: impl FnMut(usize) -> S,
+        mut reader: impl Reader<S, N>,
+    ) -> Result<(), SimulationError> {
+        let budget = most_steps.saturating_mul(self.base_steps());
+        let stretch = engine.machine.chain.timing.stretch;
+        let delay_s = engine.machine.chain.command.delay_s;
+        let mut changes = self
+            .changes
+            .iter()
+            .map(|&(k, command)| (self.tick(k, stretch, delay_s), command))
+            .peekable();
+        // Samples that lie on a step's end, whatever the parameters.
+        let regular = self.steps_per_sample > 0
+            && (stretch - stretch.value()).is_nought()
+            && engine.machine.chain.timing.jitter_s.is_nought();
+        // Samples whose time no parameter moves, wherever it lies.
+        let known = self.steps_per_sample == 0
+            && (stretch - 1.0).is_nought()
+            && engine.machine.chain.timing.jitter_s.is_nought();
+        let mut k = 0;
+        while k < self.len() {
+            let (tick, offset) = if known {
+                (self.places[k].0, S::from(self.places[k].1))
+            } else {
+                self.tick(k, stretch, late_s(k))
+            };
+            while let Some(&((at, after), command)) = changes.peek() {
+                if (at, after.value()) > (tick, offset.value()) {
+                    break;
+                }
+                engine.go_to(at);
+                engine.command(command, after);
+                changes.next();
+            }
+            engine.reach(tick, offset);
+            if engine.steps > budget {
+                return Err(SimulationError::TooStiff {
+                    sample: k,
+                    steps: engine.steps,
+                });
+            }
+            reader.read(k, engine, &engine.sample(tick, offset));
+            k += 1;
+            if regular {
+                let until = match changes.peek() {
+                    Some(&(at, _)) => self.first_sample_from(at),
+                    None => self.len(),
+                };
+                let most = until.saturating_sub(k);
+                k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
+                    reader.read(k + n, engine, &Sample::At(y))
+                });
+            } else if known {
+                let change = changes.peek().map(|&((at, after), _)| (at, after.value()));
+                let first = k;
+                let at = |n: usize| {
+                    let place = self.places.get(first + n).copied();
+                    place.filter(|place| change.is_none_or(|change| *place < change))
+                };
+                k += engine.cruise_between(at, |n, engine, sample| {
+                    reader.read(first + n, engine, sample)
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The first sample that is not before a time in ticks and the rest, where all are the same time apart.
+    fn first_sample_from<S: Scalar>(&self, (tick, offset): (u64, S)) -> usize {
+        let past = tick + u64::from(offset.value() > 0.0);
+        let sample = past.div_ceil(self.steps_per_sample * TICKS);
+        usize::try_from(sample).map_or(self.len(), |sample| sample.min(self.len()))
+    }
+
+    /// Steps that a run takes at least, and ten for its start.
+    fn base_steps(&self) -> u64 {
+        let duration_s = self.times_s.last().copied().unwrap_or(0.0);
+        (duration_s / self.step_s).ceil() as u64 + 10
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_of_a_run_takes_the_steps_of_the_run() {
+        let late_s = |k: u32| f64::from(k * 7919 % 7) * 1e-6;
+        let even: Vec<f64> = (0..2000_u32).map(|k| f64::from(k) * 0.003).collect();
+        let uneven: Vec<f64> = (0..2000_u32)
+            .map(|k| f64::from(k) * 0.003 + late_s(k))
+            .collect();
+        let command = vec![4.5; 2000];
+        let schedule = |t_s: &[f64]| {
+            let drive = Drive {
+                t_s,
+                command: &command[..t_s.len()],
+                kind: crate::CommandKind::Voltage,
+            };
+            Schedule::new(&drive).expect("a drive").coarser()
+        };
+        for (t_s, step_s) in [(&even, 0.003), (&uneven, 0.012)] {
+            let run = schedule(t_s);
+            assert!((run.step_s - step_s).abs() < 1e-8, "{}", run.step_s);
+            let mut differ = false;
+            for (from, to) in [(0, 333), (333, 666), (1801, 1951)] {
+                let piece = schedule(&t_s[from..to]);
+                differ |= piece.step_s != run.step_s;
+                let piece = piece.stepping_as(&run);
+                assert_eq!(piece.step_s, run.step_s);
+                assert_eq!(piece.steps_per_sample, run.steps_per_sample);
+                let tick_s = run.step_s / TICKS as f64;
+                for (place, t) in piece.places.iter().zip(&piece.times_s) {
+                    assert!(((place.0 as f64 + place.1) * tick_s - t).abs() < 1e-12);
+                }
+            }
+            assert!(differ, "nothing to take over");
+        }
+        // A piece that is even, of a run that is not.
+        let piece = schedule(&even[..100]);
+        let step_s = piece.step_s;
+        assert_eq!(piece.stepping_as(&schedule(&uneven)).step_s, step_s);
+    }
+
+    #[test]
+    fn a_sample_time_that_is_a_little_long_does_not_halve_the_steps() {
+        let steps = |sample_time_s: f64| {
+            let t_s: Vec<f64> = (0..100).map(|k| f64::from(k) * sample_time_s).collect();
+            let drive = Drive {
+                t_s: &t_s,
+                command: &vec![4.5; 100],
+                kind: crate::CommandKind::Voltage,
+            };
+            Schedule::new(&drive).expect("a drive").steps_per_sample
+        };
+        let found = [0.003, 0.003_000_3, 0.003_01, 0.03, 0.030_002].map(steps);
+        assert_eq!(found, [1, 1, 2, 10, 10]);
+    }
+}

@@ -1,0 +1,314 @@
+//! When a mode ends, and which one follows.
+//!
+//! A guard is positive while its mode holds. The laws: a side sticks when its speed is 0 and the net torque without
+//! friction is within the breakaway level, and leaves when it is not; current that reaches 0 stays there while the
+//! voltage drop exceeds what drives it; current at its limit stays there while it would be driven further; flanks meet
+//! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side.
+
+use crate::CommandKind;
+use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::guards::{BREAKAWAY_SLACK, Guard, Holder};
+use crate::scalar::Scalar;
+
+impl<S: Scalar> Machine<S> {
+    /// Changes mode and state after a guard fell through 0, or after a change of the command.
+    pub(crate) fn settle<const N: usize>(
+        &self,
+        m: &mut Mode<S>,
+        y: &mut [S; N],
+        fired: Option<Guard>,
+    ) {
+        if self.follows_sliding() {
+            self.anchor(m, y);
+        }
+        let before = *m;
+        self.settle_current(m, y, fired);
+        if fired == Some(Guard::TorqueZero) {
+            m.torque_sign = -m.torque_sign;
+        } else {
+            let current = self.current(m, y);
+            m.torque_sign = if current.value() != 0.0 {
+                current.sign()
+            } else {
+                self.excess(y).sign()
+            };
+        }
+        if N <= ONE_BODY {
+            self.settle_rigid(m, y, fired);
+        } else {
+            self.settle_two(m, y, fired);
+        }
+        if let Some(break_in) = self.chain.mechanical.break_in_angle_rad {
+            for (side, (angle, speed)) in self.sides(y).into_iter().enumerate() {
+                if m.slip[side] != before.slip[side] {
+                    let anchor = &before.anchor[side];
+                    let friction = if before.slip[side] == 0.0 {
+                        anchor.friction
+                    } else {
+                        self.dahl(&before, side, angle, speed, y, break_in)
+                    };
+                    m.anchor[side].angle = angle;
+                    m.anchor[side].friction = friction;
+                }
+                m.anchor[side].sliding = self.sliding(m, side, speed, y);
+            }
+        }
+    }
+
+    fn settle_rigid<const N: usize>(&self, m: &mut Mode<S>, y: &mut [S; N], fired: Option<Guard>) {
+        if self.frictionless && !self.presliding() {
+            m.slip[0] = 1.0;
+            return;
+        }
+        if fired == Some(Guard::Stop(0)) {
+            y[W1] = S::zero();
+        }
+        let net = self.sum_of_torques(m, y);
+        m.slip[0] = self.slip_after(m, 0, y[TH1], y[W1], net, fired, y);
+    }
+
+    /// The direction in which a side slips from here on; 0 where it sticks.
+    #[allow(clippy::too_many_arguments)]
+    fn slip_after<const N: usize>(
+        &self,
+        m: &Mode<S>,
+        side: usize,
+        angle: S,
+        speed: S,
+        net: S,
+        fired: Option<Guard>,
+        y: &[S; N],
+    ) -> f64 {
+        if speed.value() != 0.0 {
+            return speed.sign();
+        }
+        if let Some(break_in) = self.chain.mechanical.break_in_angle_rad {
+            // Friction builds up from here: the side never sticks.
+            if fired == Some(Guard::Stop(side)) {
+                return -m.slip[side];
+            }
+            let friction = if m.slip[side] == 0.0 {
+                m.anchor[side].friction
+            } else {
+                self.dahl(m, side, angle, speed, y, break_in)
+            };
+            let left = net - friction;
+            return if left.value() != 0.0 {
+                left.sign()
+            } else {
+                self.excess(y).sign()
+            };
+        }
+        if fired == Some(Guard::Break(side)) {
+            return net.sign();
+        }
+        let (up, down) = self.levels(m, side, y);
+        // A side that broke away at this very instant still has speed 0 and sits on its level to rounding.
+        let edge = if m.slip[side] > 0.0 {
+            net - up
+        } else {
+            -down - net
+        };
+        let stopped = fired == Some(Guard::Stop(side));
+        if !stopped && m.slip[side] != 0.0 && edge.value().abs() < 1e-13 {
+            return m.slip[side];
+        }
+        let slack = (up.value() + down.value()) * BREAKAWAY_SLACK;
+        if net.value() > up.value() + slack {
+            1.0
+        } else if net.value() < -down.value() - slack {
+            -1.0
+        } else {
+            0.0
+        }
+    }
+
+    fn settle_two<const N: usize>(&self, m: &mut Mode<S>, y: &mut [S; N], fired: Option<Guard>) {
+        let (th2, w2) = (N - 2, N - 1);
+        match fired {
+            Some(Guard::TouchUpper | Guard::TouchLower) => {
+                m.contact = if fired == Some(Guard::TouchUpper) {
+                    Contact::Upper
+                } else {
+                    Contact::Lower
+                };
+            }
+            Some(Guard::Part) if !self.welds => m.contact = Contact::Apart,
+            _ => {}
+        }
+        match fired {
+            Some(Guard::TouchUpper | Guard::TouchLower) if self.welds => {
+                let speed = self.share[0] * y[W1] + self.share[1] * y[w2];
+                (y[W1], y[w2]) = (speed, speed);
+                let gap = self.chain.transmission.gap_rad.unwrap_or_else(S::zero);
+                y[th2] = y[TH1] - gap * (0.5 * m.contact.sign());
+            }
+            Some(Guard::StopJoint) => (y[W1], y[w2]) = (S::zero(), S::zero()),
+            _ => {}
+        }
+        if self.joined(m) {
+            self.settle_contact(m, y, fired);
+        }
+        if !self.joined(m) {
+            match fired {
+                Some(Guard::Stop(0)) => y[W1] = S::zero(),
+                Some(Guard::Stop(1)) => y[w2] = S::zero(),
+                _ => {}
+            }
+            let (motor, load) = self.torques(m, y);
+            m.slip[0] = self.slip_after(m, 0, y[TH1], y[W1], motor, fired, y);
+            m.slip[1] = self.slip_after(m, 1, y[th2], y[w2], load, fired, y);
+        }
+    }
+
+    fn settle_contact<const N: usize>(
+        &self,
+        m: &mut Mode<S>,
+        y: &mut [S; N],
+        fired: Option<Guard>,
+    ) {
+        if y[W1].value() != 0.0 || self.presliding() {
+            let direction = if y[W1].value() != 0.0 {
+                y[W1].sign()
+            } else if fired == Some(Guard::StopJoint) {
+                -m.slip[0]
+            } else {
+                self.sum_of_torques(m, y).sign()
+            };
+            m.slip = [direction; 2];
+            if fired == Some(Guard::Part) || self.parts(m, y) {
+                m.contact = Contact::Apart;
+            }
+            return;
+        }
+        let ((low, low_by), (high, high_by)) = self.stuck_flank_range(m, y);
+        m.slip = [0.0; 2];
+        if fired != Some(Guard::BreakJoint) && low.value() <= high.value() {
+            return;
+        }
+        // The two binding limits say what gives way. A flank cannot pull: a side bound against it leaves alone.
+        if low_by == Holder::Flank || high_by == Holder::Flank {
+            m.contact = Contact::Apart;
+            if low_by == Holder::Motor || high_by == Holder::Motor {
+                m.slip[0] = if low_by == Holder::Motor { 1.0 } else { -1.0 };
+            } else {
+                m.slip[1] = if high_by == Holder::Load { 1.0 } else { -1.0 };
+            }
+        } else {
+            m.slip = [if low_by == Holder::Motor { 1.0 } else { -1.0 }; 2];
+        }
+    }
+
+    /// Whether sides that touch and slip as one would have to pull; at no torque, its rate of change decides.
+    fn parts<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> bool {
+        let mut push = self.flank_torque(m, y).value() * m.contact.sign();
+        if push.abs() < 1e-12 {
+            let rate = self.rate(m, y);
+            let mut ahead = *y;
+            for (value, slope) in ahead.iter_mut().zip(rate) {
+                *value += slope * 1e-7;
+            }
+            push = self.flank_torque(m, &ahead).value() * m.contact.sign();
+        }
+        push < 0.0
+    }
+
+    fn settle_current<const N: usize>(
+        &self,
+        m: &mut Mode<S>,
+        y: &mut [S; N],
+        fired: Option<Guard>,
+    ) {
+        let driver = &self.chain.driver;
+        if self.chain.kind != CommandKind::Voltage {
+            let mut current = self.voltage;
+            if self.chain.kind == CommandKind::Torque {
+                current = current / self.chain.electrical.torque_constant_nm_per_a;
+            }
+            if let Some(limit) = driver.limit_a.filter(|l| l.value() < current.value().abs()) {
+                current = limit * current.sign();
+            }
+            (m.flow, y[CUR]) = (Flow::Held, current);
+            return;
+        }
+        if driver.coast && self.command == 0.0 {
+            (m.flow, m.flow_sign, y[CUR]) = (Flow::Open, 0.0, S::zero());
+            return;
+        }
+        if !self.inductive {
+            self.settle_algebraic_current(m, y, fired);
+            return;
+        }
+        let drop = driver.drop();
+        if fired == Some(Guard::Limit) {
+            let limit = driver.limit_a.unwrap_or_else(S::zero);
+            (m.flow, m.flow_sign) = (Flow::Held, y[CUR].sign());
+            y[CUR] = limit * m.flow_sign;
+            return;
+        }
+        if m.flow == Flow::Held {
+            if fired == Some(Guard::Unlimit) || self.pull(m, y).value() < 0.0 {
+                m.flow = Flow::Free;
+                if driver.drop_v.is_none() {
+                    m.flow_sign = 0.0;
+                }
+            }
+            return;
+        }
+        if driver.drop_v.is_none() {
+            (m.flow, m.flow_sign) = (Flow::Free, 0.0);
+            return;
+        }
+        if fired == Some(Guard::CurrentZero) {
+            y[CUR] = S::zero();
+        }
+        let excess = self.excess(y);
+        if fired == Some(Guard::Unblock) {
+            (m.flow, m.flow_sign) = (Flow::Free, excess.sign());
+        } else if y[CUR].value() != 0.0 {
+            (m.flow, m.flow_sign) = (Flow::Free, y[CUR].sign());
+        } else if m.flow == Flow::Free
+            && m.flow_sign != 0.0
+            && !matches!(fired, None | Some(Guard::CurrentZero))
+        {
+            // Current has just begun to flow: still 0 at this instant.
+        } else if excess.value().abs() > drop.value() {
+            (m.flow, m.flow_sign) = (Flow::Free, excess.sign());
+        } else {
+            (m.flow, m.flow_sign) = (Flow::Blocked, 0.0);
+        }
+    }
+
+    /// Without inductance the current follows at once: which branch holds is read off the voltages.
+    fn settle_algebraic_current<const N: usize>(
+        &self,
+        m: &mut Mode<S>,
+        y: &mut [S; N],
+        fired: Option<Guard>,
+    ) {
+        let driver = &self.chain.driver;
+        let excess = self.excess(y);
+        let sign = excess.sign();
+        let over = excess.value().abs() - driver.drop().value();
+        let limit = driver.limit_a;
+        let blocked = match fired {
+            Some(Guard::CurrentZero) => true,
+            Some(Guard::Unblock) => false,
+            _ => driver.drop_v.is_some() && over <= 0.0,
+        };
+        let limited = match (fired, limit) {
+            (_, None) => false,
+            (Some(Guard::Limit), _) => true,
+            (Some(Guard::Unlimit), _) => false,
+            (_, Some(limit)) => over > limit.value() * self.resistance(y).value(),
+        };
+        (m.flow, m.flow_sign, y[CUR]) = if blocked {
+            (Flow::Blocked, 0.0, S::zero())
+        } else if limited {
+            (Flow::Held, sign, limit.unwrap_or_else(S::zero) * sign)
+        } else {
+            let kept = if driver.drop_v.is_some() { sign } else { 0.0 };
+            (Flow::Free, kept, S::zero())
+        };
+    }
+}

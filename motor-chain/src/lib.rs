@@ -1,0 +1,37 @@
+//! The motor: parameters with units, the signal chain, the simulator.
+
+mod active;
+pub mod catalogue;
+mod chain;
+mod command_kind;
+mod effect_parameter;
+mod encoders;
+mod file;
+pub mod fit;
+mod integrator;
+mod parameter_id;
+mod parameters;
+mod plant;
+mod reading;
+pub mod scalar;
+mod simulate;
+mod sine;
+mod stages;
+mod workspace;
+
+pub use catalogue::{ActiveEffect, Effects};
+pub use command_kind::CommandKind;
+pub use file::{Motor, MotorFileError, read_motor};
+pub use parameters::Parameters;
+pub use plant::Plant;
+pub use simulate::{Drive, SimulationError, SimulationOptions, Trajectory, simulate};
+
+/// Which of the handout's models: without or with the inductance of the motor file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Model {
+    /// L = 0: the current follows the voltage at once. (The effect `inductance` still brings its own.)
+    FirstOrder,
+    /// With the winding's inductance.
+    #[default]
+    SecondOrder,
+}

@@ -1,0 +1,132 @@
+//! What is read off the shaft: counts edge by edge, their mean, and how late a sample is taken.
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use crate::integrator::dynamics::{ONE_BODY, TH1};
+use crate::scalar::Scalar;
+use crate::stages::sensor::Sensor;
+
+/// Where in the state the angle of the shaft is that bears the encoder; its speed is the next.
+#[inline(always)]
+pub(crate) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
+    if N > ONE_BODY && is_on_load {
+        N - 2
+    } else {
+        TH1
+    }
+}
+
+/// A number in 0 .. 1.
+fn uniform(random: &mut Pcg64Mcg) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Random lateness of samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Lateness {
+    spread_s: f64,
+    random: Pcg64Mcg,
+}
+
+impl Lateness {
+    pub(crate) fn new(spread_s: f64, seed: u64) -> Self {
+        Self {
+            spread_s,
+            random: Pcg64Mcg::seed_from_u64(seed ^ 0x6a69_7474_6572),
+        }
+    }
+
+    /// Lateness of the next sample.
+    pub(crate) fn next_s(&mut self) -> f64 {
+        self.spread_s * uniform(&mut self.random)
+    }
+}
+
+/// The encoder's integer counts, edge by edge.
+#[derive(Debug, Clone)]
+pub(crate) struct Encoder {
+    sensor: Sensor<f64>,
+    start_fraction: f64,
+    edge: i64,
+    counts: i64,
+    speed_rad_s: f64,
+    random: Pcg64Mcg,
+}
+
+impl Encoder {
+    pub(crate) fn new(sensor: Sensor<f64>, start_fraction: f64, seed: u64) -> Self {
+        let edge = (sensor.unrounded(0.0) + start_fraction).floor() as i64;
+        Self {
+            sensor,
+            start_fraction,
+            edge,
+            counts: edge,
+            speed_rad_s: 0.0,
+            random: Pcg64Mcg::seed_from_u64(seed),
+        }
+    }
+
+    /// Counts when the shaft has come to this angle at this speed.
+    pub(crate) fn read(&mut self, angle_rad: f64, speed_rad_s: f64) -> i64 {
+        let edge = (self.sensor.unrounded(angle_rad) + self.start_fraction).floor() as i64;
+        let steps = edge - self.edge;
+        if self.sensor.faithful() {
+            self.counts += steps;
+        } else {
+            let before = self.speed_rad_s;
+            for k in 0..steps.unsigned_abs() {
+                let share = (k as f64 + 0.5) / steps.unsigned_abs() as f64;
+                let speed = before + share * (speed_rad_s - before);
+                let too_fast = self.sensor.too_fast(speed);
+                let lost = self.sensor.loss > 0.0 && uniform(&mut self.random) < self.sensor.loss;
+                if !too_fast && !lost {
+                    self.counts += steps.signum();
+                }
+            }
+        }
+        (self.edge, self.speed_rad_s) = (edge, speed_rad_s);
+        self.counts
+    }
+}
+
+/// The encoder's counts before rounding, their mean where edges are lost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MeanCounts<S> {
+    sensor: Sensor<S>,
+    unrounded: S,
+    speed_rad_s: S,
+    mean: S,
+}
+
+impl<S: Scalar> MeanCounts<S> {
+    /// From this angle and speed on.
+    pub(crate) fn new(sensor: Sensor<S>, angle_rad: f64, speed_rad_s: f64) -> Self {
+        let unrounded = sensor.unrounded(S::from(angle_rad));
+        Self {
+            sensor,
+            unrounded,
+            speed_rad_s: S::from(speed_rad_s),
+            mean: unrounded,
+        }
+    }
+
+    /// Mean counts when the shaft has come to this angle at this speed, which an encoder that counts every edge does not ask for.
+    #[inline(always)]
+    pub(crate) fn read(&mut self, angle_rad: S, speed_rad_s: impl FnOnce() -> S) -> S {
+        let unrounded = self.sensor.unrounded(angle_rad);
+        if self.sensor.faithful() {
+            return unrounded;
+        }
+        self.keep(unrounded, speed_rad_s())
+    }
+
+    /// Mean counts where edges are lost.
+    #[inline(never)]
+    fn keep(&mut self, unrounded: S, speed_rad_s: S) -> S {
+        let kept = self.sensor.kept_share(self.speed_rad_s, speed_rad_s);
+        self.mean += (unrounded - self.unrounded) * kept;
+        (self.unrounded, self.speed_rad_s) = (unrounded, speed_rad_s);
+        self.mean
+    }
+}

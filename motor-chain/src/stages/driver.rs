@@ -1,0 +1,187 @@
+//! Stage 2, the driver: the bridge and its supply.
+//!
+//! With `e = gain u - Kb w` the winding sees `e - drop sgn(i)`, through `R + d^2 Rs` with `d = |u| / supply`,
+//! and carries at most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit.
+
+use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+
+/// The bridge and its supply.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Driver<S> {
+    /// What the duty is relative to, in V.
+    pub supply_v: S,
+    /// Volts at the bridge for a volt asked for.
+    pub gain: S,
+    /// Lost in bridge and brushes against the current, in V.
+    pub drop_v: Option<S>,
+    /// The supply's resistance, in ohm.
+    pub source_resistance_ohm: Option<S>,
+    /// Largest current, in A.
+    pub limit_a: Option<S>,
+    /// Whether a command of 0 opens the circuit.
+    pub coast: bool,
+}
+
+impl<S: Scalar> Driver<S> {
+    pub(crate) fn nominal(supply_v: S) -> Self {
+        Self {
+            supply_v,
+            gain: S::from(1.0),
+            drop_v: None,
+            source_resistance_ohm: None,
+            limit_a: None,
+            coast: false,
+        }
+    }
+
+    /// Resistance that the supply adds at this command, in ohm.
+    pub(crate) fn added_resistance(&self, command: f64) -> S {
+        match self.source_resistance_ohm {
+            Some(source) => {
+                let duty = S::from(command.abs()) / self.supply_v;
+                duty * duty * source
+            }
+            None => S::zero(),
+        }
+    }
+
+    /// Bridge and brush drop in V, 0 without the effect.
+    #[inline(always)]
+    pub(crate) fn drop(&self) -> S {
+        self.drop_v.unwrap_or_else(S::zero)
+    }
+}
+
+/// Bridge and brushes take a voltage that does not depend on the current.
+pub(crate) struct VoltageDrop;
+
+impl Effect for VoltageDrop {
+    const KIND: EffectKind = EffectKind {
+        id: "voltage_drop",
+        stage: Stage::Driver,
+        summary: "bridge and brushes take a constant voltage",
+        equation: "v = u - drop_v sgn(i); i stays 0 while |u - Kb w| <= drop_v",
+        source: "brush drop (Fitzgerald, Electric Machinery); saturation voltage of bipolar bridges",
+        excited_by: "several levels, braking and reversing",
+        confounded_with: &["coulomb_friction"],
+        parameters: &[EffectParameter::new(
+            "drop_v",
+            "V",
+            (0.1, 1.5),
+            Scale::Absolute,
+            Prior::LogUniform,
+        )],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.drop_v = Some(values[0]);
+    }
+}
+
+/// The supply sags under load.
+pub(crate) struct SupplySag;
+
+impl Effect for SupplySag {
+    const KIND: EffectKind = EffectKind {
+        id: "supply_sag",
+        stage: Stage::Driver,
+        summary: "the supply sags under load",
+        equation: "R -> R + d^2 source_resistance_ohm, d = |u| / supply_v",
+        source: "averaged bridge: the supply carries d i, which drops d Rs i, of which d reaches the motor",
+        excited_by: "several levels",
+        confounded_with: &["resistance_ohm"],
+        parameters: &[EffectParameter::new(
+            "source_resistance_ohm",
+            "ohm",
+            (0.5, 10.0),
+            Scale::Absolute,
+            Prior::LogUniform,
+        )],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.source_resistance_ohm = Some(values[0]);
+    }
+}
+
+/// The supply is another than the one that the duty is computed with.
+pub(crate) struct SupplyError;
+
+impl Effect for SupplyError {
+    const KIND: EffectKind = EffectKind {
+        id: "supply_error",
+        stage: Stage::Driver,
+        summary: "the supply is another than assumed",
+        equation: "v = gain u",
+        source: "duty = u / assumed supply",
+        excited_by: "any command",
+        confounded_with: &["torque_constant_nm_per_a", "back_emf_v_s_per_rad"],
+        parameters: &[EffectParameter::new(
+            "gain",
+            "",
+            (0.7, 1.3),
+            Scale::Absolute,
+            Prior::Uniform,
+        )
+        .away_from(1.0, 0.05)
+        .possible(-f64::MAX, f64::MAX)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.gain = values[0];
+    }
+}
+
+/// The driver limits the current.
+pub(crate) struct CurrentLimit;
+
+impl Effect for CurrentLimit {
+    const KIND: EffectKind = EffectKind {
+        id: "current_limit",
+        stage: Stage::Driver,
+        summary: "the driver limits the current",
+        equation: "|i| <= limit_a",
+        source: "current-chopping drivers",
+        excited_by: "steps from rest, reversals",
+        confounded_with: &[],
+        parameters: &[EffectParameter::new(
+            "limit_a",
+            "A",
+            (0.2, 0.8),
+            Scale::StallCurrent,
+            Prior::Uniform,
+        )
+        .possible(1e-6, f64::MAX)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.limit_a = Some(values[0]);
+    }
+}
+
+/// A command of 0 opens the circuit instead of braking.
+pub(crate) struct CoastAtZero;
+
+impl Effect for CoastAtZero {
+    const KIND: EffectKind = EffectKind {
+        id: "coast_at_zero",
+        stage: Stage::Driver,
+        summary: "a command of 0 opens the circuit instead of braking",
+        equation: "u = 0 -> i = 0",
+        source: "bridges with both inputs low in high impedance",
+        excited_by: "switching off while turning",
+        confounded_with: &["viscous_friction"],
+        parameters: &[],
+        random: false,
+    };
+
+    fn install<S: Scalar>(_values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.coast = true;
+    }
+}

@@ -1,0 +1,184 @@
+//! Stage 3, the winding: current from voltage, torque from current.
+//!
+//! `L di/dt = v - R (1 + k P) i - Kb f(theta) w`, `tau_m = Kt f(theta) i`, with the ripple
+//! `f = 1 + A sin(n theta + phi)` in both so that power is kept, and the filtered copper loss `P` of winding heating.
+
+use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+
+/// The winding.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Electrical<S> {
+    /// Cold resistance R in ohm.
+    pub resistance_ohm: S,
+    /// Inductance L in H; 0 where the current follows the voltage at once.
+    pub inductance_h: S,
+    /// Torque constant Kt in N m/A.
+    pub torque_constant_nm_per_a: S,
+    /// Back-EMF constant Kb in V s/rad.
+    pub back_emf_v_s_per_rad: S,
+    /// Ripple of both constants with the angle.
+    pub ripple: Option<Wave<S>>,
+    /// Resistance that rises with the copper loss.
+    pub heating: Option<Heating<S>>,
+}
+
+/// `amplitude sin(cycles theta + phase)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wave<S> {
+    /// Amplitude.
+    pub amplitude: S,
+    /// Periods a revolution.
+    pub cycles_per_rev: S,
+    /// Phase in rad.
+    pub phase_rad: S,
+}
+
+impl<S: Scalar> Wave<S> {
+    /// The wave at this angle.
+    #[inline(always)]
+    pub(crate) fn at(&self, angle_rad: S) -> S {
+        self.amplitude * (self.cycles_per_rev * angle_rad + self.phase_rad).sin()
+    }
+}
+
+/// First-order thermal lag: `P' = (i^2 R - P) / tau`, `R (1 + k P)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Heating<S> {
+    /// Relative rise of R per watt.
+    pub rise_per_w: S,
+    /// Thermal time constant in s.
+    pub time_constant_s: S,
+}
+
+impl<S: Scalar> Electrical<S> {
+    /// `f(theta)`: what ripple makes of both motor constants.
+    #[inline(always)]
+    pub(crate) fn factor(&self, angle_rad: S) -> S {
+        match &self.ripple {
+            Some(ripple) => ripple.at(angle_rad) + 1.0,
+            None => S::from(1.0),
+        }
+    }
+
+    /// Resistance of the winding at this filtered copper loss.
+    #[inline(always)]
+    pub(crate) fn resistance(&self, loss_w: S) -> S {
+        match &self.heating {
+            Some(heating) => self.resistance_ohm * (heating.rise_per_w * loss_w + 1.0),
+            None => self.resistance_ohm,
+        }
+    }
+}
+
+/// The winding has another inductance than the file's.
+pub(crate) struct Inductance;
+
+impl Effect for Inductance {
+    const KIND: EffectKind = EffectKind {
+        id: "inductance",
+        stage: Stage::Electrical,
+        summary: "the winding's inductance is another than the file's",
+        equation: "L di/dt = v - R i - Kb w",
+        source: "lab handout, second-order model",
+        excited_by: "steps, at a short sample time",
+        confounded_with: &["transport_delay"],
+        parameters: &[EffectParameter::new(
+            "inductance_h",
+            "H",
+            (1e-3, 30e-3),
+            Scale::Resistance,
+            Prior::LogUniform,
+        )],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.electrical.inductance_h = values[0];
+    }
+}
+
+/// The winding warms up and its resistance rises.
+pub(crate) struct WindingHeating;
+
+impl Effect for WindingHeating {
+    const KIND: EffectKind = EffectKind {
+        id: "winding_heating",
+        stage: Stage::Electrical,
+        summary: "the winding warms up and its resistance rises",
+        equation: "R (1 + k P), dP/dt = (i^2 R - P) / time_constant_s, k = resistance_rise_per_w",
+        source: "copper's temperature coefficient through one thermal lag",
+        excited_by: "long hot runs",
+        confounded_with: &["supply_sag"],
+        parameters: &[
+            EffectParameter::new(
+                "resistance_rise_per_w",
+                "1/W",
+                // A motor that turns freely takes some 5 % of its stall power: 8 there is +40 %.
+                (0.05, 8.0),
+                Scale::PerStallPower,
+                Prior::LogUniform,
+            ),
+            EffectParameter::new(
+                "time_constant_s",
+                "s",
+                (1.0, 120.0),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(1e-3, f64::MAX),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.electrical.heating = Some(Heating {
+            rise_per_w: values[0],
+            time_constant_s: values[1],
+        });
+    }
+}
+
+/// Torque constant and back EMF ripple with the angle.
+pub(crate) struct TorqueRipple;
+
+impl Effect for TorqueRipple {
+    const KIND: EffectKind = EffectKind {
+        id: "torque_ripple",
+        stage: Stage::Electrical,
+        summary: "torque constant and back EMF ripple with the angle",
+        equation: "Kt, Kb times (1 + amplitude sin(cycles_per_rev theta + phase_rad))",
+        source: "commutation ripple; both constants alike keep the energy balance",
+        excited_by: "several levels",
+        confounded_with: &["cogging"],
+        parameters: &[
+            EffectParameter::new(
+                "amplitude",
+                "",
+                (0.01, 0.25),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(0.0, 0.99),
+            EffectParameter::new(
+                "cycles_per_rev",
+                "",
+                (2.0, 30.0),
+                Scale::Absolute,
+                Prior::Uniform,
+            )
+            .defaulting_to(12.0),
+            EffectParameter::phase("phase_rad"),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.electrical.ripple = Some(Wave {
+            amplitude: values[0],
+            cycles_per_rev: values[1],
+            phase_rad: values[2],
+        });
+    }
+}

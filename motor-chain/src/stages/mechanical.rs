@@ -1,0 +1,436 @@
+//! Stage 4, the mechanics: inertia, friction, load.
+//!
+//! `J dw/dt = tau_m + cogging - gravity - drag - b w - friction`. Friction in direction `s` has the level
+//! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level.
+//! With presliding it approaches that as Dahl's `F(theta)` does.
+
+use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+use crate::stages::electrical::Wave;
+
+/// Inertia, friction and load.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Mechanical<S> {
+    /// Inertia J in kg m^2.
+    pub inertia_kg_m2: S,
+    /// Viscous coefficient b in N m s/rad.
+    pub viscous_nm_s_per_rad: S,
+    /// Coulomb torque Tf in N m.
+    pub coulomb_nm: S,
+    /// Extra friction at low speed.
+    pub stribeck: Option<StribeckCurve<S>>,
+    /// Relative difference r of the Coulomb torque by direction.
+    pub asymmetry: S,
+    /// Angle over which friction builds up, in rad.
+    pub break_in_angle_rad: Option<S>,
+    /// Friction that grows with the motor's torque.
+    pub load_friction: Option<LoadFractions<S>>,
+    /// Drag coefficient in N m s^2/rad^2.
+    pub drag: Option<S>,
+    /// Gravity's torque, one period a revolution.
+    pub gravity: Option<Wave<S>>,
+    /// Cogging torque.
+    pub cogging: Option<Wave<S>>,
+}
+
+/// `extra exp(-(w / speed)^2)`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StribeckCurve<S> {
+    /// Torque at rest above Coulomb's, in N m.
+    pub extra_nm: S,
+    /// Speed at which it has fallen to 1/e, in rad/s.
+    pub speed_rad_s: S,
+}
+
+impl<S: Scalar> StribeckCurve<S> {
+    /// The extra torque at this speed.
+    #[inline(always)]
+    pub(crate) fn at(&self, speed_rad_s: S) -> S {
+        let ratio = speed_rad_s / self.speed_rad_s;
+        self.extra_nm * (-(ratio * ratio)).exp()
+    }
+}
+
+/// Shares of the motor torque that turn into friction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LoadFractions<S> {
+    /// Where the motor drives the load.
+    pub driving: S,
+    /// Where the load drives the motor.
+    pub driven: S,
+}
+
+impl<S: Scalar> LoadFractions<S> {
+    /// The share in force where the torque has this sign in the direction of motion.
+    #[inline(always)]
+    pub(crate) fn share(&self, along: f64) -> S {
+        if along >= 0.0 {
+            self.driving
+        } else {
+            self.driven
+        }
+    }
+
+    /// The share in force at rest against leaving in a direction in which the torque has this sign. Where being driven rubs more than
+    /// driving, what drove it at rest would stop it as soon as it moved: it stays (Filippov 1988).
+    #[inline(always)]
+    pub(crate) fn holding_share(&self, along: f64) -> S {
+        let moving = self.share(along);
+        if moving.value() > self.driving.value() {
+            moving
+        } else {
+            self.driving
+        }
+    }
+}
+
+impl<S: Scalar> Mechanical<S> {
+    /// Coulomb level in N m in direction `s` (+1 or -1), without the part that depends on the speed or the torque.
+    #[inline(always)]
+    pub(crate) fn coulomb(&self, s: f64) -> S {
+        self.coulomb_nm * (self.asymmetry * s + 1.0)
+    }
+
+    /// Breakaway level in N m in direction `s` at rest while the motor gives `torque_nm`.
+    #[inline(always)]
+    pub(crate) fn breakaway(&self, s: f64, torque_nm: S) -> S {
+        let mut level = self.coulomb(s);
+        if let Some(stribeck) = &self.stribeck {
+            level += stribeck.extra_nm;
+        }
+        if let Some(load) = &self.load_friction {
+            level += load.holding_share(s * torque_nm.value()) * torque_nm.abs();
+        }
+        level
+    }
+}
+
+/// Coulomb friction is another than the file's.
+pub(crate) struct CoulombFriction;
+
+impl Effect for CoulombFriction {
+    const KIND: EffectKind = EffectKind {
+        id: "coulomb_friction",
+        stage: Stage::Mechanical,
+        summary: "Coulomb friction is another than the file's",
+        equation: "Tf sgn(w), holds the shaft up to Tf",
+        source: "Coulomb; lab handout",
+        excited_by: "any command",
+        confounded_with: &["voltage_drop"],
+        parameters: &[EffectParameter::new(
+            "torque_nm",
+            "N m",
+            (0.5, 5.0),
+            Scale::CoulombTorque,
+            Prior::LogUniform,
+        )
+        .away_from(1.0, 0.15)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.coulomb_nm = values[0];
+    }
+}
+
+/// Viscous friction is another than the file's.
+pub(crate) struct ViscousFriction;
+
+impl Effect for ViscousFriction {
+    const KIND: EffectKind = EffectKind {
+        id: "viscous_friction",
+        stage: Stage::Mechanical,
+        summary: "viscous friction is another than the file's",
+        equation: "b w",
+        source: "lab handout",
+        excited_by: "coasting, several levels",
+        confounded_with: &["torque_constant_nm_per_a"],
+        parameters: &[EffectParameter::new(
+            "coefficient_nm_s_per_rad",
+            "N m s/rad",
+            (1.0, 10.0),
+            Scale::ViscousCoefficient,
+            Prior::LogUniform,
+        )
+        .away_from(1.0, 0.15)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.viscous_nm_s_per_rad = values[0];
+    }
+}
+
+/// The inertia is another than the file's.
+pub(crate) struct Inertia;
+
+impl Effect for Inertia {
+    const KIND: EffectKind = EffectKind {
+        id: "inertia",
+        stage: Stage::Mechanical,
+        summary: "the inertia is another than the file's",
+        equation: "J dw/dt",
+        source: "lab handout",
+        excited_by: "steps",
+        confounded_with: &["resistance_ohm"],
+        parameters: &[EffectParameter::new(
+            "inertia_kg_m2",
+            "kg m^2",
+            (0.3, 4.0),
+            Scale::Inertia,
+            Prior::LogUniform,
+        )
+        .away_from(1.0, 0.15)
+        .possible(1e-12, f64::MAX)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.inertia_kg_m2 = values[0];
+    }
+}
+
+/// Friction is larger at low speed.
+pub(crate) struct Stribeck;
+
+impl Effect for Stribeck {
+    const KIND: EffectKind = EffectKind {
+        id: "stribeck",
+        stage: Stage::Mechanical,
+        summary: "friction is larger at low speed",
+        equation: "Tf + extra_torque_nm exp(-(w / stribeck_speed_rad_s)^2); breakaway at Tf + extra_torque_nm",
+        source: "Stribeck curve (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 1994)",
+        excited_by: "breakaway, crawling",
+        confounded_with: &["dead_zone"],
+        parameters: &[
+            EffectParameter::new(
+                "extra_torque_nm",
+                "N m",
+                (0.3, 4.0),
+                Scale::CoulombTorque,
+                Prior::LogUniform,
+            ),
+            EffectParameter::new(
+                "stribeck_speed_rad_s",
+                "rad/s",
+                (0.1, 2.0),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(1e-6, f64::MAX),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.stribeck = Some(StribeckCurve {
+            extra_nm: values[0],
+            speed_rad_s: values[1],
+        });
+    }
+}
+
+/// Friction differs by direction.
+pub(crate) struct AsymmetricFriction;
+
+impl Effect for AsymmetricFriction {
+    const KIND: EffectKind = EffectKind {
+        id: "asymmetric_friction",
+        stage: Stage::Mechanical,
+        summary: "friction differs by direction",
+        equation: "Tf (1 + ratio) forward, Tf (1 - ratio) in reverse",
+        source: "Armstrong-Helouvry 1994",
+        excited_by: "both directions",
+        confounded_with: &["gravity_load"],
+        parameters: &[EffectParameter::new(
+            "ratio",
+            "",
+            (-0.8, 0.8),
+            Scale::Absolute,
+            Prior::Uniform,
+        )
+        .away_from(0.0, 0.05)
+        .possible(-1.0, 1.0)
+        .defaulting_to(0.3)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.asymmetry = values[0];
+    }
+}
+
+/// Friction builds up over an angle.
+pub(crate) struct Presliding;
+
+impl Effect for Presliding {
+    const KIND: EffectKind = EffectKind {
+        id: "presliding",
+        stage: Stage::Mechanical,
+        summary: "friction builds up over an angle",
+        equation: "dF/dt = sigma (w - |w| F / T), sigma = Tf / break_in_angle_rad; F replaces the sliding friction T sgn(w)",
+        source: "Dahl, A solid friction model (1968)",
+        excited_by: "small reversals",
+        confounded_with: &["backlash", "compliance"],
+        parameters: &[EffectParameter::new(
+            "break_in_angle_rad",
+            "rad",
+            (0.5, 10.0),
+            Scale::Count,
+            Prior::LogUniform,
+        )
+        .possible(1e-9, f64::MAX)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.break_in_angle_rad = Some(values[0]);
+    }
+}
+
+/// Friction grows with the transmitted torque.
+pub(crate) struct LoadFriction;
+
+impl Effect for LoadFriction {
+    const KIND: EffectKind = EffectKind {
+        id: "load_friction",
+        stage: Stage::Mechanical,
+        summary: "friction grows with the transmitted torque",
+        equation: "Tf + c |tau_m|; c = driving_fraction where tau_m w >= 0, else driven_fraction; at rest the larger of driving_fraction and what moving so would meet",
+        source: "load-dependent gear friction (Rhoban BAM)",
+        excited_by: "braking against driving",
+        confounded_with: &["torque_constant_nm_per_a"],
+        parameters: &[
+            EffectParameter::new(
+                "driving_fraction",
+                "",
+                (0.0, 0.5),
+                Scale::Absolute,
+                Prior::Uniform,
+            )
+            .possible(0.0, 0.99)
+            .defaulting_to(0.2),
+            EffectParameter::new(
+                "driven_fraction",
+                "",
+                (0.0, 0.5),
+                Scale::Absolute,
+                Prior::Uniform,
+            )
+            .possible(0.0, 0.99)
+            .defaulting_to(0.3),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.load_friction = Some(LoadFractions {
+            driving: values[0],
+            driven: values[1],
+        });
+    }
+}
+
+/// Drag grows with the square of the speed.
+pub(crate) struct QuadraticDrag;
+
+impl Effect for QuadraticDrag {
+    const KIND: EffectKind = EffectKind {
+        id: "quadratic_drag",
+        stage: Stage::Mechanical,
+        summary: "drag grows with the square of the speed",
+        equation: "c w |w|, c = coefficient_nm_s2_per_rad2",
+        source: "turbulent drag",
+        excited_by: "many levels",
+        confounded_with: &["viscous_friction"],
+        parameters: &[EffectParameter::new(
+            "coefficient_nm_s2_per_rad2",
+            "N m s^2/rad^2",
+            (0.1, 2.0),
+            Scale::DragAtTopSpeed,
+            Prior::LogUniform,
+        )],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.drag = Some(values[0]);
+    }
+}
+
+/// An unbalanced load.
+pub(crate) struct GravityLoad;
+
+impl Effect for GravityLoad {
+    const KIND: EffectKind = EffectKind {
+        id: "gravity_load",
+        stage: Stage::Mechanical,
+        summary: "an unbalanced load",
+        equation: "torque_nm sin(theta + phase_rad) against positive rotation",
+        source: "m g l sin(theta)",
+        excited_by: "both directions, slowly",
+        confounded_with: &["encoder_eccentricity", "asymmetric_friction"],
+        parameters: &[
+            EffectParameter::new(
+                "torque_nm",
+                "N m",
+                (0.3, 5.0),
+                Scale::CoulombTorque,
+                Prior::LogUniform,
+            ),
+            EffectParameter::phase("phase_rad"),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.gravity = Some(Wave {
+            amplitude: values[0],
+            cycles_per_rev: S::from(1.0),
+            phase_rad: values[1],
+        });
+    }
+}
+
+/// The magnets pull the rotor into detents.
+pub(crate) struct Cogging;
+
+impl Effect for Cogging {
+    const KIND: EffectKind = EffectKind {
+        id: "cogging",
+        stage: Stage::Mechanical,
+        summary: "the magnets pull the rotor into detents",
+        equation: "tau_m + torque_nm sin(cycles_per_rev theta + phase_rad)",
+        source: "detent torque of slotted permanent-magnet motors",
+        excited_by: "crawling",
+        confounded_with: &["torque_ripple"],
+        parameters: &[
+            EffectParameter::new(
+                "torque_nm",
+                "N m",
+                (0.3, 4.0),
+                Scale::CoulombTorque,
+                Prior::LogUniform,
+            ),
+            EffectParameter::new(
+                "cycles_per_rev",
+                "",
+                (2.0, 30.0),
+                Scale::Absolute,
+                Prior::Uniform,
+            )
+            .defaulting_to(12.0),
+            EffectParameter::phase("phase_rad"),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.cogging = Some(Wave {
+            amplitude: values[0],
+            cycles_per_rev: values[1],
+            phase_rad: values[2],
+        });
+    }
+}

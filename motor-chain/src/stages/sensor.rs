@@ -1,0 +1,180 @@
+//! Stage 6, the sensor: the encoder.
+//!
+//! `counts = floor(N (theta + e sin(theta + phi)) / 2 pi + start)`, each edge possibly lost.
+
+use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
+use crate::chain::Chain;
+use crate::scalar::Scalar;
+
+/// The encoder.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sensor<S> {
+    /// Counts per revolution.
+    pub counts_per_rev: S,
+    /// Amplitude in rad and phase of an encoder off its axis.
+    pub eccentricity: Option<(S, S)>,
+    /// Probability that an edge is lost.
+    pub loss: S,
+    /// Edges faster than this are lost, in 1/s.
+    pub max_rate_hz: Option<S>,
+}
+
+impl<S: Scalar> Sensor<S> {
+    pub(crate) fn nominal(counts_per_rev: S) -> Self {
+        Self {
+            counts_per_rev,
+            eccentricity: None,
+            loss: S::zero(),
+            max_rate_hz: None,
+        }
+    }
+
+    /// What the encoder reads before it rounds, in counts, when the shaft is at this angle and no edge is lost.
+    #[inline(always)]
+    pub(crate) fn unrounded(&self, angle_rad: S) -> S {
+        let seen = match &self.eccentricity {
+            Some((amplitude, phase)) => angle_rad + *amplitude * (angle_rad + *phase).sin(),
+            None => angle_rad,
+        };
+        self.counts_per_rev * seen / std::f64::consts::TAU
+    }
+
+    /// Whether edges at this speed come too fast.
+    pub(crate) fn too_fast(&self, speed_rad_s: f64) -> bool {
+        let rate_hz = speed_rad_s.abs() * self.counts_per_rev.value() / std::f64::consts::TAU;
+        self.max_rate_hz.is_some_and(|most| rate_hz > most.value())
+    }
+
+    /// Mean share of the edges that is kept while the speed goes evenly from one value to another.
+    pub(crate) fn kept_share(&self, from_rad_s: S, to_rad_s: S) -> S {
+        let kept = -self.loss + 1.0;
+        let Some(most) = self.max_rate_hz else {
+            return kept;
+        };
+        let limit = most * std::f64::consts::TAU / self.counts_per_rev;
+        let (a, b) = (from_rad_s.abs(), to_rad_s.abs());
+        let (low, high) = if a.value() < b.value() {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        if high.value() <= limit.value() {
+            kept
+        } else if low.value() >= limit.value() {
+            S::zero()
+        } else {
+            // Angle covered below the limit, of all that is covered: both are trapezia of the speed.
+            kept * (limit * limit - low * low) / (high * high - low * low)
+        }
+    }
+
+    /// Whether every edge is counted.
+    #[inline(always)]
+    pub(crate) fn faithful(&self) -> bool {
+        self.loss.value() == 0.0 && self.max_rate_hz.is_none()
+    }
+}
+
+/// Counts per revolution (x4) of encoders on the market.
+const COMMON_RESOLUTIONS: &[f64] = &[
+    100.0, 200.0, 256.0, 360.0, 400.0, 500.0, 512.0, 600.0, 720.0, 800.0, 1000.0, 1024.0, 1200.0,
+    1440.0, 2000.0, 2048.0, 2400.0, 4000.0, 4096.0,
+];
+
+/// Counts a revolution, or the gear ratio, is another.
+pub(crate) struct ResolutionError;
+
+impl Effect for ResolutionError {
+    const KIND: EffectKind = EffectKind {
+        id: "resolution_error",
+        stage: Stage::Sensor,
+        summary: "counts a revolution, or the gear ratio, is another",
+        equation: "counts_per_rev replaces the file's",
+        source: "encoders of the lab's motors",
+        excited_by: "any command, with a prior on the motor constant",
+        confounded_with: &["torque_constant_nm_per_a", "back_emf_v_s_per_rad"],
+        parameters: &[EffectParameter::new(
+            "counts_per_rev",
+            "1/rev",
+            (100.0, 4096.0),
+            Scale::Absolute,
+            Prior::OneOf(COMMON_RESOLUTIONS),
+        )
+        .possible(1.0, 1e7)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.sensor.counts_per_rev = values[0];
+    }
+}
+
+/// Edges of the encoder are lost.
+pub(crate) struct MissedCounts;
+
+impl Effect for MissedCounts {
+    const KIND: EffectKind = EffectKind {
+        id: "missed_counts",
+        stage: Stage::Sensor,
+        summary: "edges of the encoder are lost",
+        equation: "each edge lost with probability p; edges above max_rate_hz lost (0: none)",
+        source: "software-decoded encoders at high edge rates",
+        excited_by: "high speed, return to a mark",
+        confounded_with: &["resolution_error"],
+        parameters: &[
+            EffectParameter::new(
+                "probability",
+                "",
+                (0.001, 0.05),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(0.0, 1.0),
+            EffectParameter::new(
+                "max_rate_hz",
+                "1/s",
+                (0.0, 0.0),
+                Scale::Absolute,
+                Prior::OneOf(&[0.0]),
+            )
+            .defaulting_to(0.0)
+            .not_smooth(),
+        ],
+        random: true,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.sensor.loss = values[0];
+        chain.sensor.max_rate_hz = (values[1].value() > 0.0).then_some(values[1]);
+    }
+}
+
+/// The encoder's disc is off its axis.
+pub(crate) struct EncoderEccentricity;
+
+impl Effect for EncoderEccentricity {
+    const KIND: EffectKind = EffectKind {
+        id: "encoder_eccentricity",
+        stage: Stage::Sensor,
+        summary: "the encoder's disc is off its axis",
+        equation: "counts of theta + amplitude_rad sin(theta + phase_rad)",
+        source: "first harmonic of a code disc off its axis",
+        excited_by: "steady turning",
+        confounded_with: &["gravity_load"],
+        parameters: &[
+            EffectParameter::new(
+                "amplitude_rad",
+                "rad",
+                (0.3, 6.0),
+                Scale::Count,
+                Prior::LogUniform,
+            ),
+            EffectParameter::phase("phase_rad"),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.sensor.eccentricity = Some((values[0], values[1]));
+    }
+}
