@@ -9,6 +9,7 @@
 //! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
 //! | [`import`] | other programs' logs into run files, by a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
+//! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |
 //! | [`compare`] | recorded against simulated |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
@@ -17,12 +18,13 @@
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
-//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `motor` and
+//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `motor` and
 //! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate
 //! `motor-chain`, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
 pub mod blind;
 pub mod board;
+pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod diagnose;

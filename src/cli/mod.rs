@@ -8,6 +8,7 @@ mod blind;
 mod capture;
 mod capture_report;
 mod capture_text;
+mod check;
 mod compare;
 mod completions;
 mod demo;
@@ -17,6 +18,7 @@ mod diagnose_text;
 mod export;
 mod export_run;
 mod failure;
+mod findings;
 mod firmware;
 mod flash;
 mod import;
@@ -66,6 +68,7 @@ enum Command {
     Replay(replay::Replay),
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
+    Check(check::Check),
     Compare(compare::Compare),
     Lab(lab::Lab),
     Diagnose(diagnose::Diagnose),
@@ -128,6 +131,7 @@ impl CommandLine {
             Command::Replay(command) => command.run(&output),
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
+            Command::Check(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
             Command::Lab(command) => command.run(&output),
             Command::Diagnose(command) => command.run(&output),

@@ -1,0 +1,74 @@
+//! `motorlab check`: what is wrong with a recording itself.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::findings::words;
+use super::{Failure, Output, Status};
+use crate::check::{Finding, check, is_fatal};
+use crate::motor::read_motor;
+use crate::recording::read_run;
+
+/// Say what is wrong with recordings themselves, before anything is concluded from them.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Check {
+    /// Run files.
+    #[arg(required = true, value_name = "RUN")]
+    runs: Vec<PathBuf>,
+    /// Motor file: some things can only be told against it, such as counts that are off by 4.
+    #[arg(long, value_name = "FILE")]
+    motor: Option<PathBuf>,
+}
+
+const EXAMPLE: &str = "Examples:
+  motorlab check run.csv
+  motorlab check a.csv b.csv --motor motor.toml --json
+
+The exit status is 1 with a fatal finding: no diagnosis means anything before it is mended.
+Warnings and notes leave it at 0. Every kind of finding: docs/check.md.";
+
+/// For `--json`.
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    shape: &'static str,
+    findings: &'a [Finding],
+}
+
+impl Check {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let motor = match &self.motor {
+            Some(path) => Some(read_motor(path).map_err(Failure::input)?),
+            None => None,
+        };
+        let mut runs = Vec::new();
+        for path in &self.runs {
+            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            for note in notes {
+                output.message(&format!("{}: {note}", path.display()));
+            }
+            runs.push(run);
+        }
+        let findings = check(&runs, motor.as_ref());
+        if output.json {
+            output.document(&Document {
+                shape: "motorlab-check/1",
+                findings: &findings,
+            })?;
+        } else if findings.is_empty() {
+            output.line("nothing found")?;
+        }
+        if !output.json {
+            for finding in &findings {
+                output.line(&words(finding))?;
+            }
+        }
+        Ok(if is_fatal(&findings) {
+            Status::FellShort
+        } else {
+            Status::Done
+        })
+    }
+}
