@@ -273,19 +273,19 @@ fn uneven_sample_times_read_the_same_motion() {
 
 #[test]
 fn any_set_of_effects_moves_the_same_at_any_step() {
-    // Sets drawn from all 2^27, and all at once; half the sample time halves every step of the engine.
+    // Sets drawn from all there are, and all at once; half the sample time halves every step of the engine.
     let n = 500;
     let command: Vec<f64> = (0..n)
         .map(|k| [4.5, -2.0, 0.0, 1.5, -0.9, 3.0][k / 43 % 6])
         .collect();
     let dense: Vec<f64> = command.iter().flat_map(|u| [*u; 2]).collect();
-    let all = (1_u32 << catalogue().len()) - 1;
-    let mut state = 0x2545_f491_u32;
+    let all = (1_u64 << catalogue().len()) - 1;
+    let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let sets = std::iter::repeat_with(|| {
         // xorshift
         state ^= state << 13;
-        state ^= state >> 17;
-        state ^= state << 5;
+        state ^= state >> 7;
+        state ^= state << 17;
         state & all
     });
     let mut wrong = Vec::new();

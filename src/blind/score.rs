@@ -305,7 +305,17 @@ fn by_strength(singles: &[&Judgement]) -> Vec<StrengthRow> {
 
 /// A pair counts in neither effect's row; said pairs and larger sets are `several`.
 fn confusion(cases: &[Judgement]) -> Confusion {
-    let effects = catalogue().iter().map(|kind| kind.id.to_owned());
+    // What the table was published with, and whatever else occurs.
+    let occurs = |id: &str| {
+        let hidden = |j: &Judgement| j.truth.effects.iter().any(|effect| effect.id == id);
+        cases
+            .iter()
+            .any(|j| hidden(j) || j.said.iter().any(|said| said == id))
+    };
+    let effects = catalogue().iter().map(|kind| kind.id);
+    let effects = effects
+        .filter(|id| case_generator::CATALOGUE.contains(id) || occurs(id))
+        .map(str::to_owned);
     let rows: Vec<String> = effects
         .clone()
         .chain(["none", "outside"].map(str::to_owned))

@@ -7,6 +7,7 @@
 use super::fit::Fit;
 use super::matter;
 use super::problem::Problem;
+use super::rivals;
 use crate::motor::catalogue::catalogue;
 
 /// Prior probability that there is no effect.
@@ -40,7 +41,7 @@ pub(super) fn candidate(
     fit: Fit,
     scale: f64,
 ) -> Candidate {
-    let n = catalogue().len() as f64;
+    let n = rivals::COUNT as f64;
     let log_prior = match effects.len() {
         0 => PRIOR_NONE.ln(),
         1 => (PRIOR_SINGLE / n).ln(),

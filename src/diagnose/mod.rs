@@ -54,6 +54,7 @@ mod rank;
 mod refined;
 mod regimes;
 mod response;
+mod rivals;
 mod rough;
 mod rounds;
 mod rung_intervals;

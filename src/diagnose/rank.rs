@@ -13,6 +13,7 @@ use super::jumps::jumps;
 use super::other_law::has_laws;
 use super::problem::Problem;
 use super::refined::Refined;
+use super::rivals::rivals;
 use super::rounds::Rounds;
 use super::unknown::{Flexible, likeliest};
 use crate::motor::catalogue::{EffectKind, Stage, catalogue};
@@ -216,7 +217,7 @@ fn up_to_one(
 /// The effects that these runs can tell of.
 fn applicable(problem: &Problem<'_>) -> Option<Vec<usize>> {
     let kind = problem.runs.first()?.kind;
-    let applicable = (0..catalogue().len())
+    let applicable = rivals()
         .filter(|&index| applies(&catalogue()[index], kind))
         .filter(|&index| problem.setting.tells_of(&catalogue()[index]))
         .filter(|&index| problem.nominal.effects.get(catalogue()[index].id).is_none());

@@ -14,6 +14,7 @@ use crate::board::Profile;
 use crate::diagnose::disturbance::Disturbance;
 use crate::diagnose::hypothesis::{Hypothesis, Member};
 use crate::diagnose::noise::NoiseLevel;
+use crate::diagnose::rivals::rivals;
 use crate::diagnose::scales::damping_of;
 use crate::diagnose::setting::Setting;
 use crate::diagnose::ties::TIE;
@@ -97,7 +98,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
     let damping = damping_of(motor, CommandKind::Voltage);
     let planned = Planned::new(motor, &plan.profile, at, damping, level)?;
     // Effects that the motor file has already are part of its model.
-    let kinds: Vec<usize> = (0..catalogue().len())
+    let kinds: Vec<usize> = rivals()
         .filter(|&index| motor.effects.get(catalogue()[index].id).is_none())
         .collect();
     let setting = Setting::new(motor, std::slice::from_ref(&planned.run));
