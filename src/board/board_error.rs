@@ -56,6 +56,26 @@ pub enum BoardError {
         /// What it was asked.
         what: &'static str,
     },
+    /// It was reset, or says something else of itself, between the first message and START.
+    #[error(
+        "the board on {path} was reset while it was set up, before the motor turned: try again"
+    )]
+    Restarted {
+        /// The port.
+        path: PathBuf,
+    },
+    /// It states a number that no recording can be made with.
+    #[error(
+        "the board on {path} says that {what} is 0: mend the sketch on it, or say the right one with {option}"
+    )]
+    StatesZero {
+        /// The port.
+        path: String,
+        /// The number.
+        what: &'static str,
+        /// What says it instead.
+        option: &'static str,
+    },
     /// It went away.
     #[error("the board on {path} was unplugged")]
     Gone {

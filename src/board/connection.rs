@@ -19,6 +19,7 @@ use firmware_protocol::{
 };
 use tokio::time::timeout;
 
+use super::intake::is_same_board;
 use super::line::{ALIVE_EVERY, ATTEMPTS, Line};
 use super::{
     Arrival, BoardError, Damage, Event, Expectations, Intake, LineReader, Port, RawLog, Sample,
@@ -66,7 +67,7 @@ pub enum BoardEvent {
         /// Why it is over.
         reason: EndReason,
     },
-    /// The board was reset in mid-run.
+    /// In mid-run the board says something else of itself than before; with another `boot_id` it was reset.
     Restarted(Hello),
     /// The board went away.
     HungUp,
@@ -171,6 +172,16 @@ impl Board {
                 });
             }
         }
+    }
+
+    /// The port that it is on.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Says how fine the encoder is, in counts per revolution, if not as the board says.
+    pub fn encoder(&mut self, counts_per_rev: f64) {
+        self.intake.encoder(counts_per_rev);
     }
 
     /// Who the board is.
@@ -297,7 +308,7 @@ impl Board {
                     reason,
                 })
             }
-            Event::Hello(hello) if hello.boot_id != self.hello.boot_id => {
+            Event::Hello(hello) => {
                 self.silence();
                 Some(BoardEvent::Restarted(hello))
             }
@@ -326,6 +337,7 @@ impl Board {
         what: &'static str,
     ) -> Result<(), BoardError> {
         let path = self.path.clone();
+        let is_first = matches!(message, HostMessage::Configure { .. });
         for _ in 0..ATTEMPTS {
             self.line.say(message).map_err(|source| BoardError::Line {
                 path: path.clone(),
@@ -341,6 +353,13 @@ impl Board {
                         path: path.clone(),
                         source,
                     })?;
+                if let Some(hello) = self.other_hello() {
+                    if !is_first {
+                        return Err(BoardError::Restarted { path });
+                    }
+                    // The reset that opening the port brought came late.
+                    self.hello = hello;
+                }
                 if let Some(answer) = self.answer_to(message.kind(), expected) {
                     return answer.map_err(|reason| BoardError::Refused {
                         path,
@@ -355,6 +374,16 @@ impl Board {
             }
         }
         Err(BoardError::NoAnswer { path, what })
+    }
+
+    /// What the board says of itself among the events, if it is something else than before.
+    fn other_hello(&self) -> Option<Hello> {
+        let said = self.events.iter().filter_map(|event| match event {
+            Event::Hello(hello) => Some(*hello),
+            _ => None,
+        });
+        said.last()
+            .filter(|hello| !is_same_board(&self.hello, hello))
     }
 
     /// Looks for the answer to a message of `kind` among the events; a sample answers START.

@@ -8,8 +8,11 @@
 //! A frame whose CRC is right by chance must also fit to the sample before it: its number lies ahead,
 //! its device time lies `n TS` later, its counts moved no faster than an encoder can, and its command
 //! is the one that the profile has for its number. What does not fit is held back; if the next frame
-//! fits to it, both were right and something else happened (a late board), else it is rejected and its
-//! number counts as lost.
+//! fits to it, both are samples and the first of them is marked with its [`Leap`] (a late board, a counter
+//! or a clock that was set anew), else it is rejected and its number counts as lost.
+//!
+//! A board that says again in mid-run who it is changes nothing; one that says something else is not
+//! believed in anything: whoever records must end.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, CountsUnwrapper, EndReason, FrameDecoder, Hello, MessageError,
@@ -17,6 +20,7 @@ use firmware_protocol::{
 };
 
 use super::heard::Heard;
+use super::plausible::{LONGEST_STEP_US, Leap, most_counts};
 
 /// A validated sample, with counters that run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +37,8 @@ pub struct Sample {
     pub counts: i64,
     /// What the board says of it.
     pub flags: SampleFlags,
+    /// In what it does not follow from the sample before.
+    pub leap: Leap,
     /// Measured current in mA, where the board has the sensor.
     pub current_ma: Option<i16>,
     /// Measured supply in mV, where the board has the sensor.
@@ -42,7 +48,7 @@ pub struct Sample {
 /// What a board said.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// Who it is.
+    /// Who it is; in mid-run only where that is not what it said before.
     Hello(Hello),
     /// It took a host message.
     Ack {
@@ -93,9 +99,6 @@ pub struct Expectations {
     pub commands: Vec<(u64, i16)>,
 }
 
-/// Fastest encoder that is believed, in counts per second.
-const MOST_COUNTS_PER_S: u64 = 2_000_000;
-
 /// A board that is late says so; then its time may be off by so many sample times.
 const LATE_SAMPLES: u64 = 16;
 
@@ -104,13 +107,19 @@ const LATE_SAMPLES: u64 = 16;
 pub struct Intake {
     decoder: FrameDecoder,
     fields: BoardFields,
+    /// Who the board is, and whether it is recording: then it cannot become another one.
+    hello: Option<Hello>,
+    recording: bool,
+    counts_per_rev: f64,
     expectations: Expectations,
     /// Where in `expectations.commands` the last sample was: index and number of its first sample.
     segment: (usize, u64),
     /// Nothing before the first whole frame counts as damage: the port was opened in the middle.
     in_step: bool,
     wire: Option<firmware_protocol::Sample>,
-    suspect: Option<(firmware_protocol::Sample, u64)>,
+    suspect: Option<Suspect>,
+    /// How far the board's clock has leapt ahead of the time that runs on here, in microseconds.
+    ahead_us: i64,
     sequence: SequenceUnwrapper,
     micros: MicrosUnwrapper,
     counts: CountsUnwrapper,
@@ -118,16 +127,39 @@ pub struct Intake {
     heard: Heard,
 }
 
+/// A sample that does not follow from the one before, held back until the next one comes.
+#[derive(Debug, Clone, Copy)]
+struct Suspect {
+    sample: firmware_protocol::Sample,
+    host_us: u64,
+    leap: Leap,
+}
+
+/// How a sample goes with another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Fit {
+    /// It follows from it.
+    Follows,
+    /// It may come after it, if it is not alone.
+    Leaps(Leap),
+    /// It cannot come after it.
+    Never,
+}
+
 impl Default for Intake {
     fn default() -> Self {
         Self {
             decoder: FrameDecoder::new(),
             fields: BoardFields::default(),
+            hello: None,
+            recording: false,
+            counts_per_rev: f64::INFINITY,
             expectations: Expectations::default(),
             segment: (0, 0),
             in_step: false,
             wire: None,
             suspect: None,
+            ahead_us: 0,
             sequence: SequenceUnwrapper::new(),
             micros: MicrosUnwrapper::new(),
             counts: CountsUnwrapper::new(false),
@@ -142,11 +174,18 @@ impl Intake {
     pub fn expect(&mut self, expectations: Expectations) {
         self.expectations = expectations;
         self.segment = (0, 0);
+        self.recording = true;
         self.wire = None;
         self.suspect = None;
+        self.ahead_us = 0;
         self.sequence = SequenceUnwrapper::new();
         self.micros = MicrosUnwrapper::new();
         self.counts = CountsUnwrapper::new(self.fields.counts_16_bit);
+    }
+
+    /// Says how fine the encoder is, in counts per revolution: how far it can count between two samples.
+    pub fn encoder(&mut self, counts_per_rev: f64) {
+        self.counts_per_rev = counts_per_rev;
     }
 
     /// What went wrong so far.
@@ -186,11 +225,7 @@ impl Intake {
 
     fn take(&mut self, message: BoardMessage, host_us: u64, out: &mut impl FnMut(Event)) {
         match message {
-            BoardMessage::Hello(hello) => {
-                self.fields = hello.fields;
-                self.counts = CountsUnwrapper::new(hello.fields.counts_16_bit);
-                out(Event::Hello(hello));
-            }
+            BoardMessage::Hello(hello) => self.take_hello(hello, out),
             BoardMessage::Ack { of, detail } => out(Event::Ack { of, detail }),
             BoardMessage::Nak { of, reason } => out(Event::Nak { of, reason }),
             BoardMessage::Data(sample) => self.take_sample(sample, host_us, out),
@@ -210,15 +245,31 @@ impl Intake {
         }
     }
 
+    /// A buffer on the way may give a HELLO late or twice: in mid-run one that says nothing new is passed
+    /// over, and one that says something else changes nothing here and is handed on.
+    fn take_hello(&mut self, hello: Hello, out: &mut impl FnMut(Event)) {
+        match self.hello {
+            Some(known) if self.recording && is_same_board(&known, &hello) => return,
+            Some(_) if self.recording => {}
+            _ => {
+                self.hello = Some(hello);
+                self.fields = hello.fields;
+                self.counts = CountsUnwrapper::new(hello.fields.counts_16_bit);
+            }
+        }
+        out(Event::Hello(hello));
+    }
+
     fn take_sample(
         &mut self,
         sample: firmware_protocol::Sample,
         host_us: u64,
         out: &mut impl FnMut(Event),
     ) {
-        if self.fits_to(self.wire.as_ref(), &sample) {
+        let fit = self.fit(self.wire.as_ref(), &sample);
+        if fit == Fit::Follows {
             self.damage.implausible += u64::from(self.suspect.take().is_some());
-            out(Event::Sample(self.accept(sample, host_us)));
+            out(Event::Sample(self.accept(sample, host_us, Leap::default())));
             return;
         }
         if self
@@ -230,17 +281,32 @@ impl Intake {
         }
         match self.suspect.take() {
             // Two frames on end that fit to each other and lie ahead: the odd one out was before.
-            Some((before, before_us))
-                if self.is_ahead(&before) && self.fits_to(Some(&before), &sample) =>
+            Some(before)
+                if self.is_ahead(&before.sample)
+                    && self.fit(Some(&before.sample), &sample) == Fit::Follows =>
             {
-                out(Event::Sample(self.accept(before, before_us)));
-                out(Event::Sample(self.accept(sample, host_us)));
+                let Suspect {
+                    sample: first,
+                    host_us: first_us,
+                    leap,
+                } = before;
+                out(Event::Sample(self.accept(first, first_us, leap)));
+                out(Event::Sample(self.accept(sample, host_us, Leap::default())));
             }
-            Some(_) => {
-                self.damage.implausible += 1;
-                self.suspect = Some((sample, host_us));
-            }
-            None => self.suspect = Some((sample, host_us)),
+            before => match fit {
+                Fit::Leaps(leap) => {
+                    self.damage.implausible += u64::from(before.is_some());
+                    self.suspect = Some(Suspect {
+                        sample,
+                        host_us,
+                        leap,
+                    });
+                }
+                Fit::Follows | Fit::Never => {
+                    self.damage.implausible += 1;
+                    self.suspect = before;
+                }
+            },
         }
     }
 
@@ -249,34 +315,38 @@ impl Intake {
         sequence.push(sample.sequence) != Sequence::Stale
     }
 
-    /// Whether `sample` can come after `last`; without one, whether it can be the first.
-    fn fits_to(
+    /// How `sample` goes with `last`; without one, whether it can be the first.
+    fn fit(
         &self,
         last: Option<&firmware_protocol::Sample>,
         sample: &firmware_protocol::Sample,
-    ) -> bool {
+    ) -> Fit {
         let sample_time_us = u64::from(self.expectations.sample_time_us);
         let mut sequence = self.sequence;
         let number = match sequence.push(sample.sequence) {
             Sequence::Next { number, .. } => number,
-            Sequence::Stale => return false,
+            Sequence::Stale => return Fit::Never,
         };
         if self
             .expected_command(number)
             .is_some_and(|command_mv| command_mv != sample.command_mv)
         {
-            return false;
+            return Fit::Never;
         }
         let Some(last) = last else {
             // The first sample has nothing to fit to but its number.
-            return number == 0 || sample_time_us == 0;
+            return if number == 0 || sample_time_us == 0 {
+                Fit::Follows
+            } else {
+                Fit::Leaps(Leap::default())
+            };
         };
         let steps = u64::from(sample.sequence.wrapping_sub(last.sequence));
         if steps == 0 || steps > u64::from(u16::MAX / 2) {
-            return false;
+            return Fit::Never;
         }
         if sample_time_us == 0 {
-            return true;
+            return Fit::Follows;
         }
         let elapsed_us = u64::from(sample.time_us.wrapping_sub(last.time_us));
         let expected_us = steps * sample_time_us;
@@ -298,7 +368,15 @@ impl Intake {
         } else {
             u64::from(sample.counts.wrapping_sub(last.counts).unsigned_abs())
         };
-        off_us <= slack_us && moved <= 16 + MOST_COUNTS_PER_S * expected_us / 1_000_000
+        let leap = Leap {
+            time: off_us > slack_us,
+            counts: moved > most_counts(self.counts_per_rev, expected_us),
+        };
+        if leap == Leap::default() {
+            Fit::Follows
+        } else {
+            Fit::Leaps(leap)
+        }
     }
 
     /// The command that the profile has for sample `number`, which lies ahead of the last one.
@@ -315,7 +393,9 @@ impl Intake {
         }
     }
 
-    fn accept(&mut self, sample: firmware_protocol::Sample, host_us: u64) -> Sample {
+    /// Takes a sample. Its time runs on by the board's clock; where that fell back, or leapt by more than
+    /// [`LONGEST_STEP_US`], by the sample numbers.
+    fn accept(&mut self, sample: firmware_protocol::Sample, host_us: u64, leap: Leap) -> Sample {
         let number = match self.sequence.push(sample.sequence) {
             Sequence::Next { number, .. } => number,
             // Excluded by `fits_to` and `is_ahead`.
@@ -328,16 +408,38 @@ impl Intake {
         {
             self.segment = (self.segment.0 + 1, self.segment.1 + length);
         }
-        self.wire = Some(sample);
+        let before = self.wire.replace(sample);
+        if let Some(before) = before.filter(|_| leap.time) {
+            let elapsed_us = i64::from(sample.time_us.wrapping_sub(before.time_us));
+            let steps = i64::from(sample.sequence.wrapping_sub(before.sequence));
+            if elapsed_us > LONGEST_STEP_US {
+                let expected_us = steps * i64::from(self.expectations.sample_time_us);
+                self.ahead_us += elapsed_us - expected_us;
+            }
+        }
         Sample {
             number,
-            device_us: self.micros.push(sample.time_us),
+            device_us: self
+                .micros
+                .push(sample.time_us)
+                .saturating_add_signed(-self.ahead_us),
             host_us,
             command_mv: sample.command_mv,
             counts: self.counts.push(sample.counts),
             flags: sample.flags,
+            leap,
             current_ma: sample.current_ma,
             supply_mv: sample.supply_mv,
         }
     }
+}
+
+/// Whether both say the same of a board; its sample time may have been set in between.
+pub(super) fn is_same_board(known: &Hello, said: &Hello) -> bool {
+    let sample_time_us = known.sample_time_us;
+    *known
+        == Hello {
+            sample_time_us,
+            ..*said
+        }
 }

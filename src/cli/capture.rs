@@ -354,6 +354,7 @@ pub(super) fn board_failure(error: BoardError) -> Failure {
     match error {
         BoardError::Open(OpenError::NotFound { .. } | OpenError::NotASerialPort { .. })
         | BoardError::Command { .. }
+        | BoardError::StatesZero { .. }
         | BoardError::Refused { .. } => Failure::input(error),
         _ => Failure::device(error),
     }

@@ -26,6 +26,8 @@ pub(super) fn report(
             "statistics": statistics,
             "line": captured.damage,
             "samples_taken_by_board": captured.taken,
+            "complete": captured.complete,
+            "contradictions": captured.contradictions,
             "segments_before": before.files().map(|(path, samples)| {
                 json!({ "path": path, "samples": samples })
             }).collect::<Vec<_>>(),
@@ -55,10 +57,41 @@ pub(super) fn report(
             statistics.samples + statistics.lost
         ));
     }
+    if statistics.lost > 0 && captured.damage.implausible > 0 {
+        output.message(&format!(
+            "{} frames came whole, and their time, counts or command do not go with the samples before them: they are no rows",
+            captured.damage.implausible
+        ));
+    }
+    let leaps = [
+        (
+            statistics.time_leaps,
+            "time_leap",
+            "the board's time fell back or leapt",
+        ),
+        (
+            statistics.counts_leaps,
+            "counts_leap",
+            "the counts moved faster than any motor can",
+        ),
+    ];
+    for (rows, flag, what) in leaps.into_iter().filter(|(rows, ..)| *rows > 0) {
+        output.message(&format!(
+            "in {rows} rows {what}: they have the flag {flag}; look at the wiring and at the sketch before you use the run"
+        ));
+    }
+    for contradiction in &captured.contradictions {
+        output.message(&format!("the board contradicts itself: {contradiction}"));
+    }
     if !before.is_empty() {
         output.message("the board was unplugged on the way; each file is a run of its own");
     }
-    Ok(if cut_short || statistics.lost > 0 || !before.is_empty() {
+    let fell_short = cut_short
+        || statistics.lost > 0
+        || statistics.time_leaps + statistics.counts_leaps > 0
+        || !captured.contradictions.is_empty()
+        || !before.is_empty();
+    Ok(if fell_short {
         Status::FellShort
     } else {
         Status::Done
@@ -74,6 +107,12 @@ fn trouble(ending: Ending) -> Option<&'static str> {
         ),
         Ending::Unplugged => Some("the board was unplugged"),
         Ending::BoardReset => Some("the board was reset in mid-run"),
+        Ending::BoardChanged => Some(
+            "in mid-run the board said something else of itself than before (is another program on the line, or a second board?)",
+        ),
+        Ending::RanOn => Some(
+            "the board goes on after the samples asked for and does not heed STOP: cut the motor's supply",
+        ),
         Ending::Silent => Some("the board fell silent"),
         Ending::LineFailed => Some("the serial line failed"),
         Ending::LogEnded => Some("the raw log ends before the recording does"),

@@ -62,7 +62,7 @@ pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
             ),
         );
     }
-    if !run.complete {
+    if !run.complete && lost == 0 {
         say(
             "incomplete",
             "the file does not say that the recording ended properly".to_owned(),

@@ -7,10 +7,11 @@ use std::time::{Duration, Instant};
 
 use firmware_protocol::{EndReason, Hello, SampleFlags};
 
+use super::end::{Came, End, Ended};
 use super::header::{Facts, header};
-use super::recorder::{Measured, Recorder};
+use super::recorder::{Finish, Measured, Recorder};
 use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive, WriteError};
-use crate::board::{Board, BoardError, BoardEvent, Profile, Sample, UsbIdentity};
+use crate::board::{Board, BoardError, BoardEvent, Damage, Leap, Profile, Sample, UsbIdentity};
 
 /// How often silence is looked for.
 const TICK: Duration = Duration::from_millis(100);
@@ -45,6 +46,40 @@ pub struct CaptureRequest {
     pub further: toml::Table,
 }
 
+impl CaptureRequest {
+    /// Counts per revolution: what was said, or what the board says.
+    pub(super) fn counts_per_rev(&self, hello: &Hello) -> f64 {
+        self.counts_per_rev
+            .unwrap_or(f64::from(hello.counts_per_rev))
+    }
+
+    /// Supply in V: what was said, or what the board says.
+    fn supply_v(&self, hello: &Hello) -> f64 {
+        self.supply_v.unwrap_or(f64::from(hello.supply_mv) / 1000.0)
+    }
+
+    /// How long the board may say nothing.
+    fn silence(&self) -> Duration {
+        SILENCE + 4 * Duration::from_micros(u64::from(self.sample_time_us))
+    }
+
+    /// No speed comes of an encoder without counts, and no command of a driver without a supply.
+    fn refuse_zeros(&self, hello: &Hello) -> Result<(), BoardError> {
+        let states = |what, option| BoardError::StatesZero {
+            path: self.port.clone(),
+            what,
+            option,
+        };
+        if self.counts_per_rev(hello) == 0.0 {
+            return Err(states("counts_per_rev", "--counts-per-rev"));
+        }
+        if self.supply_v(hello) == 0.0 {
+            return Err(states("its supply", "--supply"));
+        }
+        Ok(())
+    }
+}
+
 /// Why there is no recording, or not all of it.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
@@ -68,12 +103,13 @@ pub async fn capture(
 ) -> Result<Captured, CaptureError> {
     let sample_time_s = f64::from(request.sample_time_us) * 1e-6;
     let commands = request.profile.in_samples(sample_time_s);
+    request.refuse_zeros(board.hello())?;
     board.configure(request.sample_time_us, &commands).await?;
     let mut recorder = BoardRecorder::begin(request, board.hello(), live)?;
+    board.encoder(request.counts_per_rev(board.hello()));
     board.start(request.samples).await?;
-    let silence = SILENCE + 4 * Duration::from_micros(u64::from(request.sample_time_us));
-    let ended = follow(board, &mut recorder, silence, stop).await;
-    let (ending, taken) = match ended {
+    let ended = follow(board, &mut recorder, request.silence(), stop).await;
+    let ended = match ended {
         Ok(ended) => ended,
         Err(error) => {
             // The motor must not run on; the board's END is of no use any more.
@@ -82,18 +118,21 @@ pub async fn capture(
         }
     };
     let _ = board.flush_log();
-    recorder
-        .recorder
-        .finish(ending, taken, board.damage(), toml::Table::new())
+    let captured = recorder.finish(ended, board.damage())?;
+    if !captured.contradictions.is_empty() {
+        // Who says wrong things of an end may not have ended.
+        let _ = board.stop();
+    }
+    Ok(captured)
 }
 
-/// Takes events until the recording ends; says why, and how many samples the board took.
+/// Takes events until the recording ends; says why, and what the board says of it.
 async fn follow(
     board: &mut Board,
     recorder: &mut BoardRecorder,
     silence: Duration,
     stop: impl Future<Output = ()>,
-) -> Result<(Ending, Option<u32>), CaptureError> {
+) -> Result<Ended, CaptureError> {
     let mut tick = tokio::time::interval(TICK);
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let mut stop = std::pin::pin!(stop);
@@ -102,45 +141,57 @@ async fn follow(
     loop {
         tokio::select! {
             biased;
-            () = &mut stop, if !stopping.asked => {
-                stopping.ask(board);
-            }
+            () = &mut stop, if stopping.why.is_none() => stopping.begin(board, Why::Asked),
             event = board.next() => {
                 heard_at = Instant::now();
                 match event {
                     Some(BoardEvent::Sample(sample)) => {
-                        recorder.take(sample)?;
+                        if recorder.take(sample)? == Taken::BeyondWhatWasAsked
+                            && stopping.why.is_none()
+                        {
+                            stopping.begin(board, Why::RunsOn);
+                        }
                         if !board.has_more() {
                             hand_on(recorder, board)?;
                         }
                     }
-                    Some(BoardEvent::Ended { taken, reason, .. }) => {
-                        let ending = match reason {
-                            EndReason::Complete => Ending::Complete,
-                            EndReason::Stopped if stopping.because_of_silence => Ending::Silent,
-                            EndReason::Stopped => Ending::Stopped,
-                            EndReason::LinkLost => Ending::LinkLost,
-                        };
-                        return Ok((ending, Some(taken)));
+                    Some(BoardEvent::Ended { taken, dropped, reason }) => {
+                        let end = End { taken, dropped, reason };
+                        let ending = stopping.ending_of(reason);
+                        return Ok(Ended { ending, end: Some(end), host_stopped: stopping.why.is_some() });
                     }
-                    Some(BoardEvent::Restarted(_)) => return Ok((Ending::BoardReset, None)),
-                    Some(BoardEvent::HungUp) | None => return Ok((Ending::Unplugged, None)),
-                    Some(BoardEvent::Failed(_)) => return Ok((Ending::LineFailed, None)),
+                    Some(BoardEvent::Restarted(hello)) => {
+                        let ending = ending_by_hello(board.hello(), &hello);
+                        // A board that was not reset runs on.
+                        let _ = board.stop();
+                        return Ok(ending.into());
+                    }
+                    Some(BoardEvent::HungUp) | None => return Ok(Ending::Unplugged.into()),
+                    Some(BoardEvent::Failed(_)) => return Ok(Ending::LineFailed.into()),
                     Some(BoardEvent::LogFailed(error)) => return Err(CaptureError::Log(error)),
                 }
             }
             () = recorder.recorder.due() => hand_on(recorder, board)?,
             _ = tick.tick() => {
                 board.flush_log().map_err(CaptureError::Log)?;
-                if !stopping.asked && heard_at.elapsed() > silence {
-                    stopping.because_of_silence = true;
-                    stopping.ask(board);
+                if stopping.why.is_none() && heard_at.elapsed() > silence {
+                    stopping.begin(board, Why::Silence);
                 }
-                if stopping.asked && stopping.is_over(board) {
-                    return Ok((Ending::Silent, None));
+                if stopping.is_over(board) {
+                    let runs_on = stopping.why == Some(Why::RunsOn);
+                    return Ok(if runs_on { Ending::RanOn } else { Ending::Silent }.into());
                 }
             }
         }
+    }
+}
+
+/// What a HELLO in mid-run that says something else ends a recording with.
+pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
+    if known.boot_id == said.boot_id {
+        Ending::BoardChanged
+    } else {
+        Ending::BoardReset
     }
 }
 
@@ -152,33 +203,58 @@ fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureErr
     Ok(())
 }
 
+/// Why the board is told to stop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Why {
+    /// Whoever records asked for it.
+    Asked,
+    /// It says nothing any more.
+    Silence,
+    /// It goes on after the samples that it was asked for.
+    RunsOn,
+}
+
 /// STOP has been said, and is said again until END comes.
 #[derive(Debug, Default)]
 struct Stopping {
-    asked: bool,
-    because_of_silence: bool,
+    why: Option<Why>,
     attempts: u32,
     last: Option<Instant>,
 }
 
 impl Stopping {
-    fn ask(&mut self, board: &mut Board) {
-        self.asked = true;
+    fn begin(&mut self, board: &mut Board, why: Why) {
+        self.why = Some(why);
+        self.say(board);
+    }
+
+    fn say(&mut self, board: &mut Board) {
         self.attempts += 1;
         self.last = Some(Instant::now());
         // A line that is gone shows on the reading side.
         let _ = board.stop();
     }
 
+    /// Whether it has been said often enough without an END.
     fn is_over(&mut self, board: &mut Board) -> bool {
-        if self.last.is_some_and(|last| last.elapsed() < END_WITHIN) {
+        if self.why.is_none() || self.last.is_some_and(|last| last.elapsed() < END_WITHIN) {
             return false;
         }
         if self.attempts == STOP_ATTEMPTS {
             return true;
         }
-        self.ask(board);
+        self.say(board);
         false
+    }
+
+    /// What an END with this reason means after all that was said.
+    fn ending_of(&self, reason: EndReason) -> Ending {
+        match (reason, self.why) {
+            (EndReason::Stopped, Some(Why::Silence)) => Ending::Silent,
+            // All that was asked for had come.
+            (EndReason::Stopped, Some(Why::RunsOn)) => Ending::Complete,
+            _ => reason.into(),
+        }
     }
 }
 
@@ -186,6 +262,23 @@ impl Stopping {
 pub(super) struct BoardRecorder {
     pub(super) recorder: Recorder,
     first_us: Option<u64>,
+    /// Samples that were asked for; 0 for no end.
+    asked: u32,
+    /// Most samples that can be missing behind the last one that came: more would have been silence.
+    most_missing_at_the_end: u64,
+    /// Samples that came beyond those asked for.
+    beyond: u64,
+    /// Number of the last sample that came, and one more.
+    came: u64,
+}
+
+/// What became of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Taken {
+    /// It is a row.
+    Recorded,
+    /// The board was not asked for it; it is counted, and no row.
+    BeyondWhatWasAsked,
 }
 
 impl BoardRecorder {
@@ -194,21 +287,18 @@ impl BoardRecorder {
         request: &CaptureRequest,
         hello: &Hello,
         live: &SharedLive,
-    ) -> Result<Self, WriteError> {
+    ) -> Result<Self, CaptureError> {
+        request.refuse_zeros(hello)?;
         let columns = Columns {
             supply: hello.fields.supply,
             current: hello.fields.current,
             ..Columns::recorded(CommandKind::Voltage)
         };
-        let counts_per_rev = request
-            .counts_per_rev
-            .unwrap_or(f64::from(hello.counts_per_rev));
+        let counts_per_rev = request.counts_per_rev(hello);
         let facts = Facts {
             sample_time_s: f64::from(request.sample_time_us) / 1e6,
             counts_per_rev,
-            supply_v: request
-                .supply_v
-                .unwrap_or(f64::from(hello.supply_mv) / 1000.0),
+            supply_v: request.supply_v(hello),
             profile: &request.profile.name,
             port: &request.port,
             usb: request.usb.as_ref(),
@@ -223,11 +313,21 @@ impl BoardRecorder {
         Ok(Self {
             recorder: Recorder::begin(&request.output, &header, columns, counts_per_rev, live)?,
             first_us: None,
+            asked: request.samples,
+            most_missing_at_the_end: request.silence().as_micros() as u64
+                / u64::from(request.sample_time_us.max(1)),
+            beyond: 0,
+            came: 0,
         })
     }
 
-    /// Takes one sample.
-    pub(super) fn take(&mut self, sample: Sample) -> Result<(), CaptureError> {
+    /// Takes one sample, if it was asked for.
+    pub(super) fn take(&mut self, sample: Sample) -> Result<Taken, CaptureError> {
+        self.came = sample.number + 1;
+        if self.asked > 0 && sample.number >= u64::from(self.asked) {
+            self.beyond += 1;
+            return Ok(Taken::BeyondWhatWasAsked);
+        }
         let first_us = match self.first_us {
             Some(first_us) => first_us,
             None => {
@@ -242,18 +342,57 @@ impl BoardRecorder {
             host_us: Some(sample.host_us as i64),
             command: f64::from(sample.command_mv) / 1000.0,
             counts: sample.counts,
-            flags: flags(sample.flags),
+            flags: flags(sample.flags, sample.leap),
         };
         let measured = Measured {
             supply_v: sample.supply_mv.map(|mv| f64::from(mv) / 1000.0),
             current_a: sample.current_ma.map(|ma| f64::from(ma) / 1000.0),
         };
-        self.recorder.append(observation, sample.host_us, measured)
+        self.recorder
+            .append(observation, sample.host_us, measured)?;
+        Ok(Taken::Recorded)
+    }
+
+    /// Whether more came than was asked for.
+    pub(super) fn is_beyond(&self) -> bool {
+        self.beyond > 0
+    }
+
+    /// Ends the file: what the board says of its end is held against what came.
+    pub(super) fn finish(self, ended: Ended, damage: Damage) -> Result<Captured, CaptureError> {
+        let (lost, dropped_rows) = self.recorder.missing();
+        let came = Came {
+            asked: self.asked,
+            lost,
+            dropped_rows,
+            up_to: self.came,
+            beyond: self.beyond,
+            most_missing_at_the_end: self.most_missing_at_the_end,
+        };
+        let verdict = came.judge(&ended);
+        let mut further = toml::Table::new();
+        if self.asked > 0 {
+            further.insert("asked".to_owned(), i64::from(self.asked).into());
+        }
+        if self.beyond > 0 {
+            further.insert("beyond".to_owned(), (self.beyond as i64).into());
+        }
+        let end = Finish {
+            ending: ended.ending,
+            lost_at_the_end: verdict.lost_at_the_end,
+            taken: ended.end.map(|end| end.taken),
+            asked: (self.asked > 0 && ended.ending == Ending::Complete)
+                .then_some(u64::from(self.asked)),
+            contradictions: verdict.contradictions,
+        };
+        self.recorder.finish(end, damage, further)
     }
 }
 
-fn flags(flags: SampleFlags) -> Flags {
+fn flags(flags: SampleFlags, leap: Leap) -> Flags {
     Flags {
+        time_leap: leap.time,
+        counts_leap: leap.counts,
         overrun: flags.overrun,
         dropped: flags.dropped,
         encoder_error: flags.encoder_error,

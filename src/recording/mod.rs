@@ -1,6 +1,7 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
 mod capture;
+mod end;
 mod header;
 mod line_limit;
 mod read_error;

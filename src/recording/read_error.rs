@@ -140,7 +140,7 @@ pub enum ReadNote {
         /// Line of the file.
         row: u64,
     },
-    /// The header has no `complete = true`: the recording did not end properly.
+    /// The header has no `complete = true`: samples are missing, or the recording did not end properly.
     NotComplete,
     /// The header has no `sample_time_s`: the median step of `t_s` was taken.
     SampleTimeGuessed {
@@ -165,7 +165,7 @@ impl fmt::Display for ReadNote {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TornTail { row } => write!(f, "row {row} is torn off and was left out"),
-            Self::NotComplete => f.write_str("the recording did not end properly (no `complete = true`); all whole rows were read"),
+            Self::NotComplete => f.write_str("not everything that was asked for is in it, or the recording did not end properly (no `complete = true`); all whole rows were read"),
             Self::SampleTimeGuessed { sample_time_s } => write!(
                 f,
                 "the header has no sample_time_s; took the median step of t_s, {sample_time_s} s"

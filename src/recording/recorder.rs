@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use firmware_protocol::EndReason;
 use serde::Serialize;
 
 use super::{
@@ -35,6 +36,10 @@ pub enum Ending {
     Unplugged,
     /// The board was reset in mid-run.
     BoardReset,
+    /// Without a reset the board said something else of itself than before.
+    BoardChanged,
+    /// The board went on after the samples asked for, whatever it was told.
+    RanOn,
     /// The board fell silent.
     Silent,
     /// The line failed.
@@ -47,6 +52,44 @@ impl Ending {
     /// Whether the recorder and the board both know that this was the end.
     pub fn is_proper(self) -> bool {
         matches!(self, Self::Complete | Self::Stopped)
+    }
+}
+
+impl From<EndReason> for Ending {
+    fn from(reason: EndReason) -> Self {
+        match reason {
+            EndReason::Complete => Self::Complete,
+            EndReason::Stopped => Self::Stopped,
+            EndReason::LinkLost => Self::LinkLost,
+        }
+    }
+}
+
+/// What is known at the end of a recording, beside its rows.
+#[derive(Debug)]
+pub(super) struct Finish {
+    /// Why it ended.
+    pub ending: Ending,
+    /// Samples lost at the end, which no sample number shows.
+    pub lost_at_the_end: u64,
+    /// Samples that the board says it took.
+    pub taken: Option<u32>,
+    /// How many rows there must be; `None` where nobody asked for a number, or took that back.
+    pub asked: Option<u64>,
+    /// What does not go together.
+    pub contradictions: Vec<String>,
+}
+
+impl Finish {
+    /// Of a recording that nobody says anything of but its rows.
+    pub(super) fn by(ending: Ending) -> Self {
+        Self {
+            ending,
+            lost_at_the_end: 0,
+            taken: None,
+            asked: None,
+            contradictions: Vec::new(),
+        }
     }
 }
 
@@ -63,6 +106,10 @@ pub struct Captured {
     pub damage: Damage,
     /// Samples that the board says it took; `None` where its END did not arrive.
     pub taken: Option<u32>,
+    /// What the board says and what it sent do not go together, in these ways.
+    pub contradictions: Vec<String>,
+    /// Everything that was asked for is in the file.
+    pub complete: bool,
     /// The run file was deleted on the way and its rows went on elsewhere, as this says.
     pub rescued: Option<String>,
 }
@@ -229,31 +276,39 @@ impl Recorder {
         (live.samples, live.lost, live.overruns) = self.gatherer.counters();
     }
 
+    /// Losses that sample numbers show, and rows before which the board says that it dropped frames.
+    pub(super) fn missing(&self) -> (u64, u64) {
+        let (_, lost, _) = self.gatherer.counters();
+        (lost, self.gatherer.dropped())
+    }
+
     /// Ends the file. `further` keys go into its summary too.
     pub(super) fn finish(
         mut self,
-        ending: Ending,
-        taken: Option<u32>,
+        end: Finish,
         damage: Damage,
         further: toml::Table,
     ) -> Result<Captured, CaptureError> {
-        let seen = self.gatherer.counters();
-        if let Some(taken) = taken {
-            // Losses at the end, which no sample number shows.
-            let (samples, lost, _) = seen;
-            self.gatherer
-                .add_lost(u64::from(taken).saturating_sub(samples + lost));
-        }
+        self.gatherer.add_lost(end.lost_at_the_end);
         let statistics = self.gatherer.statistics();
-        let mut summary = summary(&statistics, damage, ending);
+        let mut summary = summary(&statistics, damage, end.ending);
         summary.extend(further);
-        let path = self.writer.finish(&summary, ending.is_proper())?;
+        if !end.contradictions.is_empty() {
+            let count = end.contradictions.len() as i64;
+            summary.insert("contradictions".to_owned(), count.into());
+        }
+        let complete = end.ending.is_proper()
+            && statistics.lost == 0
+            && end.asked.is_none_or(|asked| statistics.samples == asked);
+        let path = self.writer.finish(&summary, complete)?;
         Ok(Captured {
             path,
-            ending,
+            ending: end.ending,
             statistics,
             damage,
-            taken,
+            taken: end.taken,
+            contradictions: end.contradictions,
+            complete,
             rescued: self.rescued,
         })
     }
@@ -281,6 +336,8 @@ fn summary(statistics: &Statistics, damage: Damage, ending: Ending) -> toml::Tab
     put("dropped", count(statistics.dropped));
     put("encoder_errors", count(statistics.encoder_errors));
     put("saturated", count(statistics.saturated));
+    put("time_leaps", count(statistics.time_leaps));
+    put("counts_leaps", count(statistics.counts_leaps));
     put("bad_frames", count(damage.bad_frames));
     put("implausible", count(damage.implausible));
     put("duration_s", statistics.duration_s.into());

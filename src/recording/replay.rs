@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use firmware_protocol::{EndReason, FrameDecoder, Hello, HostMessage};
 
-use super::capture::BoardRecorder;
+use super::capture::{BoardRecorder, ending_by_hello};
+use super::end::{End, Ended};
 use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive, TextError};
 use crate::board::{Event, Expectations, Intake, rawlog};
 
@@ -47,6 +48,7 @@ struct Told {
     samples: u32,
     commands: Vec<(u64, i16)>,
     started: bool,
+    stopped: bool,
 }
 
 impl Told {
@@ -70,6 +72,7 @@ impl Told {
                     self.samples = samples;
                     self.started = true;
                 }
+                Ok(HostMessage::Stop) => self.stopped = true,
                 _ => {}
             }
         }
@@ -91,12 +94,12 @@ pub fn replay(
     let mut hello: Option<Hello> = None;
     let mut recorder: Option<BoardRecorder> = None;
     let mut events = Vec::new();
-    let (ending, taken) = 'playing: loop {
+    let ended: Ended = 'playing: loop {
         if stopped() {
-            break (Ending::Stopped, None);
+            break Ending::Stopped.into();
         }
         let Some((at_us, event)) = log.next_event()? else {
-            break (Ending::LogEnded, None);
+            break Ending::LogEnded.into();
         };
         wait_until(begun, at_us, speed, &stopped);
         match event {
@@ -115,9 +118,8 @@ pub fn replay(
                         samples: told.samples,
                         ..request.clone()
                     };
-                    recorder = Some(
-                        BoardRecorder::begin(&request, hello, live).map_err(CaptureError::Write)?,
-                    );
+                    recorder = Some(BoardRecorder::begin(&request, hello, live)?);
+                    intake.encoder(request.counts_per_rev(hello));
                     intake.expect(Expectations {
                         sample_time_us: told.sample_time_us,
                         commands: std::mem::take(&mut told.commands),
@@ -129,19 +131,38 @@ pub fn replay(
                 for event in events.drain(..) {
                     match (event, &mut recorder) {
                         (Event::Hello(new), None) => hello = Some(new),
-                        (Event::Hello(new), Some(_))
-                            if hello.is_some_and(|old| old.boot_id != new.boot_id) =>
-                        {
-                            break 'playing (Ending::BoardReset, None);
-                        }
-                        (Event::Sample(sample), Some(recorder)) => recorder.take(sample)?,
-                        (Event::End { taken, reason, .. }, Some(_)) => {
-                            let ending = match reason {
-                                EndReason::Complete => Ending::Complete,
-                                EndReason::Stopped => Ending::Stopped,
-                                EndReason::LinkLost => Ending::LinkLost,
+                        (Event::Hello(new), Some(_)) => {
+                            let ending = match &hello {
+                                Some(known) => ending_by_hello(known, &new),
+                                None => Ending::BoardReset,
                             };
-                            break 'playing (ending, Some(taken));
+                            break 'playing ending.into();
+                        }
+                        (Event::Sample(sample), Some(recorder)) => {
+                            recorder.take(sample)?;
+                        }
+                        (
+                            Event::End {
+                                taken,
+                                dropped,
+                                reason,
+                            },
+                            Some(recorder),
+                        ) => {
+                            let ending = match reason {
+                                EndReason::Stopped if recorder.is_beyond() => Ending::Complete,
+                                reason => reason.into(),
+                            };
+                            let end = End {
+                                taken,
+                                dropped,
+                                reason,
+                            };
+                            break 'playing Ended {
+                                ending,
+                                end: Some(end),
+                                host_stopped: told.stopped,
+                            };
                         }
                         _ => {}
                     }
@@ -150,15 +171,11 @@ pub fn replay(
                     recorder.recorder.flush_if_due()?;
                 }
             }
-            rawlog::Event::HangUp => break (Ending::Unplugged, None),
+            rawlog::Event::HangUp => break Ending::Unplugged.into(),
         }
     };
     match recorder {
-        Some(recorder) => {
-            Ok(recorder
-                .recorder
-                .finish(ending, taken, intake.damage(), toml::Table::new())?)
-        }
+        Some(recorder) => Ok(recorder.finish(ended, intake.damage())?),
         None if hello.is_none() => Err(ReplayError::NoRecording(
             "no board says HELLO in it (text lines of a plain sketch? say --columns auto, or their names)",
         )),

@@ -271,7 +271,7 @@ impl Places {
             .map(|cell| {
                 let flags = cell.text.parse();
                 flags.map_err(|_| {
-                    cell.bad("a list of overrun, dropped, encoder_error, saturated joined by +")
+                    cell.bad("a list of overrun, dropped, encoder_error, saturated, time_leap, counts_leap joined by +")
                 })
             })
             .transpose()?;

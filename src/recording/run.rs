@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::motor::CommandKind;
 
-/// What a board says of one sample.
+/// What a board says of one sample, and what the recorder saw of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Flags {
     /// The sample was taken late because the one before was not finished.
@@ -19,16 +19,24 @@ pub struct Flags {
     pub encoder_error: bool,
     /// The command was limited by the supply.
     pub saturated: bool,
+    /// The board's time fell back here, or went on by another span than the sample numbers say.
+    #[serde(default)]
+    pub time_leap: bool,
+    /// The counts moved faster here than any motor can.
+    #[serde(default)]
+    pub counts_leap: bool,
 }
 
 impl Flags {
     /// Name and value of each flag, in the order in which a run file lists them.
-    fn named(self) -> [(&'static str, bool); 4] {
+    fn named(self) -> [(&'static str, bool); 6] {
         [
             ("overrun", self.overrun),
             ("dropped", self.dropped),
             ("encoder_error", self.encoder_error),
             ("saturated", self.saturated),
+            ("time_leap", self.time_leap),
+            ("counts_leap", self.counts_leap),
         ]
     }
 }
@@ -48,7 +56,7 @@ impl fmt::Display for Flags {
 /// A word in a `flags` column that names no flag.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{0}' is no flag: a sample's flags are overrun, dropped, encoder_error and saturated, joined by +"
+    "'{0}' is no flag: a sample's flags are overrun, dropped, encoder_error, saturated, time_leap and counts_leap, joined by +"
 )]
 pub struct UnknownFlag(pub String);
 
@@ -64,6 +72,8 @@ impl FromStr for Flags {
                 "dropped" => flags.dropped = true,
                 "encoder_error" => flags.encoder_error = true,
                 "saturated" => flags.saturated = true,
+                "time_leap" => flags.time_leap = true,
+                "counts_leap" => flags.counts_leap = true,
                 other => return Err(UnknownFlag(other.to_owned())),
             }
         }
@@ -150,12 +160,14 @@ mod tests {
 
     #[test]
     fn flags_read_back_as_they_were_written() {
-        for bits in 0..16_u8 {
+        for bits in 0..64_u8 {
             let flags = Flags {
                 overrun: bits & 1 != 0,
                 dropped: bits & 2 != 0,
                 encoder_error: bits & 4 != 0,
                 saturated: bits & 8 != 0,
+                time_leap: bits & 16 != 0,
+                counts_leap: bits & 32 != 0,
             };
             assert_eq!(flags.to_string().parse(), Ok(flags));
         }

@@ -24,7 +24,7 @@ pub struct Intervals {
     pub min_us: i64,
     /// Median (to the microsecond as long as the intervals take fewer than 4096 values).
     pub median_us: i64,
-    /// Longest, losses left out.
+    /// Longest, losses and leaps left out.
     pub max_us: i64,
 }
 
@@ -43,6 +43,10 @@ pub struct Statistics {
     pub encoder_errors: u64,
     /// Samples whose command was limited by the supply.
     pub saturated: u64,
+    /// Samples at which the device's time fell back or leapt.
+    pub time_leaps: u64,
+    /// Samples at which the counts moved faster than any motor can.
+    pub counts_leaps: u64,
     /// Device time from the first to the last sample in s.
     pub duration_s: f64,
     /// Intervals between successive samples.
@@ -76,7 +80,7 @@ pub struct StatisticsGatherer {
     counts_per_rev: f64,
     samples: u64,
     lost: u64,
-    flagged: [u64; 4],
+    flagged: [u64; 6],
     first_us: i64,
     last: Option<Observation>,
     intervals: IntervalCounts,
@@ -92,7 +96,7 @@ impl StatisticsGatherer {
             counts_per_rev,
             samples: 0,
             lost: 0,
-            flagged: [0; 4],
+            flagged: [0; 6],
             first_us: 0,
             last: None,
             intervals: IntervalCounts::default(),
@@ -111,6 +115,8 @@ impl StatisticsGatherer {
             flags.dropped,
             flags.encoder_error,
             flags.saturated,
+            flags.time_leap,
+            flags.counts_leap,
         ];
         for (count, set) in self.flagged.iter_mut().zip(set) {
             *count += u64::from(set);
@@ -126,7 +132,7 @@ impl StatisticsGatherer {
                     _ => 0,
                 };
                 self.lost = self.lost.saturating_add(missing);
-                if missing == 0 {
+                if missing == 0 && !flags.time_leap {
                     self.intervals.add(sample.device_us - last.device_us);
                 }
                 if last.command != sample.command {
@@ -161,9 +167,21 @@ impl StatisticsGatherer {
         (self.samples, self.lost, self.flagged[0])
     }
 
+    /// Samples so far after which the device says that it dropped frames.
+    pub fn dropped(&self) -> u64 {
+        self.flagged[1]
+    }
+
     /// The figures so far.
     pub fn statistics(&self) -> Statistics {
-        let [overruns, dropped, encoder_errors, saturated] = self.flagged;
+        let [
+            overruns,
+            dropped,
+            encoder_errors,
+            saturated,
+            time_leaps,
+            counts_leaps,
+        ] = self.flagged;
         let last_us = self.last.map_or(self.first_us, |last| last.device_us);
         Statistics {
             samples: self.samples,
@@ -172,6 +190,8 @@ impl StatisticsGatherer {
             dropped,
             encoder_errors,
             saturated,
+            time_leaps,
+            counts_leaps,
             duration_s: (last_us - self.first_us) as f64 * 1e-6,
             device_dt: self.intervals.intervals(),
             clock: self.clock.fit(),

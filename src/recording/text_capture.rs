@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::header::{Facts, header};
-use super::recorder::{Measured, Recorder};
+use super::recorder::{Finish, Measured, Recorder};
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
 use crate::board::{
@@ -463,7 +463,7 @@ impl<'a> TextRecording<'a> {
         further.insert("longest_line_bytes".to_owned(), (longest as i64).into());
         let captured = running
             .recorder
-            .finish(ending, None, self.damage, further)?;
+            .finish(Finish::by(ending), self.damage, further)?;
         Ok(TextCaptured { captured, notes })
     }
 

@@ -24,8 +24,8 @@ pub const FLUSH_EVERY: Duration = Duration::from_millis(25);
 /// Rows are handed on no sooner than this after the last time.
 const FLUSH_REST: Duration = Duration::from_micros(500);
 
-/// Bytes kept free in the header for the summary.
-const RESERVED_BYTES: usize = 1000;
+/// Bytes kept free in the header for the summary: 30 keys of 40 characters, which none has.
+const RESERVED_BYTES: usize = 1200;
 
 /// Rows wait in memory up to this many bytes.
 const MOST_BUFFERED: usize = 1 << 18;
