@@ -300,3 +300,118 @@ fn a_clock_that_leaps_for_good_ends_the_run() {
     let file = file.expect("a file");
     assert!(!file.complete() && file.column("t_s").iter().all(|t| *t < 0.3));
 }
+
+#[test]
+fn a_time_unit_that_the_hosts_clock_contradicts_is_said_at_once() {
+    // Micros that are called milliseconds, and the other way round; labels that call them seconds.
+    for (line, columns, right) in [
+        (
+            (|k| format!("{},{k},128\n", k * 5000)) as fn(u32) -> String,
+            "t_ms,counts,pwm",
+            "t_us,counts,pwm",
+        ),
+        (
+            |k| format!("{},{k},128\n", k * 5),
+            "t_us,counts,pwm",
+            "t_ms,counts,pwm",
+        ),
+        (
+            |k| format!("T:{} ENC:{k} PWM:128\n", k * 5),
+            "auto",
+            "t_ms,counts,pwm",
+        ),
+    ] {
+        let (done, _) = capture_from(line, &["--columns", columns, "--duration", "2"]);
+        assert_eq!(done.status, Some(2), "{columns}: {}", done.messages);
+        let said = format!("say --columns {right}");
+        assert!(
+            done.messages.contains(&said),
+            "{columns}: {}",
+            done.messages
+        );
+        assert!(done.messages.contains("1000 times as"), "{}", done.messages);
+    }
+}
+
+#[test]
+fn given_columns_beat_the_labels_of_the_lines() {
+    let line = |k: u32| format!("T:{} ENC:{k} PWM:128\n", k * 5);
+    let arguments = ["--columns", "t_ms,counts,pwm", "--duration", "0.5"];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let file = file.expect("a file");
+    assert_eq!(file.rows.len(), 100);
+    assert!((file.column("t_s")[99] - 0.495).abs() < 1e-9);
+    // Another order is no matter of units.
+    let (done, _) = capture_from(line, &["--columns", "t_ms,pwm,counts", "--duration", "0.5"]);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages
+            .contains("--columns has `pwm` where the label says `ENC`"),
+        "{}",
+        done.messages
+    );
+}
+
+#[test]
+fn a_column_may_be_left_out_first_and_a_speed_is_no_command() {
+    let line = |k: u32| format!("7,{k}\r");
+    let arguments = [
+        "--columns",
+        "-,counts",
+        "--profile",
+        "step",
+        "--duration",
+        "0.5",
+    ];
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(file.expect("a file").rows.len() > 50);
+    let (done, _) = capture_from(line, &["--columns", "t_ms,rpm,pwm"]);
+    assert_eq!(done.status, Some(2));
+    assert!(
+        done.messages.contains("motorlab import") && !done.messages.contains("did you mean"),
+        "{}",
+        done.messages
+    );
+}
+
+#[test]
+fn labels_that_name_no_counts_are_named() {
+    let (done, _) = capture_from(
+        |k| format!("target:0,actual:{k}\r\n"),
+        &["--columns", "auto", "--duration", "0.5"],
+    );
+    assert_eq!(done.status, Some(3));
+    assert!(
+        done.messages.contains("(target,actual)") && !done.messages.contains("baud rate"),
+        "{}",
+        done.messages
+    );
+}
+
+#[test]
+fn a_command_beyond_full_scale_and_counts_that_leap_are_said() {
+    let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
+    let (done, _) = capture_from(|k| format!("{},{k},1023\n", k * 5000), &arguments);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    assert!(
+        done.messages.contains("pwm reached 1023") && done.messages.contains("up to 18.05"),
+        "{}",
+        done.messages
+    );
+    let line = |k: u32| {
+        let counts = k + if k % 50 == 49 { 1_000_000 } else { 0 };
+        format!("{},{counts},128\n", k * 5000)
+    };
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let file = file.expect("a file");
+    // There and back.
+    assert!(file.summary("counts_leaps") >= 3, "{}", done.messages);
+    let flagged = file
+        .rows
+        .iter()
+        .filter(|row| row.last().is_some_and(|f| f == "counts_leap"));
+    assert_eq!(flagged.count() as i64, file.summary("counts_leaps"));
+}

@@ -62,7 +62,7 @@ pub struct Capture {
     pub(super) patience: f64,
     /// Read the text lines of a plain sketch: what its columns mean, such as `t_us,counts,pwm`, or
     /// `auto` where it prints a header line or `label:value` pairs.
-    #[arg(long, value_name = "NAMES")]
+    #[arg(long, value_name = "NAMES", allow_hyphen_values = true)]
     pub(super) columns: Option<String>,
     /// When the board is unplugged, wait for the same board to come back, under whatever name, and
     /// record again from the start into a new file.

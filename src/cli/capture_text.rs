@@ -28,7 +28,7 @@ pub(super) fn columns(names: &str) -> Result<Option<Columns>, Failure> {
 pub(super) fn text_failure(error: TextError) -> Failure {
     match error {
         TextError::Capture(error) => capture_failure(error),
-        TextError::NoCommand { .. } => Failure::input(error),
+        TextError::NoCommand { .. } | TextError::TimeUnit { .. } => Failure::input(error),
         TextError::NoSample { .. } | TextError::Line { .. } => Failure::device(error),
     }
 }

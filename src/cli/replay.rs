@@ -54,7 +54,12 @@ pub struct Replay {
     supply: Option<f64>,
     /// The log is of a plain sketch's text lines: what its columns mean, or `auto`. [default: what the
     /// log's header says]
-    #[arg(long, value_name = "NAMES", conflicts_with = "pty")]
+    #[arg(
+        long,
+        value_name = "NAMES",
+        conflicts_with = "pty",
+        allow_hyphen_values = true
+    )]
     columns: Option<String>,
 }
 

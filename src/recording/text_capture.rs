@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
+use crate::board::plausible::{LONGEST_STEP_US, most_counts};
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
 use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
@@ -26,9 +27,12 @@ const TICK: Duration = Duration::from_millis(20);
 /// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
 
-/// Most that the board's time may advance from line to line: one that prints nothing for so long is given
-/// up before.
-const LONGEST_STEP_US: i64 = 300_000_000;
+/// By how much arrivals may come in bunches, in microseconds (measured elsewhere: 35 to 40 ms; generous).
+const BUNCH_US: u64 = 250_000;
+
+/// Largest value of `analogWrite`, and by how much more a command may be before it is said: a tenth.
+const PWM_FULL_SCALE: f64 = 255.0;
+const BEYOND: f64 = 1.1;
 
 /// What to record from a sketch.
 #[derive(Debug, Clone)]
@@ -83,6 +87,23 @@ pub enum TextError {
         /// The port.
         port: String,
     },
+    /// The board's time runs a thousand or a million times as fast, or as slowly, as the host's.
+    #[error(
+        "the time of the lines on {port} runs {} the host's: is `{named}` really `{meant}`? say --columns {columns}",
+        times(*factor)
+    )]
+    TimeUnit {
+        /// The port.
+        port: String,
+        /// How many times as fast.
+        factor: f64,
+        /// The unit that was taken.
+        named: &'static str,
+        /// The unit that fits.
+        meant: &'static str,
+        /// The columns with that unit.
+        columns: String,
+    },
     /// Reading failed.
     #[error("the line to {port} failed: {source}")]
     Line {
@@ -101,10 +122,36 @@ fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String 
         Some((line, Skipped::FieldCount { expected, found })) => {
             format!("its lines look like {line:?}, {found} fields where --columns has {expected}")
         }
+        Some((line, Skipped::NoCountsLabelled { labels })) => format!(
+            "its lines look like {line:?}, and none of their labels ({labels}) names encoder counts: say what they are, in their order, such as --columns -,counts"
+        ),
+        Some((line, Skipped::Clash { label, column })) => format!(
+            "its lines look like {line:?}: --columns has `{column}` where the label says `{label}`; name the columns in the order of the line, or leave --columns at auto"
+        ),
         Some((line, _)) => format!("its lines look like {line:?}"),
         None if heard.total() == 0 => "it sent nothing".to_owned(),
         None => format!("it sent {heard} (is the baud rate right?)"),
     }
+}
+
+fn times(factor: f64) -> String {
+    if factor >= 1.0 {
+        format!("{factor} times as fast as")
+    } else {
+        format!("{} times as slowly as", (1.0 / factor).round())
+    }
+}
+
+/// Shortest time between two lines that a host's clock is held against, in microseconds: lines that came in
+/// one read have none (measured: reads of one line are 1 ms and more apart).
+const TELLING_US: u64 = 500;
+
+/// By how many thousands the board's time runs faster than the host's, if it does so within a factor of two.
+fn unit_factor(board_us: i64, host_us: u64) -> Option<f64> {
+    let ratio = board_us as f64 / host_us as f64;
+    [1e3, 1e6, 1e-3, 1e-6]
+        .into_iter()
+        .find(|factor| (0.5..=2.0).contains(&(ratio / factor)))
 }
 
 /// A recording of a sketch, with what there is to say about it.
@@ -192,6 +239,10 @@ pub(super) struct TextRecording<'a> {
     waiting: Vec<(TextSample, u64)>,
     running: Option<Running>,
     first_line_over: bool,
+    /// Board's and host's time of the first sample and of the last.
+    clocks: Option<[(i64, u64); 2]>,
+    /// Largest PWM value, as far as it lies beyond full scale.
+    largest_pwm: f64,
     skipped: u64,
     last_skipped: Option<(String, Skipped)>,
     damage: Damage,
@@ -206,6 +257,7 @@ struct Running {
     numbered: bool,
     first_us: i64,
     last_us: Option<i64>,
+    last_counts: Option<i64>,
     /// Time of the line before, if that was passed over because its time leapt.
     suspect_us: Option<i64>,
     seq: u64,
@@ -222,6 +274,8 @@ impl<'a> TextRecording<'a> {
             waiting: Vec::new(),
             running: None,
             first_line_over: false,
+            clocks: None,
+            largest_pwm: 0.0,
             skipped: 0,
             last_skipped: None,
             damage: Damage::default(),
@@ -236,7 +290,7 @@ impl<'a> TextRecording<'a> {
             }
             // The port is opened in the middle of a line: what is left of it may look like a sample.
             let torn = !self.first_line_over;
-            self.first_line_over |= byte == b'\n';
+            self.first_line_over |= matches!(byte, b'\n' | b'\r');
             match self.decoder.push(byte) {
                 Some(TextEvent::Sample(_)) if torn => {}
                 Some(TextEvent::Sample(sample)) => {
@@ -255,6 +309,7 @@ impl<'a> TextRecording<'a> {
     }
 
     fn take(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
+        self.hold_against_the_hosts_clock(&sample, host_us)?;
         if self.running.is_some() {
             return self.append(sample, host_us);
         }
@@ -264,6 +319,52 @@ impl<'a> TextRecording<'a> {
             return self.begin();
         }
         Ok(None)
+    }
+
+    /// A unit of time that is wrong by 1000 shows at the second line: both since the first line and since the
+    /// last one the board's time must run by that factor, so that a late read is no reason.
+    fn hold_against_the_hosts_clock(
+        &mut self,
+        sample: &TextSample,
+        host_us: u64,
+    ) -> Result<(), TextError> {
+        let Some(time_us) = sample.time_us else {
+            return Ok(());
+        };
+        let [first, last] = self.clocks.unwrap_or([(time_us, host_us); 2]);
+        self.clocks = Some([first, (time_us, host_us)]);
+        let since = |(board_us, then_us): (i64, u64)| {
+            let passed_us = host_us.saturating_sub(then_us);
+            let board_us = time_us.saturating_sub(board_us);
+            (passed_us >= TELLING_US).then(|| unit_factor(board_us, passed_us))?
+        };
+        let Some(factor) = since(first).filter(|factor| since(last) == Some(*factor)) else {
+            return Ok(());
+        };
+        let columns = self.decoder.columns().map_or(&[][..], |c| c.as_slice());
+        let renamed = columns
+            .iter()
+            .find_map(|&column| Some((column, column.in_unit_times(1.0 / factor)?)));
+        let Some((named, meant)) = renamed else {
+            return Ok(());
+        };
+        let columns: Vec<&str> = columns
+            .iter()
+            .map(|&column| {
+                if column == named {
+                    meant.name()
+                } else {
+                    column.name()
+                }
+            })
+            .collect();
+        Err(TextError::TimeUnit {
+            port: self.request.port.clone(),
+            factor,
+            named: named.name(),
+            meant: meant.name(),
+            columns: columns.join(","),
+        })
     }
 
     /// Begins the file and takes the samples that waited for it.
@@ -286,7 +387,6 @@ impl<'a> TextRecording<'a> {
         let numbered = device_timed || first.sequence.is_some();
         let columns = Columns {
             seq: numbered,
-            flags: false,
             supply: first.supply_v.is_some(),
             current: first.current_a.is_some(),
             ..Columns::recorded(CommandKind::Voltage)
@@ -324,6 +424,7 @@ impl<'a> TextRecording<'a> {
             numbered,
             first_us: first.time_us.unwrap_or(first_host_us as i64),
             last_us: None,
+            last_counts: None,
             suspect_us: None,
             seq: 0,
         });
@@ -345,6 +446,7 @@ impl<'a> TextRecording<'a> {
         };
         // What a sketch prints as its time may be anything.
         let mut t_us = at_us.saturating_sub(running.first_us);
+        let passed_us = running.last_us.map_or(0, |last_us| t_us.abs_diff(last_us));
         if let Some(last_us) = running.last_us {
             if running.device_timed && t_us == last_us {
                 self.damage.repeated += 1;
@@ -374,11 +476,22 @@ impl<'a> TextRecording<'a> {
         }
         running.last_us = Some(t_us);
         running.suspect_us = None;
+        // Arrivals come in bunches: without the board's time a quarter of a second passes for any step.
+        let bunch_us = if running.device_timed { 0 } else { BUNCH_US };
+        let counts_leap = running
+            .last_counts
+            .replace(sample.counts)
+            .is_some_and(|last| {
+                let limit = most_counts(self.request.counts_per_rev, passed_us + bunch_us);
+                sample.counts.abs_diff(last) > limit
+            });
+        let pwm = sample.command_pwm255.unwrap_or(0.0).abs();
+        self.largest_pwm = self.largest_pwm.max(pwm);
         let command = sample
             .command_v
             .or(sample
                 .command_pwm255
-                .map(|pwm| pwm / 255.0 * self.request.supply_v))
+                .map(|pwm| pwm / PWM_FULL_SCALE * self.request.supply_v))
             .or(self
                 .request
                 .profile
@@ -394,7 +507,10 @@ impl<'a> TextRecording<'a> {
             host_us: running.device_timed.then_some(host_us as i64),
             command,
             counts: sample.counts,
-            flags: Flags::default(),
+            flags: Flags {
+                counts_leap,
+                ..Flags::default()
+            },
         };
         let measured = Measured {
             supply_v: sample.supply_v,
@@ -455,16 +571,47 @@ impl<'a> TextRecording<'a> {
         let notes = self.notes();
         let longest = self.decoder.longest_sample_line();
         let (skipped, no_sample) = (self.skipped, self.no_sample());
+        let contradictions = self.contradictions(ending);
         let Some(running) = self.running else {
             return Err(no_sample);
         };
         let mut further = toml::Table::new();
         further.insert("skipped_lines".to_owned(), (skipped as i64).into());
         further.insert("longest_line_bytes".to_owned(), (longest as i64).into());
-        let captured = running
-            .recorder
-            .finish(Finish::by(ending), self.damage, further)?;
+        let captured = running.recorder.finish(
+            Finish {
+                contradictions,
+                ..Finish::by(ending)
+            },
+            self.damage,
+            further,
+        )?;
         Ok(TextCaptured { captured, notes })
+    }
+
+    /// What the lines say that cannot be: then the exit status is no good one.
+    fn contradictions(&self, ending: Ending) -> Vec<String> {
+        let mut found = Vec::new();
+        let supply_v = self.request.supply_v;
+        if self.largest_pwm > BEYOND * PWM_FULL_SCALE {
+            found.push(format!(
+                "pwm reached {}, beyond the {PWM_FULL_SCALE} of full scale: commands of up to {:.4} V were recorded on a supply of {supply_v} V; print command_v, or scale it to {PWM_FULL_SCALE}",
+                self.largest_pwm,
+                self.largest_pwm / PWM_FULL_SCALE * supply_v
+            ));
+        }
+        if let Some(running) = &self.running
+            && ending == Ending::Complete
+            && 2.0 * running.sample_time_us as f64 > self.request.duration_s * 1e6
+            && self.request.duration_s > 0.0
+        {
+            found.push(format!(
+                "a sample time of {} s does not go with a recording of {} s: is the unit of the time right?",
+                running.sample_time_us as f64 * 1e-6,
+                self.request.duration_s
+            ));
+        }
+        found
     }
 
     fn notes(&self) -> Vec<String> {

@@ -87,6 +87,31 @@ impl Column {
             .map(|&(_, column)| column)
     }
 
+    /// Whether both are the same quantity, in whatever unit.
+    pub(super) fn is_kind_of(self, other: Self) -> bool {
+        let kind = |column| match column {
+            Self::TimeMicros | Self::TimeMillis | Self::TimeSeconds => Self::TimeMicros,
+            Self::CommandVolts | Self::CommandPwm255 => Self::CommandVolts,
+            same => same,
+        };
+        kind(self) == kind(other)
+    }
+
+    /// The column of time in the unit that is `factor` times as long, if there is one.
+    pub(crate) fn in_unit_times(self, factor: f64) -> Option<Self> {
+        let units = [
+            (Self::TimeMicros, 1e-6),
+            (Self::TimeMillis, 1e-3),
+            (Self::TimeSeconds, 1.0),
+        ];
+        let (_, unit_s) = units.iter().find(|(column, _)| *column == self)?;
+        let wanted_s = unit_s * factor;
+        let found = units
+            .iter()
+            .find(|(_, s)| (s / wanted_s - 1.0).abs() < 0.01);
+        found.map(|&(column, _)| column)
+    }
+
     /// The name that is printed for this column.
     pub fn name(self) -> &'static str {
         NAMES
@@ -127,6 +152,14 @@ pub enum ColumnError {
         /// The known name closest to it.
         nearest: &'static str,
     },
+    /// A speed or an angle: capture wants what the encoder counted.
+    #[error(
+        "`{name}` is no encoder count, which capture wants: print the counts too and leave this column out with `-`; a log of speeds or angles is read by `motorlab import`"
+    )]
+    NotCounts {
+        /// The name as given.
+        name: String,
+    },
     /// The same meaning twice.
     #[error("two columns mean `{name}`: leave one out with `-`")]
     Twice {
@@ -150,12 +183,7 @@ impl Columns {
     pub fn parse(list: &str) -> Result<Self, ColumnError> {
         let columns = list
             .split(',')
-            .map(|name| {
-                Column::from_name(name).ok_or_else(|| ColumnError::Unknown {
-                    name: name.trim().to_owned(),
-                    nearest: nearest(name),
-                })
-            })
+            .map(|name| Column::from_name(name).ok_or_else(|| unknown(name)))
             .collect::<Result<Vec<_>, _>>()?;
         Self::new(columns)
     }
@@ -199,6 +227,28 @@ impl fmt::Display for Columns {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let names: Vec<_> = self.0.iter().map(|column| column.name()).collect();
         f.write_str(&names.join(","))
+    }
+}
+
+/// Names under which sketches print speeds and angles.
+const SPEEDS_AND_ANGLES: &[&str] = &[
+    "rpm", "speed", "velocity", "vel", "omega", "rad_s", "deg_s", "rps", "rad", "deg", "angle",
+    "theta", "degrees", "radians",
+];
+
+fn unknown(name: &str) -> ColumnError {
+    let given = name.trim().to_owned();
+    let plain = plain(name);
+    let is_one = |known: &str| {
+        let rest = plain.strip_prefix(known);
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+    };
+    if SPEEDS_AND_ANGLES.iter().any(|known| is_one(known)) {
+        return ColumnError::NotCounts { name: given };
+    }
+    ColumnError::Unknown {
+        name: given,
+        nearest: nearest(name),
     }
 }
 
@@ -251,6 +301,10 @@ mod tests {
             Columns::parse("counts,encoder"),
             Err(ColumnError::Twice { name: "counts" })
         );
+        for name in ["rpm", "Speed (rad/s)", "rpm_filtered", "angle"] {
+            let error = Columns::parse(&format!("t_ms,{name},pwm"));
+            assert_eq!(error, Err(ColumnError::NotCounts { name: name.into() }));
+        }
         assert!(!Columns::parse("counts,-,-").unwrap().has_device_time());
     }
 }

@@ -48,6 +48,18 @@ pub enum Skipped {
     TooLong,
     /// The columns are not known yet: no header line, no labels, no `--columns`.
     ColumnsUnknown,
+    /// The line's labels name no counts.
+    NoCountsLabelled {
+        /// The labels, joined by commas.
+        labels: String,
+    },
+    /// A label of the line means another quantity than the column at its place.
+    Clash {
+        /// The label.
+        label: String,
+        /// The column's name.
+        column: &'static str,
+    },
 }
 
 /// What one line was.
@@ -74,6 +86,12 @@ pub enum TextEvent {
 #[derive(Debug, Clone)]
 pub struct TextDecoder {
     columns: Option<Columns>,
+    /// The columns were given: labels do not change them.
+    given: bool,
+    /// The last byte ended a line and was a carriage return: a newline after it belongs to it.
+    after_return: bool,
+    /// Length of the line that ended last, if it was a sample.
+    last_sample_bytes: usize,
     line: Vec<u8>,
     line_number: u64,
     overlong: bool,
@@ -91,6 +109,9 @@ impl TextDecoder {
     /// like any other line that does not fit.
     pub fn new(columns: Option<Columns>) -> Self {
         Self {
+            given: columns.is_some(),
+            after_return: false,
+            last_sample_bytes: 0,
             columns,
             line: Vec::with_capacity(MAX_LINE_BYTES),
             line_number: 0,
@@ -114,7 +135,14 @@ impl TextDecoder {
 
     /// Takes one byte; an event comes with the last byte of a line that is not blank.
     pub fn push(&mut self, byte: u8) -> Option<TextEvent> {
-        if byte != b'\n' {
+        if std::mem::take(&mut self.after_return) && byte == b'\n' {
+            if self.last_sample_bytes > 0 {
+                self.longest_line = self.longest_line.max(self.last_sample_bytes + 1);
+            }
+            return None;
+        }
+        self.after_return = byte == b'\r';
+        if byte != b'\n' && byte != b'\r' {
             if self.line.len() < MAX_LINE_BYTES {
                 self.line.push(byte);
             } else {
@@ -123,6 +151,7 @@ impl TextDecoder {
             return None;
         }
         self.line_number += 1;
+        self.last_sample_bytes = 0;
         let bytes = std::mem::take(&mut self.line);
         let overlong = std::mem::take(&mut self.overlong);
         let text = String::from_utf8_lossy(&bytes);
@@ -176,6 +205,9 @@ impl TextDecoder {
         let Some(numbers) = numbers else {
             return self.skip(text, Skipped::NotNumbers);
         };
+        if let Some(columns) = self.columns.clone().filter(|_| self.given) {
+            return self.read_by_given(text, fields, &numbers, &columns, wire_bytes);
+        }
         let columns = fields.iter().map(|field| {
             let column = field.label.and_then(Column::from_name);
             column.unwrap_or(Column::Ignored)
@@ -186,9 +218,41 @@ impl TextDecoder {
                 self.columns = Some(columns);
                 event
             }
+            Err(ColumnError::NoCounts) if self.columns.is_none() => {
+                let labels: Vec<&str> = fields.iter().filter_map(|field| field.label).collect();
+                let labels = labels.join(",");
+                self.skip(text, Skipped::NoCountsLabelled { labels })
+            }
             Err(error) if self.columns.is_none() => TextEvent::BadHeader(error),
             Err(_) => self.skip(text, Skipped::NotNumbers),
         }
+    }
+
+    /// A labelled line where the columns were given: their names and units count, in the line's order; a label
+    /// that is known to mean another quantity is a clash.
+    fn read_by_given(
+        &mut self,
+        text: &str,
+        fields: &[Field],
+        numbers: &[f64],
+        columns: &Columns,
+        wire_bytes: usize,
+    ) -> TextEvent {
+        let columns = columns.as_slice();
+        if columns.len() != fields.len() {
+            let (expected, found) = (columns.len(), fields.len());
+            return self.skip(text, Skipped::FieldCount { expected, found });
+        }
+        let clash = fields.iter().zip(columns).find_map(|(field, &column)| {
+            let label = field.label?;
+            let known = Column::from_name(label)?;
+            (column != Column::Ignored && !known.is_kind_of(column)).then_some((label, column))
+        });
+        if let Some((label, column)) = clash {
+            let (label, column) = (label.to_owned(), column.name());
+            return self.skip(text, Skipped::Clash { label, column });
+        }
+        self.sample(text, columns, numbers, wire_bytes)
     }
 
     /// A line of words is a header when most of them name columns, counts among them; else a banner.
@@ -251,6 +315,7 @@ impl TextDecoder {
             sample.counts = self.counts.unwrap(sample.counts, I16_WRAP);
         }
         self.longest_line = self.longest_line.max(wire_bytes);
+        self.last_sample_bytes = wire_bytes;
         TextEvent::Sample(sample)
     }
 }
@@ -358,6 +423,27 @@ mod tests {
             let mut decoder = TextDecoder::new(Some(columns));
             assert_eq!(samples(events(&mut decoder, line)), [wanted], "{line}");
         }
+    }
+
+    #[test]
+    fn given_columns_beat_labels_and_a_clash_is_no_sample() {
+        let columns = Columns::parse("t_ms,counts,pwm").unwrap();
+        let mut decoder = TextDecoder::new(Some(columns));
+        let found = events(&mut decoder, "T:20 ENC:-17 PWM:255\nT=40 A0=1 ENC=3\n");
+        assert!(matches!(&found[0], TextEvent::Sample(s) if s.time_us == Some(20_000)));
+        assert!(matches!(
+            &found[1],
+            TextEvent::Skipped { why: Skipped::Clash { label, column: "pwm" }, .. } if label == "ENC"
+        ));
+    }
+
+    #[test]
+    fn lines_may_end_in_a_carriage_return_alone() {
+        let columns = Columns::parse("t_us,counts").unwrap();
+        let mut decoder = TextDecoder::new(Some(columns));
+        let found = samples(events(&mut decoder, "1,2\r3001,5\r\n6001,8\r"));
+        let counts: Vec<_> = found.iter().map(|s| s.counts).collect();
+        assert_eq!((counts, decoder.longest_sample_line()), (vec![2, 5, 8], 8));
     }
 
     #[test]
