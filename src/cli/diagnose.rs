@@ -9,7 +9,7 @@ use super::diagnose_text::show;
 use super::motor_choice::MotorChoice;
 use super::picture::write_file;
 use super::{Failure, Output, Status};
-use crate::diagnose::{diagnose_holding_out, diagnose_thoroughly, fitted_nominal};
+use crate::diagnose::{NominalFit, diagnose_holding_out, diagnose_thoroughly, nominal_fit};
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
 
@@ -58,17 +58,9 @@ impl Diagnose {
         let runs = read(&self.runs, output)?;
         let held_out = read(&self.hold_out, output)?;
         if self.nominal == Nominal::Fit {
-            motor = fitted_nominal(&runs, &motor).map_err(Failure::input)?;
-            let p = &motor.parameters;
-            output.message(&format!(
-                "nominal: the first-order model's best fit to these runs (R = {:.4} ohm and Kt = {:.4} N m/A taken \
-                 as given: J = {:.4e} kg m2, Kb = {:.4e} V s/rad, Tf = {:.4e} N m)",
-                p.resistance_ohm,
-                p.torque_constant_nm_per_a,
-                p.inertia_kg_m2,
-                p.back_emf_v_s_per_rad,
-                p.coulomb_friction_nm
-            ));
+            let fit = nominal_fit(&runs, &motor).map_err(Failure::input)?;
+            output.message(&words_of(&fit));
+            motor = fit.motor;
         }
         let spinner = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
@@ -103,6 +95,31 @@ impl Diagnose {
         }
         Ok(Status::Done)
     }
+}
+
+/// What the fit came to, and by how much it misses.
+fn words_of(fit: &NominalFit) -> String {
+    let p = &fit.motor.parameters;
+    let given = match fit.given_left_counts {
+        Some(left) => format!("the motor it starts from leaves {left:.2}"),
+        None => "the motor it starts from cannot be simulated".to_owned(),
+    };
+    let left = format!(
+        "it leaves {:.2} counts of position, {given}, a shaft that stands still {:.1}",
+        fit.left_counts, fit.at_rest_counts
+    );
+    if fit.is_given {
+        return format!("nominal: the given motor, since no first-order fit leaves less: {left}");
+    }
+    format!(
+        "nominal: the first-order model's best fit to these runs (R = {:.4} ohm and Kt = {:.4} N m/A taken as given: \
+         J = {:.4e} kg m2, Kb = {:.4e} V s/rad, Tf = {:.4e} N m): {left}",
+        p.resistance_ohm,
+        p.torque_constant_nm_per_a,
+        p.inertia_kg_m2,
+        p.back_emf_v_s_per_rad,
+        p.coulomb_friction_nm
+    )
 }
 
 /// Reads run files; notes go to standard error.

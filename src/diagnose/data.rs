@@ -51,6 +51,8 @@ pub(super) struct RunData {
     pub origin: usize,
     /// Counts that the first sample itself showed.
     pub first_counts: f64,
+    /// Speed in counts/s at which the simulation starts; 0 from rest.
+    pub start_speed_counts_s: f64,
     /// Variance in (counts/s)^2 of the speed at which the simulation starts; 0 from rest.
     pub start_variance: f64,
     /// Speed in counts/s, smoothed over the window, signed.
@@ -116,6 +118,7 @@ impl RunData {
             counts,
             origin,
             first_counts,
+            start_speed_counts_s: start_speed,
             start_variance,
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
             largest_command: largest(&run.command, 1e-12),
@@ -201,6 +204,7 @@ impl RunData {
             command,
             counts: self.counts[from..to].iter().map(|n| n - shown).collect(),
             first_counts,
+            start_speed_counts_s: speed,
             start_variance: variance,
             speed_counts_s: self.speed_counts_s[from..to].to_vec(),
             weight: self.weight[from..to].to_vec(),

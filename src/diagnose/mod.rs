@@ -20,6 +20,7 @@ mod design;
 mod discrepancy;
 mod disturbance;
 mod effort;
+mod first_order;
 mod fit;
 mod further;
 mod grid;
@@ -47,6 +48,7 @@ mod other_noise;
 mod outlook;
 mod pairs;
 mod periodic;
+mod plain_fit;
 mod predict;
 mod problem;
 mod prospect;
@@ -93,7 +95,7 @@ use scales::{damping_of, largest_acceleration};
 use sentence::sentence;
 
 pub use design::{Isolability, Pair, Plan, isolability};
-pub use nominal::fitted_nominal;
+pub use nominal::{NominalFit, fitted_nominal, nominal_fit};
 pub use other_means::other_means;
 pub use verdict::{
     Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,
@@ -161,6 +163,16 @@ pub enum DiagnoseError {
     /// The nominal motor makes no motion at all.
     #[error("the nominal motor cannot be fitted to these runs: are its numbers and units right?")]
     NoFit,
+    /// No first-order motor follows these runs.
+    #[error(
+        "no first-order motor fits these runs: the best leaves {left_counts:.1} counts where a shaft that stands still leaves {at_rest_counts:.1}. Does the column of the command belong to this motor, in volts, with the right sign? A motor file with --motor needs no fit"
+    )]
+    FitFailed {
+        /// What the best fit leaves, in counts RMS.
+        left_counts: f64,
+        /// What a shaft that never turns leaves.
+        at_rest_counts: f64,
+    },
 }
 
 /// Diagnoses runs of one motor against its nominal model; `progress` is told what is being done.

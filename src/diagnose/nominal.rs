@@ -1,16 +1,24 @@
 //! A nominal motor where nothing is known: the handout's first-order model, fitted.
 //!
-//! Between two samples `a` and `b` the equation of motion has the integral
+//! What is fitted is what is shown: the position error in counts, in open loop from the start of each run
+//! (`plain_fit.rs`). It begins from a regression, from the motor that is given, and from a grid of its own, and is never
+//! worse than any of these. Between two samples `a` and `b` the equation of motion has the integral
 //!
 //! `int u dt = (J R/Kt) (w_b - w_a) + (Kb + b R/Kt) (theta_b - theta_a) + (Tf R/Kt) int sgn(w) dt`
 //!
-//! and least squares over stretches of a quarter second gives its three numbers without a derivative. Of a current- or
-//! torque-driven axis `Kb` has no part, and `b` takes the middle term. What cannot be seen from outside (`R`, `Kt`, and
-//! of a voltage-driven motor `b`) is taken as given.
+//! and least squares over stretches of a quarter second gives its three numbers without a derivative: time constant over
+//! gain, one over gain, and friction. Of a current- or torque-driven axis `Kb` has no part, and `b` takes the middle term. What
+//! cannot be seen from outside (`R`, `Kt`, and of a voltage-driven motor `b`) is taken as given. Of an axis that its
+//! controller holds the regression stands: there no open loop goes where the recording went.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::data::RunData;
+use super::effort::Effort;
+use super::first_order::FirstOrder;
+use super::held::is_held;
+use super::plain_fit::{left_at_rest, plain_fit};
+use super::predict::predict;
 use super::{DiagnoseError, ready};
 use crate::motor::Motor;
 use crate::recording::{CommandKind, Run};
@@ -24,19 +32,153 @@ const LEAST_SHARE: f64 = 1e-3;
 /// Relative tolerance of what was fitted.
 const TOLERANCE: f64 = 0.5;
 
+/// A motor that was fitted to runs, and what it leaves of them.
+#[derive(Debug, Clone)]
+pub struct NominalFit {
+    /// The motor.
+    pub motor: Motor,
+    /// Position error in counts RMS over all samples, in open loop from the start of each run.
+    pub left_counts: f64,
+    /// What the motor that was given leaves; none where it cannot be simulated.
+    pub given_left_counts: Option<f64>,
+    /// What a shaft that never turns leaves: how far these runs go.
+    pub at_rest_counts: f64,
+    /// Whether the motor is the one that was given, since no first-order motor leaves less.
+    pub is_given: bool,
+}
+
 /// The first-order model's best fit to the runs, on top of `given` for all that they do not tell.
 ///
 /// # Errors
-/// Runs that are too short or of different axes, or in which nothing moves.
+/// As [`nominal_fit`].
 pub fn fitted_nominal(runs: &[Run], given: &Motor) -> Result<Motor, DiagnoseError> {
+    nominal_fit(runs, given).map(|fit| fit.motor)
+}
+
+/// The same with what it leaves of the runs.
+///
+/// # Errors
+/// Runs that are too short or of different axes, in which nothing moves, or that no first-order motor follows better than a
+/// shaft that stands still.
+pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseError> {
     let first = runs.first().ok_or(DiagnoseError::NoRuns)?;
     let kind = first.command_kind;
     let (_, data) = ready(runs, kind, &mut Vec::new())?;
+    let mut given = given.clone();
+    given.parameters.counts_per_rev = first.counts_per_rev;
+    given.parameters.supply_v = first.supply_v.unwrap_or(given.parameters.supply_v);
+    let at_rest_counts = left_at_rest(&data);
+    let given_left_counts = left_by(&given, &data);
+    let regressed = regression(&data);
+    if is_held(&data) {
+        let (gain, shape) = regressed.ok_or(DiagnoseError::NoFit)?;
+        let motor = with_numbers(&given, kind, gain, shape);
+        let left_counts = left_by(&motor, &data).ok_or(DiagnoseError::NoFit)?;
+        return Ok(NominalFit {
+            motor,
+            left_counts,
+            given_left_counts,
+            at_rest_counts,
+            is_given: false,
+        });
+    }
+    let starts: Vec<_> = (regressed.into_iter())
+        .chain(numbers_of(&given, kind))
+        .collect();
+    let found = plain_fit(&data, &starts).ok_or(DiagnoseError::NoFit)?;
+    if found.left_counts >= at_rest_counts {
+        return Err(DiagnoseError::FitFailed {
+            left_counts: found.left_counts,
+            at_rest_counts,
+        });
+    }
+    let motor = with_numbers(&given, kind, found.gain, found.shape);
+    let left_counts = left_by(&motor, &data).ok_or(DiagnoseError::NoFit)?;
+    let is_given = given_left_counts.is_some_and(|left| left < left_counts);
+    Ok(NominalFit {
+        motor: if is_given { given } else { motor },
+        left_counts: given_left_counts.map_or(left_counts, |left| left.min(left_counts)),
+        given_left_counts,
+        at_rest_counts,
+        is_given,
+    })
+}
+
+/// Position error of a motor in counts RMS over all samples, in open loop from the start of each run; where inside a count it
+/// started is the run's own.
+fn left_by(motor: &Motor, data: &[RunData]) -> Option<f64> {
+    let (mut squares, mut samples) = (0.0, 0);
+    for run in data {
+        let x = predict(motor, run, &Effort::default())?;
+        let raw = || run.counts.iter().zip(&x).map(|(n, x)| n - x);
+        let start = (raw().sum::<f64>() / run.len() as f64).clamp(0.0, 1.0);
+        squares += raw().map(|r| (r - start).powi(2)).sum::<f64>();
+        samples += run.len();
+    }
+    let left = (squares / samples as f64).sqrt();
+    left.is_finite().then_some(left)
+}
+
+/// Gain, time constant and friction of a motor without inductance; `None` of one without any damping.
+fn numbers_of(motor: &Motor, kind: CommandKind) -> Option<(f64, FirstOrder)> {
+    let p = &motor.parameters;
+    let torque = torque_per_command(motor, kind);
+    let back_emf = match kind {
+        CommandKind::Voltage => p.back_emf_v_s_per_rad,
+        CommandKind::Current | CommandKind::Torque => 0.0,
+    };
+    let gain = 1.0 / (back_emf + p.viscous_friction_nm_s_per_rad / torque);
+    let shape = FirstOrder {
+        time_constant_s: gain * p.inertia_kg_m2 / torque,
+        friction: p.coulomb_friction_nm / torque,
+    };
+    let is_number = gain.is_finite() && shape.time_constant_s > 0.0 && shape.friction >= 0.0;
+    is_number.then_some((gain, shape))
+}
+
+/// From what is commanded to a torque, in N m per unit of the command.
+fn torque_per_command(motor: &Motor, kind: CommandKind) -> f64 {
+    let p = &motor.parameters;
+    match kind {
+        CommandKind::Voltage => p.torque_constant_nm_per_a / p.resistance_ohm,
+        CommandKind::Current => p.torque_constant_nm_per_a,
+        CommandKind::Torque => 1.0,
+    }
+}
+
+/// The motor with that gain, time constant and friction.
+fn with_numbers(given: &Motor, kind: CommandKind, gain: f64, shape: FirstOrder) -> Motor {
+    let torque = torque_per_command(given, kind);
+    let mut motor = given.clone();
+    let p = &mut motor.parameters;
+    p.inertia_kg_m2 = shape.time_constant_s / gain * torque;
+    p.coulomb_friction_nm = shape.friction * torque;
+    if kind == CommandKind::Voltage {
+        let viscous = (p.viscous_friction_nm_s_per_rad / torque).min(0.5 / gain);
+        p.viscous_friction_nm_s_per_rad = viscous * torque;
+        p.back_emf_v_s_per_rad = 1.0 / gain - viscous;
+    } else {
+        p.viscous_friction_nm_s_per_rad = torque / gain;
+    }
+    p.inductance_h = 0.0;
+    for key in [
+        "inertia_kg_m2",
+        "coulomb_friction_nm",
+        "back_emf_v_s_per_rad",
+        "viscous_friction_nm_s_per_rad",
+    ] {
+        motor.tolerance.insert(key.to_owned(), TOLERANCE);
+    }
+    motor
+}
+
+/// Gain, time constant and friction by least squares over stretches; `None` where they cannot be told.
+fn regression(data: &[RunData]) -> Option<(f64, FirstOrder)> {
     let mut normal = Matrix3::<f64>::zeros();
     let mut right = Vector3::<f64>::zeros();
     let mut largest = Vector3::<f64>::zeros();
     let mut largest_command = 0.0_f64;
-    for run in &data {
+    for run in data {
         for (row, impulse, span_s) in stretches(run) {
             normal += row * row.transpose();
             right += row * impulse;
@@ -50,39 +192,15 @@ pub fn fitted_nominal(runs: &[Run], given: &Motor) -> Result<Motor, DiagnoseErro
     let fitted = normal
         .try_inverse()
         .map(|inverse| inverse * right)
-        .filter(|x| x.iter().all(|x| x.is_finite()) && largest.min() > 0.0)
-        .ok_or(DiagnoseError::NoFit)?;
+        .filter(|x| x.iter().all(|x| x.is_finite()) && largest.min() > 0.0)?;
     // A number that came out at or below nought is small, not absent.
     let number = |k: usize| fitted[k].max(LEAST_SHARE * largest_command / largest[k]);
-    let mut motor = given.clone();
-    let p = &mut motor.parameters;
-    // From what is commanded to a torque.
-    let torque = match kind {
-        CommandKind::Voltage => p.torque_constant_nm_per_a / p.resistance_ohm,
-        CommandKind::Current => p.torque_constant_nm_per_a,
-        CommandKind::Torque => 1.0,
+    let gain = 1.0 / number(1);
+    let shape = FirstOrder {
+        time_constant_s: gain * number(0),
+        friction: number(2),
     };
-    p.inertia_kg_m2 = number(0) * torque;
-    p.coulomb_friction_nm = number(2) * torque;
-    if kind == CommandKind::Voltage {
-        let viscous = (p.viscous_friction_nm_s_per_rad / torque).min(0.5 * number(1));
-        p.viscous_friction_nm_s_per_rad = viscous * torque;
-        p.back_emf_v_s_per_rad = number(1) - viscous;
-    } else {
-        p.viscous_friction_nm_s_per_rad = number(1) * torque;
-    }
-    p.inductance_h = 0.0;
-    p.counts_per_rev = first.counts_per_rev;
-    p.supply_v = first.supply_v.unwrap_or(p.supply_v);
-    for key in [
-        "inertia_kg_m2",
-        "coulomb_friction_nm",
-        "back_emf_v_s_per_rad",
-        "viscous_friction_nm_s_per_rad",
-    ] {
-        motor.tolerance.insert(key.to_owned(), TOLERANCE);
-    }
-    Ok(motor)
+    Some((gain, shape))
 }
 
 /// Of each stretch in which the shaft turns: the three integrals, that of the command, and its length in s.
