@@ -19,12 +19,23 @@
 //! assert_eq!(findings[0].severity, Severity::Fatal);
 //! ```
 
+mod clock_rate;
+mod counter_wrap;
+mod edges_lost;
 mod finding;
+mod gap_in_time;
+pub(crate) mod host_clock;
+mod intervals;
+mod response;
+mod sample_time;
 mod subject;
+mod time_unit;
 mod too_short;
+mod words;
 
 pub use finding::{Finding, Kind, Severity, is_fatal};
 use subject::Subject;
+pub use time_unit::time_unit_by_host;
 
 use crate::motor::Motor;
 use crate::recording::Run;
@@ -33,23 +44,37 @@ use crate::recording::Run;
 type Find = fn(&Subject<'_>) -> Vec<Finding>;
 
 /// Every kind, in the order in which those of the same severity are listed.
-const KINDS: &[Find] = &[too_short::find];
+const KINDS: &[Find] = &[
+    too_short::find,
+    time_unit::find,
+    counter_wrap::find,
+    gap_in_time::find,
+    sample_time::find,
+    clock_rate::find,
+];
 
-/// Everything that is wrong with these runs, what is fatal first; with the motor file where there is one.
+/// A kind of finding for which runs of one motor are held against each other: everything of it in all of them.
+type FindAmong = fn(&[Subject<'_>]) -> Vec<Finding>;
+
+/// Every such kind.
+const AMONG_RUNS: &[FindAmong] = &[edges_lost::find];
+
+/// Everything that is wrong with these runs of one motor, what is fatal first; with the motor file where there is one.
 pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
-    let mut findings = Vec::new();
-    for (k, run) in runs.iter().enumerate() {
-        let name = match &run.path {
+    let names: Vec<String> = (runs.iter().enumerate())
+        .map(|(k, run)| match &run.path {
             Some(path) => path.display().to_string(),
             None => (k + 1).to_string(),
-        };
-        let subject = Subject {
-            run,
-            name: &name,
-            motor,
-        };
-        findings.extend(KINDS.iter().flat_map(|find| find(&subject)));
-    }
+        })
+        .collect();
+    let subjects: Vec<Subject<'_>> = (runs.iter().zip(&names))
+        .map(|(run, name)| Subject { run, name, motor })
+        .collect();
+    let each = subjects
+        .iter()
+        .flat_map(|subject| KINDS.iter().flat_map(|find| find(subject)));
+    let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
+    let mut findings: Vec<Finding> = each.chain(among).collect();
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

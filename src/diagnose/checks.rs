@@ -1,7 +1,7 @@
 //! What is wrong with a recording itself, before anything is fitted.
 
-use super::host_clock::{host_clock, stands};
 use super::verdict::DataProblem;
+use crate::check::host_clock::{host_clock, stands};
 use crate::compare::lost_samples;
 use crate::recording::Run;
 

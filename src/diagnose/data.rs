@@ -10,8 +10,8 @@
 //! A recording may begin in motion, and anywhere in a turn: the simulation starts at the first count's angle, and at
 //! the speed of a parabola through the first samples where that is not rest.
 
-use super::host_clock::host_clock;
 use super::tones;
+use crate::check::host_clock::host_clock;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::motor::fit::Simulator;

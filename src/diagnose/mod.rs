@@ -26,7 +26,6 @@ mod further;
 mod grid;
 mod growth;
 mod held;
-mod host_clock;
 mod hypothesis;
 mod judged;
 mod jumps;

@@ -118,6 +118,12 @@ impl<'a> Segment<'a> {
         imported.insert("time".into(), time_words(map).into());
         imported.insert("command".into(), command_words(map).into());
         imported.insert("position".into(), position_words(map).into());
+        // What a counter that was made straight leaves open over a pause: see `check`.
+        if let PositionSource::Column(field) = &map.position
+            && let Some(wrap) = field.wrap
+        {
+            imported.insert("wrap_counts".into(), (wrap * field.scale.abs()).into());
+        }
         header.insert("imported".into(), imported.into());
         header
     }

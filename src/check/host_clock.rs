@@ -18,7 +18,7 @@ const SCATTERS: f64 = 4.0;
 
 /// Where the board's clock stood still.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Stand {
+pub(crate) struct Stand {
     /// Number of the first sample after it.
     pub sample: usize,
     /// For how long, in s.
@@ -27,14 +27,14 @@ pub(super) struct Stand {
 
 /// By how much the board's clock is off as the host saw it, and the time in s between first and last look;
 /// `None` where only one clock was there.
-pub(super) fn host_clock(run: &Run) -> Option<(f64, f64)> {
+pub(crate) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     let offsets = offsets(run)?;
     let stands = stands_in(&run.t_s, &offsets);
     slope(&run.t_s, &without(offsets, &stands))
 }
 
 /// Where the board's clock stood still, by the host's; nowhere where only one clock was there.
-pub(super) fn stands(run: &Run) -> Vec<Stand> {
+pub(crate) fn stands(run: &Run) -> Vec<Stand> {
     offsets(run).map_or_else(Vec::new, |offsets| stands_in(&run.t_s, &offsets))
 }
 

@@ -1,0 +1,352 @@
+//! Edges that are lost at speed: the rate of counts falls, or stops rising, while the command holds or rises.
+//!
+//! A motor under a higher voltage turns faster, whatever friction, drag, sag or heat take of it; and under a held voltage its
+//! speed settles. A counter that is too slow for its edges does neither: beyond the rate that it can take, it counts less the
+//! faster the shaft turns (a non-paralysable or paralysable detector: Knoll, Radiation Detection and Measurement, 2010,
+//! chapter 4 VII). Three things show it, the first two in one run, the third in several that are given together:
+//!
+//! - under a held command the rate rises to a peak, then falls within the time of the rise, and stays there;
+//! - after a step of the command towards nought the rate rises;
+//! - in steady turning the rate at a higher command is lower, or no higher, than at lower ones.
+//!
+//! A rate that falls slowly (heat), to nothing (an end stop), that swings (a load, a spring, a second order) or follows a command
+//! that changes (a controller) is none of these.
+
+use super::finding::{Finding, Kind, Severity};
+use super::subject::Subject;
+use super::words::{digits, time};
+use crate::motor::CommandKind;
+
+/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+const HOLDS: f64 = 0.02;
+/// Slots of a held stretch, at most; the rate is looked at in each.
+const SLOTS: usize = 120;
+/// Fewest slots, and fewest counts that the quickest passes, so that rounding is 5 % of it.
+const LEAST_SLOTS: usize = 12;
+const SLOT_COUNTS: f64 = 20.0;
+/// A rate that falls from its peak by less than this share may be the overshoot of a second order (damping of 0.33, where the
+/// electrical time constant is twice the mechanical one).
+const FALL: f64 = 0.25;
+/// It comes down within so many times the time of the rise: heat takes far longer.
+const AS_QUICKLY: f64 = 3.0;
+/// Afterwards it stays within this share of the fall: what swings does not.
+const STAYS: f64 = 0.25;
+/// A shaft that an end stop holds counts less than this share of the peak.
+const STANDS: f64 = 0.02;
+/// In steady turning the last third's rate varies by less than this share.
+const STEADY: f64 = 0.05;
+/// Two commands differ, and two rates fall, by at least this share.
+const DIFFERS: f64 = 0.05;
+/// A rate has stopped rising where it gains less than this share of what it gained a volt before: drag, which bends most, leaves 0.3
+/// from doubling to doubling.
+const STOPS: f64 = 0.1;
+
+/// A stretch of held command, and the rates in its slots.
+#[derive(Debug, Clone)]
+struct Hold {
+    /// Numbers of its first and last sample.
+    from: usize,
+    to: usize,
+    /// The command, as it is.
+    command: f64,
+    /// Middle of each slot in s of the run's time, and counts/s in the direction of the command.
+    slots: Vec<(f64, f64)>,
+}
+
+/// Steady turning at a command, for a comparison of levels.
+#[derive(Debug, Clone, Copy)]
+struct Level<'a> {
+    subject: &'a Subject<'a>,
+    stretch: (usize, usize),
+    command: f64,
+    rate: f64,
+}
+
+/// Everything of this kind in runs of one motor.
+pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let mut levels = Vec::new();
+    for subject in subjects {
+        if subject.run.command_kind != CommandKind::Voltage || !subject.has("command") {
+            continue;
+        }
+        let holds = holds(subject);
+        let before = found.len();
+        found.extend(holds.iter().filter_map(|hold| falls(subject, hold)).take(1));
+        if found.len() == before {
+            let pairs = holds.windows(2);
+            found.extend(pairs.filter_map(|pair| rises(subject, pair)).take(1));
+        }
+        levels.extend(holds.iter().filter_map(|hold| level(subject, hold)));
+    }
+    for direction in [1.0, -1.0] {
+        let mut same: Vec<Level<'_>> = (levels.iter())
+            .filter(|level| level.command * direction > 0.0)
+            .copied()
+            .collect();
+        same.sort_by(|a, b| a.command.abs().total_cmp(&b.command.abs()));
+        for finding in stops(&same) {
+            if found.iter().all(|other: &Finding| other.run != finding.run) {
+                found.push(finding);
+            }
+        }
+    }
+    found
+}
+
+/// Stretches of held command, long enough for their rates to be looked at.
+fn holds(subject: &Subject<'_>) -> Vec<Hold> {
+    let run = subject.run;
+    let largest = run
+        .command
+        .iter()
+        .fold(0.0_f64, |most, u| most.max(u.abs()));
+    let mut found = Vec::new();
+    let mut from = 0;
+    for k in 1..=run.len() {
+        if k < run.len() && (run.command[k] - run.command[from]).abs() <= HOLDS * largest {
+            continue;
+        }
+        // A command is in force until the sample after it.
+        let to = k.min(run.len() - 1);
+        if let Some(slots) = slots(subject, from, to) {
+            found.push(Hold {
+                from,
+                to,
+                command: run.command[from],
+                slots,
+            });
+        }
+        from = k;
+    }
+    found
+}
+
+/// The rates of a stretch in as many slots as rounding leaves.
+fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)>> {
+    let run = subject.run;
+    let steps = to - from;
+    let mut many = SLOTS.min(steps);
+    while many >= LEAST_SLOTS {
+        let mut most = 0_u64;
+        let slots: Vec<(f64, f64)> = (0..many)
+            .map(|slot| {
+                let (a, b) = (from + slot * steps / many, from + (slot + 1) * steps / many);
+                most = most.max(run.counts[b].abs_diff(run.counts[a]));
+                let counts = run.counts[b].saturating_sub(run.counts[a]) as f64;
+                let middle_s = 0.5 * (run.t_s[a] + run.t_s[b]);
+                (middle_s, counts / (run.t_s[b] - run.t_s[a]))
+            })
+            .collect();
+        if most as f64 >= SLOT_COUNTS {
+            return Some(slots);
+        }
+        many /= 2;
+    }
+    None
+}
+
+/// The rate of the last third, where it is steady.
+fn steady(hold: &Hold) -> Option<f64> {
+    let last = &hold.slots[2 * hold.slots.len() / 3..];
+    let mean = last.iter().map(|slot| slot.1).sum::<f64>() / last.len() as f64;
+    let varies = last
+        .iter()
+        .map(|slot| (slot.1 - mean).abs())
+        .fold(0.0, f64::max);
+    let moves = hold
+        .slots
+        .iter()
+        .map(|slot| slot.1.abs())
+        .fold(0.0, f64::max);
+    (varies <= STEADY * mean.abs() && mean.abs() > STANDS * moves).then_some(mean)
+}
+
+/// A rate that rises to a peak under a held command and comes down again, to stay.
+fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
+    let run = subject.run;
+    let direction = hold.command.signum();
+    // What was commanded before must not be what it comes down from.
+    let mut before = run.command[..hold.from].iter();
+    if hold.command == 0.0 || before.any(|u| direction * u > (1.0 + DIFFERS) * hold.command.abs()) {
+        return None;
+    }
+    let rates: Vec<(f64, f64)> = (hold.slots.iter())
+        .map(|&(at_s, rate)| (at_s, direction * rate))
+        .collect();
+    let peak_at = (0..rates.len()).max_by(|&a, &b| rates[a].1.total_cmp(&rates[b].1))?;
+    let peak = rates[peak_at].1;
+    let mut last: Vec<f64> = rates[2 * rates.len() / 3..]
+        .iter()
+        .map(|slot| slot.1)
+        .collect();
+    last.sort_by(f64::total_cmp);
+    let settled = last[last.len() / 2];
+    let fall = peak - settled;
+    if fall < FALL * peak || settled < STANDS * peak || rates[0].1 > 0.9 * peak {
+        return None;
+    }
+    let start_s = run.t_s[hold.from];
+    let rise_s = rates.iter().find(|slot| slot.1 >= 0.9 * peak)?.0 - start_s;
+    let down = &rates[peak_at..];
+    let still_up = down
+        .iter()
+        .take_while(|slot| slot.1 >= peak - 0.1 * fall)
+        .last()?;
+    let there = down
+        .iter()
+        .position(|slot| slot.1 <= settled + STAYS * fall)?;
+    let stays = down[there..]
+        .iter()
+        .all(|slot| (slot.1 - settled).abs() <= STAYS * fall);
+    let falls_in_s = down[there].0 - still_up.0;
+    let stays_for_s = run.t_s[hold.to] - down[there].0;
+    if !stays || falls_in_s > AS_QUICKLY * rise_s || stays_for_s < rise_s {
+        return None;
+    }
+    Some(subject.finding(
+        Kind::EdgesLostAtSpeed,
+        Severity::Warning,
+        (hold.from, hold.to),
+        format!(
+            "the rate of counts rises to {} counts/s and falls to {} within {} while the command holds at {} V",
+            digits(peak, 4),
+            digits(settled, 4),
+            time(falls_in_s),
+            digits(hold.command, 4),
+        ),
+        [
+            ("peak_counts_per_s", peak),
+            ("settled_counts_per_s", settled),
+            ("lost_share", fall / peak),
+            ("rise_s", rise_s),
+            ("fall_s", falls_in_s),
+            ("command_v", hold.command),
+        ],
+        remedy(peak),
+    ))
+}
+
+/// A rate that rises after the command has been taken back.
+fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
+    let [first, second] = pair else { return None };
+    let run = subject.run;
+    let direction = first.command.signum();
+    let taken_back = second.from <= first.to
+        && second.command * direction >= 0.0
+        && second.command.abs() < (1.0 - 2.0 * DIFFERS) * first.command.abs();
+    if !taken_back {
+        return None;
+    }
+    let rate = direction * steady(first).filter(|rate| rate * direction > 0.0)?;
+    let after = second.slots.iter().map(|slot| direction * slot.1);
+    let peak = after.clone().fold(0.0, f64::max);
+    let last = after.last()?;
+    // A load that falls freely goes on getting faster.
+    if peak < (1.0 + FALL) * rate || last > rate {
+        return None;
+    }
+    Some(subject.finding(
+        Kind::EdgesLostAtSpeed,
+        Severity::Warning,
+        (first.from, second.to),
+        format!(
+            "the rate of counts rises from {} to {} counts/s after the command is taken back from {} to {} V at {:.3} s",
+            digits(rate, 4),
+            digits(peak, 4),
+            digits(first.command, 4),
+            digits(second.command, 4),
+            run.t_s[second.from],
+        ),
+        [
+            ("steady_counts_per_s", rate),
+            ("peak_counts_per_s", peak),
+            ("lost_share", 1.0 - rate / peak),
+            ("command_v", first.command),
+            ("command_after_v", second.command),
+        ],
+        remedy(peak),
+    ))
+}
+
+/// The steady rate of a held command; runs whose load is known to differ are not compared.
+fn level<'a>(subject: &'a Subject<'a>, hold: &Hold) -> Option<Level<'a>> {
+    if subject.run.header.contains_key("differs") {
+        return None;
+    }
+    let rate = steady(hold)? * hold.command.signum();
+    (rate > 0.0 && hold.command != 0.0).then_some(Level {
+        subject,
+        stretch: (hold.from, hold.to),
+        command: hold.command,
+        rate,
+    })
+}
+
+/// Levels, by rising command, at which the rate falls behind that of lower ones or has stopped rising.
+fn stops(levels: &[Level<'_>]) -> Vec<Finding> {
+    let mut found = Vec::new();
+    // Commands and rates that still rose, and the gain of the last step up in counts/s/V.
+    let mut good: Vec<(f64, f64)> = Vec::new();
+    let mut from = 0;
+    while from < levels.len() {
+        let command = levels[from].command.abs();
+        let to = from
+            + levels[from..]
+                .partition_point(|level| level.command.abs() <= (1.0 + DIFFERS) * command);
+        let same = &levels[from..to];
+        from = to;
+        // The quickest of the same command: a repeat that was held up is not the counter's doing.
+        let rate = same.iter().map(|level| level.rate).fold(0.0, f64::max);
+        let [.., (u0, r0), (u1, r1)] = good[..] else {
+            good.push((command, rate));
+            continue;
+        };
+        let gain = (r1 - r0) / (u1 - u0);
+        let expected = r1 + gain * (command - u1);
+        let falls = rate < (1.0 - DIFFERS) * r1;
+        let stopped = good.len() > 2 && rate - r1 < STOPS * gain * (command - u1);
+        let counts_for_it = expected - rate > DIFFERS * expected;
+        if !(counts_for_it && gain > 0.0 && (falls || stopped)) {
+            if rate > r1 {
+                good.push((command, rate));
+            }
+            continue;
+        }
+        found.extend(same.iter().map(|level| {
+            level.subject.finding(
+                Kind::EdgesLostAtSpeed,
+                Severity::Warning,
+                level.stretch,
+                format!(
+                    "at {} V there are {} counts/s, where {} would follow from {} at {} V and {} at {} V: the rate {}",
+                    digits(level.command, 4),
+                    digits(level.rate, 4),
+                    digits(expected, 4),
+                    digits(r0, 4),
+                    digits(u0, 4),
+                    digits(r1, 4),
+                    digits(u1, 4),
+                    if falls { "falls while the command rises" } else { "has stopped rising" },
+                ),
+                [
+                    ("counts_per_s", level.rate),
+                    ("expected_counts_per_s", expected),
+                    ("lost_share", 1.0 - level.rate / expected),
+                    ("command_v", level.command),
+                    ("lower_command_v", u1),
+                    ("lower_counts_per_s", r1),
+                ],
+                remedy(r1.max(rate)),
+            )
+        }));
+    }
+    found
+}
+
+fn remedy(rate: f64) -> String {
+    format!(
+        "the counter is too slow for more than some {} edges/s: count in hardware (a timer's encoder mode, a counter chip), decode fewer edges a turn, or stay below that speed; a driver that is at its limit gives no more speed either",
+        digits(rate, 2)
+    )
+}

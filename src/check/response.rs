@@ -1,0 +1,229 @@
+//! How fast and how quickly the shaft answers, read off the recording without a motor.
+//!
+//! The run is cut into equal slots, in which the quickest pass some twenty counts, so that rounding does not pass for motion.
+//! The mean speeds of the slots follow the mean commands as a first-order system does when it is sampled:
+//! `v[k] = a v[k-1] + b u[k] + c u[k-1] + d`, with `a = exp(-h / tau)` (Ljung, System Identification, 1999, chapter 4: ARX).
+
+use nalgebra::{Matrix4, Vector4};
+
+use crate::recording::Run;
+
+/// Counts that the quickest slot passes: one count of rounding is then 5 % of it.
+const SLOT_COUNTS: f64 = 20.0;
+/// Fewest slots that are fitted, ten for each of the four numbers.
+const LEAST_SLOTS: usize = 40;
+/// Most slots that are looked at; a longer recording is looked at from its beginning.
+const MOST_SLOTS: usize = 20_000;
+/// The fit must explain this share of the speeds' variance, and the commands this share of what the speed before leaves.
+const EXPLAINED: f64 = 0.9;
+const BY_COMMAND: f64 = 0.3;
+/// Below this share of what was before, nothing is left after one slot: the response is quicker than the slots.
+const LEAST_KEPT: f64 = 0.1;
+
+/// What a recording says of its motor's speed and response.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Response {
+    /// Speed of the quickest slot in counts/s, without regard to its sign.
+    pub top_counts_s: f64,
+    /// How long the shaft takes to follow.
+    pub follows: Follows,
+}
+
+/// How long the shaft takes to follow its command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Follows {
+    /// With this time constant in s.
+    In(f64),
+    /// In less than this time in s.
+    Within(f64),
+    /// The recording does not say.
+    Unknown,
+}
+
+/// Top speed and response of a run; `None` where the shaft hardly moves.
+pub(super) fn response(run: &Run) -> Option<Response> {
+    let (first_s, last_s) = (*run.t_s.first()?, *run.t_s.last()?);
+    let steps = run.t_s.len() - 1;
+    if steps == 0 {
+        return None;
+    }
+    // Twenty counts at the top speed; the top speed of the slots that result.
+    let mut slot = 1_usize;
+    let top_counts_s = loop {
+        let top = (0..run.len().saturating_sub(slot))
+            .step_by(slot)
+            .map(|k| {
+                let counts = run.counts[k + slot].abs_diff(run.counts[k]) as f64;
+                (counts, run.t_s[k + slot] - run.t_s[k])
+            })
+            .fold((0.0_f64, 0.0_f64), |most, (counts, lasts_s)| {
+                (most.0.max(counts), most.1.max(counts / lasts_s))
+            });
+        if top.0 >= SLOT_COUNTS {
+            break top.1;
+        }
+        slot *= 2;
+        if slot > steps {
+            return None;
+        }
+    };
+    let slot_s = slot as f64 * (last_s - first_s) / steps as f64;
+    Some(Response {
+        top_counts_s,
+        follows: follows(run, first_s, last_s, slot_s),
+    })
+}
+
+fn follows(run: &Run, first_s: f64, last_s: f64, slot_s: f64) -> Follows {
+    let slots = (((last_s - first_s) / slot_s) as usize).min(MOST_SLOTS);
+    if slots < LEAST_SLOTS {
+        return Follows::Unknown;
+    }
+    let (speed, command) = means(run, first_s, slot_s, slots);
+    // Scaled, so that the normal equations are well conditioned whatever the units.
+    let scale = |values: &[f64]| {
+        let most = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        if most > 0.0 { 1.0 / most } else { 1.0 }
+    };
+    let (by_speed, by_command) = (scale(&speed), scale(&command));
+    let rows = || {
+        (1..slots).map(|k| {
+            let row = Vector4::new(
+                by_speed * speed[k - 1],
+                by_command * command[k],
+                by_command * command[k - 1],
+                1.0,
+            );
+            (row, by_speed * speed[k])
+        })
+    };
+    let (mut normal, mut right) = (Matrix4::zeros(), Vector4::zeros());
+    for (row, speed) in rows() {
+        normal += row * row.transpose();
+        right += row * speed;
+    }
+    let Some(fit) = solved(normal, right) else {
+        return Follows::Unknown;
+    };
+    let mean = by_speed * speed[1..].iter().sum::<f64>() / (slots - 1) as f64;
+    let (mut left, mut variance) = (0.0, 0.0);
+    for (row, speed) in rows() {
+        left += (speed - row.dot(&fit)).powi(2);
+        variance += (speed - mean).powi(2);
+    }
+    // What the speed before leaves without the commands.
+    let mut alone = (0.0, 0.0, 0.0, 0.0);
+    for (row, speed) in rows() {
+        alone.0 += row[0] * row[0];
+        alone.1 += row[0];
+        alone.2 += row[0] * speed;
+        alone.3 += speed;
+    }
+    let n = (slots - 1) as f64;
+    let spread = alone.0 - alone.1 * alone.1 / n;
+    let shared = alone.2 - alone.1 * alone.3 / n;
+    let left_alone = variance
+        - if spread > 0.0 {
+            shared * shared / spread
+        } else {
+            0.0
+        };
+    if left > (1.0 - EXPLAINED) * variance || left > (1.0 - BY_COMMAND) * left_alone {
+        return Follows::Unknown;
+    }
+    match fit[0] {
+        kept if kept >= 1.0 => Follows::Unknown,
+        kept if kept > LEAST_KEPT => Follows::In(-slot_s / kept.ln()),
+        _ => Follows::Within(-slot_s / LEAST_KEPT.ln()),
+    }
+}
+
+/// The solution, where the columns differ from each other.
+fn solved(normal: Matrix4<f64>, right: Vector4<f64>) -> Option<Vector4<f64>> {
+    let eigen = normal.symmetric_eigenvalues();
+    let (least, most) = (eigen.min(), eigen.max());
+    if least > 1e-10 * most {
+        return normal.cholesky().map(|factor| factor.solve(&right));
+    }
+    None
+}
+
+/// Mean speed in counts/s and mean command of each slot; position is drawn straight from sample to sample.
+fn means(run: &Run, first_s: f64, slot_s: f64, slots: usize) -> (Vec<f64>, Vec<f64>) {
+    let origin = run.counts[0];
+    let (mut speed, mut command) = (Vec::new(), Vec::new());
+    let (mut k, mut before) = (0, 0.0);
+    for slot in 1..=slots {
+        let end_s = first_s + slot as f64 * slot_s;
+        let (mut from_s, mut sum) = (end_s - slot_s, 0.0);
+        while k + 2 < run.len() && run.t_s[k + 1] < end_s {
+            sum += run.command[k] * (run.t_s[k + 1] - from_s);
+            from_s = run.t_s[k + 1];
+            k += 1;
+        }
+        sum += run.command[k] * (end_s - from_s);
+        let share = (end_s - run.t_s[k]) / (run.t_s[k + 1] - run.t_s[k]);
+        let at = |sample: usize| run.counts[sample].saturating_sub(origin) as f64;
+        let position = at(k) + share * (at(k + 1) - at(k));
+        speed.push((position - before) / slot_s);
+        command.push(sum / slot_s);
+        before = position;
+    }
+    (speed, command)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// First-order motor in closed form, held between changes: `w = w_end + (w_0 - w_end) exp(-t / tau)`.
+    fn run(step_s: f64, time_constant_s: f64, top_counts_s: f64) -> Run {
+        let mut run = Run::default();
+        let (mut speed, mut position) = (0.0, 0.0_f64);
+        let kept = (-step_s / time_constant_s).exp();
+        for k in 0..2000 {
+            let command = [0.0, 1.0, -0.5, 0.7][(k / 100) % 4];
+            run.t_s.push(f64::from(k as u32) * step_s);
+            run.command.push(command);
+            run.counts.push(position.round() as i64);
+            let end = top_counts_s * command;
+            position += end * step_s + (speed - end) * time_constant_s * (1.0 - kept);
+            speed = end + (speed - end) * kept;
+        }
+        run
+    }
+
+    #[test]
+    fn the_time_constant_of_a_first_order_motor_comes_back() {
+        for step_s in [0.001, 0.003, 0.03, 3.0] {
+            for steps in [3.0, 10.0, 40.0] {
+                let run = run(step_s, steps * step_s, 6.0 / step_s);
+                let found = response(&run).expect("it moves");
+                let Follows::In(time_constant_s) = found.follows else {
+                    panic!("{found:?}");
+                };
+                let ratio = time_constant_s / (steps * step_s);
+                assert!((0.6..1.7).contains(&ratio), "{step_s} {steps}: {ratio}");
+                let top = found.top_counts_s * step_s;
+                assert!((5.0..8.0).contains(&top), "{top}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_response_between_two_samples_is_quicker_than_they_are() {
+        let run = run(1.0, 0.03, 300.0);
+        let found = response(&run).expect("it moves").follows;
+        assert!(matches!(found, Follows::Within(s) if s < 1.0), "{found:?}");
+    }
+
+    #[test]
+    fn a_constant_command_tells_nothing() {
+        let mut run = run(0.01, 0.1, 500.0);
+        run.command.fill(1.0);
+        let found = response(&run).expect("it moves").follows;
+        assert_eq!(found, Follows::Unknown);
+        run.counts.fill(3);
+        assert_eq!(response(&run), None);
+    }
+}

@@ -1,0 +1,294 @@
+//! The time is in another unit than said: milliseconds told as seconds, microseconds as milliseconds, and the other way.
+//!
+//! Two kinds of evidence. A host's clock beside the device's shows the factor itself. Without one, what the recording says is
+//! held against what motors and their logs are like, in the unit told and in those a thousand and a million times as long or
+//! short: how far apart samples are, how quickly the shaft follows, how fast it turns. Each is a normal distribution of the
+//! logarithm, and the likelihoods multiply (naive Bayes: Hastie, Tibshirani and Friedman, The Elements of Statistical Learning,
+//! 2009, section 6.6.3). The device's own protocol counts microseconds, and there nobody tells a unit.
+
+use std::f64::consts::TAU;
+
+use super::finding::{Finding, Kind, Severity};
+use super::intervals::Intervals;
+use super::response::{Follows, Response, response};
+use super::sample_time::stated_s;
+use super::subject::Subject;
+use super::words::{digits, time};
+use crate::motor::{CommandKind, Motor};
+use crate::recording::Run;
+
+/// A quantity whose logarithm (base 10) has this mean and this standard deviation.
+#[derive(Debug, Clone, Copy)]
+struct Usual {
+    mean: f64,
+    deviation: f64,
+}
+
+/// Steps of motor logs in s: 10 ms, and 0.6 to 160 ms for two deviations. The recordings of docs/real.md have 0.4 ms to 2.1 s.
+const STEPS: Usual = Usual {
+    mean: -2.0,
+    deviation: 0.6,
+};
+/// Mechanical time constants in s: 60 ms, and 6 ms (ironless) to 0.6 s (a loaded gear) for two deviations.
+const TIME_CONSTANTS: Usual = Usual {
+    mean: -1.2,
+    deviation: 0.5,
+};
+/// Top speeds of the shaft that bears the encoder in rad/s: 10, and 0.1 to 1,000 for two deviations.
+const SPEEDS: Usual = Usual {
+    mean: 1.0,
+    deviation: 1.0,
+};
+/// Against a motor file: its speed and its time constant are right within a factor of 4 for two deviations.
+const AGAINST_MOTOR: f64 = 0.3;
+
+/// Log odds, before anything is looked at, that the unit is as told: one recording in fifty is not.
+const TOLD_RIGHT: f64 = 3.9;
+/// A sample time that was stated and agrees with the times would have to be wrong in the same way: one in a thousand.
+const STATED: f64 = 6.9;
+/// Log odds from which another unit is said: twenty to one.
+const SURE: f64 = 3.0;
+
+/// How many times too long a recording's seconds may be.
+const FACTORS: [i32; 4] = [-6, -3, 3, 6];
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    let run = subject.run;
+    let Some(intervals) = Intervals::of(run).filter(|_| is_told(run)) else {
+        return Vec::new();
+    };
+    let step_s = intervals.median_s();
+    let host = host_factor(run);
+    if host.is_some_and(|factor| (factor.log10()).abs() < 0.5) {
+        return Vec::new();
+    }
+    let response = response(run);
+    let told = score(subject, step_s, response.as_ref(), 1.0);
+    let by_host = host.and_then(|factor| {
+        let power = 3 * (factor.log10() / 3.0).round() as i32;
+        let exact = 10f64.powi(power);
+        let near = power != 0 && (factor / exact).log10().abs() < 0.5;
+        // A simulated board may be in a hurry: the host's steps must be those of a log.
+        let host_step_s = step_s / exact;
+        (near && STEPS.score(host_step_s) > STEPS.score(step_s)).then_some((power, f64::INFINITY))
+    });
+    let by_motor = || {
+        let rivals = FACTORS.into_iter().map(|power| {
+            let factor = 10f64.powi(power);
+            let better = score(subject, step_s, response.as_ref(), factor) - told;
+            (power, better - prior(run, step_s, factor))
+        });
+        let best = rivals.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.filter(|(_, odds)| host.is_none() && *odds > SURE)
+    };
+    let Some((power, log_odds)) = by_host.or_else(by_motor) else {
+        return Vec::new();
+    };
+    let factor = 10f64.powi(power);
+    let mut evidence = vec![("factor", factor), ("step_s", step_s)];
+    let mut words = vec![format!("a sample comes every {}", time(step_s))];
+    if let Some(host) = host {
+        evidence.push(("board_seconds_per_host_second", host));
+        words.push(format!(
+            "the board's time runs {} times the host's",
+            digits(host, 3)
+        ));
+    } else {
+        evidence.push(("log_odds", log_odds));
+    }
+    if let Some(response) = response {
+        let speed_rad_s = response.top_counts_s * TAU / run.counts_per_rev;
+        evidence.push(("top_speed_rad_s", speed_rad_s));
+        if let Follows::In(time_constant_s) = response.follows {
+            evidence.push(("time_constant_s", time_constant_s));
+            words.push(format!(
+                "the shaft takes {} to follow a command",
+                time(time_constant_s)
+            ));
+        }
+        words.push(format!(
+            "it turns at {} rad/s at most",
+            digits(speed_rad_s, 3)
+        ));
+    }
+    let (longer, told, right) = match power {
+        6 => ("a million times too long", "us", "s"),
+        3 => ("a thousand times too long", "ms", "s"),
+        -3 => ("a thousand times too short", "s", "ms"),
+        _ => ("a million times too short", "s", "us"),
+    };
+    let mut found = subject.finding(
+        Kind::TimeUnit,
+        Severity::Fatal,
+        subject.whole(),
+        format!(
+            "the times are {longer}, as of {told} told as {right}: {}",
+            words.join(", ")
+        ),
+        [],
+        remedy(power),
+    );
+    found.evidence.extend(evidence);
+    vec![found]
+}
+
+/// What to change where times are `10^power` times too long.
+fn remedy(power: i32) -> &'static str {
+    match power {
+        3 => {
+            "a thousandth is right: `unit = \"ms\"` instead of \"s\" (or \"us\" instead of \"ms\") in [time] of the mapping, t_ms instead of t_s (or t_us instead of t_ms) in --columns"
+        }
+        6 => {
+            "a millionth is right: `unit = \"us\"` instead of \"s\" in [time] of the mapping, t_us instead of t_s in --columns"
+        }
+        -3 => {
+            "a thousand times as long is right: `unit = \"s\"` instead of \"ms\" (or \"ms\" instead of \"us\") in [time] of the mapping, t_s instead of t_ms (or t_ms instead of t_us) in --columns"
+        }
+        _ => {
+            "a million times as long is right: `unit = \"s\"` instead of \"us\" in [time] of the mapping, t_s instead of t_us in --columns"
+        }
+    }
+}
+
+/// Whether somebody told the unit of the times: a board that speaks the protocol sends microseconds, a simulation has seconds,
+/// and times made from the row number have that of `sample_time_s`.
+fn is_told(run: &Run) -> bool {
+    let header = &run.header;
+    let by_row = header.get("imported").and_then(|i| i.get("time"));
+    !(header.contains_key("boot_id")
+        || header.get("simulated").and_then(toml::Value::as_bool) == Some(true)
+        || by_row.and_then(toml::Value::as_str) == Some("made from the row number")
+        || run.is_host_timed())
+}
+
+/// Device time over host time, from the first to the last sample.
+fn host_factor(run: &Run) -> Option<f64> {
+    let host = run.host_t_s.as_ref()?;
+    let arrived: Vec<(f64, f64)> = (host.iter().zip(&run.t_s))
+        .filter(|(host_s, _)| host_s.is_finite())
+        .map(|(host_s, t_s)| (*host_s, *t_s))
+        .collect();
+    let (first, last) = (arrived.first()?, arrived.last()?);
+    let factor = (last.1 - first.1) / (last.0 - first.0);
+    (factor.is_finite() && factor > 0.0).then_some(factor)
+}
+
+/// Log likelihood of what is seen, were the seconds `factor` times too long.
+fn score(subject: &Subject<'_>, step_s: f64, response: Option<&Response>, factor: f64) -> f64 {
+    let mut score = STEPS.score(step_s / factor);
+    let Some(response) = response else {
+        return score;
+    };
+    let run = subject.run;
+    let (speeds, time_constants) = expected(run, subject.motor);
+    let speed_rad_s = response.top_counts_s * TAU / run.counts_per_rev;
+    score += speeds.score(speed_rad_s * factor);
+    score
+        + match response.follows {
+            Follows::In(time_constant_s) => time_constants.score(time_constant_s / factor),
+            Follows::Within(time_constant_s) => {
+                time_constants.score_below(time_constant_s / factor)
+            }
+            Follows::Unknown => 0.0,
+        }
+}
+
+/// Speeds and time constants that are to be expected: the motor file's where there is one and a voltage drives it.
+fn expected(run: &Run, motor: Option<&Motor>) -> (Usual, Usual) {
+    let largest_v = run
+        .command
+        .iter()
+        .fold(0.0_f64, |most, u| most.max(u.abs()));
+    let of = |value: f64, otherwise: Usual| {
+        if value.is_finite() && value > 0.0 {
+            Usual {
+                mean: value.log10(),
+                deviation: AGAINST_MOTOR,
+            }
+        } else {
+            otherwise
+        }
+    };
+    let Some(motor) = motor.filter(|_| run.command_kind == CommandKind::Voltage) else {
+        return (SPEEDS, TIME_CONSTANTS);
+    };
+    let p = &motor.parameters;
+    let loss = p.resistance_ohm * p.viscous_friction_nm_s_per_rad
+        + p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad;
+    let driving = p.torque_constant_nm_per_a * largest_v - p.resistance_ohm * p.coulomb_friction_nm;
+    (
+        of(driving / loss, SPEEDS),
+        of(p.resistance_ohm * p.inertia_kg_m2 / loss, TIME_CONSTANTS),
+    )
+}
+
+/// Log odds before anything is looked at that the unit is as told, and not `factor` times too long.
+fn prior(run: &Run, step_s: f64, factor: f64) -> f64 {
+    let Some(stated_s) = stated_s(run).or_else(|| said_s(run)) else {
+        return TOLD_RIGHT;
+    };
+    let near = |other_s: f64| (stated_s / other_s).log10().abs() < 0.1;
+    if near(step_s) {
+        TOLD_RIGHT + STATED
+    } else if near(step_s / factor) {
+        TOLD_RIGHT - STATED
+    } else {
+        TOLD_RIGHT
+    }
+}
+
+/// The sample time of a file that nobody's program made the header of: somebody wrote it.
+fn said_s(run: &Run) -> Option<f64> {
+    let own = ["imported", "text_columns"];
+    let written = run.header.contains_key("sample_time_s")
+        && !own.iter().any(|key| run.header.contains_key(*key));
+    written.then_some(run.sample_time_s)
+}
+
+impl Usual {
+    /// Log likelihood of a value, up to what all have in common.
+    fn score(self, value: f64) -> f64 {
+        -0.5 * self.deviations(value).powi(2)
+    }
+
+    /// Log probability of a value below this one, on the same scale: the distribution's tail where it is below the mean.
+    fn score_below(self, value: f64) -> f64 {
+        let z = self.deviations(value);
+        if z < 0.0 { self.score(value) } else { 0.0 }
+    }
+
+    fn deviations(self, value: f64) -> f64 {
+        (value.log10() - self.mean) / self.deviation
+    }
+}
+
+/// Tells from the first lines of a text board that its time is in another unit than said, by the host's clock.
+///
+/// `device_s` and `host_s` are the times in s that passed on the two clocks from the first of `lines` lines to the last, and
+/// `line_s` is how long one line takes on the wire at least (bits over baud rate; 0 where there is no wire). Gives how many
+/// times too long the told times are (1000 for microseconds told as milliseconds, 0.001 for milliseconds told as
+/// microseconds), or `None` where nothing contradicts yet. Lines are held up and come in bunches, so that a quick board needs
+/// a few of them; two are enough where a step of 3 ms is told as 3 s, or one of 60 ms as 60 us at 115200 baud.
+pub fn time_unit_by_host(device_s: f64, host_s: f64, lines: u64, line_s: f64) -> Option<f64> {
+    if lines < 2 || !(device_s > 0.0 && host_s >= 0.0 && line_s >= 0.0) {
+        return None;
+    }
+    let wire_s = (lines - 1) as f64 * line_s;
+    let quickest_s = host_s.max(wire_s);
+    let power = |ratio: f64| 10f64.powi(3 * (ratio.log10() / 3.0).round() as i32);
+    if device_s > APART * (host_s + HELD_UP_S) {
+        let ratio = device_s / quickest_s.max(LEAST_S);
+        return Some(power(ratio).clamp(1e3, 1e6));
+    }
+    if device_s * APART < wire_s.max(host_s - HELD_UP_S) {
+        return Some(power(device_s / quickest_s).clamp(1e-6, 1e-3));
+    }
+    None
+}
+
+/// How long a line may be held up in s: by a USB bridge 16 ms, by a busy host a few times as long.
+const HELD_UP_S: f64 = 0.1;
+/// Clocks that run so many times apart, beyond every delay, do not count in the same unit; no crystal is off by that.
+const APART: f64 = 10.0;
+/// Two lines that come with one read are so far apart in s at least: what 10 bytes take at 1 Mbaud.
+const LEAST_S: f64 = 1e-4;
