@@ -211,12 +211,12 @@ fn a_board_whose_clock_stands_still_is_outside_the_catalogue_and_listed() {
         "{}",
         found.sentence
     );
-    let listed = found.data.iter().map(|problem| problem.problem);
+    let listed = found.data.iter().map(|problem| problem.problem.as_str());
     let listed: Vec<&str> = listed.collect();
     assert!(listed.contains(&"clock_stood"), "{listed:?}");
     // A clock that is off does not stand still.
     let (_, found) = diagnosis(32, "clock_error");
     assert_eq!(found.effects, ["clock_error"], "{}", found.sentence);
-    let mut listed = found.data.iter().map(|problem| problem.problem);
+    let mut listed = found.data.iter().map(|problem| problem.problem.as_str());
     assert!(!listed.any(|problem| problem == "clock_stood"));
 }

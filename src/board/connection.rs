@@ -378,11 +378,11 @@ impl Board {
 
     /// What the board says of itself among the events, if it is something else than before.
     fn other_hello(&self) -> Option<Hello> {
-        let said = self.events.iter().filter_map(|event| match event {
+        let mut said = self.events.iter().filter_map(|event| match event {
             Event::Hello(hello) => Some(*hello),
             _ => None,
         });
-        said.last()
+        said.next_back()
             .filter(|hello| !is_same_board(&self.hello, hello))
     }
 

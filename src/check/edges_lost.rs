@@ -239,9 +239,9 @@ fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
         return None;
     }
     let rate = direction * steady(first).filter(|rate| rate * direction > 0.0)?;
-    let after = second.slots.iter().map(|slot| direction * slot.1);
+    let mut after = second.slots.iter().map(|slot| direction * slot.1);
     let peak = after.clone().fold(0.0, f64::max);
-    let last = after.last()?;
+    let last = after.next_back()?;
     // A load that falls freely goes on getting faster.
     if peak < (1.0 + FALL) * rate || last > rate {
         return None;

@@ -19,16 +19,24 @@
 //! assert_eq!(findings[0].severity, Severity::Fatal);
 //! ```
 
+mod channel_stuck;
 mod clock_rate;
+mod command_beyond_supply;
+mod command_constant;
 mod counter_wrap;
+mod counts_scale;
+mod dither_at_rest;
 mod edges_lost;
+mod encoder_reversed;
 mod finding;
 mod gap_in_time;
 pub(crate) mod host_clock;
 mod intervals;
 mod response;
 mod sample_time;
+mod starts_in_motion;
 mod subject;
+mod supply_varies;
 mod time_unit;
 mod too_short;
 mod words;
@@ -45,12 +53,19 @@ type Find = fn(&Subject<'_>) -> Vec<Finding>;
 
 /// Every kind, in the order in which those of the same severity are listed.
 const KINDS: &[Find] = &[
-    too_short::find,
+    encoder_reversed::find,
+    channel_stuck::find,
+    counts_scale::find,
     time_unit::find,
     counter_wrap::find,
     gap_in_time::find,
     sample_time::find,
     clock_rate::find,
+    command_beyond_supply::find,
+    command_constant::find,
+    dither_at_rest::find,
+    supply_varies::find,
+    starts_in_motion::find,
 ];
 
 /// A kind of finding for which runs of one motor are held against each other: everything of it in all of them.
@@ -70,9 +85,13 @@ pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
     let subjects: Vec<Subject<'_>> = (runs.iter().zip(&names))
         .map(|(run, name)| Subject { run, name, motor })
         .collect();
+    // Of a few samples nothing else can be told.
     let each = subjects
         .iter()
-        .flat_map(|subject| KINDS.iter().flat_map(|find| find(subject)));
+        .flat_map(|subject| match too_short::find(subject) {
+            short if short.is_empty() => KINDS.iter().flat_map(|find| find(subject)).collect(),
+            short => short,
+        });
     let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
     let mut findings: Vec<Finding> = each.chain(among).collect();
     findings.sort_by_key(|finding| finding.severity);

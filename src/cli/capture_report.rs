@@ -2,6 +2,7 @@
 
 use serde_json::json;
 
+use super::findings::check_written;
 use super::reconnect::Segments;
 use super::{Failure, Output, Status};
 use crate::recording::{Captured, Ending};
@@ -16,6 +17,7 @@ pub(super) fn report(
     before: &Segments,
 ) -> Result<Status, Failure> {
     let statistics = &captured.statistics;
+    let (findings, contradicts) = check_written(&[&captured.path], output);
     if output.json {
         output.document(&json!({
             "format": "motorlab-capture/1",
@@ -28,6 +30,7 @@ pub(super) fn report(
             "samples_taken_by_board": captured.taken,
             "complete": captured.complete,
             "contradictions": captured.contradictions,
+            "findings": findings,
             "segments_before": before.files().map(|(path, samples)| {
                 json!({ "path": path, "samples": samples })
             }).collect::<Vec<_>>(),
@@ -87,6 +90,7 @@ pub(super) fn report(
         output.message("the board was unplugged on the way; each file is a run of its own");
     }
     let fell_short = cut_short
+        || contradicts
         || statistics.lost > 0
         || statistics.time_leaps + statistics.counts_leaps > 0
         || !captured.contradictions.is_empty()

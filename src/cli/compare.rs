@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::findings::check_and_say;
 use super::motor_choice::MotorChoice;
 use super::picture::{on_terminal, write_file};
 use super::{Failure, Output, Status};
@@ -51,6 +52,7 @@ impl Compare {
             runs.push(run);
             overlays.push(overlay);
         }
+        check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
         self.write_files(&runs, &overlays, &motor, output)?;
         let comparison = Comparison::of(&overlays);
         if output.json {

@@ -6,10 +6,14 @@ use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::diagnose_text::show;
+use super::findings::check_and_say;
 use super::motor_choice::MotorChoice;
 use super::picture::write_file;
 use super::{Failure, Output, Status};
-use crate::diagnose::{NominalFit, diagnose_holding_out, diagnose_thoroughly, nominal_fit};
+use crate::check::{Finding, is_fatal};
+use crate::diagnose::{
+    BadRecording, NominalFit, diagnose_holding_out, diagnose_thoroughly, nominal_fit,
+};
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
 
@@ -35,6 +39,10 @@ pub struct Diagnose {
     /// effects are not found then. Recordings of fewer than 4000 samples have no limit.
     #[arg(long)]
     thorough: bool,
+    /// Diagnose recordings in which something fatal is found too (motorlab check); nothing is then said with more
+    /// than 90 %.
+    #[arg(long)]
+    despite_findings: bool,
     /// Write the motor with the diagnosed effects in it, for simulate and compare.
     #[arg(long, value_name = "FILE")]
     model_out: Option<PathBuf>,
@@ -57,6 +65,12 @@ impl Diagnose {
         let mut motor = self.motor.motor(output)?;
         let runs = read(&self.runs, output)?;
         let held_out = read(&self.hold_out, output)?;
+        let all: Vec<Run> = runs.iter().chain(&held_out).cloned().collect();
+        let findings = check_and_say(&all, self.motor.is_given().then_some(&motor), output);
+        let is_bad = is_fatal(&findings);
+        if is_bad && !self.despite_findings {
+            return bad_recording(findings, output);
+        }
         if self.nominal == Nominal::Fit {
             let fit = nominal_fit(&runs, &motor).map_err(Failure::input)?;
             output.message(&words_of(&fit));
@@ -74,7 +88,10 @@ impl Diagnose {
             diagnose_holding_out(&runs, &held_out, &motor, &progress)
         };
         spinner.finish_and_clear();
-        let diagnosis = found.map_err(Failure::input)?;
+        let mut diagnosis = found.map_err(Failure::input)?;
+        if is_bad {
+            diagnosis.probability = diagnosis.probability.min(DESPITE_FINDINGS);
+        }
         if let Some(path) = &self.model_out {
             write_file(path, &diagnosis.model.to_toml())?;
             output.message(&format!("wrote {}", path.display()));
@@ -120,6 +137,20 @@ fn words_of(fit: &NominalFit) -> String {
         p.back_emf_v_s_per_rad,
         p.coulomb_friction_nm
     )
+}
+
+/// The most that is said of a recording in which something fatal was found.
+const DESPITE_FINDINGS: f64 = 0.9;
+
+/// Ends a diagnosis before anything is fitted: the recording has to be mended first.
+fn bad_recording(findings: Vec<Finding>, output: &Output) -> Result<Status, Failure> {
+    let document = BadRecording::of(findings);
+    if output.json {
+        output.document(&document)?;
+    } else {
+        output.line(&document.sentence)?;
+    }
+    Ok(Status::FellShort)
 }
 
 /// Reads run files; notes go to standard error.

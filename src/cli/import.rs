@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
+use super::findings::check_written;
 use super::{Failure, Output, Status};
+use crate::check::Finding;
 use crate::import::{ImportProblem, Imported, Map, import};
 use crate::recording::next_free_name;
 
@@ -49,7 +51,7 @@ const EXAMPLE: &str = r#"Example: a log with the line of names `millis;pwm;angle
 
 Delimiter, decimal commas, header lines, scales, currents, measured supplies, linear axes and logs
 of many runs: docs/import.md. Rows that cannot be used are named by their line and kept in
-run.rejected.csv; the exit status is then 1."#;
+run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check)."#;
 
 /// For `--json`.
 #[derive(Debug, Serialize)]
@@ -57,6 +59,7 @@ struct Document<'a> {
     shape: &'static str,
     #[serde(flatten)]
     imported: &'a Imported,
+    findings: &'a [Finding],
 }
 
 impl Import {
@@ -87,17 +90,20 @@ impl Import {
                 _ => Failure::input(error),
             })?;
         say(output, &name, &imported);
+        let paths: Vec<&Path> = imported.runs.iter().map(|run| run.path.as_path()).collect();
+        let (findings, contradicts) = check_written(&paths, output);
         if output.json {
             output.document(&Document {
                 shape: "motorlab-import/1",
                 imported: &imported,
+                findings: &findings,
             })?;
         } else {
             for run in &imported.runs {
                 output.line(&run.path.display().to_string())?;
             }
         }
-        Ok(if imported.bad_rows > 0 {
+        Ok(if imported.bad_rows > 0 || contradicts {
             Status::FellShort
         } else {
             Status::Done

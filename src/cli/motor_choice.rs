@@ -52,6 +52,11 @@ impl MotorChoice {
         Ok(motor)
     }
 
+    /// Whether a motor file was named.
+    pub(super) fn is_given(&self) -> bool {
+        self.motor.is_some()
+    }
+
     /// The order of the model.
     pub(super) fn model(&self) -> Model {
         match self.model {

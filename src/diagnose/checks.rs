@@ -1,6 +1,7 @@
 //! What is wrong with a recording itself, before anything is fitted.
 
 use super::verdict::DataProblem;
+use crate::check::check;
 use crate::check::host_clock::{host_clock, stands};
 use crate::compare::lost_samples;
 use crate::recording::Run;
@@ -9,15 +10,8 @@ use crate::recording::Run;
 const JITTER: f64 = 0.05;
 /// The median interval, or the host's clock, may be off by this share.
 const CLOCK: f64 = 0.005;
-/// A supply that varies by this share is worth saying; it sags where the command explains this share of the variance.
-const SUPPLY: f64 = 0.01;
-const FOLLOWS: f64 = 0.25;
 /// A clock further off than the catalogue goes was not a clock: times of a run that was not taken in real time.
 pub(super) const WIDEST_CLOCK: f64 = 0.12;
-/// Fewer counts than this say nothing of the motor.
-const FEWEST_COUNTS: i64 = 50;
-/// Fewer samples than this say nothing either.
-const FEWEST_SAMPLES: usize = 20;
 
 /// What an imported log did not have, though nothing can be diagnosed without it: the column is nought throughout.
 pub(super) fn not_recorded(run: &Run) -> Option<&'static str> {
@@ -29,10 +23,7 @@ pub(super) fn not_recorded(run: &Run) -> Option<&'static str> {
 
 /// What can be said of such a log: of its times, its flags and its supply.
 pub(super) fn of_what_there_is(name: &str, run: &Run) -> String {
-    let there = |found: &DataProblem| {
-        !matches!(found.problem, "no_motion" | "not_at_rest" | "stale_counts")
-    };
-    let found = problems(name, run).into_iter().filter(there);
+    let found = problems(name, run).into_iter();
     found.map(|found| format!("; {}", found.detail)).collect()
 }
 
@@ -42,17 +33,10 @@ pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
     let mut say = |problem: &'static str, detail: String| {
         found.push(DataProblem {
             run: name.to_owned(),
-            problem,
+            problem: problem.to_owned(),
             detail,
         });
     };
-    if run.len() < FEWEST_SAMPLES {
-        say(
-            "too_short",
-            format!("{} samples only: record longer", run.len()),
-        );
-        return found;
-    }
     let lost = lost_samples(run);
     if lost > 0 {
         say(
@@ -71,32 +55,23 @@ pub(super) fn problems(name: &str, run: &Run) -> Vec<DataProblem> {
     intervals(run, &mut say);
     clocks(run, &mut say);
     flags(run, &mut say);
-    supply(run, &mut say);
-    motion(run, &mut say);
+    let findings = check(std::slice::from_ref(run), None);
+    found.extend(findings.into_iter().map(|finding| DataProblem {
+        run: name.to_owned(),
+        problem: finding.id(),
+        detail: finding.message,
+    }));
     found
 }
 
 fn intervals(run: &Run, say: &mut impl FnMut(&'static str, String)) {
+    if run.len() < 2 {
+        return;
+    }
     let mut dt: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     dt.sort_by(f64::total_cmp);
     let at = |share: f64| dt[((dt.len() - 1) as f64 * share) as usize];
-    let (median, low, high) = (at(0.5), at(0.05), at(0.95));
-    // Lines that arrive in bunches have no typical interval.
-    let typical = if run.is_host_timed() {
-        dt.iter().sum::<f64>() / dt.len() as f64
-    } else {
-        median
-    };
-    if (typical / run.sample_time_s - 1.0).abs() > CLOCK {
-        say(
-            "wrong_sample_time",
-            format!(
-                "samples come every {:.3} ms, the file states {:.3} ms",
-                typical * 1e3,
-                run.sample_time_s * 1e3
-            ),
-        );
-    }
+    let (low, high) = (at(0.05), at(0.95));
     if high - low > 2.0 * JITTER * run.sample_time_s {
         say(
             "jitter",
@@ -182,106 +157,6 @@ fn flags(run: &Run, say: &mut impl FnMut(&'static str, String)) {
     }
 }
 
-/// What a measured supply does beside the command: a sag follows it, anything else is the supply's own.
-fn supply(run: &Run, say: &mut impl FnMut(&'static str, String)) {
-    let Some(measured_v) = run.measured_supply_v.as_ref() else {
-        return;
-    };
-    let driven: Vec<f64> = run.command.iter().map(|u| u.abs()).collect();
-    let largest = driven.iter().fold(0.0, |most: f64, u| most.max(*u));
-    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len().max(1) as f64;
-    let (v_mean, u_mean) = (mean(measured_v), mean(&driven));
-    let (mut vv, mut uv, mut uu) = (0.0, 0.0, 0.0);
-    for (v, u) in measured_v.iter().zip(&driven) {
-        vv += (v - v_mean).powi(2);
-        uv += (u - u_mean) * (v - v_mean);
-        uu += (u - u_mean).powi(2);
-    }
-    let deviation = (vv / measured_v.len().max(1) as f64).sqrt();
-    let varies = deviation > SUPPLY * v_mean;
-    if !varies {
-        return;
-    }
-    let (lo, hi) = measured_v
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), v| {
-            (v.min(lo), v.max(hi))
-        });
-    let about = format!(
-        "the measured supply is {v_mean:.2} V and varies by {deviation:.2} V (standard deviation; {lo:.1} to {hi:.1} V)"
-    );
-    let explained = if uu > 0.0 { uv * uv / (uu * vv) } else { 0.0 };
-    if explained > FOLLOWS && uv < 0.0 {
-        say(
-            "supply_sags",
-            format!(
-                "{about}; it falls by {:.2} V at the largest command, which explains {:.0} % of that",
-                -uv / uu * largest,
-                100.0 * explained
-            ),
-        );
-    } else {
-        say(
-            "supply_varies",
-            format!(
-                "{about}; the size of the command explains {:.0} % of that: it is no sag under load",
-                100.0 * explained
-            ),
-        );
-    }
-}
-
-fn motion(run: &Run, say: &mut impl FnMut(&'static str, String)) {
-    let (least, most) = run
-        .counts
-        .iter()
-        .fold((i64::MAX, i64::MIN), |(lo, hi), &n| (lo.min(n), hi.max(n)));
-    if most.saturating_sub(least) < FEWEST_COUNTS {
-        say(
-            "no_motion",
-            format!(
-                "the shaft moved by {} counts in the whole run: is the encoder connected?",
-                most.saturating_sub(least)
-            ),
-        );
-        return;
-    }
-    let before_drive = run.command.iter().take_while(|u| **u == 0.0).count();
-    if before_drive > 1 {
-        let drift = run.counts[..before_drive]
-            .iter()
-            .any(|n| n.abs_diff(run.counts[0]) > 1);
-        if drift {
-            say(
-                "not_at_rest",
-                "the shaft moves before anything is commanded: the simulation starts from rest"
-                    .to_owned(),
-            );
-        }
-    }
-    let driven = run.command.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    // A long stretch of full command without a single count, after the shaft has moved.
-    let longest = run
-        .counts
-        .windows(2)
-        .zip(&run.command)
-        .fold((0usize, 0usize), |(now, most), (pair, u)| {
-            let stuck = pair[0] == pair[1] && u.abs() > 0.6 * driven;
-            let now = if stuck { now + 1 } else { 0 };
-            (now, most.max(now))
-        })
-        .1;
-    if longest as f64 * run.sample_time_s > 0.5 {
-        say(
-            "stale_counts",
-            format!(
-                "the count stands still for {:.2} s at more than half of the largest command",
-                longest as f64 * run.sample_time_s
-            ),
-        );
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -301,9 +176,18 @@ mod tests {
         run
     }
 
-    fn kinds(run: &Run) -> Vec<&'static str> {
-        let found = problems("run.csv", run);
-        found.iter().map(|found| found.problem).collect()
+    /// What is said of the timing.
+    fn kinds(run: &Run) -> Vec<String> {
+        let found = problems("run.csv", run).into_iter();
+        found
+            .map(|found| found.problem)
+            .filter(|problem| {
+                !matches!(
+                    problem.as_str(),
+                    "command_constant" | "clock_rate" | "time_unit"
+                )
+            })
+            .collect()
     }
 
     #[test]
@@ -314,29 +198,6 @@ mod tests {
         assert_eq!(kinds(&run), ["clock"]);
         run.header.insert("timing".to_owned(), "host".into());
         assert_eq!(kinds(&run), ["host_timing"]);
-    }
-
-    #[test]
-    fn a_supply_that_falls_with_the_command_sags_and_one_that_does_not_varies() {
-        let mut run = turning();
-        run.command = (0..400)
-            .map(|k| f64::from((k / 100 + 1) % 2) * 4.0)
-            .collect();
-        run.measured_supply_v = Some(run.command.iter().map(|u| 7.4 - 0.1 * u).collect());
-        let found = problems("run.csv", &run);
-        assert_eq!(found[0].problem, "supply_sags");
-        assert!(
-            found[0].detail.contains("falls by 0.40 V"),
-            "{}",
-            found[0].detail
-        );
-        // One that rises with the command does not sag.
-        run.measured_supply_v = Some(run.command.iter().map(|u| 7.0 + 0.1 * u).collect());
-        assert_eq!(kinds(&run), ["supply_varies"]);
-        run.measured_supply_v = Some((0..400).map(|k| 7.4 + f64::from(k % 2)).collect());
-        assert_eq!(kinds(&run), ["supply_varies"]);
-        run.measured_supply_v = Some(vec![7.4; 400]);
-        assert!(kinds(&run).is_empty());
     }
 
     #[test]

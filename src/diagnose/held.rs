@@ -38,7 +38,7 @@ pub(super) fn tells_of(id: &str) -> bool {
 pub(super) fn note() -> DataProblem {
     DataProblem {
         run: "all runs".to_owned(),
-        problem: "held",
+        problem: "held".to_owned(),
         detail: format!(
             "acceleration and friction explain less than half of the command: the axis is held by its controller, so \
              that only torques at an angle or a speed can be told ({}), and nothing that makes it answer less to the command",

@@ -8,6 +8,7 @@
 //! `design` what to record next.
 
 mod anchor;
+mod bad_recording;
 mod bagging;
 mod beside;
 mod candidate;
@@ -93,6 +94,7 @@ use rough::{Rough, held_levels};
 use scales::{damping_of, largest_acceleration};
 use sentence::sentence;
 
+pub use bad_recording::BadRecording;
 pub use design::{Isolability, Pair, Plan, isolability};
 pub use nominal::{NominalFit, fitted_nominal, nominal_fit};
 pub use other_means::other_means;

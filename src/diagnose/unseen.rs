@@ -29,7 +29,7 @@ pub(super) fn unseen(runs: &[RunData]) -> Vec<DataProblem> {
     let mut say = |effects: &str, why: String| {
         found.push(DataProblem {
             run: "all runs".to_owned(),
-            problem: "cannot_show",
+            problem: "cannot_show".to_owned(),
             detail: format!("{effects}: {why}; these runs cannot show it"),
         });
     };

@@ -215,7 +215,7 @@ pub struct DataProblem {
     /// Path of the run, or its number from 1.
     pub run: String,
     /// What kind of problem.
-    pub problem: &'static str,
+    pub problem: String,
     /// What was found, and what it means.
     pub detail: String,
 }

@@ -1,0 +1,35 @@
+//! A command that never changes.
+
+use super::finding::{Finding, Kind, Severity};
+use super::subject::Subject;
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    let run = subject.run;
+    let Some(&command) = run.command.first() else {
+        return Vec::new();
+    };
+    if !subject.has("command") || run.command.iter().any(|other| *other != command) {
+        return Vec::new();
+    }
+    let (severity, message, remedy) = if command == 0.0 {
+        (
+            Severity::Fatal,
+            "the command is 0 throughout".to_owned(),
+            "record the command too, or say what it was: [command] in the mapping, --profile of the capture",
+        )
+    } else {
+        (
+            Severity::Note,
+            format!("the command is {command} throughout"),
+            "a step from rest is enough for a model; other levels and a reversal tell more",
+        )
+    };
+    vec![subject.finding(
+        Kind::CommandConstant,
+        severity,
+        subject.whole(),
+        message,
+        [("command", command)],
+        remedy,
+    )]
+}

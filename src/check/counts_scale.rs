@@ -1,0 +1,108 @@
+//! Counts that are multiples of 2 or 4 throughout, and a position off by a whole factor or by a unit against the motor file.
+
+use std::f64::consts::TAU;
+
+use super::finding::{Finding, Kind, Severity};
+use super::subject::Subject;
+use crate::compare::compare;
+use crate::motor::Model;
+
+/// Fewest changes of the count that must all be multiples: by chance one in 2^20 would.
+const FEWEST_CHANGES: usize = 20;
+/// How far the ratio of recorded to simulated travel may lie from a factor: the tolerance of 5 % that motors are taken to have.
+const NEAR: f64 = 0.05;
+/// Share of the recorded travel's mean square that the simulation must explain once it is scaled.
+const EXPLAINED: f64 = 0.98;
+/// Travel in counts that the ratio must rest on, so that rounding is well below its tolerance.
+const LEAST_TRAVEL_COUNTS: f64 = 100.0;
+
+/// Units that are mixed up, and by which factor the counts are off then.
+const UNITS: [(f64, &str); 6] = [
+    (DEGREES_PER_RAD, "degrees were told as radians"),
+    (1.0 / DEGREES_PER_RAD, "radians were told as degrees"),
+    (TAU, "radians were told as turns"),
+    (1.0 / TAU, "turns were told as radians"),
+    (360.0, "degrees were told as turns"),
+    (1.0 / 360.0, "turns were told as degrees"),
+];
+const DEGREES_PER_RAD: f64 = 360.0 / TAU;
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    if !subject.has("position") {
+        return Vec::new();
+    }
+    let mut found: Vec<Finding> = multiples(subject).into_iter().collect();
+    found.extend(against_the_motor(subject));
+    found
+}
+
+fn multiples(subject: &Subject<'_>) -> Option<Finding> {
+    let steps: Vec<u64> = (subject.run.counts.windows(2))
+        .map(|pair| pair[0].abs_diff(pair[1]))
+        .filter(|step| *step > 0)
+        .collect();
+    if steps.len() < FEWEST_CHANGES {
+        return None;
+    }
+    let factor = [4_u64, 2]
+        .into_iter()
+        .find(|n| steps.iter().all(|step| step % n == 0))?;
+    // Steps of all one size are a slow shaft seen through a coarse speed, not a factor.
+    if steps.iter().all(|step| *step == steps[0]) {
+        return None;
+    }
+    Some(subject.finding(
+        Kind::CountsScale,
+        Severity::Warning,
+        subject.whole(),
+        format!("every change of the count is a multiple of {factor}: the resolution is coarser than counts_per_rev says"),
+        [("factor", factor as f64), ("changes", steps.len() as f64)],
+        format!("divide the counts and counts_per_rev by {factor} (scale under [position] of the mapping), or decode all edges"),
+    ))
+}
+
+/// The position against the motor file's: as least squares scales one to the other.
+fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
+    let (run, motor) = (subject.run, subject.motor?);
+    if !subject.has("command") {
+        return None;
+    }
+    let laid = compare(run, motor, Model::SecondOrder).ok()?;
+    let (first, origin) = (
+        *run.counts.first()?,
+        *laid.simulated_position_counts.first()?,
+    );
+    let (mut xx, mut xy, mut yy, mut most) = (0.0, 0.0, 0.0, 0.0_f64);
+    for (&count, simulated) in run.counts.iter().zip(&laid.simulated_position_counts) {
+        let (y, x) = (count.saturating_sub(first) as f64, simulated - origin);
+        (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+        most = most.max(y.abs());
+    }
+    if most < LEAST_TRAVEL_COUNTS || xy * xy < EXPLAINED * xx * yy || xx == 0.0 {
+        return None;
+    }
+    let ratio = xy / xx;
+    let near = |factor: f64| (ratio / factor - 1.0).abs() < NEAR;
+    let evidence = [("recorded_over_simulated_travel", ratio)];
+    if let Some((_, what)) = UNITS.into_iter().find(|(factor, _)| near(*factor)) {
+        return Some(subject.finding(
+            Kind::PositionUnit,
+            Severity::Fatal,
+            subject.whole(),
+            format!("the shaft turns {ratio:.3} times as far as the motor file says: {what}"),
+            evidence,
+            "give the unit under [position] of the mapping",
+        ));
+    }
+    [2.0, 4.0, 0.5, 0.25]
+        .into_iter()
+        .find(|factor| near(*factor))?;
+    Some(subject.finding(
+        Kind::CountsScale,
+        Severity::Warning,
+        subject.whole(),
+        format!("the shaft turns {ratio:.2} times as far as the motor file says"),
+        evidence,
+        "counts_per_rev may be of one edge where all four are counted, or the other way round: check it in the header or the mapping",
+    ))
+}
