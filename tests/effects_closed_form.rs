@@ -137,6 +137,15 @@ fn command_effects() {
         .map(|u| if u.abs() <= 0.75 { 0.0 } else { *u })
         .collect();
     assert_eq!(zone, run(&motor(&[]), VOLT, &cut));
+    // ... with another size in each direction; with the same one it is that dead zone.
+    let both = run(&motor(&[("asymmetric_dead_zone", &[0.72, 1.2])]), VOLT, &u);
+    let cut: Vec<f64> = u
+        .iter()
+        .map(|u| if (-1.2..=0.72).contains(u) { 0.0 } else { *u })
+        .collect();
+    assert_eq!(both, run(&motor(&[]), VOLT, &cut));
+    let alike = run(&motor(&[("asymmetric_dead_zone", &[0.75, 0.75])]), VOLT, &u);
+    assert_eq!(alike, zone);
 }
 
 #[test]
@@ -149,6 +158,32 @@ fn driver_effects() {
             NOMINAL.step(3.9, 0.0, k as f64 * TS).0,
             EXACT,
         );
+    }
+    // ... and another one back.
+    let drops = motor(&[("asymmetric_voltage_drop", &[0.6, 1.1])]);
+    let (there, back) = (
+        run(&drops, VOLT, &[4.5; 400]),
+        run(&drops, VOLT, &[-4.5; 400]),
+    );
+    for k in 0..400 {
+        let t = k as f64 * TS;
+        near(there.angle_rad[k], NOMINAL.step(3.9, 0.0, t).0, EXACT);
+        near(back.angle_rad[k], -NOMINAL.step(3.4, 0.0, t).0, EXACT);
+    }
+    // Drops alike are one drop, whatever current does on the way.
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
+    let alike = run(
+        &motor(&[("asymmetric_voltage_drop", &[0.4, 0.4])]),
+        VOLT,
+        &u,
+    );
+    assert_eq!(alike, run(&motor(&[("voltage_drop", &[0.4])]), VOLT, &u));
+    // A gain that differs by direction is a command that does.
+    let lame = run(&motor(&[("asymmetric_gain", &[-0.2])]), VOLT, &u);
+    let shifted: Vec<f64> = u.iter().map(|u| u - 0.2 * u.abs()).collect();
+    let expected = run(&motor(&[]), VOLT, &shifted);
+    for (a, b) in lame.angle_rad.iter().zip(&expected.angle_rad) {
+        near(*a, *b, EXACT);
     }
     // In an open circuit the motor coasts by its friction: J w' = -b w - Tf.
     let coasting = |w0: f64, t: f64| (w0 + 2.0) * (-NOMINAL.b * t / NOMINAL.j).exp() - 2.0;
@@ -220,6 +255,21 @@ fn electrical_effects() {
     let i = warm.current_a[6999];
     near(10.0 * (1.0 + 0.8 * i * i * 10.0) * i, 4.5, CONVERGED);
     near(warm.current_a[0], 0.45, EXACT);
+    // At a given current I the loss is I^2 R (1 - e^(-t / tau)): so much weaker is the torque of a motor without friction.
+    let (drop, tau, amperes) = (0.5, 1.0, 0.4);
+    let mut weak = frictionless(&[("magnet_weakening", &[drop, tau])]);
+    weak.parameters.inertia_kg_m2 = 0.2;
+    let weakening = run(&weak, CommandKind::Current, &vec![amperes; 1000]);
+    let loss = drop * amperes * amperes * 10.0 / (4.5 * 4.5 / 10.0);
+    for k in 0..1000 {
+        let t = k as f64 * TS;
+        let lost = loss * (t + tau * (-t / tau).exp_m1());
+        near(
+            weakening.speed_rad_s[k],
+            0.7 * amperes / 0.2 * (t - lost),
+            CONVERGED,
+        );
+    }
     // At a given current ripple is a potential: the work depends on the angle alone.
     let (amplitude, n, phase) = (0.12, 11.0, 0.7);
     let ripple = frictionless(&[("torque_ripple", &[amplitude, n, phase])]);
@@ -476,6 +526,87 @@ fn sensor_and_timing() {
             NOMINAL.step(4.5, 0.0, 1.03 * t).0,
             EXACT,
         );
+    }
+}
+
+/// A step from rest either way: forward and reverse are two first-order motors.
+#[test]
+fn what_differs_by_direction_is_two_motors() {
+    let viscous = motor(&[("asymmetric_viscous", &[0.4])]);
+    let loaded = motor(&[("constant_load", &[0.015])]);
+    for s in [1.0, -1.0] {
+        let turns = run(&viscous, VOLT, &[4.5 * s; 400]);
+        let carries = run(&loaded, VOLT, &[4.5 * s; 400]);
+        let other = FirstOrder {
+            b: NOMINAL.b * (1.0 + 0.4 * s),
+            ..NOMINAL
+        };
+        for k in 0..400 {
+            let t = k as f64 * TS;
+            let (angle, speed) = other.step(4.5, 0.0, t);
+            near(turns.angle_rad[k], s * angle, EXACT);
+            near(turns.speed_rad_s[k], s * speed, EXACT);
+            let (angle, speed) = NOMINAL.step(4.5, -0.015 * s, t);
+            near(carries.angle_rad[k], s * angle, EXACT);
+            near(carries.speed_rad_s[k], s * speed, EXACT);
+        }
+    }
+    // Friction holds a load below its level, and no other.
+    for (torque, moves) in [(0.019, false), (0.021, true)] {
+        let hangs = run(&motor(&[("constant_load", &[torque])]), VOLT, &[0.0; 60]);
+        assert_eq!(hangs.angle_rad[59] < 0.0, moves, "{torque} N m");
+    }
+}
+
+#[test]
+fn static_friction_holds_more_than_it_brakes() {
+    // K u / R: 0.56 V give 0.0392 N m, 0.6 V give 0.042.
+    let sticky = motor(&[("static_friction", &[0.04])]);
+    let held = run(&sticky, VOLT, &[0.56; 400]);
+    assert!(held.angle_rad.iter().all(|x| *x == 0.0));
+    let free = run(&sticky, VOLT, &[0.6; 400]);
+    for k in 0..400 {
+        let (angle, speed) = NOMINAL.step(0.6, 0.0, k as f64 * TS);
+        near(free.angle_rad[k], angle, EXACT);
+        near(free.speed_rad_s[k], speed, EXACT);
+    }
+}
+
+#[test]
+fn sensors_that_remember() {
+    let steady = NOMINAL.steady(4.5, 0.0);
+    let top = steady * 720.0 / TAU;
+    let deaf = run(
+        &motor(&[("edge_rate_loss", &[0.9 * top, 6.0])]),
+        VOLT,
+        &[4.5; 800],
+    );
+    // At a steady speed the share is the law's; slowly the encoder loses nothing.
+    let kept = 1.0 / (1.0 + 0.9_f64.powf(-6.0));
+    let span = |x: &[f64]| x[799] - x[500];
+    near(
+        span(&deaf.measured_angle_rad) / span(&deaf.angle_rad),
+        kept,
+        EXACT,
+    );
+    let slow = run(
+        &motor(&[("edge_rate_loss", &[100.0 * top, 9.0])]),
+        VOLT,
+        &[4.5; 400],
+    );
+    near(slow.measured_angle_rad[399], slow.angle_rad[399], EXACT);
+    // tau q' = theta - q of a first-order step.
+    let tau = 0.05;
+    let filtered = run(&motor(&[("speed_filter", &[tau])]), VOLT, &[4.5; 400]);
+    let a = NOMINAL.rate();
+    let own = 1.0 / (a * (1.0 - a * tau));
+    for k in 0..400 {
+        let t = k as f64 * TS;
+        let fading = own * (-a * t).exp() + (tau + 1.0 / a - own) * (-t / tau).exp();
+        let expected = steady * (t - tau - 1.0 / a + fading);
+        near(filtered.measured_angle_rad[k], expected, CONVERGED);
+        let counts = (720.0 * filtered.measured_angle_rad[k] / TAU + 0.5).floor();
+        assert_eq!(filtered.counts[k], counts as i64);
     }
 }
 

@@ -20,7 +20,7 @@ fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
     kind.parameters
         .iter()
         .map(|p| {
-            let (_, hi) = p.range(&parameters, SAMPLE_TIME_S);
+            let (lo, hi) = p.range(&parameters, SAMPLE_TIME_S);
             let value = match p.key {
                 "encoder_side" => 1.0,
                 "counts_per_rev" => 500.0,
@@ -29,6 +29,10 @@ fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
                 "phase_rad" => 0.4,
                 "max_rate_hz" => 0.0,
                 "time_constant_s" => 1.0,
+                // Holds where the drive below turns back to 0.9 V.
+                "torque_nm" if kind.id == "static_friction" => hi,
+                // The full level turns at less than what the back EMF allows.
+                "rate_hz" => lo,
                 _ => 0.5 * (hi + p.default(&parameters, SAMPLE_TIME_S)),
             };
             (p.key, value)

@@ -17,6 +17,8 @@ fn scale(scale: Scale) -> &'static str {
         Scale::CoulombTorque => " Tf",
         Scale::ViscousCoefficient => " b",
         Scale::Inertia => " J",
+        Scale::TopRate => " top edge rate",
+        Scale::Supply => " supply",
         Scale::DragAtTopSpeed => " b / top speed",
     }
 }
@@ -96,40 +98,59 @@ fn the_documented_table_is_the_registry() {
 #[test]
 fn the_catalogue_is_the_contract() {
     let stages = [
-        ("command", &["transport_delay", "dead_zone"][..]),
+        (
+            "command",
+            &["transport_delay", "dead_zone", "asymmetric_dead_zone"][..],
+        ),
         (
             "driver",
             &[
                 "voltage_drop",
+                "asymmetric_voltage_drop",
                 "supply_sag",
                 "supply_error",
+                "asymmetric_gain",
                 "current_limit",
                 "coast_at_zero",
             ],
         ),
         (
             "electrical",
-            &["inductance", "winding_heating", "torque_ripple"],
+            &[
+                "inductance",
+                "winding_heating",
+                "magnet_weakening",
+                "torque_ripple",
+            ],
         ),
         (
             "mechanical",
             &[
                 "coulomb_friction",
                 "viscous_friction",
+                "asymmetric_viscous",
                 "inertia",
                 "stribeck",
                 "asymmetric_friction",
+                "static_friction",
                 "presliding",
                 "load_friction",
                 "quadratic_drag",
                 "gravity_load",
+                "constant_load",
                 "cogging",
             ],
         ),
         ("transmission", &["backlash", "compliance"]),
         (
             "sensor",
-            &["resolution_error", "missed_counts", "encoder_eccentricity"],
+            &[
+                "resolution_error",
+                "missed_counts",
+                "edge_rate_loss",
+                "encoder_eccentricity",
+                "speed_filter",
+            ],
         ),
         ("timing", &["sample_jitter", "clock_error"]),
     ];

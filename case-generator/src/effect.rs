@@ -46,6 +46,19 @@ pub const CATALOGUE: [&str; 27] = [
     "clock_error",
 ];
 
+/// Effects that the catalogue has grown by since the sets of [`crate::plan`] were fixed: drawn where asked for by name.
+pub const LATER: [&str; 9] = [
+    "asymmetric_viscous",
+    "static_friction",
+    "constant_load",
+    "edge_rate_loss",
+    "speed_filter",
+    "asymmetric_dead_zone",
+    "asymmetric_voltage_drop",
+    "asymmetric_gain",
+    "magnet_weakening",
+];
+
 /// An effect with its true parameters, in SI under the names of a motor file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Effect {
@@ -81,7 +94,7 @@ impl Effect {
     /// Draws the magnitudes of a catalogue effect for this motor.
     ///
     /// # Panics
-    /// If `id` is neither in [`CATALOGUE`] nor in [`crate::OUTSIDE`]; callers check names first.
+    /// If `id` is neither in [`CATALOGUE`], in [`LATER`] nor in [`crate::OUTSIDE`]; callers check names first.
     pub(crate) fn draw(id: &str, motor: &Motor, rng: &mut impl Rng) -> Self {
         let m = motor;
         let tf = m.coulomb_friction_nm;
@@ -205,6 +218,39 @@ impl Effect {
                 let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
                 vec![("relative", sign * log_uniform(rng, 0.001, 0.1))]
             }
+            "asymmetric_viscous" => {
+                let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+                vec![("ratio", sign * log_uniform(rng, 0.05, 0.8))]
+            }
+            "static_friction" => vec![("torque_nm", log_uniform(rng, 1.1, 4.0) * tf)],
+            "constant_load" => {
+                let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+                vec![("torque_nm", sign * log_uniform(rng, 0.1, 3.0) * tf)]
+            }
+            "edge_rate_loss" => vec![
+                (
+                    "rate_hz",
+                    log_uniform(rng, 0.7, 1.5) * m.top_speed_rad_s() / count,
+                ),
+                ("exponent", log_uniform(rng, 2.0, 40.0)),
+            ],
+            "speed_filter" => vec![("time_constant_s", log_uniform(rng, 0.001, 0.2))],
+            "asymmetric_dead_zone" => vec![
+                ("positive_v", rng.random_range(0.05..0.4) * m.supply_v),
+                ("negative_v", rng.random_range(0.05..0.4) * m.supply_v),
+            ],
+            "asymmetric_voltage_drop" => vec![
+                ("positive_v", log_uniform(rng, 0.02, 0.3) * m.supply_v),
+                ("negative_v", log_uniform(rng, 0.02, 0.3) * m.supply_v),
+            ],
+            "asymmetric_gain" => {
+                let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
+                vec![("ratio", sign * log_uniform(rng, 0.01, 0.3))]
+            }
+            "magnet_weakening" => vec![
+                ("drop", log_uniform(rng, 0.02, 0.6)),
+                ("time_constant_s", log_uniform(rng, 1.0, 120.0)),
+            ],
             outside => Oddity::draw(outside, motor, rng),
         };
         Self {
@@ -238,6 +284,17 @@ impl Effect {
             "transport_delay" => hidden.delay_s = self.value("delay_s"),
             "dead_zone" => hidden.dead_zone_v = self.value("threshold_v"),
             "voltage_drop" => hidden.drop_v = self.value("drop_v"),
+            "asymmetric_dead_zone" => {
+                hidden.dead_zones_v = (self.value("positive_v"), self.value("negative_v"));
+            }
+            "asymmetric_voltage_drop" => {
+                hidden.drops_v = (self.value("positive_v"), self.value("negative_v"));
+            }
+            "asymmetric_gain" => hidden.gain_asymmetry = self.value("ratio"),
+            "magnet_weakening" => {
+                hidden.magnet_drop = self.value("drop");
+                hidden.thermal_time_s = self.value("time_constant_s");
+            }
             "supply_sag" => hidden.source_resistance_ohm = self.value("source_resistance_ohm"),
             "supply_error" => hidden.gain = self.value("gain"),
             "current_limit" => hidden.current_limit_a = self.value("limit_a"),
@@ -287,6 +344,14 @@ impl Effect {
             "encoder_eccentricity" => hidden.eccentricity = self.wave("amplitude_rad"),
             "sample_jitter" => hidden.jitter_s = self.value("spread_s"),
             "clock_error" => hidden.clock_error = self.value("relative"),
+            "asymmetric_viscous" => hidden.viscous_asymmetry = self.value("ratio"),
+            "static_friction" => hidden.static_nm = self.value("torque_nm"),
+            "constant_load" => hidden.load_nm = self.value("torque_nm"),
+            "edge_rate_loss" => {
+                hidden.half_lost_hz = self.value("rate_hz");
+                hidden.loss_exponent = self.value("exponent");
+            }
+            "speed_filter" => hidden.filter_s = self.value("time_constant_s"),
             "coupling_slip" => {
                 let limit_nm = self.value("limit_nm");
                 hidden.coupling = Some(self.coupling(Contact::Clutch { limit_nm }));

@@ -31,6 +31,11 @@ impl Bristles {
         }
     }
 
+    /// Torque of the bent bristles, without their damping.
+    pub(crate) fn force(&self) -> f64 {
+        self.stiffness * self.deflection
+    }
+
     /// Friction torque against the speed `w` after a step of `h` seconds; `sliding_nm` is g.
     /// The deflection is stepped implicitly: stable for any speed.
     pub(crate) fn step(&mut self, w: f64, sliding_nm: f64, h: f64) -> f64 {

@@ -6,7 +6,7 @@ use std::str::FromStr;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::effect::CATALOGUE;
+use crate::effect::{CATALOGUE, LATER};
 use crate::oddity::OUTSIDE;
 
 /// What a case hides.
@@ -67,6 +67,7 @@ impl FromStr for Kind {
             };
         }
         listed(&CATALOGUE, text)
+            .or_else(|| listed(&LATER, text))
             .map(Self::Single)
             .or_else(|| listed(&OUTSIDE, text).map(Self::Outside))
             .ok_or_else(unknown)

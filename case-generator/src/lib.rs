@@ -29,7 +29,7 @@ mod strength;
 mod wander;
 
 pub use case::{Case, Label, Options, generate, generate_with};
-pub use effect::{CATALOGUE, Effect};
+pub use effect::{CATALOGUE, Effect, LATER};
 pub use kind::{Kind, Mix, UnknownKind, plan};
 pub use motor::{Motor, NOMINAL_SIGMA};
 pub use oddity::OUTSIDE;

@@ -38,9 +38,26 @@ struct Body {
     /// Share of the friction.
     share: f64,
     bristles: Bristles,
+    /// Whether dry friction has been broken away since it last held.
+    slides: bool,
 }
 
 impl Body {
+    /// The level of dry friction where it holds more than it brakes: bristles that have bent as far as they can slide from there, and
+    /// hold again where the body turns back.
+    fn level(&mut self, holding_nm: f64, sliding_nm: f64) -> f64 {
+        if holding_nm <= sliding_nm {
+            return sliding_nm;
+        }
+        let bent = self.bristles.force().abs();
+        if self.slides {
+            self.slides = self.speed * self.bristles.force() > 0.0;
+        } else {
+            self.slides = bent > 0.999 * holding_nm * self.share;
+        }
+        if self.slides { sliding_nm } else { holding_nm }
+    }
+
     /// Accelerates the body by `torque` less its friction.
     fn step(&mut self, torque: f64, sliding_nm: f64, viscous: f64, h: f64) {
         let dry = self.bristles.step(self.speed, sliding_nm * self.share, h);
@@ -147,6 +164,9 @@ pub(crate) struct Plant<'a> {
     /// Last whole count under the shaft, for encoders that lose edges.
     edge: i64,
     counted: i64,
+    /// Angle whose edges an encoder that loses some by their rate has kept, and what a filter behind it says, with its speed.
+    kept_angle: f64,
+    filtered: (f64, f64),
     wander_rng: Pcg64Mcg,
     /// Apart from the wander's, so that an effect's dice leave the wander as it is.
     effect_rng: Pcg64Mcg,
@@ -180,6 +200,7 @@ impl<'a> Plant<'a> {
                 inertia,
                 share,
                 bristles: Bristles::new(torque, bend, inertia, damping_ratio),
+                slides: false,
             }
         };
         let rotor = body(1.0 - load_fraction);
@@ -206,6 +227,8 @@ impl<'a> Plant<'a> {
             start_fraction,
             edge: 0,
             counted: 0,
+            kept_angle: 0.0,
+            filtered: (0.0, 0.0),
             wander_rng: rng,
             effect_rng: Pcg64Mcg::seed_from_u64(seed ^ 0x6566_6665_6374_0001),
         };
@@ -243,6 +266,17 @@ impl<'a> Plant<'a> {
 
     /// Angle that the encoder reads, before it is counted, in rad.
     pub(crate) fn read_angle(&self) -> f64 {
+        if self.hidden.filter_s > 0.0 {
+            return self.filtered.0;
+        }
+        if self.hidden.half_lost_hz.is_finite() {
+            return self.kept_angle;
+        }
+        self.seen_angle()
+    }
+
+    /// The angle on the encoder's disc in rad.
+    fn seen_angle(&self) -> f64 {
         let angle = self.encoder_body().angle + self.deed.angle_offset_rad;
         angle + self.hidden.eccentricity.at(angle) - self.hidden.eccentricity.at(0.0)
     }
@@ -330,9 +364,16 @@ impl<'a> Plant<'a> {
         if u.abs() <= x.dead_zone_v {
             u = 0.0;
         }
+        let (zone_ahead, zone_astern) = x.dead_zones_v;
+        if u < zone_ahead && u > -zone_astern {
+            u = 0.0;
+        }
         let duty = u / m.supply_v;
         // Winding.
-        let ripple = self.deed.constant_factor * (1.0 + x.torque_ripple.at(self.rotor.angle));
+        let stall_w = m.supply_v * m.supply_v / m.resistance_ohm;
+        let magnet = 1.0 - x.magnet_drop * self.heat_w / stall_w;
+        let ripple =
+            self.deed.constant_factor * magnet * (1.0 + x.torque_ripple.at(self.rotor.angle));
         if x.coasts && u == 0.0 {
             self.current = 0.0;
         } else {
@@ -341,12 +382,19 @@ impl<'a> Plant<'a> {
             let emf = m.back_emf_v_s_per_rad * ripple * self.rotor.speed;
             let per_l = h / m.inductance_h;
             let denominator = 1.0 + per_l * resistance;
-            let free =
-                (self.current + per_l * (x.gain * self.deed.supply_factor * u - emf)) / denominator;
-            let threshold = per_l * x.drop_v / denominator;
+            let lame = if u > 0.0 {
+                1.0 + x.gain_asymmetry
+            } else {
+                1.0 - x.gain_asymmetry
+            };
+            let volts = lame * x.gain * self.deed.supply_factor * u;
+            let free = (self.current + per_l * (volts - emf)) / denominator;
+            let further_v = if free > 0.0 { x.drops_v.0 } else { x.drops_v.1 };
+            let threshold = per_l * (x.drop_v + further_v) / denominator;
             let kept = (free.abs() - threshold).max(0.0);
             self.current = kept.min(x.current_limit_a).copysign(free);
         }
+        let seen = self.seen_angle();
         self.motor_torque = m.torque_constant_nm_per_a * ripple * self.current;
         let rotor_torque = self.motor_torque + x.cogging.at(self.rotor.angle);
         // Load, on the far side where there are two bodies.
@@ -360,10 +408,11 @@ impl<'a> Plant<'a> {
                     self.rotor.speed,
                     self.motor_torque,
                 );
+                let sliding = self.rotor.level(holding_nm(x, sliding), sliding);
                 self.rotor.step(
                     rotor_torque - against,
                     sliding,
-                    m.viscous_friction_nm_s_per_rad,
+                    viscous(x, self.rotor.speed),
                     h,
                 );
             }
@@ -382,12 +431,30 @@ impl<'a> Plant<'a> {
                         body.speed,
                         self.motor_torque,
                     );
-                    body.step(torque, sliding, m.viscous_friction_nm_s_per_rad, h);
+                    let sliding = body.level(holding_nm(x, sliding), sliding);
+                    body.step(torque, sliding, viscous(x, body.speed), h);
                 }
             }
         }
+        self.remember(self.seen_angle() - seen, h);
         if self.loses_edges() {
             self.count_edges();
+        }
+    }
+
+    /// Keeps a share of the angle passed by its edge rate, and filters its speed.
+    fn remember(&mut self, moved: f64, h: f64) {
+        let x = self.hidden;
+        let mut kept = moved;
+        if x.half_lost_hz.is_finite() {
+            let rate = (moved / h).abs() / x.motor.count_rad();
+            kept = moved / (1.0 + (rate / x.half_lost_hz).powf(x.loss_exponent));
+            self.kept_angle += kept;
+        }
+        if x.filter_s > 0.0 {
+            let (angle, speed) = self.filtered;
+            let next = (speed + kept / x.filter_s) / (1.0 + h / x.filter_s);
+            self.filtered = (angle + 0.5 * h * (speed + next), next);
         }
     }
 
@@ -413,7 +480,17 @@ impl<'a> Plant<'a> {
 
 /// Torque of drag and gravity against positive rotation.
 fn load_torque(x: &Hidden, body: &Body) -> f64 {
-    x.drag * body.speed * body.speed.abs() + x.gravity.at(body.angle)
+    x.drag * body.speed * body.speed.abs() + x.gravity.at(body.angle) + x.load_nm
+}
+
+/// Viscous coefficient in this direction.
+fn viscous(x: &Hidden, speed: f64) -> f64 {
+    x.motor.viscous_friction_nm_s_per_rad * (1.0 + x.viscous_asymmetry * speed.signum())
+}
+
+/// What dry friction holds, of both bodies together, where it brakes with `sliding_nm`.
+fn holding_nm(x: &Hidden, sliding_nm: f64) -> f64 {
+    sliding_nm + (x.static_nm - x.motor.coulomb_friction_nm).max(0.0)
 }
 
 /// Dry friction that steady sliding at this speed meets, of both bodies together.

@@ -23,6 +23,10 @@ pub enum Scale {
     ViscousCoefficient,
     /// Nominal inertia.
     Inertia,
+    /// Edge rate in 1/s at the speed whose back EMF is the supply.
+    TopRate,
+    /// Supply voltage.
+    Supply,
     /// Viscous coefficient over top speed: the drag that equals the viscous torque at top speed.
     DragAtTopSpeed,
 }
@@ -49,6 +53,8 @@ impl Scale {
                 .max(0.03 * p.torque_constant_nm_per_a * stall_a),
             Self::ViscousCoefficient => viscous,
             Self::Inertia => p.inertia_kg_m2,
+            Self::TopRate => p.supply_v / back_emf * p.counts_per_rev / std::f64::consts::TAU,
+            Self::Supply => p.supply_v,
             Self::DragAtTopSpeed => viscous * back_emf / p.supply_v,
         }
     }
@@ -98,6 +104,8 @@ pub struct EffectParameter {
 pub enum Absent {
     /// This value.
     Value(f64),
+    /// So many times `scale`.
+    Scaled(f64),
     /// The middle of the plausible range (geometric where the prior is in the logarithm).
     Middle,
 }
@@ -162,6 +170,12 @@ impl EffectParameter {
         self
     }
 
+    /// The same with another default, in multiples of the scale.
+    pub(crate) const fn defaulting_to_scaled(mut self, multiple: f64) -> Self {
+        self.default = Absent::Scaled(multiple);
+        self
+    }
+
     /// The same, but the angle does not depend smoothly on it.
     pub(crate) const fn not_smooth(mut self) -> Self {
         self.smooth = false;
@@ -179,6 +193,7 @@ impl EffectParameter {
         let (lo, hi) = self.range(parameters, sample_time_s);
         match (self.default, self.prior) {
             (Absent::Value(value), _) => value,
+            (Absent::Scaled(multiple), _) => multiple * self.scale.of(parameters, sample_time_s),
             (Absent::Middle, Prior::LogUniform) => (lo * hi).sqrt(),
             (Absent::Middle, Prior::OneOf(values)) => values[values.len() / 2],
             (Absent::Middle, _) => 0.5 * (lo + hi),

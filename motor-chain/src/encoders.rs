@@ -13,6 +13,9 @@ pub(crate) struct AngleReading<S> {
     mean: MeanCounts<S>,
     rad_per_count: S,
     is_on_load: bool,
+    /// Real seconds for a second of the board's clock, and how late a sample is.
+    stretch: S,
+    late_s: S,
 }
 
 impl<S: Scalar> AngleReading<S> {
@@ -22,43 +25,54 @@ impl<S: Scalar> AngleReading<S> {
             mean: MeanCounts::new(chain.sensor, angle_rad, speed_rad_s),
             rad_per_count: S::from(std::f64::consts::TAU) / chain.stated_counts_per_rev,
             is_on_load: chain.transmission.encoder_on_load,
+            stretch: chain.timing.stretch,
+            late_s: chain.timing.jitter_s * 0.5,
         }
     }
 
     #[inline(always)]
-    fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>) -> S {
+    fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>, board_s: f64) -> S {
         // A rigid motor has one angle: its place is known when this is compiled.
         let shaft = encoder_shaft::<N>(self.is_on_load);
-        let counts = (self.mean).read(sample.angle(shaft), || sample.speed(shaft));
+        let (stretch, late_s) = (self.stretch, self.late_s);
+        let counts = (self.mean).read(
+            sample.angle(shaft),
+            || sample.speed(shaft),
+            || stretch * board_s + late_s,
+        );
         counts * self.rad_per_count
     }
 }
 
 /// One encoder's reader: it reads off the angle, and nothing else unless edges are lost.
-pub(crate) struct Encoder<S, E> {
+pub(crate) struct Encoder<'a, S, E> {
     pub encoder: AngleReading<S>,
+    /// Sample times from the first, on the board's clock.
+    pub times_s: &'a [f64],
     /// Takes the number of the sample and the angle.
     pub emit: E,
 }
 
-impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<S, E> {
+impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_, S, E> {
     #[inline(always)]
     fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
-        (self.emit)(k, self.encoder.read(sample));
+        (self.emit)(k, self.encoder.read(sample, self.times_s[k]));
     }
 }
 
 /// The reader of many encoders.
-pub(crate) struct Encoders<S, E> {
+pub(crate) struct Encoders<'a, S, E> {
     pub encoders: Vec<AngleReading<S>>,
+    /// Sample times from the first, on the board's clock.
+    pub times_s: &'a [f64],
     /// Takes the number of the encoder, that of the sample, and the angle.
     pub emit: E,
 }
 
-impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Encoders<S, E> {
+impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Encoders<'_, S, E> {
     fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
         for (m, encoder) in self.encoders.iter_mut().enumerate() {
-            (self.emit)(m, k, encoder.read(sample));
+            (self.emit)(m, k, encoder.read(sample, self.times_s[k]));
         }
     }
 }

@@ -94,6 +94,7 @@ impl Simulator {
         let chain = self.chain(motor);
         let read = Encoder {
             encoder: AngleReading::new(&chain, self.start),
+            times_s: self.schedule.times_s(),
             emit: |k, angle| angles_rad[k] = angle,
         };
         self.measure(chain, &mut workspace.plain, read)?;
@@ -122,6 +123,7 @@ impl Simulator {
             .map(|chain| AngleReading::new(chain, self.start));
         let read = Encoders {
             encoders: encoders.collect(),
+            times_s: self.schedule.times_s(),
             emit: |m: usize, k, angle| angles_rad[m * samples + k] = angle,
         };
         let engines = &mut workspace.plain;
@@ -204,6 +206,7 @@ impl Simulator {
         );
         let read = Encoder {
             encoder: AngleReading::new(&chain, self.start),
+            times_s: self.schedule.times_s(),
             emit: |k, angle: Dual<D>| {
                 angles_rad[k] = angle.v;
                 for (j, _) in ids.iter().enumerate() {

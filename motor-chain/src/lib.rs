@@ -9,6 +9,7 @@ mod encoders;
 mod file;
 pub mod fit;
 mod integrator;
+mod memory;
 mod parameter_id;
 mod parameters;
 mod plant;

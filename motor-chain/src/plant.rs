@@ -149,17 +149,18 @@ impl Plant {
 
     /// Reads the encoder, late by a random time where samples are.
     pub fn counts(&mut self) -> i64 {
+        let mut at_s = self.now_s * self.stretch;
         let (angle, speed, _) = match &mut self.late {
             Some(late) => {
                 // The command may change before the late sample is taken on the next call: look ahead in a copy.
-                let at_s = self.now_s * self.stretch + late.next_s();
+                at_s += late.next_s();
                 let (mut engine, mut on_their_way) =
                     (self.engine.clone(), self.on_their_way.clone());
                 engine.at(&mut on_their_way, at_s)
             }
             None => self.shaft,
         };
-        self.encoder.read(angle, speed)
+        self.encoder.read(angle, speed, at_s)
     }
 
     fn at(&mut self, real_s: f64) -> (f64, f64, f64) {

@@ -4,6 +4,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
 use crate::integrator::dynamics::{ONE_BODY, TH1};
+use crate::memory::Memory;
 use crate::scalar::Scalar;
 use crate::stages::sensor::Sensor;
 
@@ -51,6 +52,7 @@ pub(crate) struct Encoder {
     edge: i64,
     counts: i64,
     speed_rad_s: f64,
+    memory: Memory<f64>,
     random: Pcg64Mcg,
 }
 
@@ -63,13 +65,19 @@ impl Encoder {
             edge,
             counts: edge,
             speed_rad_s: 0.0,
+            memory: Memory::new(&sensor, 0.0, 0.0),
             random: Pcg64Mcg::seed_from_u64(seed),
         }
     }
 
-    /// Counts when the shaft has come to this angle at this speed.
-    pub(crate) fn read(&mut self, angle_rad: f64, speed_rad_s: f64) -> i64 {
-        let edge = (self.sensor.unrounded(angle_rad) + self.start_fraction).floor() as i64;
+    /// Counts when the shaft has come to this angle and speed at this (real) time.
+    pub(crate) fn read(&mut self, angle_rad: f64, speed_rad_s: f64, at_s: f64) -> i64 {
+        let unrounded = if self.sensor.remembers() {
+            (self.memory).read(&self.sensor, (angle_rad, speed_rad_s), at_s)
+        } else {
+            self.sensor.unrounded(angle_rad)
+        };
+        let edge = (unrounded + self.start_fraction).floor() as i64;
         let steps = edge - self.edge;
         if self.sensor.faithful() {
             self.counts += steps;
@@ -97,28 +105,50 @@ pub(crate) struct MeanCounts<S> {
     unrounded: S,
     speed_rad_s: S,
     mean: S,
+    memory: Memory<S>,
 }
 
 impl<S: Scalar> MeanCounts<S> {
     /// From this angle and speed on.
     pub(crate) fn new(sensor: Sensor<S>, angle_rad: f64, speed_rad_s: f64) -> Self {
-        let unrounded = sensor.unrounded(S::from(angle_rad));
+        let (angle_rad, speed_rad_s) = (S::from(angle_rad), S::from(speed_rad_s));
+        let unrounded = sensor.unrounded(angle_rad);
         Self {
             sensor,
             unrounded,
-            speed_rad_s: S::from(speed_rad_s),
+            speed_rad_s,
             mean: unrounded,
+            memory: Memory::new(&sensor, angle_rad, speed_rad_s),
         }
     }
 
-    /// Mean counts when the shaft has come to this angle at this speed, which an encoder that counts every edge does not ask for.
+    /// Mean counts when the shaft has come to this angle at this speed and (real) time, which an encoder that counts every edge does
+    /// not ask for.
     #[inline(always)]
-    pub(crate) fn read(&mut self, angle_rad: S, speed_rad_s: impl FnOnce() -> S) -> S {
+    pub(crate) fn read(
+        &mut self,
+        angle_rad: S,
+        speed_rad_s: impl FnOnce() -> S,
+        at_s: impl FnOnce() -> S,
+    ) -> S {
+        if self.sensor.remembers() {
+            return self.recall(angle_rad, speed_rad_s(), at_s());
+        }
         let unrounded = self.sensor.unrounded(angle_rad);
         if self.sensor.faithful() {
             return unrounded;
         }
         self.keep(unrounded, speed_rad_s())
+    }
+
+    /// The same where what is read depends on what was before.
+    #[inline(never)]
+    fn recall(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) -> S {
+        let unrounded = (self.memory).read(&self.sensor, (angle_rad, speed_rad_s), at_s);
+        if self.sensor.faithful() {
+            return unrounded;
+        }
+        self.keep(unrounded, speed_rad_s)
     }
 
     /// Mean counts where edges are lost.

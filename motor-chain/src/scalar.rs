@@ -41,6 +41,8 @@ pub trait Scalar:
     fn sin_cos(self) -> (Self, Self);
     /// Exponential function.
     fn exp(self) -> Self;
+    /// Natural logarithm.
+    fn ln(self) -> Self;
 
     /// Whether it is 0 and stays so whatever the parameters are.
     #[inline(always)]
@@ -87,6 +89,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn exp(self) -> Self {
         f64::exp(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        f64::ln(self)
     }
 }
 
@@ -245,6 +251,10 @@ impl<const D: usize> Scalar for Dual<D> {
     fn exp(self) -> Self {
         let e = self.v.exp();
         self.map(e, e)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        self.map(self.v.ln(), 1.0 / self.v)
     }
 }
 

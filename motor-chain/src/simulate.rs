@@ -152,33 +152,37 @@ fn trajectory<const N: usize>(
     let mut mean = MeanCounts::new(sensor, 0.0, 0.0);
     let mut encoder = Encoder::new(sensor, options.start_count_fraction, options.seed);
     let jitter_s = machine.chain.timing.jitter_s;
+    let (times_s, stretch) = (schedule.times_s(), machine.chain.timing.stretch);
     schedule.run(
         &mut engine,
         MOST_STEPS,
         |_| 0.5 * jitter_s,
-        |_, engine: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+        |k, engine: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
             let y = sample.state();
             let (angle, speed) = (y[shaft], y[shaft + 1]);
             out.angle_rad.push(angle);
             out.speed_rad_s.push(speed);
             out.current_a.push(engine.machine.current(&engine.mode, &y));
+            let at_s = stretch * times_s[k] + 0.5 * jitter_s;
             out.measured_angle_rad
-                .push(per_count * mean.read(angle, || speed));
+                .push(per_count * mean.read(angle, || speed, || at_s));
             if jitter_s == 0.0 {
-                out.counts.push(encoder.read(angle, speed));
+                out.counts.push(encoder.read(angle, speed, at_s));
             }
         },
     )?;
     if jitter_s > 0.0 {
         let mut late = Lateness::new(jitter_s, options.seed);
+        let by_s: Vec<f64> = times_s.iter().map(|_| late.next_s()).collect();
         engine.restart(machine, longest_s);
         schedule.run(
             &mut engine,
             MOST_STEPS,
-            |_| late.next_s(),
-            |_, _: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+            |k| by_s[k],
+            |k, _: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
                 let (angle, speed) = (sample.angle(shaft), sample.speed(shaft));
-                out.counts.push(encoder.read(angle, speed));
+                let at_s = stretch * times_s[k] + by_s[k];
+                out.counts.push(encoder.read(angle, speed, at_s));
             },
         )?;
     }

@@ -16,7 +16,7 @@ import time
 import numpy as np
 from scipy.optimize import brentq
 
-from hybrid import CUR, HANDOUT, TH1, TH2, W1, W2, Integrator, Motor
+from hybrid import CUR, HANDOUT, KEPT, LAG, TH1, TH2, W1, W2, Integrator, Motor
 
 SAMPLE_TIME_S = 0.003
 SAMPLES = 5000
@@ -40,6 +40,17 @@ CASES = {
     "nominal": ("switching", {}),
     "transport_delay": ("switching", {"transport_delay": dict(delay_s=0.0065)}),
     "dead_zone": ("switching", {"dead_zone": dict(threshold_v=0.75)}),
+    "asymmetric_dead_zone": ("switching", {"asymmetric_dead_zone": dict(positive_v=0.45, negative_v=1.1)}),
+    "asymmetric_voltage_drop": ("switching", {"asymmetric_voltage_drop": dict(positive_v=0.25, negative_v=0.7)}),
+    "asymmetric_gain": ("switching", {"asymmetric_gain": dict(ratio=0.12)}),
+    "magnet_weakening": ("switching", {"magnet_weakening": dict(drop=0.3, time_constant_s=4.0)}),
+    "winding_heating+magnet_weakening+asymmetric_voltage_drop": ("switching", {
+        "winding_heating": dict(resistance_rise_per_w=0.8, time_constant_s=5.0),
+        "magnet_weakening": dict(drop=0.3, time_constant_s=5.0),
+        "asymmetric_voltage_drop": dict(positive_v=0.25, negative_v=0.7)}),
+    "asymmetric_gain+asymmetric_dead_zone+current_limit": ("switching", {
+        "asymmetric_gain": dict(ratio=-0.12), "asymmetric_dead_zone": dict(positive_v=0.45, negative_v=1.1),
+        "current_limit": dict(limit_a=0.2)}),
     "voltage_drop": ("switching", {"voltage_drop": dict(drop_v=0.6)}),
     "supply_sag": ("switching", {"supply_sag": dict(source_resistance_ohm=4.0)}),
     "supply_error": ("switching", {"supply_error": dict(gain=0.88)}),
@@ -50,9 +61,12 @@ CASES = {
     "torque_ripple": ("switching", {"torque_ripple": dict(amplitude=0.12, cycles_per_rev=11.0, phase_rad=0.7)}),
     "coulomb_friction": ("switching", {"coulomb_friction": dict(torque_nm=0.05)}),
     "viscous_friction": ("switching", {"viscous_friction": dict(coefficient_nm_s_per_rad=0.03)}),
+    "asymmetric_viscous": ("switching", {"asymmetric_viscous": dict(ratio=0.4)}),
     "inertia": ("switching", {"inertia": dict(inertia_kg_m2=0.005)}),
     "stribeck": ("switching", {"stribeck": dict(extra_torque_nm=0.03, stribeck_speed_rad_s=0.5)}),
     "asymmetric_friction": ("switching", {"asymmetric_friction": dict(ratio=0.35)}),
+    "static_friction": ("switching", {"static_friction": dict(torque_nm=0.0625)}),
+    "constant_load": ("switching", {"constant_load": dict(torque_nm=0.015)}),
     "presliding": ("smooth", {"presliding": dict(break_in_angle_rad=0.035)}),
     "load_friction": ("switching", {"load_friction": dict(driving_fraction=0.2, driven_fraction=0.35)}),
     "quadratic_drag": ("switching", {"quadratic_drag": dict(coefficient_nm_s2_per_rad2=0.002)}),
@@ -64,6 +78,8 @@ CASES = {
     "compliance_motor_side": ("switching", {"compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=0)}),
     "resolution_error": ("switching", {"resolution_error": dict(counts_per_rev=1000.0)}),
     "encoder_eccentricity": ("switching", {"encoder_eccentricity": dict(amplitude_rad=0.026, phase_rad=0.4)}),
+    "edge_rate_loss": ("switching", {"edge_rate_loss": dict(rate_hz=450.0, exponent=9.0)}),
+    "speed_filter": ("switching", {"speed_filter": dict(time_constant_s=0.02)}),
     "clock_error": ("switching", {"clock_error": dict(relative=0.03)}),
     "missed_counts": ("random", {"missed_counts": dict(probability=0.02, max_rate_hz=0.0)}),
     "missed_counts_rate": ("switching", {"missed_counts": dict(probability=0.0, max_rate_hz=400.0)}),
@@ -95,6 +111,12 @@ CASES = {
     "compliance+voltage_drop+encoder_eccentricity": ("switching", {
         "compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=1),
         "voltage_drop": dict(drop_v=0.3), "encoder_eccentricity": dict(amplitude_rad=0.026, phase_rad=0.4)}),
+    "backlash+asymmetric_viscous+static_friction": ("switching", {
+        "backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=1),
+        "asymmetric_viscous": dict(ratio=0.4), "static_friction": dict(torque_nm=0.03)}),
+    "edge_rate_loss+speed_filter+clock_error": ("switching", {
+        "edge_rate_loss": dict(rate_hz=450.0, exponent=9.0), "speed_filter": dict(time_constant_s=0.1),
+        "clock_error": dict(relative=0.03)}),
     "load_friction+inertia+clock_error": ("switching", {
         "load_friction": dict(driving_fraction=0.2, driven_fraction=0.35), "inertia": dict(inertia_kg_m2=0.005),
         "clock_error": dict(relative=0.03)}),
@@ -140,6 +162,15 @@ def unrounded_counts(effects, angle):
     return n * angle / (2 * pi)
 
 
+def said(effects, motor, x):
+    """The same of a state: what an encoder that remembers says, or one that does not."""
+    if "speed_filter" in effects:
+        return x[LAG]
+    if "edge_rate_loss" in effects:
+        return x[KEPT]
+    return unrounded_counts(effects, encoder_angle(motor, x))
+
+
 def edges(trace, motor):
     """Every encoder edge of a run kept dense: (instant, +1 or -1, speed)."""
     quantum = 2 * pi / motor.counts_per_rev
@@ -181,7 +212,7 @@ def trajectory_lines(effects, motor, trace):
     lines = []
     for k, x in zip(range(0, SAMPLES, EVERY), trace.rows):
         angle = encoder_angle(motor, x)
-        values = [k * SAMPLE_TIME_S, angle, encoder_speed(motor, x), x[CUR], unrounded_counts(effects, angle)]
+        values = [k * SAMPLE_TIME_S, angle, encoder_speed(motor, x), x[CUR], said(effects, motor, x)]
         lines.append(f"{k}," + ",".join(f"{v:.14g}" for v in values))
     return "sample,t_s,angle_rad,speed_rad_s,current_a,unrounded_counts", lines
 

@@ -1,9 +1,10 @@
 """A hybrid automaton of the motor with every effect of the signal chain's driver, winding, friction and transmission.
 
-Continuous state x = (theta1, w1, theta2, w2, i, P, F):
+Continuous state x = (theta1, w1, theta2, w2, i, P, F, n, q):
     theta1, w1   motor side (of a rigid motor: the shaft), rad and rad/s
     theta2, w2   load side, of a motor with backlash or compliance
     i, P, F      current (A), filtered copper loss (W), presliding friction torque (N m)
+    n, q         counts kept by an encoder that loses a share of its edges, counts of a log of a filtered speed
 
 Discrete state (Mode): what the driver's current does, which side slips which way or sticks, and who touches whom.
 A mode's equations are smooth. Its guards are functions of the state that are positive as long as the mode holds; the
@@ -24,7 +25,7 @@ HANDOUT = dict(
     resistance_ohm=10.0, back_emf_v_s_per_rad=0.7, torque_constant_nm_per_a=0.7, viscous_friction_nm_s_per_rad=0.01,
     inductance_h=0.004, inertia_kg_m2=0.002, coulomb_friction_nm=0.02, counts_per_rev=720.0, supply_v=4.5,
 )
-TH1, W1, TH2, W2, CUR, HEAT, DAHL = range(7)
+TH1, W1, TH2, W2, CUR, HEAT, DAHL, KEPT, LAG = range(9)
 METHODS = {"DOP853": DOP853, "Radau": Radau}
 
 
@@ -55,16 +56,29 @@ class Motor:
         self.Tf = get("coulomb_friction", "torque_nm", p["coulomb_friction_nm"])
         self.dead = get("dead_zone", "threshold_v", -1.0)
         self.gain = get("supply_error", "gain", 1.0)
-        self.drop = get("voltage_drop", "drop_v")
+        self.zones = [get("asymmetric_dead_zone", key, -1.0) for key in ("positive_v", "negative_v")]
+        both = get("voltage_drop", "drop_v")
+        self.drops = {1: both + get("asymmetric_voltage_drop", "positive_v"),
+                      -1: both + get("asymmetric_voltage_drop", "negative_v"), 0: 0.0}
+        self.drops_at_all = max(self.drops.values()) > 0.0
+        self.direction_gain = get("asymmetric_gain", "ratio")
         self.source = get("supply_sag", "source_resistance_ohm")
         self.limit = get("current_limit", "limit_a", None)
         self.coast = "coast_at_zero" in fx
         self.heat_rise = get("winding_heating", "resistance_rise_per_w")
-        self.heat_tau = get("winding_heating", "time_constant_s", None)
+        self.heat_tau = get("winding_heating", "time_constant_s", get("magnet_weakening", "time_constant_s", None))
+        self.magnet_drop = get("magnet_weakening", "drop")
         self.ripple = [get("torque_ripple", k) for k in ("amplitude", "cycles_per_rev", "phase_rad")]
         self.extra = get("stribeck", "extra_torque_nm")
         self.stribeck_speed = get("stribeck", "stribeck_speed_rad_s", 1.0)
         self.asymmetry = get("asymmetric_friction", "ratio")
+        self.viscous_asymmetry = get("asymmetric_viscous", "ratio")
+        self.static = get("static_friction", "torque_nm", self.Tf)
+        self.constant_load = get("constant_load", "torque_nm")
+        self.edge_rate = get("edge_rate_loss", "rate_hz", None)
+        self.edge_exponent = get("edge_rate_loss", "exponent")
+        self.filter_tau = get("speed_filter", "time_constant_s", None)
+        self.sensor_counts_per_rev = get("resolution_error", "counts_per_rev", self.counts_per_rev)
         self.presliding = get("presliding", "break_in_angle_rad", None)
         self.driving = get("load_friction", "driving_fraction")
         self.driven = get("load_friction", "driven_fraction")
@@ -76,7 +90,7 @@ class Motor:
         self.compliant = "compliance" in fx
         self.two = self.lash is not None or self.compliant
         self.sprung = self.lash is not None and self.compliant   # a gap in series with the spring: flanks never weld
-        self.frictionless = not (self.two or self.Tf or self.extra or self.load_friction)
+        self.frictionless = not (self.two or self.Tf or self.extra or self.load_friction or self.static or self.viscous_asymmetry)
         share = get("compliance", "load_fraction", get("backlash", "load_fraction", 0.0))
         self.encoder_side = get("compliance", "encoder_side", get("backlash", "encoder_side", 0))
         self.share1, self.share2 = 1.0 - share, share
@@ -92,11 +106,15 @@ class Motor:
 
     # ---- the chain's pieces ---------------------------------------------------------------------------------------
     def driver_command(self, u):
-        return 0.0 if abs(u) <= self.dead else u
+        forward, back = self.zones
+        if abs(u) <= self.dead or 0.0 <= u <= forward or -back <= u <= 0.0:
+            return 0.0
+        return u
 
     def emf_gain(self, x):
         A, N, phase = self.ripple
-        return 1.0 + A * sin(N * x[TH1] + phase) if A else 1.0
+        warm = 1.0 - self.magnet_drop * x[HEAT] * self.R / self.supply**2
+        return warm * (1.0 + A * sin(N * x[TH1] + phase)) if A else warm
 
     def resistance(self, x):
         duty = abs(self.command) / self.supply
@@ -104,7 +122,9 @@ class Motor:
 
     def excess(self, x):
         """e = v - Kb w: what drives the current, before the driver's drop."""
-        return self.gain * self.command - self.Kb * self.emf_gain(x) * x[W1]
+        u = self.command
+        volts = self.gain * (u + self.direction_gain * abs(u))
+        return volts - self.Kb * self.emf_gain(x) * x[W1]
 
     def motor_torque(self, x):
         return self.Kt * self.emf_gain(x) * x[CUR]
@@ -115,7 +135,7 @@ class Motor:
         n1 = self.motor_torque(x) + (A * sin(N * x[TH1] + phase) if A else 0.0)
         side_angle, side_speed = (x[TH2], x[W2]) if self.two else (x[TH1], x[W1])
         G, phase = self.gravity
-        n2 = -(G * sin(side_angle + phase) if G else 0.0) - self.drag * side_speed * abs(side_speed)
+        n2 = -(G * sin(side_angle + phase) if G else 0.0) - self.drag * side_speed * abs(side_speed) - self.constant_load
         if self.compliant and self.mode.contact != 0:
             spring = self.spring_torque(x, self.mode.contact or 0)
             return n1 - spring, n2 + spring
@@ -128,7 +148,7 @@ class Motor:
 
     def friction(self, direction, speed, torque, at_rest=False):
         """Coulomb level of the whole motor against motion in `direction`."""
-        level = self.Tf * (1.0 + self.asymmetry * direction)
+        level = (max(self.Tf, self.static) if at_rest else self.Tf) * (1.0 + self.asymmetry * direction)
         if self.extra:
             level += self.extra * (1.0 if at_rest else exp(-((speed / self.stribeck_speed) ** 2)))
         if self.load_friction:
@@ -140,10 +160,12 @@ class Motor:
     # ---- the equations of the mode in force -----------------------------------------------------------------------
     def rhs(self, _t, x):
         m = self.mode
-        d = [0.0] * 7
+        d = [0.0] * 9
+        b1, b2 = (b * (1.0 + self.viscous_asymmetry * slip) for b, slip in ((self.b1, m.slip1), (self.b2, m.slip2)))
+        self.read(x, d)
         flow = 0.0
         if m.current == "flow":
-            flow = (self.excess(x) - m.current_sign * self.drop - self.resistance(x) * x[CUR]) / self.L
+            flow = (self.excess(x) - m.current_sign * self.drops[m.current_sign] - self.resistance(x) * x[CUR]) / self.L
         d[CUR] = flow
         if self.heat_tau:
             d[HEAT] = (x[CUR] ** 2 * self.R - x[HEAT]) / self.heat_tau
@@ -153,10 +175,10 @@ class Motor:
         if not self.two:
             d[TH1] = w
             if self.presliding is not None:
-                d[W1] = (n1 + n2 - self.b1 * w - x[DAHL]) / self.J1
+                d[W1] = (n1 + n2 - b1 * w - x[DAHL]) / self.J1
                 d[DAHL] = self.Tf / self.presliding * (w - m.slip1 * w * x[DAHL] / self.friction(m.slip1, w, torque))
             elif m.slip1:
-                d[W1] = (n1 + n2 - self.b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
+                d[W1] = (n1 + n2 - b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
             else:
                 d[TH1] = 0.0
         elif m.contact and not self.sprung:
@@ -166,24 +188,37 @@ class Motor:
         else:
             if m.slip1:
                 d[TH1] = w
-                d[W1] = (n1 - self.b1 * w - m.slip1 * self.share1 * self.friction(m.slip1, w, torque)) / self.J1
+                d[W1] = (n1 - b1 * w - m.slip1 * self.share1 * self.friction(m.slip1, w, torque)) / self.J1
             if m.slip2:
                 w = x[W2]
                 d[TH2] = w
-                d[W2] = (n2 - self.b2 * w - m.slip2 * self.share2 * self.friction(m.slip2, w, torque)) / self.J2
+                d[W2] = (n2 - b2 * w - m.slip2 * self.share2 * self.friction(m.slip2, w, torque)) / self.J2
         return d
+
+    def read(self, x, d):
+        """The encoder: counts kept, and the lag of a log of a filtered speed."""
+        angle, speed = (x[TH2], x[W2]) if self.two and self.encoder_side == 1 else (x[TH1], x[W1])
+        per_rad = self.sensor_counts_per_rev / (2 * pi)
+        counts = per_rad * angle
+        if self.edge_rate is not None:
+            ratio = abs(speed) * per_rad / self.edge_rate
+            d[KEPT] = per_rad * speed / (1.0 + ratio**self.edge_exponent)
+            counts = x[KEPT]
+        if self.filter_tau is not None:
+            d[LAG] = (counts - x[LAG]) / self.filter_tau
 
     def joint_acceleration(self, x):
         n1, n2 = self.torques(x)
         m, w = self.mode, x[W1]
-        return (n1 + n2 - (self.b1 + self.b2) * w - m.slip1 * self.friction(m.slip1, w, self.motor_torque(x))) / self.J
+        both = (self.b1 + self.b2) * (1.0 + self.viscous_asymmetry * m.slip1)
+        return (n1 + n2 - both * w - m.slip1 * self.friction(m.slip1, w, self.motor_torque(x))) / self.J
 
     def flank_torque(self, x):
         """Torque by which the motor side pushes the load while both move as one."""
         _, n2 = self.torques(x)
         m, w = self.mode, x[W1]
         level = self.share2 * self.friction(m.slip1, w, self.motor_torque(x))
-        return self.J2 * self.joint_acceleration(x) + self.b2 * w + m.slip1 * level - n2
+        return self.J2 * self.joint_acceleration(x) + self.b2 * (1.0 + self.viscous_asymmetry * m.slip1) * w + m.slip1 * level - n2
 
     def levels(self, x, share):
         torque = self.motor_torque(x)
@@ -209,9 +244,10 @@ class Motor:
             if self.limit is not None:
                 g["limit"] = self.limit - abs(x[CUR])
         elif m.current == "blocked":
-            g["unblock"] = self.drop - abs(self.excess(x))
+            e = self.excess(x)
+            g["unblock"] = min(self.drops[1] - e, self.drops[-1] + e)
         elif m.current == "limited":
-            pull = self.excess(x) - m.current_sign * (self.drop + self.resistance(x) * self.limit)
+            pull = self.excess(x) - m.current_sign * (self.drops[m.current_sign] + self.resistance(x) * self.limit)
             g["unlimit"] = m.current_sign * pull
         if self.load_friction and m.current == "flow" and (m.slip1 or m.slip2):
             g["torque zero"] = m.torque_sign * x[CUR]
@@ -359,12 +395,12 @@ class Motor:
             x[CUR] = m.current_sign * self.limit
             return
         if m.current == "limited":
-            pull = self.excess(x) - m.current_sign * (self.drop + self.resistance(x) * self.limit)
+            pull = self.excess(x) - m.current_sign * (self.drops[m.current_sign] + self.resistance(x) * self.limit)
             if fired == "unlimit" or m.current_sign * pull < 0.0:
                 m.current = "flow"
-                m.current_sign = m.current_sign if self.drop else 0
+                m.current_sign = m.current_sign if self.drops_at_all else 0
             return
-        if not self.drop:
+        if not self.drops_at_all:
             m.current, m.current_sign = "flow", 0
             return
         if fired == "current zero":
@@ -377,7 +413,7 @@ class Motor:
             pass  # current has just begun to flow: still 0 at this instant
         else:
             e = self.excess(x)
-            if abs(e) > self.drop:
+            if abs(e) > self.drops[1 if e > 0.0 else -1]:
                 m.current, m.current_sign = "flow", int(copysign(1, e))
             else:
                 m.current, m.current_sign = "blocked", 0
@@ -403,7 +439,7 @@ class Integrator:
     def run(self, switches, instants):
         """`switches`: (instant, command) in order, before the first of which the command is 0."""
         motor = self.motor
-        x = np.zeros(7)
+        x = np.zeros(9)
         t = 0.0
         marks = sorted({(s, 0, k) for k, (s, _) in enumerate(switches)} | {(s, 1, k) for k, s in enumerate(instants)})
         motor.settle(x)

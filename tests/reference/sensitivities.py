@@ -13,7 +13,7 @@ import sys
 
 import numpy as np
 
-from effects import CASES, EVERY, SAMPLE_TIME_S, SAMPLES, drive, encoder_angle, unrounded_counts
+from effects import CASES, EVERY, SAMPLE_TIME_S, SAMPLES, drive, said
 from hybrid import HANDOUT, Integrator, Motor
 
 STEP = 2e-5
@@ -33,8 +33,7 @@ def angle(effects, parameters):
     instants = [k * SAMPLE_TIME_S * stretch for k in range(0, SAMPLES, EVERY)]
     motor = Motor(effects, parameters)
     trace = Integrator(motor, "DOP853", 1e-12, 1e-14).run(switches, instants)
-    shaft = np.array([encoder_angle(motor, x) for x in trace.rows])
-    return unrounded_counts(effects, shaft) * 2 * np.pi / HANDOUT["counts_per_rev"]
+    return np.array([said(effects, motor, x) for x in trace.rows]) * 2 * np.pi / HANDOUT["counts_per_rev"]
 
 
 def column(effects, key, of_effect):
@@ -54,7 +53,9 @@ def columns_of(effects):
     if not effects:
         return [(key, None) for key in NOMINAL]
     out = [(key, effect) for effect, values in effects.items() for key in values if key not in DISCRETE | FLAT]
-    if "supply_sag" in effects:
+    if "asymmetric_dead_zone" in effects:
+        return []
+    if "supply_sag" in effects or "magnet_weakening" in effects:
         out.append(("supply_v", None))
     return out
 

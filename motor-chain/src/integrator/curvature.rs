@@ -30,6 +30,7 @@ impl<S: Scalar> Machine<S> {
         if let Some(heating) = &mut other.chain.electrical.heating {
             heating.rise_per_w = S::zero();
         }
+        other.chain.electrical.weakening_per_w = None;
         other
     }
 

@@ -163,6 +163,8 @@ impl<S: Scalar> Machine<S> {
         let warms = chain.electrical.heating.is_some();
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
+        // What depends on the direction has to know when it changes.
+        let turns = m.viscous_asymmetry.is_some() || m.static_nm.is_some();
         Self {
             inertia,
             mobility: inertia.map(|inertia| S::from(1.0) / inertia),
@@ -174,7 +176,7 @@ impl<S: Scalar> Machine<S> {
             spring,
             welds: spring.is_none(),
             two,
-            frictionless: !two && !friction_torque,
+            frictionless: !two && !friction_torque && !turns,
             affine: m.stribeck.is_none()
                 && m.break_in_angle_rad.is_none()
                 && m.drag.is_none()
@@ -226,7 +228,7 @@ impl<S: Scalar> Machine<S> {
     /// Takes over what reaches the driver.
     pub(crate) fn set_command(&mut self, command: f64) {
         self.command = self.chain.command.pass(command);
-        self.voltage = self.chain.driver.gain * self.command;
+        self.voltage = self.chain.driver.voltage(self.command);
         self.added_resistance = self.chain.driver.added_resistance(self.command);
     }
 
@@ -245,7 +247,10 @@ impl<S: Scalar> Machine<S> {
     #[inline(always)]
     fn back_emf<const N: usize>(&self, y: &[S; N]) -> S {
         let electrical = &self.chain.electrical;
-        let emf = electrical.back_emf_v_s_per_rad * y[W1];
+        let mut emf = electrical.back_emf_v_s_per_rad * y[W1];
+        if let Some(per_w) = electrical.weakening_per_w {
+            emf = emf * electrical.left_when_warm(per_w, y[HEAT]);
+        }
         if electrical.ripple.is_some() {
             emf * electrical.factor(y[TH1])
         } else {
@@ -276,7 +281,7 @@ impl<S: Scalar> Machine<S> {
         }
         let mut excess = self.voltage - emf;
         if m.flow_sign != 0.0 {
-            excess -= self.chain.driver.drop() * m.flow_sign;
+            excess -= self.chain.driver.drop(m.flow_sign) * m.flow_sign;
         }
         excess / self.resistance(y)
     }
@@ -285,7 +290,10 @@ impl<S: Scalar> Machine<S> {
     #[inline(always)]
     pub(crate) fn motor_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
         let electrical = &self.chain.electrical;
-        let torque = electrical.torque_constant_nm_per_a * self.current(m, y);
+        let mut torque = electrical.torque_constant_nm_per_a * self.current(m, y);
+        if let Some(per_w) = electrical.weakening_per_w {
+            torque = torque * electrical.left_when_warm(per_w, y[HEAT]);
+        }
         if electrical.ripple.is_some() {
             torque * electrical.factor(y[TH1])
         } else {
@@ -313,6 +321,9 @@ impl<S: Scalar> Machine<S> {
         if let Some(drag) = mechanical.drag {
             load -= drag * speed * speed.abs();
         }
+        if let Some(constant) = mechanical.load_nm {
+            load -= constant;
+        }
         if self.spring.is_some() && m.contact != Contact::Apart {
             let torque = self.spring_torque(m.contact, y);
             motor -= torque;
@@ -332,6 +343,15 @@ impl<S: Scalar> Machine<S> {
             twist -= gap * (0.5 * contact.sign());
         }
         k * twist + c * (y[W1] - y[N - 1])
+    }
+
+    /// A side's viscous coefficient in the direction of its slip.
+    #[inline(always)]
+    pub(crate) fn damping(&self, m: &Mode<S>, side: usize) -> S {
+        match self.chain.mechanical.viscous_asymmetry {
+            Some(ratio) => self.viscous[side] * (ratio * m.slip[side] + 1.0),
+            None => self.viscous[side],
+        }
     }
 
     /// Whether both sides move as one.
@@ -461,7 +481,7 @@ impl<S: Scalar> Machine<S> {
         let mut d = [S::zero(); N];
         let electrical = &self.chain.electrical;
         if self.inductive && m.flow == Flow::Free {
-            let drive = self.excess(y) - self.chain.driver.drop() * m.flow_sign;
+            let drive = self.excess(y) - self.chain.driver.drop(m.flow_sign) * m.flow_sign;
             d[CUR] = (drive - self.resistance(y) * y[CUR]) / electrical.inductance_h;
         }
         if let Some(heating) = &electrical.heating {
@@ -474,7 +494,7 @@ impl<S: Scalar> Machine<S> {
             if m.slip[0] != 0.0 {
                 d[TH1] = y[W1];
                 let friction = self.friction(m, 0, y[TH1], y[W1], y);
-                d[W1] = (motor + load - self.viscous[0] * y[W1] - friction) / self.inertia[0];
+                d[W1] = (motor + load - self.damping(m, 0) * y[W1] - friction) / self.inertia[0];
             }
         } else {
             let (th2, w2) = (N - 2, N - 1);
@@ -486,18 +506,18 @@ impl<S: Scalar> Machine<S> {
                 if m.slip[0] != 0.0 {
                     d[TH1] = y[W1];
                     d[th2] = y[W1];
-                    let viscous = (self.viscous[0] + self.viscous[1]) * y[W1];
+                    let viscous = (self.damping(m, 0) + self.damping(m, 1)) * y[W1];
                     d[W1] = (motor + load - viscous - friction[0] - friction[1]) / self.inertia[2];
                     d[w2] = d[W1];
                 }
             } else {
                 if m.slip[0] != 0.0 {
                     d[TH1] = y[W1];
-                    d[W1] = (motor - self.viscous[0] * y[W1] - friction[0]) / self.inertia[0];
+                    d[W1] = (motor - self.damping(m, 0) * y[W1] - friction[0]) / self.inertia[0];
                 }
                 if m.slip[1] != 0.0 {
                     d[th2] = y[w2];
-                    d[w2] = (load - self.viscous[1] * y[w2] - friction[1]) / self.inertia[1];
+                    d[w2] = (load - self.damping(m, 1) * y[w2] - friction[1]) / self.inertia[1];
                 }
             }
         }

@@ -150,7 +150,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let rung = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
         let chain = &machine.chain;
         let guarded = chain.driver.limit_a.is_some()
-            || chain.driver.drop_v.is_some()
+            || chain.driver.drops_v.is_some()
             || chain.mechanical.load_friction.is_some()
             || chain.electrical.ripple.is_some()
             || chain.electrical.heating.is_some()
@@ -364,8 +364,11 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline(never)]
     fn select(&mut self) {
         let m = &self.mode;
-        let load_friction = if self.machine.chain.mechanical.load_friction.is_some() {
+        let mechanical = &self.machine.chain.mechanical;
+        let directions = if mechanical.load_friction.is_some() {
             [m.torque_sign, m.slip[0], m.slip[1]]
+        } else if mechanical.viscous_asymmetry.is_some() {
+            [0.0, m.slip[0], m.slip[1]]
         } else {
             [0.0; 3]
         };
@@ -373,7 +376,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             flow: m.flow,
             touching: m.contact.sign() != 0.0,
             sticks: [m.slip[0] == 0.0, m.slip[1] == 0.0],
-            load_friction,
+            directions,
             added_resistance: self.machine.added_resistance.value(),
         };
         // All modes under a key are straight, or none is.

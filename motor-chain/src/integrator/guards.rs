@@ -151,7 +151,7 @@ impl<S: Scalar> Machine<S> {
                         let through = if self.inductive {
                             y[CUR] * m.flow_sign
                         } else {
-                            self.excess(y) * m.flow_sign - driver.drop()
+                            self.excess(y) * m.flow_sign - driver.drop(m.flow_sign)
                         };
                         see(Guard::CurrentZero, through);
                     }
@@ -159,7 +159,11 @@ impl<S: Scalar> Machine<S> {
                         see(Guard::Limit, limit - self.current(m, y).abs());
                     }
                 }
-                Flow::Blocked => see(Guard::Unblock, driver.drop() - self.excess(y).abs()),
+                Flow::Blocked => {
+                    let excess = self.excess(y);
+                    let slack = min(driver.drop(1.0) - excess, driver.drop(-1.0) + excess);
+                    see(Guard::Unblock, slack);
+                }
                 Flow::Held => see(Guard::Unlimit, self.pull(m, y)),
                 Flow::Open => {}
             }
@@ -195,7 +199,9 @@ impl<S: Scalar> Machine<S> {
     #[inline(always)]
     pub(crate) fn pull<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
         let limit = self.chain.driver.limit_a.unwrap_or_else(S::zero);
-        self.excess(y) * m.flow_sign - self.chain.driver.drop() - self.resistance(y) * limit
+        self.excess(y) * m.flow_sign
+            - self.chain.driver.drop(m.flow_sign)
+            - self.resistance(y) * limit
     }
 
     pub(crate) fn presliding(&self) -> bool {
@@ -226,9 +232,9 @@ impl<S: Scalar> Machine<S> {
         let speed = y[W1];
         let friction1 = self.friction(m, 0, y[TH1], speed, y);
         let friction2 = self.friction(m, 1, y[N - 2], speed, y);
-        let viscous = (self.viscous[0] + self.viscous[1]) * speed;
+        let viscous = (self.damping(m, 0) + self.damping(m, 1)) * speed;
         let acceleration = (motor + load - viscous - friction1 - friction2) / self.inertia[2];
-        self.inertia[1] * acceleration + self.viscous[1] * speed + friction2 - load
+        self.inertia[1] * acceleration + self.damping(m, 1) * speed + friction2 - load
     }
 
     /// The flank torques that keep both sides at rest while they touch: lowest and highest, and what sets them.

@@ -17,7 +17,8 @@ pub(crate) struct Key {
     pub flow: Flow,
     pub touching: bool,
     pub sticks: [bool; 2],
-    pub load_friction: [f64; 3],
+    /// Sign of the torque and both directions of slip, where a matrix depends on them.
+    pub directions: [f64; 3],
     pub added_resistance: f64,
 }
 
@@ -96,7 +97,7 @@ mod tests {
             flow: Flow::Free,
             touching: true,
             sticks: [false; 2],
-            load_friction: [0.0; 3],
+            directions: [0.0; 3],
             added_resistance,
         }
     }

@@ -122,6 +122,11 @@ impl Schedule {
         self.times_s.len()
     }
 
+    /// Sample times from the first, on the board's clock.
+    pub(crate) fn times_s(&self) -> &[f64] {
+        &self.times_s
+    }
+
     /// Longest step in real time, by a clock that is off.
     pub(crate) fn longest_s(&self, stretch: f64) -> f64 {
         self.step_s * stretch

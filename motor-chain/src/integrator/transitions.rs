@@ -239,7 +239,6 @@ impl<S: Scalar> Machine<S> {
             self.settle_algebraic_current(m, y, fired);
             return;
         }
-        let drop = driver.drop();
         if fired == Some(Guard::Limit) {
             let limit = driver.limit_a.unwrap_or_else(S::zero);
             (m.flow, m.flow_sign) = (Flow::Held, y[CUR].sign());
@@ -249,13 +248,13 @@ impl<S: Scalar> Machine<S> {
         if m.flow == Flow::Held {
             if fired == Some(Guard::Unlimit) || self.pull(m, y).value() < 0.0 {
                 m.flow = Flow::Free;
-                if driver.drop_v.is_none() {
+                if driver.drops_v.is_none() {
                     m.flow_sign = 0.0;
                 }
             }
             return;
         }
-        if driver.drop_v.is_none() {
+        if driver.drops_v.is_none() {
             (m.flow, m.flow_sign) = (Flow::Free, 0.0);
             return;
         }
@@ -272,7 +271,7 @@ impl<S: Scalar> Machine<S> {
             && !matches!(fired, None | Some(Guard::CurrentZero))
         {
             // Current has just begun to flow: still 0 at this instant.
-        } else if excess.value().abs() > drop.value() {
+        } else if excess.value().abs() > driver.drop(excess.sign()).value() {
             (m.flow, m.flow_sign) = (Flow::Free, excess.sign());
         } else {
             (m.flow, m.flow_sign) = (Flow::Blocked, 0.0);
@@ -289,12 +288,12 @@ impl<S: Scalar> Machine<S> {
         let driver = &self.chain.driver;
         let excess = self.excess(y);
         let sign = excess.sign();
-        let over = excess.value().abs() - driver.drop().value();
+        let over = excess.value().abs() - driver.drop(sign).value();
         let limit = driver.limit_a;
         let blocked = match fired {
             Some(Guard::CurrentZero) => true,
             Some(Guard::Unblock) => false,
-            _ => driver.drop_v.is_some() && over <= 0.0,
+            _ => driver.drops_v.is_some() && over <= 0.0,
         };
         let limited = match (fired, limit) {
             (_, None) => false,
@@ -307,7 +306,7 @@ impl<S: Scalar> Machine<S> {
         } else if limited {
             (Flow::Held, sign, limit.unwrap_or_else(S::zero) * sign)
         } else {
-            let kept = if driver.drop_v.is_some() { sign } else { 0.0 };
+            let kept = if driver.drops_v.is_some() { sign } else { 0.0 };
             (Flow::Free, kept, S::zero())
         };
     }

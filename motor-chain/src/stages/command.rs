@@ -13,6 +13,8 @@ pub(crate) struct Command<S> {
     pub delay_s: S,
     /// Commands of at most this magnitude do nothing.
     pub dead_zone: Option<S>,
+    /// Commands up to the first of these forward, to the second back, do nothing.
+    pub zones: Option<[S; 2]>,
 }
 
 impl<S: Scalar> Command<S> {
@@ -20,14 +22,18 @@ impl<S: Scalar> Command<S> {
         Self {
             delay_s: S::zero(),
             dead_zone: None,
+            zones: None,
         }
     }
 
     /// What reaches the driver when `command` is asked for.
     pub(crate) fn pass(&self, command: f64) -> f64 {
-        match self.dead_zone {
-            Some(threshold) if command.abs() <= threshold.value() => 0.0,
-            _ => command,
+        let within = |threshold: &S| command.abs() <= threshold.value();
+        let zone = |zones: &[S; 2]| within(&zones[usize::from(command < 0.0)]);
+        if self.dead_zone.as_ref().is_some_and(within) || self.zones.as_ref().is_some_and(zone) {
+            0.0
+        } else {
+            command
         }
     }
 }
@@ -84,5 +90,45 @@ impl Effect for DeadZone {
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.command.dead_zone = Some(values[0]);
+    }
+}
+
+/// Small commands do nothing, of another size in each direction.
+pub(crate) struct AsymmetricDeadZone;
+
+impl Effect for AsymmetricDeadZone {
+    const KIND: EffectKind = EffectKind {
+        id: "asymmetric_dead_zone",
+        stage: Stage::Command,
+        summary: "small commands do nothing, of another size in each direction",
+        equation: "u -> 0 where -negative_v <= u <= positive_v, else u unchanged",
+        source: "dead zones with left and right break points (Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996)",
+        excited_by: "slow ramps and low levels, both directions",
+        confounded_with: &["dead_zone", "asymmetric_friction"],
+        parameters: &[
+            EffectParameter::new(
+                "positive_v",
+                "V",
+                (0.05, 0.4),
+                Scale::Supply,
+                Prior::Uniform,
+            )
+            .defaulting_to_scaled(0.1)
+            .not_smooth(),
+            EffectParameter::new(
+                "negative_v",
+                "V",
+                (0.05, 0.4),
+                Scale::Supply,
+                Prior::Uniform,
+            )
+            .defaulting_to_scaled(0.25)
+            .not_smooth(),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.command.zones = Some([values[0], values[1]]);
     }
 }

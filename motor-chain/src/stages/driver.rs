@@ -14,8 +14,10 @@ pub(crate) struct Driver<S> {
     pub supply_v: S,
     /// Volts at the bridge for a volt asked for.
     pub gain: S,
-    /// Lost in bridge and brushes against the current, in V.
-    pub drop_v: Option<S>,
+    /// Relative difference of the gain forward; its opposite is that back.
+    pub gain_asymmetry: Option<S>,
+    /// Lost in bridge and brushes against the current, forward and back, in V.
+    pub drops_v: Option<[S; 2]>,
     /// The supply's resistance, in ohm.
     pub source_resistance_ohm: Option<S>,
     /// Largest current, in A.
@@ -29,7 +31,8 @@ impl<S: Scalar> Driver<S> {
         Self {
             supply_v,
             gain: S::from(1.0),
-            drop_v: None,
+            gain_asymmetry: None,
+            drops_v: None,
             source_resistance_ohm: None,
             limit_a: None,
             coast: false,
@@ -47,10 +50,28 @@ impl<S: Scalar> Driver<S> {
         }
     }
 
-    /// Bridge and brush drop in V, 0 without the effect.
+    /// Volts at the bridge at this command.
+    pub(crate) fn voltage(&self, command: f64) -> S {
+        let volts = self.gain * command;
+        match self.gain_asymmetry {
+            Some(ratio) if command != 0.0 => volts * (ratio * command.signum() + 1.0),
+            _ => volts,
+        }
+    }
+
+    /// Bridge and brush drop in V against a current in this direction, 0 without the effect.
     #[inline(always)]
-    pub(crate) fn drop(&self) -> S {
-        self.drop_v.unwrap_or_else(S::zero)
+    pub(crate) fn drop(&self, direction: f64) -> S {
+        match &self.drops_v {
+            Some(drops) => drops[usize::from(direction < 0.0)],
+            None => S::zero(),
+        }
+    }
+
+    /// Takes further volts from a current forward and back.
+    fn lose(&mut self, forward: S, back: S) {
+        let [a, b] = self.drops_v.unwrap_or_else(|| [S::zero(); 2]);
+        self.drops_v = Some([a + forward, b + back]);
     }
 }
 
@@ -77,7 +98,45 @@ impl Effect for VoltageDrop {
     };
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
-        chain.driver.drop_v = Some(values[0]);
+        chain.driver.lose(values[0], values[0]);
+    }
+}
+
+/// Bridge and brushes take another voltage in each direction.
+pub(crate) struct AsymmetricVoltageDrop;
+
+impl Effect for AsymmetricVoltageDrop {
+    const KIND: EffectKind = EffectKind {
+        id: "asymmetric_voltage_drop",
+        stage: Stage::Driver,
+        summary: "bridge and brushes take another voltage in each direction",
+        equation: "v = u - positive_v for i > 0, u + negative_v for i < 0; i stays 0 while -negative_v <= u - Kb w <= positive_v",
+        source: "saturation voltages of a bipolar bridge's upper and lower transistors (ST L298 data sheet), which differ by half bridge",
+        excited_by: "several levels, both directions",
+        confounded_with: &["voltage_drop", "asymmetric_friction"],
+        parameters: &[
+            EffectParameter::new(
+                "positive_v",
+                "V",
+                (0.02, 0.3),
+                Scale::Supply,
+                Prior::LogUniform,
+            )
+            .defaulting_to_scaled(0.05),
+            EffectParameter::new(
+                "negative_v",
+                "V",
+                (0.02, 0.3),
+                Scale::Supply,
+                Prior::LogUniform,
+            )
+            .defaulting_to_scaled(0.15),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.lose(values[0], values[1]);
     }
 }
 
@@ -134,6 +193,36 @@ impl Effect for SupplyError {
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.driver.gain = values[0];
+    }
+}
+
+/// The driver gives more volts in one direction than in the other.
+pub(crate) struct AsymmetricGain;
+
+impl Effect for AsymmetricGain {
+    const KIND: EffectKind = EffectKind {
+        id: "asymmetric_gain",
+        stage: Stage::Driver,
+        summary: "the driver gives more volts in one direction than in the other",
+        equation: "v = u (1 + ratio sgn(u))",
+        source: "half bridges or pulse-width channels that differ",
+        excited_by: "both directions",
+        confounded_with: &["asymmetric_friction", "supply_error"],
+        parameters: &[EffectParameter::new(
+            "ratio",
+            "",
+            (-0.3, 0.3),
+            Scale::Absolute,
+            Prior::Uniform,
+        )
+        .away_from(0.0, 0.01)
+        .possible(-0.99, 0.99)
+        .defaulting_to(0.1)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.gain_asymmetry = Some(values[0]);
     }
 }
 

@@ -22,6 +22,8 @@ pub(crate) struct Electrical<S> {
     pub ripple: Option<Wave<S>>,
     /// Resistance that rises with the copper loss.
     pub heating: Option<Heating<S>>,
+    /// Share of both motor constants that is lost per watt of copper loss.
+    pub weakening_per_w: Option<S>,
 }
 
 /// `amplitude sin(cycles theta + phase)`.
@@ -60,6 +62,12 @@ impl<S: Scalar> Electrical<S> {
             Some(ripple) => ripple.at(angle_rad) + 1.0,
             None => S::from(1.0),
         }
+    }
+
+    /// What a warm magnet leaves of both motor constants.
+    #[inline(always)]
+    pub(crate) fn left_when_warm(&self, per_w: S, loss_w: S) -> S {
+        -(per_w * loss_w) + 1.0
     }
 
     /// Resistance of the winding at this filtered copper loss.
@@ -135,6 +143,46 @@ impl Effect for WindingHeating {
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.electrical.heating = Some(Heating {
             rise_per_w: values[0],
+            time_constant_s: values[1],
+        });
+    }
+}
+
+/// The magnets warm up and weaken.
+pub(crate) struct MagnetWeakening;
+
+impl Effect for MagnetWeakening {
+    const KIND: EffectKind = EffectKind {
+        id: "magnet_weakening",
+        stage: Stage::Electrical,
+        summary: "the magnets warm up and weaken",
+        equation: "Kt, Kb times (1 - drop P / Ps), dP/dt = (i^2 R - P) / time_constant_s, Ps = supply_v^2 / R; with winding_heating its time constant",
+        source: "reversible temperature coefficient of remanence (IEC 60404-8-1: some -0.2 %/K of ferrite, -0.1 %/K of NdFeB) through one thermal lag",
+        excited_by: "long hot runs: the speed rises",
+        confounded_with: &["winding_heating"],
+        parameters: &[
+            // Ps lasts at a stall alone; a motor that turns freely takes some 5 % of it, one that reverses often a third.
+            EffectParameter::new("drop", "", (0.02, 0.6), Scale::Absolute, Prior::LogUniform)
+                .possible(0.0, 0.9),
+            EffectParameter::new(
+                "time_constant_s",
+                "s",
+                (1.0, 120.0),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(1e-3, f64::MAX),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        let supply_v = chain.driver.supply_v;
+        let electrical = &mut chain.electrical;
+        let per_w = values[0] * electrical.resistance_ohm / (supply_v * supply_v);
+        electrical.weakening_per_w = Some(per_w);
+        electrical.heating.get_or_insert(Heating {
+            rise_per_w: S::zero(),
             time_constant_s: values[1],
         });
     }

@@ -1,8 +1,8 @@
 //! Stage 4, the mechanics: inertia, friction, load.
 //!
-//! `J dw/dt = tau_m + cogging - gravity - drag - b w - friction`. Friction in direction `s` has the level
-//! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level.
-//! With presliding it approaches that as Dahl's `F(theta)` does.
+//! `J dw/dt = tau_m + cogging - gravity - load - drag - b (1 + r_b sgn w) w - friction`. Friction in direction `s` has the level
+//! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level,
+//! or up to the larger one that it breaks away at. With presliding it approaches that as Dahl's `F(theta)` does.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -16,8 +16,12 @@ pub(crate) struct Mechanical<S> {
     pub inertia_kg_m2: S,
     /// Viscous coefficient b in N m s/rad.
     pub viscous_nm_s_per_rad: S,
+    /// Relative difference of the viscous coefficient by direction.
+    pub viscous_asymmetry: Option<S>,
     /// Coulomb torque Tf in N m.
     pub coulomb_nm: S,
+    /// Torque that breaks friction away, where it is more than Coulomb's, in N m.
+    pub static_nm: Option<S>,
     /// Extra friction at low speed.
     pub stribeck: Option<StribeckCurve<S>>,
     /// Relative difference r of the Coulomb torque by direction.
@@ -32,6 +36,8 @@ pub(crate) struct Mechanical<S> {
     pub gravity: Option<Wave<S>>,
     /// Cogging torque.
     pub cogging: Option<Wave<S>>,
+    /// A torque against positive rotation that depends on nothing, in N m.
+    pub load_nm: Option<S>,
 }
 
 /// `extra exp(-(w / speed)^2)`.
@@ -95,7 +101,12 @@ impl<S: Scalar> Mechanical<S> {
     /// Breakaway level in N m in direction `s` at rest while the motor gives `torque_nm`.
     #[inline(always)]
     pub(crate) fn breakaway(&self, s: f64, torque_nm: S) -> S {
-        let mut level = self.coulomb(s);
+        let mut level = match self.static_nm {
+            Some(most) if most.value() > self.coulomb_nm.value() => {
+                most * (self.asymmetry * s + 1.0)
+            }
+            _ => self.coulomb(s),
+        };
         if let Some(stribeck) = &self.stribeck {
             level += stribeck.extra_nm;
         }
@@ -159,6 +170,36 @@ impl Effect for ViscousFriction {
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.mechanical.viscous_nm_s_per_rad = values[0];
+    }
+}
+
+/// Viscous friction differs by direction.
+pub(crate) struct AsymmetricViscous;
+
+impl Effect for AsymmetricViscous {
+    const KIND: EffectKind = EffectKind {
+        id: "asymmetric_viscous",
+        stage: Stage::Mechanical,
+        summary: "viscous friction differs by direction",
+        equation: "b (1 + ratio) w forward, b (1 - ratio) w in reverse",
+        source: "direction-dependent friction (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 1994)",
+        excited_by: "both directions, several levels",
+        confounded_with: &["asymmetric_friction"],
+        parameters: &[EffectParameter::new(
+            "ratio",
+            "",
+            (-0.8, 0.8),
+            Scale::Absolute,
+            Prior::Uniform,
+        )
+        .away_from(0.0, 0.05)
+        .possible(-1.0, 1.0)
+        .defaulting_to(0.3)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.viscous_asymmetry = Some(values[0]);
     }
 }
 
@@ -258,6 +299,33 @@ impl Effect for AsymmetricFriction {
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.mechanical.asymmetry = values[0];
+    }
+}
+
+/// Friction holds more than it brakes.
+pub(crate) struct StaticFriction;
+
+impl Effect for StaticFriction {
+    const KIND: EffectKind = EffectKind {
+        id: "static_friction",
+        stage: Stage::Mechanical,
+        summary: "friction holds more than it brakes",
+        equation: "holds the shaft up to torque_nm, brakes with Tf as soon as it moves; nothing beside presliding, which never holds",
+        source: "Karnopp, Computer simulation of stick-slip friction (1985)",
+        excited_by: "starts from rest at low levels",
+        confounded_with: &["stribeck", "dead_zone"],
+        parameters: &[EffectParameter::new(
+            "torque_nm",
+            "N m",
+            (1.1, 4.0),
+            Scale::CoulombTorque,
+            Prior::LogUniform,
+        )],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.static_nm = Some(values[0]);
     }
 }
 
@@ -390,6 +458,36 @@ impl Effect for GravityLoad {
             cycles_per_rev: S::from(1.0),
             phase_rad: values[1],
         });
+    }
+}
+
+/// A torque that depends on nothing.
+pub(crate) struct ConstantLoad;
+
+impl Effect for ConstantLoad {
+    const KIND: EffectKind = EffectKind {
+        id: "constant_load",
+        stage: Stage::Mechanical,
+        summary: "a load torque that depends on nothing",
+        equation: "torque_nm against positive rotation, at rest too",
+        source: "a weight on a drum, a constant-force spring",
+        excited_by: "both directions",
+        confounded_with: &["asymmetric_friction"],
+        parameters: &[EffectParameter::new(
+            "torque_nm",
+            "N m",
+            (-3.0, 3.0),
+            Scale::CoulombTorque,
+            Prior::Uniform,
+        )
+        .away_from(0.0, 0.1)
+        .possible(-f64::MAX, f64::MAX)
+        .defaulting_to_scaled(0.5)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.mechanical.load_nm = Some(values[0]);
     }
 }
 

@@ -1,0 +1,120 @@
+//! What an encoder says where it depends on what was before: edges lost by their rate, and a log of a filtered speed.
+//!
+//! Between two samples `h` apart, of which angle and speed are known, the edge rate is the parabola with the right ends and the right
+//! integral: `kept x'` is integrated over it by Gauss and Legendre's rule of five points. What it comes to passes the filter: the
+//! integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for the cubic through both ends (Hermite).
+
+use crate::scalar::Scalar;
+use crate::stages::sensor::Sensor;
+
+/// Points and weights of Gauss and Legendre's rule on 0 .. 1.
+const GAUSS: [(f64, f64); 5] = [
+    (0.046_910_077_030_668, 0.118_463_442_528_094_54),
+    (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
+    (0.5, 0.284_444_444_444_444_45),
+    (0.769_234_655_052_841_5, 0.239_314_335_249_683_24),
+    (0.953_089_922_969_332, 0.118_463_442_528_094_54),
+];
+
+/// What an encoder remembers, in counts, counts/s and s.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Memory<S> {
+    /// When it was last read, in real time.
+    at_s: S,
+    /// What it would have said if it remembered nothing, and how fast that went.
+    unrounded: (S, S),
+    /// What was kept of it, and how fast that went.
+    kept: (S, S),
+    /// The filter's state.
+    filtered: S,
+    /// What the filter is behind at a steady speed, at the start.
+    behind: S,
+}
+
+impl<S: Scalar> Memory<S> {
+    /// At time 0, at this angle (rad) and speed (rad/s), which has been steady.
+    pub(crate) fn new(sensor: &Sensor<S>, angle_rad: S, speed_rad_s: S) -> Self {
+        let unrounded = sensor.unrounded(angle_rad);
+        let rate = sensor.rate(angle_rad, speed_rad_s);
+        let kept_rate = kept_rate(sensor, rate);
+        let behind = match sensor.filter_s {
+            Some(tau_s) => tau_s * kept_rate,
+            None => S::zero(),
+        };
+        Self {
+            at_s: S::zero(),
+            unrounded: (unrounded, rate),
+            kept: (unrounded, kept_rate),
+            filtered: unrounded - behind,
+            behind,
+        }
+    }
+
+    /// What is said when the shaft has come to this angle and speed at `at_s`, before it is rounded.
+    #[inline(never)]
+    pub(crate) fn read(
+        &mut self,
+        sensor: &Sensor<S>,
+        (angle_rad, speed_rad_s): (S, S),
+        at_s: S,
+    ) -> S {
+        let h = at_s - self.at_s;
+        let unrounded = (
+            sensor.unrounded(angle_rad),
+            sensor.rate(angle_rad, speed_rad_s),
+        );
+        let kept = match sensor.rate_loss {
+            Some(_) => {
+                let by = kept_between(sensor, self.unrounded, unrounded, h);
+                (self.kept.0 + by, kept_rate(sensor, unrounded.1))
+            }
+            None => unrounded,
+        };
+        if let Some(tau_s) = sensor.filter_s
+            && h.value() > 0.0
+        {
+            self.filtered = lag(self.filtered, self.kept, kept, h, tau_s);
+        }
+        (self.at_s, self.unrounded, self.kept) = (at_s, unrounded, kept);
+        match sensor.filter_s {
+            Some(_) => self.filtered + self.behind,
+            None => kept.0,
+        }
+    }
+}
+
+/// Edges kept in 1/s where they come at this rate.
+fn kept_rate<S: Scalar>(sensor: &Sensor<S>, rate: S) -> S {
+    match &sensor.rate_loss {
+        Some(loss) => rate * loss.kept(rate),
+        None => rate,
+    }
+}
+
+/// Counts kept between two readings, each with its rate, `h` s apart.
+fn kept_between<S: Scalar>(sensor: &Sensor<S>, (x0, r0): (S, S), (x1, r1): (S, S), h: S) -> S {
+    let rise = x1 - x0;
+    if h.value() <= 0.0 {
+        return rise;
+    }
+    let middle = (rise / h * 6.0 - r0 - r1) * 0.25;
+    let mut sum = S::zero();
+    for (s, weight) in GAUSS {
+        let rate = r0 * ((1.0 - s) * (1.0 - 2.0 * s))
+            + middle * (4.0 * s * (1.0 - s))
+            + r1 * (s * (2.0 * s - 1.0));
+        sum += kept_rate(sensor, rate) * weight;
+    }
+    sum * h
+}
+
+/// `tau q' = x - q` after `h` s, for the cubic `x` between two readings with their rates.
+fn lag<S: Scalar>(q: S, (x0, r0): (S, S), (x1, r1): (S, S), h: S, tau: S) -> S {
+    let slope = (x1 - x0) / h;
+    let second = (slope * 3.0 - r0 * 2.0 - r1) / h;
+    let third = (r0 + r1 - slope * 2.0) / (h * h);
+    // x less its derivatives times powers of -tau is what a cubic leaves when all else has died away.
+    let bend = |t: S| second * 2.0 + third * t * 6.0;
+    let left = |x: S, rate: S, t: S| x - tau * (rate - tau * (bend(t) - tau * third * 6.0));
+    left(x1, r1, h) + (q - left(x0, r0, S::zero())) * (-h / tau).exp()
+}
