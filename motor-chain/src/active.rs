@@ -2,6 +2,7 @@
 
 use crate::Parameters;
 use crate::catalogue::{EffectKind, EffectParameter, MAX_PARAMETERS, catalogue, find};
+use crate::plausible::Shown;
 
 /// A wrong name or value of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -25,7 +26,7 @@ pub enum EffectError {
         nearest: Option<&'static str>,
     },
     /// A value that cannot be.
-    #[error("{key} = {value} of effect '{id}' cannot be: expected {lo} .. {hi}")]
+    #[error("{key} = {} of effect '{id}' cannot be: expected {} .. {}", Shown(*.value), Shown(*.lo), Shown(*.hi))]
     ImpossibleValue {
         /// The effect.
         id: &'static str,
@@ -77,7 +78,7 @@ impl ActiveEffect {
         };
         for (k, parameter) in kind.parameters.iter().enumerate() {
             let value = values.get(k).copied().unwrap_or(f64::NAN);
-            let (lo, hi) = parameter.possible;
+            let (lo, hi) = parameter.plausible();
             if !(lo..=hi).contains(&value) {
                 let (id, key) = (kind.id, parameter.key);
                 return Err(EffectError::ImpossibleValue {

@@ -1,6 +1,7 @@
 //! What there is to know about one parameter of an effect: unit, plausible range, prior, default.
 
 use crate::Parameters;
+use crate::plausible;
 
 /// What a parameter's plausible range is a multiple of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,6 +181,13 @@ impl EffectParameter {
     pub(crate) const fn not_smooth(mut self) -> Self {
         self.smooth = false;
         self
+    }
+
+    /// Values that are possible, within what is plausible of any quantity of this unit.
+    pub fn plausible(&self) -> (f64, f64) {
+        let most = plausible::largest_of_effect(self.key, self.unit);
+        let (lo, hi) = self.possible;
+        (lo.max(-most), hi.min(most))
     }
 
     /// Plausible range `(lo, hi)` in the parameter's unit for this motor and sample time.

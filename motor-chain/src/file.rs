@@ -8,7 +8,11 @@ use std::path::{Path, PathBuf};
 
 use crate::active::{ActiveEffect, EffectError, did_you_mean, nearest};
 use crate::catalogue::find;
+use crate::plausible::{self, Range, Shown};
 use crate::{Effects, Parameters};
+
+/// Characters of a key or a value that a message shows.
+const MOST_SHOWN: usize = 60;
 
 /// Longest motor file in bytes.
 const MOST_BYTES: u64 = 1 << 20;
@@ -64,6 +68,18 @@ pub enum MotorFileError {
         expected: &'static str,
         /// What it is.
         found: String,
+    },
+    /// A value that no motor has.
+    #[error("line {line}: {key} = {} cannot be: expected {range}", Shown(*.value))]
+    Implausible {
+        /// Line, from 1.
+        line: usize,
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// What it can be.
+        range: Range,
     },
     /// A wrong name or value of an effect.
     #[error("line {line}: {error}")]
@@ -181,9 +197,12 @@ impl Motor {
                 });
             }
             let sigma = number(value, key, line)?;
-            if sigma < 0.0 {
-                return Err(wrong(line, key, "a relative sigma of 0 or more", value));
-            }
+            plausible_at(
+                line,
+                &format!("tolerance.{key}"),
+                sigma,
+                plausible::TOLERANCE,
+            )?;
             self.tolerance.insert(key.clone(), sigma);
         }
         Ok(())
@@ -225,27 +244,30 @@ impl Motor {
 
     /// Values that no motor has.
     fn check(&self, text: &str) -> Result<(), MotorFileError> {
-        let positive = [
-            "resistance_ohm",
-            "inertia_kg_m2",
-            "counts_per_rev",
-            "supply_v",
-            "torque_constant_nm_per_a",
-        ];
         for key in Parameters::KEYS {
             let value = self.parameters.get(key).unwrap_or(0.0);
-            let strict = positive.contains(&key);
-            if value < 0.0 || (strict && value == 0.0) {
-                return Err(MotorFileError::WrongValue {
-                    line: line_of(text, "", key),
-                    key: key.to_owned(),
-                    expected: if strict { "positive" } else { "0 or more" },
-                    found: value.to_string(),
-                });
-            }
+            plausible_at(
+                line_of(text, "", key),
+                key,
+                value,
+                plausible::of_parameter(key),
+            )?;
         }
         Ok(())
     }
+}
+
+fn plausible_at(line: usize, key: &str, value: f64, range: Range) -> Result<(), MotorFileError> {
+    if range.holds(value) {
+        return Ok(());
+    }
+    let key = key.to_owned();
+    Err(MotorFileError::Implausible {
+        line,
+        key,
+        value,
+        range,
+    })
 }
 
 fn table_of<'a>(
@@ -264,8 +286,17 @@ fn wrong(line: usize, key: &str, expected: &'static str, found: &toml::Value) ->
         line,
         key: key.to_owned(),
         expected,
-        found: found.to_string(),
+        found: shortened(&found.to_string()),
     }
+}
+
+/// What a message shows of a text that may be long.
+fn shortened(text: &str) -> String {
+    let mut short: String = text.chars().take(MOST_SHOWN).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    short
 }
 
 fn number(value: &toml::Value, key: &str, line: usize) -> Result<f64, MotorFileError> {
@@ -368,11 +399,11 @@ mod tests {
             ),
             (
                 "\nresistance_ohm = 0",
-                "line 2: resistance_ohm must be positive",
+                "line 2: resistance_ohm = 0 cannot be: expected 1e-6 .. 1000000 ohm",
             ),
             (
                 "[tolerance]\nsupply_v = -1",
-                "line 2: supply_v must be a relative sigma",
+                "line 2: tolerance.supply_v = -1 cannot be: expected 0 .. 10 (a tolerance is relative",
             ),
             ("supply_v = ", "line 1: not TOML"),
             (

@@ -13,6 +13,7 @@ mod memory;
 mod parameter_id;
 mod parameters;
 mod plant;
+pub mod plausible;
 mod reading;
 pub mod scalar;
 mod simulate;

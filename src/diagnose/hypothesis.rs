@@ -425,7 +425,7 @@ impl Free {
             },
             phase: kind.prior == Prior::Phase,
             order: kind.key == ORDER,
-            possible: kind.possible,
+            possible: kind.plausible(),
             neutral: kind
                 .neutral(&setting.measures(&motor.parameters))
                 .map(|(neutral, least)| match logarithmic {
