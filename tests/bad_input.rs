@@ -34,7 +34,13 @@ fn a_bad_run_file_is_named_with_row_and_column() {
             "{}",
             done.messages
         );
-        assert_eq!(done.output, "");
+        if arguments.contains(&"--json") {
+            let document: serde_json::Value =
+                serde_json::from_str(&done.output).expect("one document");
+            assert_eq!(document["error"]["row"], 8);
+        } else {
+            assert_eq!(done.output, "");
+        }
     }
 }
 

@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::picture::write_file;
+use super::output_file::{Force, Form};
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::blind::{
@@ -119,6 +119,8 @@ struct Score {
     /// Write everything in Markdown, for a document.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl Blind {
@@ -313,8 +315,15 @@ impl Run {
     }
 }
 
+/// What a score without `--head` leaves open.
+const ORDER_UNPROVED: &str = "without --head the order is not proved: verdicts could have been changed after the labels \
+     were seen, with the chain made anew. Give the hash that `blind run` printed and you wrote down.";
+
 impl Score {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let inputs = [&self.labels, &self.directory.join("manifest.json")];
+        let outputs = self.force.outputs("blind score", inputs);
+        outputs.check(self.html.iter().chain(&self.markdown))?;
         let opened =
             blind::open(&self.directory, &self.labels, self.head.as_deref()).map_err(failure)?;
         let bar = bar(opened.cases.len() as u64, "unseen runs");
@@ -326,14 +335,16 @@ impl Score {
         let judged: Result<Vec<_>, BlindError> = judged.collect();
         bar.finish_and_clear();
         let score = blind::score(&opened, judged.map_err(failure)?);
+        if self.head.is_none() {
+            output.message(ORDER_UNPROVED);
+        }
         let files = [
             (&self.html, blind::page as fn(&blind::Score) -> String),
             (&self.markdown, blind::markdown),
         ];
         for (path, form) in files {
             if let Some(path) = path {
-                write_file(path, &form(&score))?;
-                output.message(&format!("wrote {}", path.display()));
+                outputs.write(path, &form(&score), Form::Markup, output)?;
             }
         }
         if output.json {

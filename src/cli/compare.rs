@@ -6,7 +6,8 @@ use clap::Args;
 
 use super::findings::check_and_say;
 use super::motor_choice::MotorChoice;
-use super::picture::{on_terminal, write_file};
+use super::output_file::{Force, Form, Outputs};
+use super::picture::on_terminal;
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
@@ -34,10 +35,15 @@ pub struct Compare {
     /// Write the picture of the first run as SVG.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl Compare {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let inputs = self.runs.iter().chain(self.motor.file());
+        let outputs = self.force.outputs("compare", inputs);
+        outputs.check(self.html.iter().chain(&self.svg))?;
         let motor = self.motor.motor(output)?;
         let mut runs = Vec::new();
         let mut overlays = Vec::new();
@@ -53,7 +59,7 @@ impl Compare {
             overlays.push(overlay);
         }
         check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
-        self.write_files(&runs, &overlays, &motor, output)?;
+        self.write_files(&outputs, &runs, &overlays, &motor, output)?;
         let comparison = Comparison::of(&overlays);
         if output.json {
             output.document(&comparison)?;
@@ -74,6 +80,7 @@ impl Compare {
 
     fn write_files(
         &self,
+        outputs: &Outputs,
         runs: &[Run],
         overlays: &[Overlay],
         motor: &Motor,
@@ -82,19 +89,15 @@ impl Compare {
         if let Some(path) = &self.html {
             let pairs: Vec<_> = runs.iter().zip(overlays).collect();
             let title = format!("Recorded against simulated ({})", self.motor.words());
-            write_file(path, &page(&pairs, motor, &title))?;
-            output.message(&format!("wrote {}", path.display()));
+            outputs.write(path, &page(&pairs, motor, &title), Form::Markup, output)?;
         }
         if let (Some(path), Some(run), Some(first)) = (&self.svg, runs.first(), overlays.first()) {
             let size = Size {
                 width: 860,
                 height: 760,
             };
-            write_file(
-                path,
-                &svg::document(&overlay(run, first, &first.figures.path), size),
-            )?;
-            output.message(&format!("wrote {}", path.display()));
+            let figure = overlay(run, first, &first.figures.path);
+            outputs.write(path, &svg::document(&figure, size), Form::Markup, output)?;
         }
         Ok(())
     }
@@ -103,7 +106,7 @@ impl Compare {
         for (run, laid) in runs.iter().zip(overlays) {
             let figure = overlay(run, laid, &laid.figures.path);
             for panel in figure.panels.iter().take(3) {
-                output.line(&on_terminal(panel, &figure.x_label))?;
+                output.picture(&on_terminal(panel, &figure.x_label))?;
             }
             output.line(&verdict(&laid.figures))?;
         }

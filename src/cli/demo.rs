@@ -6,7 +6,8 @@ use std::process::Command as Process;
 use clap::Args;
 use serde_json::json;
 
-use super::picture::{on_terminal, write_file};
+use super::output_file::{Force, Form, Outputs};
+use super::picture::on_terminal;
 use super::signals::StopSignal;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
@@ -31,6 +32,8 @@ pub struct Demo {
     /// Open the page in a browser.
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Sample times of the lab handout in us, with the names of their runs.
@@ -40,22 +43,39 @@ const DURATION_S: f64 = 1.8;
 
 impl Demo {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = self.force.outputs("demo", []);
+        self.check(&outputs)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()
             .build()
             .map_err(Failure::device)?;
-        let recorded = runtime.block_on(self.record_all(output));
+        let recorded = runtime.block_on(self.record_all(&outputs, output));
         runtime.shutdown_background();
         let Some(paths) = recorded? else {
             output.message("stopped; the runs recorded so far are whole");
             return Ok(Status::FellShort);
         };
-        self.show(&paths, output)
+        self.show(&paths, &outputs, output)
+    }
+
+    /// Refuses before the recording what could not be replaced after it.
+    fn check(&self, outputs: &Outputs) -> Result<(), Failure> {
+        outputs.may_replace(&self.output.join("index.html"), None)?;
+        for (_, name) in SAMPLE_TIMES {
+            let run = self.output.join(name);
+            outputs.may_replace(&run, None)?;
+            outputs.may_replace(&run.with_extension("svg"), None)?;
+        }
+        Ok(())
     }
 
     /// Records both runs; `None` after Ctrl-C.
-    async fn record_all(&self, output: &Output) -> Result<Option<Vec<PathBuf>>, Failure> {
+    async fn record_all(
+        &self,
+        outputs: &Outputs,
+        output: &Output,
+    ) -> Result<Option<Vec<PathBuf>>, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
             Failure::device(format!("cannot make {}: {error}", self.output.display()))
@@ -63,13 +83,14 @@ impl Demo {
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {
             let file = self.output.join(name);
-            replace(&file)?;
+            replace(&file, outputs)?;
             output.message(&format!(
                 "recording {} from a virtual board every {} ms ...",
                 file.display(),
                 f64::from(sample_time_us) / 1000.0
             ));
             let order = Order {
+                command: "demo",
                 board: &self.board,
                 sample_time_us,
                 profile: "step",
@@ -84,7 +105,12 @@ impl Demo {
         Ok(Some(paths))
     }
 
-    fn show(&self, paths: &[PathBuf], output: &Output) -> Result<Status, Failure> {
+    fn show(
+        &self,
+        paths: &[PathBuf],
+        outputs: &Outputs,
+        output: &Output,
+    ) -> Result<Status, Failure> {
         let motor = Motor::default();
         let mut runs = Vec::new();
         let mut overlays = Vec::new();
@@ -97,7 +123,7 @@ impl Demo {
         let pairs: Vec<_> = runs.iter().zip(&overlays).collect();
         let html = self.output.join("index.html");
         let title = "A recorded motor and its simulation";
-        write_file(&html, &page(&pairs, &motor, title))?;
+        outputs.write_silently(&html, &page(&pairs, &motor, title), Form::Markup)?;
         let mut pictures = Vec::new();
         for (run, laid) in &pairs {
             let path = Path::new(&laid.figures.path).with_extension("svg");
@@ -106,7 +132,7 @@ impl Demo {
                 width: 860,
                 height: 760,
             };
-            write_file(&path, &svg::document(&figure, size))?;
+            outputs.write_silently(&path, &svg::document(&figure, size), Form::Markup)?;
             pictures.push(path);
         }
         let comparison = Comparison::of(&overlays);
@@ -121,7 +147,7 @@ impl Demo {
             if let Some((run, laid)) = pairs.first() {
                 let figure = overlay(run, laid, &laid.figures.path);
                 if let Some(panel) = figure.panels.first() {
-                    output.line(&on_terminal(panel, &figure.x_label))?;
+                    output.picture(&on_terminal(panel, &figure.x_label))?;
                 }
             }
             for laid in &overlays {
@@ -142,7 +168,8 @@ impl Demo {
 }
 
 /// A virtual board's run from last time makes room for the new one.
-pub(super) fn replace(file: &Path) -> Result<(), Failure> {
+pub(super) fn replace(file: &Path, outputs: &Outputs) -> Result<(), Failure> {
+    outputs.may_replace(file, None)?;
     match std::fs::remove_file(file) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::device(
             format!("cannot replace {}: {error}", file.display()),

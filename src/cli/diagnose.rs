@@ -8,7 +8,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::diagnose_text::show;
 use super::findings::check_and_say;
 use super::motor_choice::MotorChoice;
-use super::picture::write_file;
+use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::check::{Finding, is_fatal};
 use crate::diagnose::{
@@ -49,6 +49,8 @@ pub struct Diagnose {
     /// Write everything as one HTML file that needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Where the nominal model comes from.
@@ -62,6 +64,9 @@ enum Nominal {
 
 impl Diagnose {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let runs = self.runs.iter().chain(&self.hold_out);
+        let outputs = (self.force).outputs("diagnose", runs.chain(self.motor.file()));
+        outputs.check(self.html.iter().chain(&self.model_out))?;
         let mut motor = self.motor.motor(output)?;
         let runs = read(&self.runs, output)?;
         let held_out = read(&self.hold_out, output)?;
@@ -93,14 +98,12 @@ impl Diagnose {
             diagnosis.probability = diagnosis.probability.min(DESPITE_FINDINGS);
         }
         if let Some(path) = &self.model_out {
-            write_file(path, &diagnosis.model.to_toml())?;
-            output.message(&format!("wrote {}", path.display()));
+            outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }
         if let Some(path) = &self.html {
             let title = format!("What makes the gap ({})", self.motor.words());
             let page = page(&diagnosis, &runs, &motor, &title).map_err(Failure::input)?;
-            write_file(path, &page)?;
-            output.message(&format!("wrote {}", path.display()));
+            outputs.write(path, &page, Form::Markup, output)?;
         }
         if output.json {
             output.document(&diagnosis)?;

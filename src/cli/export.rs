@@ -1,11 +1,12 @@
 //! `motorlab export`: a motor or a run in other programs' formats.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::export_run::RunFile;
+use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::export::{json, mat5, matlab, mujoco, urdf};
 use crate::motor::{Motor, read_motor};
@@ -58,6 +59,8 @@ struct Matlab {
     /// Folder for the files.
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     output: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// A MuJoCo model (MJCF): a hinge with armature, damping and frictionloss, and a general actuator in volts.
@@ -86,6 +89,8 @@ struct Json {
     /// File to write; without it the document goes to standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Which motor.
@@ -105,6 +110,8 @@ struct Target {
     /// Leave out effects that the format cannot express, and name them in the file's comment.
     #[arg(long)]
     leave_out: bool,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl MotorFile {
@@ -121,6 +128,8 @@ impl MotorFile {
 
 impl Matlab {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let inputs = self.runs.iter().chain(&self.motor.motor);
+        let outputs = self.force.outputs("export", inputs);
         let motor = self.motor.read(output)?;
         let runs = self.read_runs(output)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
@@ -137,9 +146,11 @@ impl Matlab {
             }
             files.push(file);
         }
-        write(&files[0], matlab::script(&motor).as_bytes())?;
+        outputs.check(&files)?;
+        outputs.write_silently(&files[0], &matlab::script(&motor), Form::Matlab)?;
         for (file, run) in files[1..].iter().zip(&runs) {
-            write(file, &mat5::of_run(run).map_err(Failure::input)?)?;
+            let content = mat5::of_run(run).map_err(Failure::input)?;
+            outputs.write_bytes(file, &content, None)?;
         }
         wrote("matlab", &files, output)
     }
@@ -162,7 +173,7 @@ impl Mujoco {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let motor = self.motor.read(output)?;
         let model = mujoco::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("mujoco", &model, output)
+        self.target.write("mujoco", &self.motor, &model, output)
     }
 }
 
@@ -170,7 +181,7 @@ impl Urdf {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let motor = self.motor.read(output)?;
         let model = urdf::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("urdf", &model, output)
+        self.target.write("urdf", &self.motor, &model, output)
     }
 }
 
@@ -182,16 +193,24 @@ impl Json {
             return Ok(Status::Done);
         };
         let text = serde_json::to_string_pretty(&document).map_err(Failure::input)?;
-        write(path, format!("{text}\n").as_bytes())?;
+        let outputs = self.force.outputs("export", &self.motor.motor);
+        outputs.write_silently(path, &text, Form::Json)?;
         wrote("json", std::slice::from_ref(path), output)
     }
 }
 
 impl Target {
-    fn write(&self, format: &str, model: &str, output: &Output) -> Result<Status, Failure> {
+    fn write(
+        &self,
+        format: &str,
+        motor: &MotorFile,
+        model: &str,
+        output: &Output,
+    ) -> Result<Status, Failure> {
         match &self.output {
             Some(path) => {
-                write(path, model.as_bytes())?;
+                let outputs = self.force.outputs("export", &motor.motor);
+                outputs.write_silently(path, model, Form::Markup)?;
                 wrote(format, std::slice::from_ref(path), output)
             }
             None if output.json => {
@@ -209,12 +228,6 @@ impl Target {
             }
         }
     }
-}
-
-/// Writes a file that was asked for by name; an existing one is replaced.
-fn write(path: &Path, content: &[u8]) -> Result<(), Failure> {
-    std::fs::write(path, content)
-        .map_err(|error| Failure::device(format!("cannot write {}: {error}", path.display())))
 }
 
 /// Says which files have been written.

@@ -1,9 +1,10 @@
 //! `motorlab export parquet` and `export mcap`: a run for programs that plot and analyse.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
+use super::output_file::Force;
 use super::{Failure, Output};
 use crate::recording::{Run, read_run};
 
@@ -15,15 +16,16 @@ pub(super) struct RunFile {
     /// File to write. [default: the run's name with the format's ending]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl RunFile {
     /// Writes the run as a Parquet file.
     #[cfg(feature = "parquet")]
     pub(super) fn parquet(&self, output: &Output) -> Result<PathBuf, Failure> {
-        self.write(output, "parquet", |run, path| {
-            let file = std::fs::File::create(path).map_err(|error| error.to_string())?;
-            crate::export::parquet::write_run(run, file).map_err(|error| error.to_string())
+        self.write(output, "parquet", |run, content| {
+            crate::export::parquet::write_run(run, content).map_err(|error| error.to_string())
         })
     }
 
@@ -36,10 +38,9 @@ impl RunFile {
     /// Writes the run as an MCAP file.
     #[cfg(feature = "mcap")]
     pub(super) fn mcap(&self, output: &Output) -> Result<PathBuf, Failure> {
-        self.write(output, "mcap", |run, path| {
-            let file = std::fs::File::create(path).map_err(|error| error.to_string())?;
-            let file = std::io::BufWriter::new(file);
-            crate::export::mcap::write_run(run, file).map_err(|error| error.to_string())
+        self.write(output, "mcap", |run, content| {
+            let sink = std::io::Cursor::new(content);
+            crate::export::mcap::write_run(run, sink).map_err(|error| error.to_string())
         })
     }
 
@@ -53,17 +54,21 @@ impl RunFile {
         &self,
         output: &Output,
         ending: &str,
-        write: impl Fn(&Run, &Path) -> Result<(), String>,
+        write: impl Fn(&Run, &mut Vec<u8>) -> Result<(), String>,
     ) -> Result<PathBuf, Failure> {
+        let path = self.output.clone();
+        let path = path.unwrap_or_else(|| self.run.with_extension(ending));
+        let outputs = self.force.outputs("export", [&self.run]);
+        outputs.check([&path])?;
         let (run, notes) = read_run(&self.run).map_err(Failure::input)?;
         for note in notes {
             output.message(&format!("{}: {note}", self.run.display()));
         }
-        let path = self.output.clone();
-        let path = path.unwrap_or_else(|| self.run.with_extension(ending));
-        write(&run, &path).map_err(|error| {
+        let mut content = Vec::new();
+        write(&run, &mut content).map_err(|error| {
             Failure::device(format!("cannot write {}: {error}", path.display()))
         })?;
+        outputs.write_bytes(&path, &content, None)?;
         Ok(path)
     }
 }

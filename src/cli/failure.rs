@@ -2,7 +2,17 @@
 
 use std::error::Error;
 use std::fmt;
+use std::path::Path;
 use std::process::ExitCode;
+
+use serde_json::{Value, json};
+
+use crate::motor::MotorFileError;
+use crate::recording::{ReadError, WriteError};
+use crate::report::plain::clipped;
+
+/// Characters of an error and of each cause that are shown: some lines of a terminal.
+const MOST_CHARACTERS: usize = 1200;
 
 /// Exit status of the command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +38,8 @@ impl From<Status> for ExitCode {
 pub struct Failure {
     /// Exit status.
     pub status: Status,
+    kind: &'static str,
+    file: Option<String>,
     error: Box<dyn Error + Send + Sync>,
 }
 
@@ -36,6 +48,8 @@ impl Failure {
     pub fn input(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self {
             status: Status::BadInput,
+            kind: "bad_input",
+            file: None,
             error: error.into(),
         }
     }
@@ -44,21 +58,74 @@ impl Failure {
     pub fn device(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
         Self {
             status: Status::DeviceFailed,
+            kind: "device_failed",
+            file: None,
             error: error.into(),
         }
+    }
+
+    /// With another kind than the exit status has by itself.
+    pub(super) fn of_kind(self, kind: &'static str) -> Self {
+        Self { kind, ..self }
+    }
+
+    /// With the file that it is about.
+    pub(super) fn at(self, path: &Path) -> Self {
+        let file = Some(path.display().to_string());
+        Self { file, ..self }
+    }
+
+    /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. File and row are
+    /// null where it is about none; the remedy is null where the message has no part of its own for it.
+    pub(super) fn document(&self) -> Value {
+        let said = self.to_string();
+        let message = said.strip_prefix("error: ").unwrap_or(&said);
+        let place = self.place();
+        // Every message says what is wrong, then, after a semicolon, what to do.
+        let remedy = message.rsplit_once("; ").map(|(_, remedy)| remedy);
+        json!({ "error": {
+            "kind": self.kind,
+            "message": message,
+            "file": self.file.clone().or(place.0),
+            "row": place.1,
+            "remedy": remedy,
+        }})
+    }
+
+    /// File and line of the first error of the chain that knows them.
+    fn place(&self) -> (Option<String>, Option<u64>) {
+        let mut next: Option<&(dyn Error + 'static)> = Some(self.error.as_ref());
+        while let Some(error) = next {
+            if let Some(read) = error.downcast_ref::<ReadError>() {
+                return (Some(read.file.clone()), read.problem.row());
+            }
+            if let Some(MotorFileError::Io { path, .. }) = error.downcast_ref() {
+                return (Some(path.display().to_string()), None);
+            }
+            if let Some(
+                WriteError::Create { path, .. }
+                | WriteError::Append { path, .. }
+                | WriteError::Vanished { path, .. },
+            ) = error.downcast_ref()
+            {
+                return (Some(path.display().to_string()), None);
+            }
+            next = error.source();
+        }
+        (None, None)
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut said = self.error.to_string();
-        write!(f, "error: {said}")?;
+        write!(f, "error: {}", clipped(&said, MOST_CHARACTERS))?;
         let mut cause = self.error.source();
         while let Some(error) = cause {
             // Many an error has its cause in its own words.
             let because = error.to_string();
             if !said.contains(&because) {
-                write!(f, "\n  because: {because}")?;
+                write!(f, "\n  because: {}", clipped(&because, MOST_CHARACTERS))?;
                 said.push_str(&because);
             }
             cause = error.source();

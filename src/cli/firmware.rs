@@ -8,6 +8,7 @@ use clap::Args;
 use firmware_protocol::sketch;
 use serde_json::json;
 
+use super::output_file::whole;
 use super::{Failure, Output, Status};
 
 /// Write the Arduino sketch for the board into a folder; open it there in the Arduino IDE.
@@ -62,7 +63,7 @@ pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failur
     }
     for (name, text) in sketch::FILES {
         let path = sketch.join(name);
-        fs::write(&path, text).map_err(|error| failed(&path, error))?;
+        whole(&path, text.as_bytes()).map_err(|error| failed(&path, error))?;
     }
     Ok(sketch)
 }

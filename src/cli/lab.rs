@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::demo::replace;
-use super::picture::write_file;
+use super::output_file::{Force, Form, Outputs};
 use super::signals::StopSignal;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
@@ -37,11 +37,15 @@ pub struct Lab {
     /// Folder for the page, drawings and tables.
     #[arg(short, long, value_name = "DIR", default_value = "lab")]
     output: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// The handout's sample times in us, with the names of the virtual board's runs.
 const SAMPLE_TIMES: [(u32, &str); 2] =
     [(30_000, "virtual-step30.csv"), (3_000, "virtual-step3.csv")];
+/// The results as JSON, which say for the tables beside them who wrote them.
+const WITNESS: &str = "lab.json";
 /// How long the virtual board is recorded in s: rest, step and a good second of steady speed.
 const DURATION_S: f64 = 1.8;
 /// Size of the drawings of recordings.
@@ -52,6 +56,9 @@ const RECORDED: Size = Size {
 
 impl Lab {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = (self.force).outputs("lab", self.runs.iter().chain(&self.motor));
+        outputs.may_replace(&self.output.join("index.html"), None)?;
+        outputs.may_replace(&self.output.join(WITNESS), None)?;
         let motor = match &self.motor {
             Some(path) => read_motor(path).map_err(Failure::input)?,
             None => {
@@ -67,13 +74,13 @@ impl Lab {
             .enable_all()
             .build()
             .map_err(Failure::device)?;
-        let worked = runtime.block_on(self.work(motor, output));
+        let worked = runtime.block_on(self.work(motor, &outputs, output));
         runtime.shutdown_background();
         let Some(lab) = worked? else {
             output.message("stopped; the runs recorded so far are whole");
             return Ok(Status::FellShort);
         };
-        let files = self.write(&lab)?;
+        let files = self.write(&lab, &outputs)?;
         self.show(&lab, &files, output)?;
         let lost = lab
             .part_3
@@ -104,10 +111,15 @@ impl Lab {
     }
 
     /// Records where nothing was given, and computes; `None` after Ctrl-C.
-    async fn work(&self, motor: Motor, output: &Output) -> Result<Option<Handout>, Failure> {
+    async fn work(
+        &self,
+        motor: Motor,
+        outputs: &Outputs,
+        output: &Output,
+    ) -> Result<Option<Handout>, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
         let (paths, source) = if self.runs.is_empty() {
-            match self.record_all(&stop, output).await? {
+            match self.record_all(&stop, outputs, output).await? {
                 Some(paths) => (paths, Source::VirtualBoard(self.virtual_board())),
                 None => return Ok(None),
             }
@@ -139,18 +151,20 @@ impl Lab {
     async fn record_all(
         &self,
         stop: &StopSignal,
+        outputs: &Outputs,
         output: &Output,
     ) -> Result<Option<Vec<PathBuf>>, Failure> {
         let board = self.virtual_board();
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {
             let file = self.output.join(name);
-            replace(&file)?;
+            replace(&file, outputs)?;
             output.message(&format!(
                 "no --run: recording {} from a virtual board",
                 file.display()
             ));
             let order = Order {
+                command: "lab",
                 board: &board,
                 sample_time_us,
                 profile: "step",
@@ -166,11 +180,9 @@ impl Lab {
     }
 
     /// Writes the page and the same as SVG, CSV and JSON; the paths, the page first.
-    fn write(&self, lab: &Handout) -> Result<Vec<PathBuf>, Failure> {
-        let mut files = Files::new(&self.output);
+    fn write(&self, lab: &Handout, outputs: &Outputs) -> Result<Vec<PathBuf>, Failure> {
+        let mut files = Files::new(&self.output, outputs);
         files.text("index.html", &page::page(lab))?;
-        let json = serde_json::to_string_pretty(lab).map_err(Failure::input)?;
-        files.text("lab.json", &json)?;
         files.text("part1.csv", &columns::step_responses(lab))?;
         files.drawing("part1.svg", &page::step_responses(lab), page::TALL)?;
         for sampled in &lab.part_2.responses {
@@ -188,6 +200,9 @@ impl Lab {
             let gaps = page::residuals(recorded);
             files.drawing(&format!("{name}-gaps.svg"), &gaps, Size::SMALL)?;
         }
+        // Last: until then, the one of an earlier time says whose the tables are.
+        let json = serde_json::to_string_pretty(lab).map_err(Failure::input)?;
+        files.text(WITNESS, &json)?;
         Ok(files.written)
     }
 
@@ -229,13 +244,15 @@ fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)
 
 /// Files written into one folder; those of an earlier time are replaced.
 struct Files<'a> {
+    outputs: &'a Outputs,
     folder: &'a Path,
     written: Vec<PathBuf>,
 }
 
 impl<'a> Files<'a> {
-    fn new(folder: &'a Path) -> Self {
+    fn new(folder: &'a Path, outputs: &'a Outputs) -> Self {
         Self {
+            outputs,
             folder,
             written: Vec::new(),
         }
@@ -243,7 +260,16 @@ impl<'a> Files<'a> {
 
     fn text(&mut self, name: &str, text: &str) -> Result<(), Failure> {
         let path = self.folder.join(name);
-        write_file(&path, text)?;
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("json") => self.outputs.write_silently(&path, text, Form::Json)?,
+            Some("html" | "svg") => self.outputs.write_silently(&path, text, Form::Markup)?,
+            // A table has no comments: the results beside it say who wrote them all.
+            _ => {
+                let witness = self.folder.join(WITNESS);
+                self.outputs
+                    .write_bytes(&path, text.as_bytes(), Some(&witness))?;
+            }
+        }
         self.written.push(path);
         Ok(())
     }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, CommandFactory};
 
+use super::output_file::{Force, Form};
 use super::{CommandLine, Failure, Output, Status};
 
 /// Write a manual page for motorlab and each of its subcommands into a folder.
@@ -12,6 +13,8 @@ use super::{CommandLine, Failure, Output, Status};
 pub struct Man {
     /// The folder; it is made where it is missing.
     folder: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl Man {
@@ -23,7 +26,20 @@ impl Man {
             ))
         };
         std::fs::create_dir_all(&self.folder).map_err(failed)?;
-        clap_mangen::generate_to(CommandLine::command(), &self.folder).map_err(failed)?;
+        let outputs = self.force.outputs("man", []);
+        let made = tempfile::tempdir().map_err(failed)?;
+        clap_mangen::generate_to(CommandLine::command(), made.path()).map_err(failed)?;
+        let mut pages = Vec::new();
+        for entry in std::fs::read_dir(made.path()).map_err(failed)? {
+            let entry = entry.map_err(failed)?;
+            let target = self.folder.join(entry.file_name());
+            outputs.may_replace(&target, None)?;
+            let page = std::fs::read_to_string(entry.path()).map_err(failed)?;
+            pages.push((target, page));
+        }
+        for (target, page) in &pages {
+            outputs.write_silently(target, page, Form::Roff)?;
+        }
         output.message(&format!("wrote manual pages to {}", self.folder.display()));
         Ok(Status::Done)
     }

@@ -26,6 +26,7 @@ mod lab;
 mod live;
 mod man;
 mod motor_choice;
+mod output_file;
 mod picture;
 mod ports;
 mod progress;
@@ -43,6 +44,8 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 
 pub use failure::{Failure, Status};
+
+use crate::report::plain::plain;
 
 /// Record a DC motor over serial, simulate it, compare the two, and say which effect explains the gap.
 #[derive(Debug, Parser)]
@@ -94,11 +97,21 @@ impl Output {
     /// The JSON document, on standard output.
     pub fn document(&self, document: &impl serde::Serialize) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
-        self.line(&text)
+        self.write(&text)
     }
 
-    /// Text and a line end, on standard output.
+    /// Text for people and a line end, on standard output. What a file or a device put into it cannot steer the
+    /// terminal, but for the colours of a picture.
     pub fn line(&self, text: &str) -> Result<(), Failure> {
+        self.write(&plain(text))
+    }
+
+    /// A picture that this program drew, colours included.
+    pub fn picture(&self, text: &str) -> Result<(), Failure> {
+        self.write(text)
+    }
+
+    fn write(&self, text: &str) -> Result<(), Failure> {
         let mut output = io::stdout().lock();
         match writeln!(output, "{text}").and_then(|()| output.flush()) {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Failure::device(error)),
@@ -109,19 +122,44 @@ impl Output {
     /// A message for people, on standard error; one that cannot be said is not. What a file or a device
     /// put into it cannot steer the terminal.
     pub fn message(&self, text: &str) {
-        let harmless = |c: char| {
-            if c.is_control() && !matches!(c, '\n' | '\t') {
-                '\u{FFFD}'
-            } else {
-                c
-            }
-        };
-        let text: String = text.chars().map(harmless).collect();
-        let _ = writeln!(io::stderr().lock(), "{text}");
+        let _ = writeln!(io::stderr().lock(), "{}", plain(text));
+    }
+}
+
+impl Output {
+    /// With `--json`, the failure as a document; a reader that has gone does not want it.
+    fn failed(&self, failure: &Failure) {
+        if self.json {
+            let _ = self.document(&failure.document());
+        }
     }
 }
 
 impl CommandLine {
+    /// Parses the arguments of this process and runs the subcommand. Wrong use is said as any other failure.
+    pub fn run_arguments() -> ExitCode {
+        let wrong = match Self::try_parse() {
+            Ok(line) => return line.run(),
+            Err(wrong) => wrong,
+        };
+        let json = std::env::args_os()
+            .skip(1)
+            .take_while(|argument| argument != "--")
+            .any(|argument| argument == "--json");
+        if !wrong.use_stderr() {
+            // Help and version, which were asked for.
+            let _ = wrong.print();
+            return Status::Done.into();
+        }
+        let output = Output { json };
+        let text = wrong.to_string();
+        let failure = Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
+            .of_kind("wrong_use");
+        output.message(&failure.to_string());
+        output.failed(&failure);
+        Status::BadInput.into()
+    }
+
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
     pub fn run(self) -> ExitCode {
         let output = Output { json: self.json };
@@ -149,6 +187,7 @@ impl CommandLine {
             Ok(status) => status.into(),
             Err(failure) => {
                 output.message(&failure.to_string());
+                output.failed(&failure);
                 failure.status.into()
             }
         }

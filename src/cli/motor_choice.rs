@@ -34,6 +34,11 @@ enum Order {
 }
 
 impl MotorChoice {
+    /// The motor file, where one is named.
+    pub(super) fn file(&self) -> Option<&PathBuf> {
+        self.motor.as_ref()
+    }
+
     /// The motor with the friction asked for left out.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
         let mut motor = match &self.motor {

@@ -1,9 +1,7 @@
 //! Pictures on the terminal and in files, in the same words for every subcommand.
 
 use std::io::IsTerminal;
-use std::path::Path;
 
-use super::Failure;
 use crate::report::{Panel, terminal};
 
 /// A panel as text, as wide as the terminal (80 columns where there is none), for standard output.
@@ -22,10 +20,4 @@ pub(super) fn on_terminal(panel: &Panel, x_label: &str) -> String {
     let columns = measured.or(columns).unwrap_or(80).clamp(40, 120);
     let colours = stdout.is_terminal() && std::env::var_os("NO_COLOR").is_none();
     terminal::plot(panel, x_label, columns, 20, colours)
-}
-
-/// Writes a file that was asked for by name; an existing one is replaced, as with any `--html FILE`.
-pub(super) fn write_file(path: &Path, content: &str) -> Result<(), Failure> {
-    std::fs::write(path, content)
-        .map_err(|error| Failure::device(format!("cannot write {}: {error}", path.display())))
 }

@@ -7,7 +7,8 @@ use clap::Args;
 use serde::Serialize;
 
 use super::motor_choice::MotorChoice;
-use super::picture::{on_terminal, write_file};
+use super::output_file::{Force, Form};
+use super::picture::on_terminal;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
@@ -44,6 +45,8 @@ pub struct Simulate {
     /// Write the picture as SVG.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// What the profile commands.
@@ -79,6 +82,8 @@ const MOST_SAMPLES: f64 = 5e7;
 
 impl Simulate {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = self.force.outputs("simulate", self.motor.file());
+        outputs.check(&self.svg)?;
         let motor = self.motor.motor(output)?;
         let run = self.commanded(&motor)?;
         let drive = Drive {
@@ -108,8 +113,12 @@ impl Simulate {
         }
         let figure = self.figure(&run, &trajectory);
         if let Some(path) = &self.svg {
-            write_file(path, &svg::document(&figure, Size::PAGE))?;
-            output.message(&format!("wrote {}", path.display()));
+            outputs.write(
+                path,
+                &svg::document(&figure, Size::PAGE),
+                Form::Markup,
+                output,
+            )?;
         }
         let steady = trajectory.speed_rad_s.last().copied().unwrap_or(0.0);
         if output.json {
@@ -129,7 +138,7 @@ impl Simulate {
             })?;
         } else {
             for panel in &figure.panels[..1] {
-                output.line(&on_terminal(panel, &figure.x_label))?;
+                output.picture(&on_terminal(panel, &figure.x_label))?;
             }
             output.line(&format!(
                 "{}: {:.3} RPM ({:.4} rad/s) at the end; one count in one sample is {:.2} RPM",

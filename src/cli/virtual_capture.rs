@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::Failure;
 use super::capture::capture_failure;
+use super::output_file::mark;
 use super::signals::StopSignal;
 use super::virtual_spec::VirtualSpec;
 use crate::board::{Board, BoardOptions, Profile};
@@ -13,6 +14,8 @@ use crate::recording::{CaptureRequest, Captured, Ending, SharedLive, capture};
 /// What to record, besides the board.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order<'a> {
+    /// The subcommand that records: the run says so, and the same one may replace it.
+    pub command: &'static str,
     /// What stands after `virtual:`.
     pub board: &'a str,
     /// Sample time in us.
@@ -52,7 +55,7 @@ pub(super) async fn record(
         output: order.output.to_owned(),
         port: format!("virtual:{}", order.board),
         usb: None,
-        further: toml::Table::new(),
+        further: toml::Table::from_iter([("written_by".to_owned(), mark(order.command).into())]),
     };
     let live = SharedLive::default();
     let captured = capture(&mut board, &request, &live, stop.asked()).await;

@@ -43,7 +43,7 @@ const MOST_DOUBLES: usize = (i32::MAX as usize - 4096) / 8;
 impl Default for MatFile {
     fn default() -> Self {
         let mut text = format!(
-            "MATLAB 5.0 MAT-file, written by motorlab {}",
+            "MATLAB 5.0 MAT-file, written by motorlab export, {}",
             env!("CARGO_PKG_VERSION")
         )
         .into_bytes();

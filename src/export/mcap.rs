@@ -23,7 +23,11 @@ pub const TOPIC: &str = "/motor";
 /// # Errors
 /// `sink` fails.
 pub fn write_run(run: &Run, sink: impl Write + Seek) -> Result<(), McapError> {
-    let options = WriteOptions::new().library(concat!("motorlab ", env!("CARGO_PKG_VERSION")));
+    let options = WriteOptions::new().library(concat!(
+        "motorlab ",
+        env!("CARGO_PKG_VERSION"),
+        ", written by motorlab export"
+    ));
     let mut writer = options.create(sink)?;
     let schema = schema(run).to_string();
     let schema = writer.add_schema("motorlab.Sample", "jsonschema", schema.as_bytes())?;

@@ -43,10 +43,14 @@ pub fn write_run(run: &Run, sink: impl Write + Send) -> Result<(), ParquetError>
         .with_fields(fields)
         .build()?;
     let header = KeyValue::new(RUN_FORMAT.to_owned(), run.header.to_string());
+    let writer = KeyValue::new(
+        "written_by".to_owned(),
+        "written by motorlab export".to_owned(),
+    );
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
         .set_created_by(concat!("motorlab ", env!("CARGO_PKG_VERSION")).to_owned())
-        .set_key_value_metadata(Some(vec![header]))
+        .set_key_value_metadata(Some(vec![header, writer]))
         .build();
     let mut writer = SerializedFileWriter::new(sink, Arc::new(schema), Arc::new(properties))?;
     for from in (0..run.len()).step_by(GROUP_ROWS) {

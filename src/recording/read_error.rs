@@ -132,6 +132,21 @@ pub enum ReadProblem {
     Empty,
 }
 
+impl ReadProblem {
+    /// Line of the file, where the problem has one.
+    pub fn row(&self) -> Option<u64> {
+        match self {
+            Self::HeaderToml { line, .. } => Some(*line as u64),
+            Self::MissingColumn { line, .. } | Self::ColumnTwice { line, .. } => Some(*line),
+            Self::CellCount { row, .. }
+            | Self::BadCell { row, .. }
+            | Self::TimeNotRising { row, .. }
+            | Self::TimeJumps { row, .. } => Some(*row),
+            _ => None,
+        }
+    }
+}
+
 /// Something that a reader of the run ought to know, though the run could be read.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReadNote {

@@ -2,9 +2,11 @@
 
 use std::borrow::Cow;
 
-/// The text with `& < > " '` as entities and control characters, which XML forbids, as `�`.
+use super::plain::is_harmful;
+
+/// The text with `& < > " '` as entities and what steers, hides or turns text as `�`.
 pub fn escaped(text: &str) -> Cow<'_, str> {
-    let harmful = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || forbidden(c);
+    let harmful = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || is_harmful(c);
     if !text.contains(harmful) {
         return Cow::Borrowed(text);
     }
@@ -16,15 +18,11 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            c if forbidden(c) => out.push('\u{FFFD}'),
+            c if is_harmful(c) => out.push('\u{FFFD}'),
             c => out.push(c),
         }
     }
     Cow::Owned(out)
-}
-
-fn forbidden(c: char) -> bool {
-    (c.is_control() && !matches!(c, '\n' | '\t')) || matches!(c, '\u{FFFE}' | '\u{FFFF}')
 }
 
 #[cfg(test)]

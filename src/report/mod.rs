@@ -11,6 +11,7 @@ pub mod figure;
 mod html;
 mod matrix;
 pub mod number;
+pub mod plain;
 pub mod svg;
 pub mod table;
 pub mod terminal;

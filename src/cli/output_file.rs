@@ -1,0 +1,249 @@
+//! Files that are written because somebody named them: whole or not at all, and never over anything else.
+//!
+//! A file goes to a temporary one beside it, is synced, and is renamed. One that is there already is replaced
+//! only if the same subcommand wrote it, which it says in a comment of its own format, or with `--force`.
+
+use std::fs::{self, File, Metadata};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::{Failure, Output};
+
+/// Bytes at the head of a file in which a mark is looked for: more than any format's own header.
+const HEAD_BYTES: u64 = 4096;
+/// Bytes at the end of a file in which a mark is looked for: more than a Parquet file's footer.
+const TAIL_BYTES: u64 = 65_536;
+
+/// `--force`, in the same words for every subcommand that writes such files.
+#[derive(Debug, Clone, Copy, Args)]
+pub(super) struct Force {
+    /// Replace output files that this command did not write (inputs and links never).
+    #[arg(long)]
+    force: bool,
+}
+
+/// Comments in which a format can say who wrote the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// HTML, SVG, XML and Markdown.
+    Markup,
+    /// TOML.
+    Toml,
+    /// MATLAB.
+    Matlab,
+    /// A manual page.
+    Roff,
+    /// One JSON object: a key `written_by`.
+    Json,
+}
+
+/// The output files of one call.
+#[derive(Debug)]
+pub(super) struct Outputs {
+    mark: String,
+    force: bool,
+    inputs: Vec<PathBuf>,
+}
+
+/// What a file says inside of who wrote it.
+pub(super) fn mark(command: &str) -> String {
+    format!("written by motorlab {command}")
+}
+
+impl Force {
+    /// The output files of a call of `command` that reads `inputs`.
+    pub(super) fn outputs<'a>(
+        self,
+        command: &str,
+        inputs: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Outputs {
+        Outputs {
+            mark: mark(command),
+            force: self.force,
+            inputs: inputs.into_iter().cloned().collect(),
+        }
+    }
+}
+
+impl Outputs {
+    /// Refuses before the work what could not be written after it.
+    ///
+    /// # Errors
+    /// A file that must stay, a folder that is not there or cannot be written, or one name for two files.
+    pub(super) fn check<'a>(
+        &self,
+        paths: impl IntoIterator<Item = &'a PathBuf>,
+    ) -> Result<(), Failure> {
+        let mut seen: Vec<&PathBuf> = Vec::new();
+        for path in paths {
+            if seen.contains(&path) {
+                return Err(refused(path, "is named for two outputs; name two files"));
+            }
+            self.may_replace(path, None)?;
+            tempfile::Builder::new()
+                .tempfile_in(folder_of(path))
+                .map_err(|error| cannot(path, &error))?;
+            seen.push(path);
+        }
+        Ok(())
+    }
+
+    /// Refuses to replace a file that is no earlier output. `witness` is a file of the same folder that can bear
+    /// the mark for one whose format has no place for it.
+    pub(super) fn may_replace(&self, path: &Path, witness: Option<&Path>) -> Result<(), Failure> {
+        let found = match fs::symlink_metadata(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+            Err(error) => return Err(cannot(path, &error)),
+            Ok(found) => found,
+        };
+        if found.is_symlink() {
+            return Err(refused(
+                path,
+                "is a link, and nothing is written through one; name a file",
+            ));
+        }
+        if !found.is_file() {
+            return Err(refused(
+                path,
+                "is no ordinary file and cannot be replaced by one; name a file",
+            ));
+        }
+        if (self.inputs.iter()).any(|input| is_same(input, path, &found)) {
+            return Err(refused(
+                path,
+                "is an input of this call and stays as it is; name another file",
+            ));
+        }
+        let bears = |path: &Path| bears_mark(path, self.mark.as_bytes());
+        if self.force || bears(path).map_err(|error| cannot(path, &error))? {
+            return Ok(());
+        }
+        if witness.is_some_and(|witness| bears(witness).unwrap_or(false)) {
+            return Ok(());
+        }
+        let why = format!(
+            "exists and does not say that it was {}; name another file, or --force replaces it",
+            self.mark
+        );
+        Err(refused(path, &why))
+    }
+
+    /// Writes a file with its mark, and says so.
+    pub(super) fn write(
+        &self,
+        path: &Path,
+        content: &str,
+        form: Form,
+        output: &Output,
+    ) -> Result<(), Failure> {
+        self.write_silently(path, content, form)?;
+        output.message(&format!("wrote {}", path.display()));
+        Ok(())
+    }
+
+    /// Writes a file with its mark.
+    pub(super) fn write_silently(
+        &self,
+        path: &Path,
+        content: &str,
+        form: Form,
+    ) -> Result<(), Failure> {
+        self.write_bytes(path, self.marked(content, form)?.as_bytes(), None)
+    }
+
+    /// Writes a file whose writer put the mark into it, or which `witness` stands for.
+    pub(super) fn write_bytes(
+        &self,
+        path: &Path,
+        content: &[u8],
+        witness: Option<&Path>,
+    ) -> Result<(), Failure> {
+        self.may_replace(path, witness)?;
+        whole(path, content).map_err(|error| cannot(path, &error))
+    }
+
+    fn marked(&self, content: &str, form: Form) -> Result<String, Failure> {
+        let body = content.trim_end();
+        let mark = &self.mark;
+        Ok(match form {
+            Form::Markup => format!("{body}\n<!-- {mark} -->\n"),
+            Form::Toml => format!("{body}\n# {mark}\n"),
+            Form::Matlab => format!("{body}\n% {mark}\n"),
+            Form::Roff => format!("{body}\n.\\\" {mark}\n"),
+            Form::Json => {
+                let mut document: serde_json::Value =
+                    serde_json::from_str(content).map_err(Failure::input)?;
+                if let Some(object) = document.as_object_mut() {
+                    object.insert("written_by".to_owned(), mark.clone().into());
+                }
+                serde_json::to_string_pretty(&document).map_err(Failure::input)? + "\n"
+            }
+        })
+    }
+}
+
+/// Puts a whole file in its place: what was there stays until the new one is on the disk.
+pub(super) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".motorlab-");
+    // As for any new file: the process's mask takes away what others may not do.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut part = builder.tempfile_in(folder_of(path))?;
+    part.write_all(content)?;
+    part.as_file().sync_all()?;
+    part.persist(path)?;
+    Ok(())
+}
+
+/// The folder that a file lies in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    }
+}
+
+/// Whether both names lead to one file, by a link or by another way of writing its path.
+fn is_same(input: &Path, path: &Path, found: &Metadata) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let _ = path;
+        fs::metadata(input)
+            .is_ok_and(|input| (input.dev(), input.ino()) == (found.dev(), found.ino()))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = found;
+        matches!((input.canonicalize(), path.canonicalize()), (Ok(a), Ok(b)) if a == b)
+    }
+}
+
+/// Whether the mark stands at the head or at the end of a file.
+fn bears_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    let mut bytes = Vec::new();
+    (&mut file).take(HEAD_BYTES).read_to_end(&mut bytes)?;
+    file.seek(SeekFrom::Start(length.saturating_sub(TAIL_BYTES)))?;
+    file.take(TAIL_BYTES).read_to_end(&mut bytes)?;
+    Ok(bytes.windows(mark.len()).any(|window| window == mark))
+}
+
+fn refused(path: &Path, why: &str) -> Failure {
+    Failure::input(format!("{} {why}", path.display()))
+        .of_kind("output_refused")
+        .at(path)
+}
+
+fn cannot(path: &Path, error: &io::Error) -> Failure {
+    Failure::device(format!(
+        "cannot write {}: {error}; name a folder that is there and may be written, or make room",
+        path.display()
+    ))
+    .of_kind("cannot_write")
+    .at(path)
+}
