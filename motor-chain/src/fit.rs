@@ -3,6 +3,8 @@
 //! Derivatives are carried through the equations as dual numbers, through the instants of events too (an event's time
 //! depends on the parameters), so they are those of the simulated angle itself, not of a difference scheme.
 
+use std::borrow::Cow;
+
 use rayon::prelude::*;
 
 use crate::catalogue::Stage;
@@ -15,7 +17,7 @@ use crate::scalar::{Dual, Scalar};
 use crate::simulate::{Drive, SimulationError};
 use crate::stages::transmission::ENCODER_SIDE;
 use crate::workspace::{Engines, work_of, work_of_encoders};
-use crate::{Model, Motor, Parameters};
+use crate::{KnownDifferences, Model, Motor, Parameters};
 
 pub use crate::parameter_id::ParameterId;
 pub use crate::workspace::Workspace;
@@ -40,6 +42,7 @@ pub struct Simulator {
     kind: crate::CommandKind,
     model: Model,
     start: (f64, f64),
+    known: KnownDifferences,
 }
 
 impl Simulator {
@@ -50,7 +53,15 @@ impl Simulator {
             kind: drive.kind,
             model,
             start: (0.0, 0.0),
+            known: KnownDifferences::default(),
         })
+    }
+
+    /// The same of a run in which this is known to differ from the motors that are asked for.
+    #[must_use]
+    pub fn knowing(mut self, known: KnownDifferences) -> Self {
+        self.known = known;
+        self
     }
 
     /// The same from an angle (rad) and a speed (rad/s) other than rest at 0: of a recording that begins in motion,
@@ -68,10 +79,11 @@ impl Simulator {
         self
     }
 
-    /// The same with the steps of a run whose drive this one's was cut from.
+    /// The same with the steps, and the known differences, of a run whose drive this one's was cut from.
     #[must_use]
-    pub fn stepping_as(mut self, run: &Self) -> Self {
+    pub fn cut_from(mut self, run: &Self) -> Self {
         self.schedule = self.schedule.stepping_as(&run.schedule);
+        self.known.clone_from(&run.known);
         self
     }
 
@@ -133,8 +145,18 @@ impl Simulator {
         rows.take(motors.len()).try_for_each(finite)
     }
 
+    /// The motor with what is known to differ in this run.
+    fn in_this_run<'a>(&self, motor: &'a Motor) -> Cow<'a, Motor> {
+        if self.known.is_empty() {
+            Cow::Borrowed(motor)
+        } else {
+            Cow::Owned(self.known.applied_to(motor))
+        }
+    }
+
     /// The chain of a motor under this drive.
     fn chain(&self, motor: &Motor) -> Chain<f64> {
+        let motor = &*self.in_this_run(motor);
         Chain::new(
             &motor.parameters,
             &motor.effects,
@@ -184,6 +206,7 @@ impl Simulator {
         columns: &mut [f64],
     ) -> Result<(), SimulationError> {
         let samples = self.samples();
+        let motor = &*self.in_this_run(motor);
         // Numbers are asked for in this order: nominal parameters, then each effect's.
         let mut order = (0..Parameters::KEYS.len()).map(ParameterId::Nominal).chain(
             motor.effects.iter().flat_map(|effect| {
@@ -198,7 +221,8 @@ impl Simulator {
             self.kind,
             |x| {
                 let id = order.next();
-                match ids.iter().position(|wanted| Some(*wanted) == id) {
+                let wanted = ids.iter().position(|wanted| Some(*wanted) == id);
+                match wanted.filter(|k| !self.known.overrides(ids[*k])) {
                     Some(k) => Dual::parameter(x, k),
                     None => Dual::from(x),
                 }

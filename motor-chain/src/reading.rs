@@ -18,6 +18,10 @@ pub(crate) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
     }
 }
 
+/// Most groups in which the edges of one sample are lost or counted; up to so many each edge is a group. At 3 ms that is
+/// a million edges a second, ten times what a board without a hardware decoder counts.
+const MOST_GROUPS: u64 = 4096;
+
 /// A number in 0 .. 1.
 fn uniform(random: &mut Pcg64Mcg) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -78,19 +82,25 @@ impl Encoder {
             self.sensor.unrounded(angle_rad)
         };
         let edge = (unrounded + self.start_fraction).floor() as i64;
-        let steps = edge - self.edge;
+        let steps = edge.saturating_sub(self.edge);
         if self.sensor.faithful() {
-            self.counts += steps;
+            self.counts = self.counts.saturating_add(steps);
         } else {
             let before = self.speed_rad_s;
-            for k in 0..steps.unsigned_abs() {
-                let share = (k as f64 + 0.5) / steps.unsigned_abs() as f64;
+            let passed = steps.unsigned_abs();
+            let group = passed.div_ceil(MOST_GROUPS).max(1);
+            let mut from = 0;
+            while from < passed {
+                let edges = group.min(passed - from);
+                let share = (from as f64 + 0.5 * edges as f64) / passed as f64;
                 let speed = before + share * (speed_rad_s - before);
                 let too_fast = self.sensor.too_fast(speed);
                 let lost = self.sensor.loss > 0.0 && uniform(&mut self.random) < self.sensor.loss;
                 if !too_fast && !lost {
-                    self.counts += steps.signum();
+                    let counted = steps.signum().saturating_mul(edges as i64);
+                    self.counts = self.counts.saturating_add(counted);
                 }
+                from += edges;
             }
         }
         (self.edge, self.speed_rad_s) = (edge, speed_rad_s);

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::findings::check_and_say;
+use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form, Outputs};
 use super::picture::on_terminal;
@@ -26,6 +27,8 @@ pub struct Compare {
     runs: Vec<PathBuf>,
     #[command(flatten)]
     motor: MotorChoice,
+    #[command(flatten)]
+    with: With,
     /// Exit with status 1 where a run's position error is above this many counts RMS.
     #[arg(long, value_name = "COUNTS")]
     fail_above: Option<f64>,
@@ -44,11 +47,14 @@ impl Compare {
         let inputs = self.runs.iter().chain(self.motor.file());
         let outputs = self.force.outputs("compare", inputs);
         outputs.check(self.html.iter().chain(&self.svg))?;
+        self.with
+            .refuse_others(self.runs.iter().map(PathBuf::as_path))?;
         let motor = self.motor.motor(output)?;
         let mut runs = Vec::new();
         let mut overlays = Vec::new();
         for path in &self.runs {
-            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            let (mut run, notes) = read_run(path).map_err(Failure::input)?;
+            self.with.apply(path, &mut run)?;
             let mut overlay = compare(&run, &motor, self.motor.model())
                 .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
             overlay.figures.notes = notes.iter().map(ToString::to_string).collect();

@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::diagnose_text::show;
 use super::findings::check_and_say;
+use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
@@ -20,7 +21,7 @@ use crate::report::diagnosis::page;
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose run.csv --thorough"
+    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --thorough"
 )]
 pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more.
@@ -34,6 +35,8 @@ pub struct Diagnose {
     nominal: Nominal,
     #[command(flatten)]
     motor: MotorChoice,
+    #[command(flatten)]
+    with: With,
     /// Search to the end. Else the search for what explains a voltage-driven motor ends at a limit of work, which keeps 99 in
     /// 100 diagnoses of three runs of together 6500 samples within 2 s on two cores, and says so: some sets of two and three
     /// effects are not found then. Recordings of fewer than 4000 samples have no limit.
@@ -68,8 +71,10 @@ impl Diagnose {
         let outputs = (self.force).outputs("diagnose", runs.chain(self.motor.file()));
         outputs.check(self.html.iter().chain(&self.model_out))?;
         let mut motor = self.motor.motor(output)?;
-        let runs = read(&self.runs, output)?;
-        let held_out = read(&self.hold_out, output)?;
+        let named = self.runs.iter().chain(&self.hold_out);
+        self.with.refuse_others(named.map(PathBuf::as_path))?;
+        let runs = read(&self.runs, &self.with, output)?;
+        let held_out = read(&self.hold_out, &self.with, output)?;
         let all: Vec<Run> = runs.iter().chain(&held_out).cloned().collect();
         let findings = check_and_say(&all, self.motor.is_given().then_some(&motor), output);
         let is_bad = is_fatal(&findings);
@@ -157,10 +162,11 @@ fn bad_recording(findings: Vec<Finding>, output: &Output) -> Result<Status, Fail
 }
 
 /// Reads run files; notes go to standard error.
-fn read(paths: &[PathBuf], output: &Output) -> Result<Vec<Run>, Failure> {
+fn read(paths: &[PathBuf], with: &With, output: &Output) -> Result<Vec<Run>, Failure> {
     let mut runs = Vec::new();
     for path in paths {
-        let (run, notes) = read_run(path).map_err(Failure::input)?;
+        let (mut run, notes) = read_run(path).map_err(Failure::input)?;
+        with.apply(path, &mut run)?;
         for note in notes {
             output.message(&format!("{}: {note}", path.display()));
         }

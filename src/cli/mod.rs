@@ -22,6 +22,7 @@ mod findings;
 mod firmware;
 mod flash;
 mod import;
+mod known;
 mod lab;
 mod live;
 mod man;

@@ -104,18 +104,21 @@ pub fn lost_samples(run: &Run) -> u64 {
 /// # Errors
 /// The motor cannot be simulated with this command.
 pub fn compare(run: &Run, motor: &Motor, model: Model) -> Result<Overlay, SimulationError> {
+    let command = run.driving_command();
     let drive = Drive {
         t_s: &run.t_s,
-        command: &run.command,
+        command: &command,
         kind: run.command_kind,
     };
     let options = SimulationOptions {
         model,
         ..SimulationOptions::default()
     };
-    let mut motor = motor.clone();
+    let begins_rad = run.counts.first().copied().unwrap_or(0) as f64 / run.counts_per_rev
+        * std::f64::consts::TAU;
+    let mut motor = run.known.applied_to(motor).begun_at(begins_rad);
     motor.parameters.counts_per_rev = run.counts_per_rev;
-    if let Some(supply_v) = run.supply_v {
+    if let Some(supply_v) = run.known.supply_v().or(run.supply_v) {
         motor.parameters.supply_v = supply_v;
     }
     let trajectory = simulate(&motor, &drive, &options)?;

@@ -90,29 +90,33 @@ impl RunData {
             .iter()
             .map(|&n| (i128::from(n) - i128::from(first)) as f64 + 0.5)
             .collect();
-        let half = ((WINDOW_S / run.sample_time_s).round() as usize).clamp(1, 1000);
+        let sample_time_s = sample_time(run);
+        let half = ((WINDOW_S / sample_time_s).round() as usize).clamp(1, 1000);
         let last = counts.len().saturating_sub(1);
         let mut speed_counts_s = Vec::with_capacity(counts.len());
         let mut weight = Vec::with_capacity(counts.len());
         let mut moving = Vec::with_capacity(counts.len());
         for k in 0..counts.len() {
             let (from, to) = (k.saturating_sub(half), (k + half).min(last));
-            let span_s = (run.t_s[to] - run.t_s[from]).max(run.sample_time_s);
+            let span_s = (run.t_s[to] - run.t_s[from]).max(sample_time_s);
             let travelled = counts[to] - counts[from];
             let speed = travelled / span_s;
-            let travel = speed.abs() * run.sample_time_s;
+            let travel = speed.abs() * sample_time_s;
             speed_counts_s.push(speed);
-            weight.push((travel + run.sample_time_s).min(1.0));
+            weight.push((travel + sample_time_s).min(1.0));
             moving.push(travelled.abs() >= 1.5);
         }
         let (start_speed, start_variance) = start(&run.t_s, &counts);
         let first_counts = first as f64;
         let rad = std::f64::consts::TAU / run.counts_per_rev;
-        let simulator = simulator(&run.t_s, &run.command, run.command_kind)?
+        let command = run.driving_command();
+        let largest_command = largest(&command, 1e-12);
+        let simulator = simulator(&run.t_s, &command, run.command_kind)?
+            .knowing(run.known.clone())
             .starting(first_counts * rad, start_speed * rad);
         Ok(Self {
             t_s: run.t_s.clone(),
-            command: run.command.clone(),
+            command: command.into_owned(),
             kind: run.command_kind,
             tones: tones::columns(&run.t_s, &counts),
             counts,
@@ -121,11 +125,11 @@ impl RunData {
             start_speed_counts_s: start_speed,
             start_variance,
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
-            largest_command: largest(&run.command, 1e-12),
+            largest_command,
             speed_counts_s,
             weight,
             moving,
-            sample_time_s: run.sample_time_s,
+            sample_time_s,
             counts_per_rev: run.counts_per_rev,
             supply_v: run.supply_v,
             clock: host_clock(run),
@@ -198,7 +202,7 @@ impl RunData {
         let rad = std::f64::consts::TAU / self.counts_per_rev;
         Ok(Self {
             simulator: simulator(&t_s, &command, self.kind)?
-                .stepping_as(&self.simulator)
+                .cut_from(&self.simulator)
                 .starting(first_counts * rad, speed * rad),
             t_s,
             command,
@@ -227,7 +231,7 @@ impl RunData {
         let (t_s, command) = (self.t_s[..end].to_vec(), self.command[..end].to_vec());
         Ok(Self {
             simulator: simulator(&t_s, &command, self.kind)?
-                .stepping_as(&self.simulator)
+                .cut_from(&self.simulator)
                 .starting_as(&self.simulator),
             t_s,
             command,
@@ -238,6 +242,16 @@ impl RunData {
             tones: self.tones.iter().map(|tone| tone[..end].to_vec()).collect(),
             ..*self
         })
+    }
+}
+
+/// The stated sample time; where the times contradict it by more than two, their median.
+fn sample_time(run: &Run) -> f64 {
+    let mut steps_s: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps_s.sort_by(f64::total_cmp);
+    match steps_s.get(steps_s.len() / 2) {
+        Some(&median_s) if !(0.5..=2.0).contains(&(median_s / run.sample_time_s)) => median_s,
+        _ => run.sample_time_s,
     }
 }
 

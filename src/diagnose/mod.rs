@@ -117,6 +117,13 @@ const SETTLINGS: usize = 4;
 const ENOUGH: usize = 10_000;
 const LOOK: usize = 2000;
 
+/// Longest mean time between samples in s. Tables of steady speeds have a row a second; three are no motor's log, and a simulation takes
+/// a thousand steps for each.
+const MOST_APART_S: f64 = 3.0;
+
+/// A step of time that is so many times the median is a pause.
+const PAUSE: f64 = 10.0;
+
 /// Why runs cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
@@ -130,6 +137,30 @@ pub enum DiagnoseError {
         run: String,
         /// Its samples.
         samples: usize,
+    },
+    /// Samples so far apart that no motor's response is seen between them.
+    #[error(
+        "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed; record with a sample time that \
+         sees the motor start (motorlab check names wrong units)"
+    )]
+    TooFarApart {
+        /// Path or number of the run.
+        run: String,
+        /// Mean interval in s.
+        mean_s: f64,
+    },
+    /// More pause than recording.
+    #[error(
+        "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample; cut the file at its pauses and diagnose the parts \
+         together"
+    )]
+    MostlyPauses {
+        /// Path or number of the run.
+        run: String,
+        /// Time in pauses in s.
+        missing_s: f64,
+        /// Time from the first sample to the last in s.
+        lasts_s: f64,
     },
     /// A run without what a model is judged by, or driven by.
     #[error(
@@ -414,6 +445,31 @@ fn resettled<'a>(mut problem: Problem<'a>, fit: &mut Fit) -> Problem<'a> {
     problem
 }
 
+/// Refuses runs that would take hours to simulate and say nothing: samples too far apart, and mostly pauses.
+fn sampled_enough(name: &str, run: &Run) -> Result<(), DiagnoseError> {
+    let mut steps_s: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let lasts_s: f64 = steps_s.iter().sum();
+    let mean_s = lasts_s / steps_s.len().max(1) as f64;
+    steps_s.sort_by(f64::total_cmp);
+    let median_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or(0.0);
+    let longest_s = PAUSE * median_s;
+    let missing_s: f64 = steps_s.iter().filter(|step| **step > longest_s).sum();
+    if missing_s > 0.5 * lasts_s {
+        return Err(DiagnoseError::MostlyPauses {
+            run: name.to_owned(),
+            missing_s,
+            lasts_s,
+        });
+    }
+    if mean_s > MOST_APART_S {
+        return Err(DiagnoseError::TooFarApart {
+            run: name.to_owned(),
+            mean_s,
+        });
+    }
+    Ok(())
+}
+
 /// Runs made ready, with their names; what is wrong with them goes to `problems`.
 fn ready(
     runs: &[Run],
@@ -433,6 +489,7 @@ fn ready(
                 samples: run.len(),
             });
         }
+        sampled_enough(&name, run)?;
         if run.command_kind != kind {
             return Err(DiagnoseError::Mixed {
                 run: name,

@@ -49,6 +49,9 @@ pub enum MapError {
         /// What it must be.
         expected: String,
     },
+    /// A difference that names nothing, or cannot be.
+    #[error("[differs]: {0}")]
+    Differs(#[source] crate::motor::KnownError),
     /// Keys that exclude each other.
     #[error("{section}: {what}")]
     Conflict {

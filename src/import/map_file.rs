@@ -8,7 +8,8 @@ use super::map::{
     ColumnRef, CommandSource, Field, Integration, Map, PositionSource, Shape, TimeSource,
 };
 use super::unit::{self, Axis, CommandUnit};
-use crate::recording::CommandKind;
+use crate::motor::plausible;
+use crate::recording::{CommandKind, known_differences};
 
 /// The mapping file as it is written.
 #[derive(Debug, Deserialize)]
@@ -20,6 +21,8 @@ pub(super) struct MapFile {
     sample_time_s: Option<f64>,
     #[serde(default)]
     header: toml::Table,
+    #[serde(default)]
+    differs: toml::Table,
     #[serde(default)]
     file: FileSection,
     time: Option<TimeSection>,
@@ -144,9 +147,23 @@ impl MapFile {
 
     /// The mapping that it says, if it says one that can be.
     pub fn checked(self) -> Result<Map, MapError> {
-        let counts_per_rev = positive(TOP, "counts_per_rev", self.counts_per_rev)?;
-        let supply_v = optional_positive(TOP, "supply_v", self.supply_v)?;
-        let sample_time_s = optional_positive(TOP, "sample_time_s", self.sample_time_s)?;
+        let top = |key, value: Option<f64>, range: plausible::Range| match value {
+            Some(value) if !range.holds(value) => Err(wrong(TOP, key, value, &range.to_string())),
+            value => Ok(value),
+        };
+        // What the readers of run files refuse is not written.
+        let counts_per_rev = self.counts_per_rev;
+        top(
+            "counts_per_rev",
+            Some(counts_per_rev),
+            plausible::COUNTS_PER_REV,
+        )?;
+        let supply_v = top("supply_v", self.supply_v, plausible::SUPPLY_V)?;
+        let sample_time_s = top(
+            "sample_time_s",
+            self.sample_time_s,
+            plausible::SAMPLE_TIME_S,
+        )?;
         let of_source = self.position.as_ref().and_then(|p| p.counts_per_rev);
         let axis = Axis {
             counts_per_rev: optional_positive("[position]", "counts_per_rev", of_source)?
@@ -207,11 +224,16 @@ impl MapFile {
                 expected: "left to the import".to_owned(),
             });
         }
+        let mut header = self.header;
+        if !self.differs.is_empty() {
+            header.insert("differs".to_owned(), self.differs.into());
+        }
+        known_differences(&header).map_err(MapError::Differs)?;
         Ok(Map {
             counts_per_rev,
             supply_v,
             sample_time_s,
-            header: self.header,
+            header,
             shape: self.file.checked()?,
             time,
             command,

@@ -124,6 +124,9 @@ impl<'a> Segment<'a> {
         {
             imported.insert("wrap_counts".into(), (wrap * field.scale.abs()).into());
         }
+        if matches!(map.command, CommandSource::OfMeasuredSupply(_)) {
+            imported.insert("command_supply".into(), "measured".into());
+        }
         header.insert("imported".into(), imported.into());
         header
     }

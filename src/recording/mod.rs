@@ -1,6 +1,7 @@
 //! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
 
 mod capture;
+mod driven;
 mod end;
 mod header;
 mod line_limit;
@@ -21,6 +22,7 @@ mod writer;
 
 pub use crate::motor::CommandKind;
 pub use capture::{CaptureError, CaptureRequest, capture};
+pub use driven::known_differences;
 pub use read_error::{ReadError, ReadNote, ReadProblem};
 pub use reader::{read_run, read_run_from};
 pub use recorder::{Captured, Ending, Live, LivePoint, SharedLive};

@@ -45,8 +45,11 @@ pub enum ReadProblem {
         /// Its value.
         found: String,
         /// What it must be.
-        expected: &'static str,
+        expected: String,
     },
+    /// A `differs` key that names nothing, or a value that cannot be.
+    #[error("header key `differs`: {0}")]
+    Differs(#[source] crate::motor::KnownError),
     /// A format that this version does not read.
     #[error("has format `{0}`; this version reads `motorlab-run/1`")]
     Format(String),

@@ -8,6 +8,9 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
 
+use crate::motor::plausible;
+
+use super::driven::known_differences;
 use super::line_limit::{LineLimit, without_byte_order_mark};
 use super::read_error::{ReadError, ReadNote, ReadProblem};
 use super::rows::{Table, fill};
@@ -122,22 +125,31 @@ fn run_from_header(header: toml::Table) -> Result<Run, ReadProblem> {
             return Err(ReadProblem::Format(shortened(&format, 40)));
         }
     }
-    let counts_per_rev = positive(&header, "counts_per_rev")?.ok_or(ReadProblem::MissingKey {
-        key: "counts_per_rev",
-        example: "720",
-    })?;
+    let known = known_differences(&header).map_err(ReadProblem::Differs)?;
+    let counts_per_rev = positive(&header, "counts_per_rev", plausible::COUNTS_PER_REV)?.ok_or(
+        ReadProblem::MissingKey {
+            key: "counts_per_rev",
+            example: "720",
+        },
+    )?;
     Ok(Run {
-        sample_time_s: positive(&header, "sample_time_s")?.unwrap_or(f64::NAN),
+        sample_time_s: positive(&header, "sample_time_s", plausible::SAMPLE_TIME_S)?
+            .unwrap_or(f64::NAN),
         counts_per_rev,
-        supply_v: positive(&header, "supply_v")?,
+        supply_v: positive(&header, "supply_v", plausible::SUPPLY_V)?,
         complete: header.get("complete").and_then(toml::Value::as_bool) == Some(true),
         header,
+        known,
         ..Run::default()
     })
 }
 
-/// A header key that must be a positive number, if it is there.
-fn positive(header: &toml::Table, key: &'static str) -> Result<Option<f64>, ReadProblem> {
+/// A header key that must be a number in this range, if it is there.
+fn positive(
+    header: &toml::Table,
+    key: &'static str,
+    range: plausible::Range,
+) -> Result<Option<f64>, ReadProblem> {
     let Some(value) = header.get(key) else {
         return Ok(None);
     };
@@ -146,13 +158,13 @@ fn positive(header: &toml::Table, key: &'static str) -> Result<Option<f64>, Read
         toml::Value::Integer(number) => *number as f64,
         _ => f64::NAN,
     };
-    if number.is_finite() && number > 0.0 {
+    if range.holds(number) {
         Ok(Some(number))
     } else {
         Err(ReadProblem::BadKey {
             key,
             found: shortened(&value.to_string(), 40),
-            expected: "a number above 0",
+            expected: range.to_string(),
         })
     }
 }

@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-use crate::motor::CommandKind;
+use crate::motor::{CommandKind, KnownDifferences};
 
 /// What a board says of one sample, and what the recorder saw of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -114,6 +114,8 @@ pub struct Run {
     pub measured_supply_v: Option<Vec<f64>>,
     /// Measured motor current in A.
     pub measured_current_a: Option<Vec<f64>>,
+    /// What is known to differ in this run from the motor file (header keys `differs.KEY`).
+    pub known: KnownDifferences,
     /// The file says that the recording was ended properly.
     pub complete: bool,
 }

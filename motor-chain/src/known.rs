@@ -1,0 +1,276 @@
+//! What is known to differ in one run from the motor: a disc on the shaft, a load on an arm, another winding.
+//!
+//! Voltage in and counts out alone never tell inertia, torque constant and resistance apart: the equations of motion
+//! hold with all of them times the same number. Runs of one axis with a known inertia or load between them do
+//! (Gautier, Identification of robot dynamics, 1986; the payload method of Khalil, Gautier and Lemoine, ICRA 2007).
+
+use crate::active::nearest;
+use crate::catalogue::MAX_PARAMETERS;
+use crate::{ActiveEffect, Motor, ParameterId, Parameters};
+
+/// Inertia in kg m^2 that is added to the shaft's.
+const ADDED_INERTIA: &str = "inertia_added_kg_m2";
+/// Torque in N m of a load on an arm, `torque sin(angle + phase)`, the angle counted from where the counts are 0.
+const GRAVITY: &str = "gravity_torque_nm";
+
+/// A difference that cannot be.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum KnownError {
+    /// No such key.
+    #[error(
+        "'{key}' is nothing that a run can differ in{}; expected {ADDED_INERTIA}, {GRAVITY}, or a key of the motor file",
+        .nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+    )]
+    UnknownKey {
+        /// What was asked for.
+        key: String,
+        /// The nearest key there is.
+        nearest: Option<&'static str>,
+    },
+    /// A value that no motor has.
+    #[error("{key} = {value} cannot be: expected {expected}")]
+    Value {
+        /// The key.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// What would do.
+        expected: &'static str,
+    },
+}
+
+/// Steps of the fixed point that finds where an eccentric encoder stands. Each leaves the amplitude's share of the error
+/// before, some hundredths.
+const FIXED_POINT_STEPS: usize = 8;
+
+/// What is known to differ in one run from the motor that all runs share.
+///
+/// ```
+/// use motor_chain::{KnownDifferences, Motor};
+///
+/// let mut known = KnownDifferences::default();
+/// known.set("inertia_added_kg_m2", 0.001)?;
+/// let motor = Motor::default();
+/// let with_disc = known.applied_to(&motor);
+/// assert_eq!(with_disc.parameters.inertia_kg_m2, motor.parameters.inertia_kg_m2 + 0.001);
+/// # Ok::<(), motor_chain::KnownError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct KnownDifferences {
+    inertia_added_kg_m2: f64,
+    gravity_torque_nm: Option<f64>,
+    /// Numbers of [`Parameters::KEYS`] with the value in this run.
+    parameters: Vec<(usize, f64)>,
+}
+
+impl KnownDifferences {
+    /// Adds the difference under this key, in SI.
+    ///
+    /// # Errors
+    /// A key that names nothing, or a value that no motor has.
+    pub fn set(&mut self, key: &str, value: f64) -> Result<(), KnownError> {
+        let refused = |expected| KnownError::Value {
+            key: key.to_owned(),
+            value,
+            expected,
+        };
+        match key {
+            ADDED_INERTIA if value.is_finite() && value >= 0.0 => {
+                self.inertia_added_kg_m2 = value;
+            }
+            ADDED_INERTIA => return Err(refused("a number of kg m2, 0 or more")),
+            GRAVITY if value.is_finite() && value >= 0.0 => self.gravity_torque_nm = Some(value),
+            GRAVITY => return Err(refused("a number of N m, 0 or more")),
+            _ => {
+                let number = Parameters::KEYS.iter().position(|known| *known == key);
+                let Some(number) = number else {
+                    let keys = Parameters::KEYS.into_iter();
+                    return Err(KnownError::UnknownKey {
+                        key: key.to_owned(),
+                        nearest: nearest(key, keys.chain([ADDED_INERTIA, GRAVITY])),
+                    });
+                };
+                if !(value.is_finite() && value >= 0.0) {
+                    return Err(refused("a number that is not negative"));
+                }
+                self.parameters.retain(|(known, _)| *known != number);
+                self.parameters.push((number, value));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether nothing differs.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The supply in V, where it is known to differ.
+    pub fn supply_v(&self) -> Option<f64> {
+        let supply = Parameters::KEYS.iter().position(|key| *key == "supply_v");
+        self.parameters
+            .iter()
+            .find(|(number, _)| Some(*number) == supply)
+            .map(|(_, value)| *value)
+    }
+
+    /// Whether a number of the motor is another, known one in this run: what is fitted to it does not move this run.
+    pub fn overrides(&self, id: ParameterId) -> bool {
+        match id {
+            ParameterId::Nominal(number) => {
+                self.parameters.iter().any(|(known, _)| *known == number)
+            }
+            ParameterId::Effect(..) => {
+                self.gravity_torque_nm.is_some()
+                    && ParameterId::effect("gravity_load", "torque_nm") == Some(id)
+            }
+        }
+    }
+
+    /// The motor as it is in this run. A known load takes the place of the torque of `gravity_load`, whose phase stays
+    /// (0 where the motor does not have the effect); an added inertia is added to that of the effect too.
+    pub fn applied_to(&self, motor: &Motor) -> Motor {
+        let mut motor = motor.clone();
+        for &(number, value) in &self.parameters {
+            ParameterId::Nominal(number).set(&mut motor, value);
+        }
+        if self.inertia_added_kg_m2 > 0.0 {
+            motor.parameters.inertia_kg_m2 += self.inertia_added_kg_m2;
+            let inertia = ParameterId::effect("inertia", "inertia_kg_m2");
+            if let Some((id, own)) = inertia.and_then(|id| Some((id, id.get(&motor)?))) {
+                id.set(&mut motor, own + self.inertia_added_kg_m2);
+            }
+        }
+        if let Some(torque_nm) = self.gravity_torque_nm {
+            let values = motor
+                .effects
+                .get("gravity_load")
+                .map_or([0.0; MAX_PARAMETERS], |effect| effect.values);
+            if let Ok(load) = ActiveEffect::new("gravity_load", &[torque_nm, values[1]]) {
+                motor.effects.set(load);
+            }
+        }
+        motor
+    }
+}
+
+impl Motor {
+    /// The motor seen by a run whose first sample shows this angle of the encoder, in rad: a simulation begins at 0, so the phase of
+    /// everything that repeats with the angle is advanced.
+    #[must_use]
+    pub fn begun_at(&self, shown_rad: f64) -> Self {
+        let mut motor = self.clone();
+        // An encoder off its axis shows `theta + e sin(theta + phi)`: the shaft stands where that is what it shows.
+        let mut angle_rad = shown_rad;
+        if let Some(off_axis) = self.effects.get("encoder_eccentricity") {
+            let [amplitude_rad, phase_rad, ..] = off_axis.values;
+            for _ in 0..FIXED_POINT_STEPS {
+                angle_rad = shown_rad - amplitude_rad * (angle_rad + phase_rad).sin();
+            }
+        }
+        for effect in motor.effects.iter_mut() {
+            let keys = effect.kind().parameters.iter();
+            let place = |key: &str| keys.clone().position(|parameter| parameter.key == key);
+            if let Some(phase) = place("phase_rad") {
+                let cycles = place("cycles_per_rev").map_or(1.0, |k| effect.values[k]);
+                let advanced = effect.values[phase] + cycles * angle_rad;
+                effect.values[phase] = advanced.rem_euclid(std::f64::consts::TAU);
+            }
+        }
+        motor
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::catalogue;
+
+    #[test]
+    fn what_differs_is_in_the_motor_and_nothing_else() {
+        let mut motor = Motor::default();
+        motor
+            .effects
+            .set(ActiveEffect::new("gravity_load", &[0.05, 1.25]).unwrap());
+        let mut known = KnownDifferences::default();
+        assert!(known.is_empty());
+        assert_eq!(known.applied_to(&motor), motor);
+        known.set("gravity_torque_nm", 0.2).unwrap();
+        known.set("resistance_ohm", 12.0).unwrap();
+        known.set("inertia_added_kg_m2", 0.003).unwrap();
+        let applied = known.applied_to(&motor);
+        assert_eq!(
+            applied.effects.get("gravity_load").unwrap().values[..2],
+            [0.2, 1.25]
+        );
+        assert_eq!(applied.parameters.resistance_ohm, 12.0);
+        assert!((applied.parameters.inertia_kg_m2 - 0.005).abs() < 1e-15);
+        assert_eq!(
+            applied.parameters.coulomb_friction_nm,
+            motor.parameters.coulomb_friction_nm
+        );
+        assert!(known.overrides(ParameterId::nominal("resistance_ohm").unwrap()));
+        assert!(!known.overrides(ParameterId::nominal("inertia_kg_m2").unwrap()));
+        known.set("gravity_torque_nm", 0.0).unwrap();
+        let unloaded = known.applied_to(&motor);
+        assert_eq!(unloaded.effects.get("gravity_load").unwrap().values[0], 0.0);
+    }
+
+    #[test]
+    fn a_key_that_names_nothing_leads_to_the_one_that_was_meant() {
+        let mut known = KnownDifferences::default();
+        let error = known
+            .set("inertia_aded_kg_m2", 1.0)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.contains("did you mean 'inertia_added_kg_m2'?"),
+            "{error}"
+        );
+        for (key, value) in [
+            ("gravity_torque_nm", f64::NAN),
+            ("inertia_added_kg_m2", -1.0),
+        ] {
+            assert!(known.set(key, value).is_err());
+        }
+        assert!(known.is_empty());
+    }
+
+    #[test]
+    fn every_phase_of_the_catalogue_is_advanced() {
+        for kind in catalogue() {
+            let Some(phase) = kind.parameters.iter().position(|p| p.key == "phase_rad") else {
+                continue;
+            };
+            let mut motor = Motor::default();
+            let effect = ActiveEffect::from_keys(kind.id, [("phase_rad", 0.5)], &motor.parameters);
+            motor.effects.set(effect.unwrap());
+            let begun = motor.begun_at(0.25);
+            let before = motor.effects.iter().next().unwrap();
+            let after = begun.effects.iter().next().unwrap();
+            let cycles = match kind
+                .parameters
+                .iter()
+                .position(|p| p.key == "cycles_per_rev")
+            {
+                Some(k) => before.values[k],
+                None => 1.0,
+            };
+            // What an eccentric encoder shows is not where the shaft stands.
+            let stands_rad = if kind.id == "encoder_eccentricity" {
+                let stands_rad = after.values[phase] - 0.5;
+                let shown_rad = stands_rad + before.values[0] * (stands_rad + 0.5).sin();
+                assert!((shown_rad - 0.25).abs() < 1e-12, "{shown_rad}");
+                stands_rad
+            } else {
+                0.25
+            };
+            let expected = (0.5 + stands_rad * cycles).rem_euclid(std::f64::consts::TAU);
+            assert!(
+                (after.values[phase] - expected).abs() < 1e-12,
+                "{}",
+                kind.id
+            );
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! `--with RUN:KEY=VALUE`: what is known to differ in a run, said on the command line.
+
+use std::path::Path;
+
+use clap::Args;
+
+use super::Failure;
+use crate::recording::Run;
+
+/// What is known to differ in single runs from the motor file.
+#[derive(Debug, Clone, Args)]
+pub(super) struct With {
+    /// What is known to differ in a run, in SI: `inertia_added_kg_m2`, `gravity_torque_nm` (of an arm, its angle counted from count 0), or
+    /// a key of the motor file, such as `supply_v`. RUN is the file as it is named here. May be given again.
+    #[arg(long = "with", value_name = "RUN:KEY=VALUE", value_parser = difference)]
+    with: Vec<Difference>,
+}
+
+#[derive(Debug, Clone)]
+struct Difference {
+    run: String,
+    key: String,
+    value: f64,
+}
+
+fn difference(text: &str) -> Result<Difference, String> {
+    let expected = "expected RUN:KEY=VALUE, such as disc.csv:inertia_added_kg_m2=0.001";
+    let (name, value) = text.rsplit_once('=').ok_or(expected)?;
+    // The last colon: a path may have one of its own.
+    let (run, key) = name.rsplit_once(':').ok_or(expected)?;
+    let value = value
+        .parse()
+        .map_err(|_| format!("`{value}` is not a number; {expected}"))?;
+    Ok(Difference {
+        run: run.to_owned(),
+        key: key.to_owned(),
+        value,
+    })
+}
+
+impl With {
+    /// Puts what is said of the file at this path into its run.
+    pub(super) fn apply(&self, path: &Path, run: &mut Run) -> Result<(), Failure> {
+        for said in self.with.iter().filter(|said| path == Path::new(&said.run)) {
+            run.known
+                .set(&said.key, said.value)
+                .map_err(|error| Failure::input(format!("--with {}: {error}", said.run)))?;
+        }
+        Ok(())
+    }
+
+    /// Refuses what is said of a file that is not among these.
+    pub(super) fn refuse_others<'a>(
+        &self,
+        mut paths: impl Iterator<Item = &'a Path> + Clone,
+    ) -> Result<(), Failure> {
+        match self
+            .with
+            .iter()
+            .find(|said| !paths.clone().any(|path| path == Path::new(&said.run)))
+        {
+            None => Ok(()),
+            Some(said) => {
+                let first = paths
+                    .next()
+                    .map_or(String::new(), |path| path.display().to_string());
+                Err(Failure::input(format!(
+                    "--with {}: no run of that name is given; name it as the run itself, such as {first}:{}={}",
+                    said.run, said.key, said.value
+                )))
+            }
+        }
+    }
+}
