@@ -135,6 +135,18 @@ fn counts_that_fall_while_the_command_is_positive_are_reversed_on_any_profile() 
             .iter()
             .all(|f| f.id != Kind::EncoderReversed)
     );
+    // An arm that falls against a weak command, by half a turn and a swing.
+    let mut falls = turning(&step(600));
+    for k in 0..600 {
+        let swing = (k as f64 / 30.0).cos() * (-(k as f64) / 100.0).exp();
+        falls.command[k] = 0.5;
+        falls.counts[k] = -(180.0 - 180.0 * swing) as i64;
+    }
+    assert!(
+        check(&[falls], None)
+            .iter()
+            .all(|f| f.id != Kind::EncoderReversed)
+    );
     // A load that is lifted and lowered under a holding command.
     let mut lifted = turning(&step(600));
     for k in 0..600 {
@@ -272,6 +284,34 @@ fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
         }
     }
     let diagnosed = run(&["diagnose", "vr.csv", "vs.csv", "--json"]);
+    std::fs::write(folder.path().join("why.json"), &diagnosed.stdout).expect("a file");
+    let designed = run(&["design", "--diagnosis", "why.json"]);
+    assert_eq!(designed.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&designed.stderr).into_owned();
+    assert!(
+        said.contains("mended first") && said.contains("scale = -1"),
+        "{said}"
+    );
+    // All the same: nothing is sure, in numbers and in words.
+    let forced = run(&["diagnose", "vs.csv", "--despite-findings", "--json"]);
+    let document: serde_json::Value = serde_json::from_slice(&forced.stdout).expect("JSON");
+    assert_eq!(document["shape"], "motorlab-diagnosis/1");
+    let causes = document["causes"].as_array().expect("causes");
+    let probabilities = || {
+        causes
+            .iter()
+            .filter_map(|cause| cause["probability"].as_f64())
+    };
+    assert!(probabilities().all(|p| p <= 0.9 + 1e-9), "{causes:?}");
+    assert!(
+        (probabilities().sum::<f64>() - 1.0).abs() < 1e-6,
+        "{causes:?}"
+    );
+    let sentence = document["sentence"].as_str().expect("a sentence");
+    assert!(
+        !(91..=99).any(|p| sentence.contains(&format!("{p} % sure"))),
+        "{sentence}"
+    );
     assert_eq!(diagnosed.status.code(), Some(1));
     let document: serde_json::Value = serde_json::from_slice(&diagnosed.stdout).expect("JSON");
     assert_eq!(document["shape"], "motorlab-diagnosis/2");

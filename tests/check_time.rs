@@ -1,7 +1,7 @@
 //! What `check` finds of time and of the counter: each kind on a table of cases, and nothing on sound simulations.
 
 use motorlab::board::Profile;
-use motorlab::check::{Finding, Kind, Severity, check, time_unit_by_host};
+use motorlab::check::{Finding, Kind, Severity, check};
 use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
 
@@ -66,17 +66,6 @@ fn a_time_unit_that_is_off_by_a_thousand_is_fatal_both_ways() {
             assert!(of_kind(&handout(profile, step_s, 600), Kind::TimeUnit).is_empty());
         }
     }
-}
-
-#[test]
-fn two_lines_show_the_unit_by_the_hosts_clock() {
-    assert_eq!(time_unit_by_host(20.0, 0.021, 2, 0.001), Some(1e3));
-    assert_eq!(time_unit_by_host(3.0, 0.0, 2, 0.001), Some(1e3));
-    assert_eq!(time_unit_by_host(20e-6, 0.02, 2, 0.001), Some(1e-3));
-    // Lines that come in a bunch, or late.
-    assert_eq!(time_unit_by_host(0.02, 0.0, 2, 0.001), None);
-    assert_eq!(time_unit_by_host(0.02, 0.09, 2, 0.001), None);
-    assert_eq!(time_unit_by_host(0.02, 0.02, 1, 0.001), None);
 }
 
 #[test]

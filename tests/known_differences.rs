@@ -95,6 +95,9 @@ fn what_differs_is_kept_in_the_file_and_a_wrong_key_is_named() {
     let (read, _) = read_run(&path).expect("read");
     let with_disc = read.known.applied_to(&Motor::default());
     assert!((with_disc.parameters.inertia_kg_m2 - 0.005).abs() < 1e-12);
+    run.header = "differs = 3".parse().expect("TOML");
+    let path = write_run(&run, &folder.path().join("value.csv")).expect("written");
+    assert!(read_run(&path).is_err());
     run.header = "[differs]\ninertia_kg = 0.003".parse().expect("TOML");
     let path = write_run(&run, &folder.path().join("wrong.csv")).expect("written");
     let error = read_run(&path).expect_err("no such key").to_string();
@@ -132,6 +135,7 @@ fn the_command_line_says_what_differs_in_which_run() {
         ("other.csv:inertia_added_kg_m2=0.003", "other.csv"),
         ("disc.csv:inertia_aded_kg_m2=0.003", "inertia_added_kg_m2"),
         ("disc.csv:inertia_added_kg_m2=heavy", "heavy"),
+        ("disc.csv:resistance_ohm=0", "1e-6 .. "),
     ] {
         let refused = compared(with);
         assert_eq!(refused.status.code(), Some(2), "{with}");

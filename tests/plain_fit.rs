@@ -9,10 +9,12 @@ use motorlab::recording::{Run, read_run};
 
 mod support;
 
-/// What the issue asks for: at most so many times what the plain fit leaves.
+/// At most so many times what SciPy's plain least squares leaves.
 const AS_GOOD: f64 = 1.05;
 
-/// Counts RMS that SciPy leaves of real steps: `first_order_fits.py ev3` and `three_levels`.
+/// Counts RMS that SciPy leaves: `first_order_fits.py run` of the two cases as imported, `ev3` and `three_levels`.
+const SCIPY_P4: f64 = 0.28537;
+const SCIPY_SYN_OK: f64 = 1.11152;
 const SCIPY_EV3: f64 = 7.4622;
 const SCIPY_THREE_LEVELS: f64 = 453.257;
 
@@ -39,9 +41,12 @@ fn fit(runs: &[Run]) -> NominalFit {
 fn a_first_order_step_is_left_within_a_count() {
     let folder = Path::new("fixtures/cases/diagnosis/fit_wrong_valley");
     // The speed of the second is rounded to 0.0001 rad/s and its counts are made from that.
-    for (log, map, counts) in [("p4.csv", "p4.toml", 0.31), ("syn_ok.csv", "syn.toml", 1.5)] {
+    for (log, map, scipy) in [
+        ("p4.csv", "p4.toml", SCIPY_P4),
+        ("syn_ok.csv", "syn.toml", SCIPY_SYN_OK),
+    ] {
         let found = fit(&imported(&folder.join(log), &folder.join(map)));
-        assert!(found.left_counts < counts, "{log}: {found:?}");
+        assert!(found.left_counts <= AS_GOOD * scipy, "{log}: {found:?}");
         assert!(
             found.given_left_counts.is_some_and(|given| given > 100.0),
             "{found:?}"

@@ -6,6 +6,7 @@
 
 use crate::active::nearest;
 use crate::catalogue::MAX_PARAMETERS;
+use crate::plausible::{Range, of_parameter};
 use crate::{ActiveEffect, Motor, ParameterId, Parameters};
 
 /// Inertia in kg m^2 that is added to the shaft's.
@@ -35,7 +36,7 @@ pub enum KnownError {
         /// Its value.
         value: f64,
         /// What would do.
-        expected: &'static str,
+        expected: String,
     },
 }
 
@@ -69,18 +70,25 @@ impl KnownDifferences {
     /// # Errors
     /// A key that names nothing, or a value that no motor has.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), KnownError> {
-        let refused = |expected| KnownError::Value {
-            key: key.to_owned(),
-            value,
-            expected,
+        let within = |range: Range| {
+            if range.holds(value) {
+                Ok(value)
+            } else {
+                Err(KnownError::Value {
+                    key: key.to_owned(),
+                    value,
+                    expected: range.to_string(),
+                })
+            }
+        };
+        // Nothing added, or no load, is a difference too.
+        let from_none = |key| Range {
+            lo: 0.0,
+            ..of_parameter(key)
         };
         match key {
-            ADDED_INERTIA if value.is_finite() && value >= 0.0 => {
-                self.inertia_added_kg_m2 = value;
-            }
-            ADDED_INERTIA => return Err(refused("a number of kg m2, 0 or more")),
-            GRAVITY if value.is_finite() && value >= 0.0 => self.gravity_torque_nm = Some(value),
-            GRAVITY => return Err(refused("a number of N m, 0 or more")),
+            ADDED_INERTIA => self.inertia_added_kg_m2 = within(from_none("inertia_kg_m2"))?,
+            GRAVITY => self.gravity_torque_nm = Some(within(from_none("coulomb_friction_nm"))?),
             _ => {
                 let number = Parameters::KEYS.iter().position(|known| *known == key);
                 let Some(number) = number else {
@@ -90,9 +98,7 @@ impl KnownDifferences {
                         nearest: nearest(key, keys.chain([ADDED_INERTIA, GRAVITY])),
                     });
                 };
-                if !(value.is_finite() && value >= 0.0) {
-                    return Err(refused("a number that is not negative"));
-                }
+                within(of_parameter(key))?;
                 self.parameters.retain(|(known, _)| *known != number);
                 self.parameters.push((number, value));
             }

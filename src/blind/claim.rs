@@ -1,4 +1,4 @@
-//! What a diagnosis claims, read off a document `motorlab-diagnosis/1`.
+//! What a diagnosis claims, read off a document `motorlab-diagnosis/1`, or `/2` where it says `bad_recording`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -42,7 +42,7 @@ pub enum Word {
     Ambiguous,
     /// Something is there that no known effect explains.
     OutsideCatalogue,
-    /// There is no diagnosis.
+    /// There is no diagnosis: none was made, or the recording has to be mended first.
     Failed,
 }
 
@@ -111,6 +111,16 @@ impl Claim {
     /// # Errors
     /// In words: what the document lacks.
     pub fn read(document: &Value) -> Result<Self, String> {
+        if document["verdict"] == "bad_recording" {
+            return Ok(Self {
+                verdict: Word::Failed,
+                effects: Vec::new(),
+                causes: Vec::new(),
+                sets: Vec::new(),
+                gap: ClaimedGap::default(),
+                elapsed_s: document["elapsed_s"].as_f64(),
+            });
+        }
         let claim: Self =
             serde_json::from_value(document.clone()).map_err(|error| error.to_string())?;
         let causes = claim

@@ -125,7 +125,9 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
     let claim = match claim {
         Ok(claim) if claim.verdict != Word::Failed => claim,
         Ok(_) => {
-            judgement.failure = Some("the verdict is 'failed'".to_owned());
+            judgement.failure = Some(
+                "there is no diagnosis: the verdict is 'failed' or 'bad_recording'".to_owned(),
+            );
             return judgement;
         }
         Err(failure) => {

@@ -20,7 +20,7 @@ use firmware_protocol::{
 };
 
 use super::heard::Heard;
-use super::plausible::{LONGEST_STEP_US, Leap, most_counts};
+use super::leap::{LONGEST_STEP_US, Leap, most_counts};
 
 /// A validated sample, with counters that run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -38,6 +38,12 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
             *side += moved;
         }
     }
+    // A load pushes one way only: against both signs of the command nothing but the wires turns the shaft. Against one sign an arm
+    // that falls does, by half a turn and a swing.
+    let is_one_way = !(positive < 0.0 && negative > 0.0);
+    if is_one_way && passed < run.counts_per_rev {
+        return Vec::new();
+    }
     // What moves as much without a command, or while it is braked, is driven by something else.
     if passed < FEWEST_COUNTS || resting > passed || along > -AGAINST * passed {
         return Vec::new();

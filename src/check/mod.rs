@@ -43,7 +43,6 @@ mod words;
 
 pub use finding::{Finding, Kind, Severity, is_fatal};
 use subject::Subject;
-pub use time_unit::time_unit_by_host;
 
 use crate::motor::Motor;
 use crate::recording::Run;

@@ -261,34 +261,3 @@ impl Usual {
         (value.log10() - self.mean) / self.deviation
     }
 }
-
-/// Tells from the first lines of a text board that its time is in another unit than said, by the host's clock.
-///
-/// `device_s` and `host_s` are the times in s that passed on the two clocks from the first of `lines` lines to the last, and
-/// `line_s` is how long one line takes on the wire at least (bits over baud rate; 0 where there is no wire). Gives how many
-/// times too long the told times are (1000 for microseconds told as milliseconds, 0.001 for milliseconds told as
-/// microseconds), or `None` where nothing contradicts yet. Lines are held up and come in bunches, so that a quick board needs
-/// a few of them; two are enough where a step of 3 ms is told as 3 s, or one of 60 ms as 60 us at 115200 baud.
-pub fn time_unit_by_host(device_s: f64, host_s: f64, lines: u64, line_s: f64) -> Option<f64> {
-    if lines < 2 || !(device_s > 0.0 && host_s >= 0.0 && line_s >= 0.0) {
-        return None;
-    }
-    let wire_s = (lines - 1) as f64 * line_s;
-    let quickest_s = host_s.max(wire_s);
-    let power = |ratio: f64| 10f64.powi(3 * (ratio.log10() / 3.0).round() as i32);
-    if device_s > APART * (host_s + HELD_UP_S) {
-        let ratio = device_s / quickest_s.max(LEAST_S);
-        return Some(power(ratio).clamp(1e3, 1e6));
-    }
-    if device_s * APART < wire_s.max(host_s - HELD_UP_S) {
-        return Some(power(device_s / quickest_s).clamp(1e-6, 1e-3));
-    }
-    None
-}
-
-/// How long a line may be held up in s: by a USB bridge 16 ms, by a busy host a few times as long.
-const HELD_UP_S: f64 = 0.1;
-/// Clocks that run so many times apart, beyond every delay, do not count in the same unit; no crystal is off by that.
-const APART: f64 = 10.0;
-/// Two lines that come with one read are so far apart in s at least: what 10 bytes take at 1 Mbaud.
-const LEAST_S: f64 = 1e-4;

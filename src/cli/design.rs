@@ -11,7 +11,7 @@ use super::capture::positive;
 use super::motor_choice::MotorChoice;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
-use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, isolability};
+use crate::diagnose::{BAD_RECORDING, Isolability, NextExperiment, Pair, Plan, isolability};
 
 /// Say before a recording which effects a profile cannot show and which it cannot tell apart.
 #[derive(Debug, Args)]
@@ -52,6 +52,10 @@ const PLAIN: f64 = 10.0;
 #[derive(Debug, Deserialize)]
 struct Diagnosed {
     shape: String,
+    #[serde(default)]
+    verdict: String,
+    #[serde(default)]
+    sentence: String,
     next_experiment: Option<NextExperiment>,
 }
 
@@ -173,6 +177,12 @@ fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
         .read_to_string(&mut text)
         .map_err(|error| wrong(&error))?;
     let diagnosed: Diagnosed = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    if diagnosed.verdict == BAD_RECORDING {
+        return Err(wrong(&format!(
+            "it is of a recording that has to be mended first: {}",
+            diagnosed.sentence
+        )));
+    }
     if diagnosed.shape != crate::diagnose::SHAPE {
         return Err(wrong(&format!("its shape is '{}'", diagnosed.shape)));
     }

@@ -13,7 +13,8 @@ use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::check::{Finding, is_fatal};
 use crate::diagnose::{
-    BadRecording, NominalFit, diagnose_holding_out, diagnose_thoroughly, nominal_fit,
+    BadRecording, NominalFit, despite_findings, diagnose_holding_out, diagnose_thoroughly,
+    nominal_fit,
 };
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
@@ -73,10 +74,9 @@ impl Diagnose {
         let mut motor = self.motor.motor(output)?;
         let named = self.runs.iter().chain(&self.hold_out);
         self.with.refuse_others(named.map(PathBuf::as_path))?;
-        let runs = read(&self.runs, &self.with, output)?;
-        let held_out = read(&self.hold_out, &self.with, output)?;
-        let all: Vec<Run> = runs.iter().chain(&held_out).cloned().collect();
-        let findings = check_and_say(&all, self.motor.is_given().then_some(&motor), output);
+        let mut runs = read(self.runs.iter().chain(&self.hold_out), &self.with, output)?;
+        let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
+        let held_out = runs.split_off(self.runs.len());
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
             return bad_recording(findings, output);
@@ -100,7 +100,7 @@ impl Diagnose {
         spinner.finish_and_clear();
         let mut diagnosis = found.map_err(Failure::input)?;
         if is_bad {
-            diagnosis.probability = diagnosis.probability.min(DESPITE_FINDINGS);
+            diagnosis = despite_findings(diagnosis);
         }
         if let Some(path) = &self.model_out {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
@@ -147,9 +147,6 @@ fn words_of(fit: &NominalFit) -> String {
     )
 }
 
-/// The most that is said of a recording in which something fatal was found.
-const DESPITE_FINDINGS: f64 = 0.9;
-
 /// Ends a diagnosis before anything is fitted: the recording has to be mended first.
 fn bad_recording(findings: Vec<Finding>, output: &Output) -> Result<Status, Failure> {
     let document = BadRecording::of(findings);
@@ -162,7 +159,11 @@ fn bad_recording(findings: Vec<Finding>, output: &Output) -> Result<Status, Fail
 }
 
 /// Reads run files; notes go to standard error.
-fn read(paths: &[PathBuf], with: &With, output: &Output) -> Result<Vec<Run>, Failure> {
+fn read<'a>(
+    paths: impl Iterator<Item = &'a PathBuf>,
+    with: &With,
+    output: &Output,
+) -> Result<Vec<Run>, Failure> {
     let mut runs = Vec::new();
     for path in paths {
         let (mut run, notes) = read_run(path).map_err(Failure::input)?;

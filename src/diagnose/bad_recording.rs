@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use crate::check::{Finding, Severity};
 
+/// The verdict.
+pub const BAD_RECORDING: &str = "bad_recording";
+
 /// The document in the shape `motorlab-diagnosis/2` with the verdict `bad_recording`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BadRecording {
@@ -45,7 +48,7 @@ impl BadRecording {
         let said: Vec<String> = fatal.map(Finding::sentence).collect();
         Self {
             shape: "motorlab-diagnosis/2",
-            verdict: "bad_recording",
+            verdict: BAD_RECORDING,
             sentence: format!(
                 "{}. Nothing is diagnosed before that is mended (--despite-findings goes on)",
                 said.join(". ")

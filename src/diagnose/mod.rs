@@ -18,6 +18,7 @@ mod conclusions;
 mod covariance;
 mod data;
 mod design;
+mod despite;
 mod discrepancy;
 mod disturbance;
 mod effort;
@@ -94,8 +95,9 @@ use rough::{Rough, held_levels};
 use scales::{damping_of, largest_acceleration};
 use sentence::sentence;
 
-pub use bad_recording::BadRecording;
+pub use bad_recording::{BAD_RECORDING, BadRecording};
 pub use design::{Isolability, Pair, Plan, isolability};
+pub use despite::despite_findings;
 pub use nominal::{NominalFit, fitted_nominal, nominal_fit};
 pub use other_means::other_means;
 pub use verdict::{

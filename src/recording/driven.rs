@@ -11,7 +11,12 @@ use crate::motor::{KnownDifferences, KnownError};
 /// A key that names nothing, or a value that cannot be.
 pub fn known_differences(header: &toml::Table) -> Result<KnownDifferences, KnownError> {
     let mut known = KnownDifferences::default();
-    let Some(table) = header.get("differs").and_then(toml::Value::as_table) else {
+    let Some(differs) = header.get("differs") else {
+        return Ok(known);
+    };
+    let Some(table) = differs.as_table() else {
+        // A value where the keys belong: its own name is no key.
+        known.set("differs", f64::NAN)?;
         return Ok(known);
     };
     for (key, value) in table {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
-use crate::board::plausible::{LONGEST_STEP_US, most_counts};
+use crate::board::leap::{LONGEST_STEP_US, most_counts};
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
 use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,

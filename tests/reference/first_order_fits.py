@@ -3,6 +3,7 @@
     pip install numpy scipy
     python3 first_order_fits.py > fits/first_order.csv
     python3 first_order_fits.py ev3|three_levels FOLDER     # what it leaves of real steps from rest
+    python3 first_order_fits.py run RUN.csv                 # of a run file of motorlab's, without friction
 
 200 drawn motors, each with one step from rest: theta = K (u - F) (t - T (1 - exp(-t/T))), in rad, counted as
 floor(theta N / 2 pi + phase). Each line has the motor, the recording and what SciPy's `least_squares` leaves of it, in
@@ -61,6 +62,26 @@ def real_steps(kind, folder):
             yield t[keep] - 2.0, float(path.stem.split("_")[1][:-1]), counts, 32000 / (2 * np.pi)
 
 
+def left_of_run(path):
+    """Any commands, without friction: the steps of the command add up."""
+    text = Path(path).read_text().splitlines()
+    per_rev = next(float(line.split("=")[1]) for line in text if line.startswith("# counts_per_rev"))
+    rows = [line.split(",") for line in text if not line.startswith("#")]
+    at = [rows[0].index(name) for name in ("t_s", "command_v", "counts")]
+    t, volts, counts = np.array([[float(row[k]) for k in at] for row in rows[1:]]).T
+    steps = [(t[k], volts[k] - (volts[k - 1] if k else 0.0)) for k in range(len(t)) if volts[k] != (volts[k - 1] if k else 0.0)]
+
+    def residual(p):
+        turned = sum(angle(np.exp(p[0]), np.exp(p[1]), step, np.maximum(t - begins, 0.0)) for begins, step in steps)
+        off = counts - counts[0] + 0.5 - per_rev / (2 * np.pi) * turned
+        return off - np.clip(off.mean(), 0.0, 1.0)
+
+    starts = [(gain, time_constant) for gain in (0.5, 2.0, 8.0) for time_constant in (0.02, 0.08, 0.3)]
+    fits = [least_squares(residual, np.log(start), xtol=1e-12, ftol=1e-12) for start in starts]
+    best = min(fits, key=lambda found: found.cost)
+    print("run left_counts", np.sqrt(np.mean(best.fun**2)), "K, T", np.exp(best.x))
+
+
 def left_of_real(kind, folder):
     runs = list(real_steps(kind, folder))
 
@@ -85,6 +106,9 @@ def left_of_real(kind, folder):
     print(kind, "left_counts", np.sqrt(np.mean(best.fun**2)), "K, T, F", np.exp(best.x[:2]), best.x[2])
 
 
+if len(sys.argv) == 3 and sys.argv[1] == "run":
+    left_of_run(sys.argv[2])
+    sys.exit()
 if len(sys.argv) == 3:
     left_of_real(*sys.argv[1:])
     sys.exit()
