@@ -9,6 +9,7 @@
 //! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
 //! | [`import`] | other programs' logs into run files, by a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
+//! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
 //! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |
 //! | [`compare`] | recorded against simulated |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
@@ -28,6 +29,7 @@ pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod diagnose;
+pub mod effects;
 pub mod export;
 pub mod import;
 pub mod lab;

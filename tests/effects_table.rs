@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use motorlab::effects::{experiment, twin};
 use motorlab::motor::catalogue::{Prior, Scale, Stage, catalogue, find};
 
 fn scale(scale: Scale) -> &'static str {
@@ -29,13 +30,17 @@ fn table() -> String {
          Written from the registry in `motor-chain/src/catalogue.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
          In a motor file an effect is a table `[effects.<id>]` with the parameters below; one that is left out takes the\n\
          middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any set of effects\n\
-         can be combined. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
-         motor file's, TS is the sample time. How the equations combine and are solved: [simulation.md](simulation.md).\n",
+         can be combined. `motorlab effects ID` says the same in figures, for your motor too. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
+         motor file's, TS is the sample time. How the equations combine and are solved: [simulation.md](simulation.md).\n\n\
+         The last column is an experiment, at a sample time of 3 ms: in it the default strength shows on the handout's motor. No motor\n\
+         without the effect makes the same run, whatever its gain, time constant and friction: they differ by D of at least 3\n\
+         (`tests/effects_shown.rs`). Of the effects marked with an asterisk no run of counts tells that much; why is below.\n",
     );
     for stage in Stage::ALL {
         let _ = writeln!(out, "\n## {stage}\n");
-        out.push_str("| effect | equation | parameters: plausible range | shows in | easily confused with |\n| --- | --- | --- | --- | --- |\n");
+        out.push_str("| effect | equation | parameters: plausible range | shows in | easily confused with | experiment |\n| --- | --- | --- | --- | --- | --- |\n");
         for kind in catalogue().iter().filter(|kind| kind.stage == stage) {
+            let shown = experiment(kind);
             let mut parameters = Vec::new();
             for p in kind.parameters {
                 let range = match p.prior {
@@ -59,7 +64,7 @@ fn table() -> String {
             }
             let _ = writeln!(
                 out,
-                "| `{}`: {} | {} | {} | {} | {} |",
+                "| `{}`: {} | {} | {} | {} | {} | `{}`, {} s{} |",
                 kind.id,
                 kind.summary,
                 kind.equation.replace('|', "\\|"),
@@ -70,7 +75,16 @@ fn table() -> String {
                 },
                 kind.excited_by,
                 kind.confounded_with.join(", "),
+                shown.profile,
+                shown.duration_s,
+                if twin(kind).is_some() { " *" } else { "" },
             );
+        }
+    }
+    out.push_str("\n## What has a twin\n\nVoltage in and counts out do not tell these from other numbers of the motor file. Tolerances do, where they are narrow.\n\n");
+    for kind in catalogue() {
+        if let Some(why) = twin(kind) {
+            let _ = writeln!(out, "- `{}`: {why}.", kind.id);
         }
     }
     out.push_str("\n## Sources\n\n");

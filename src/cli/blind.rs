@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::motor_file::motor_file;
 use super::output_file::{Force, Form};
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
@@ -17,7 +18,7 @@ use crate::blind::{
     self, BlindError, Ledger, Manifest, NewCase, Program, Recipe, Truth, add_cases, judge,
     measure_gap,
 };
-use crate::motor::{Motor, read_motor};
+use crate::motor::Motor;
 use crate::recording::read_run;
 
 /// Check diagnoses on cases whose cause is sealed: make or seal cases, run, then score.
@@ -204,7 +205,7 @@ impl Seal {
             read_run(path).map_err(Failure::input)?;
         }
         if let Some(path) = &self.motor {
-            read_motor(path).map_err(Failure::input)?;
+            motor_file(path, output)?;
         }
         let text = |path: &PathBuf| {
             fs::read_to_string(path)

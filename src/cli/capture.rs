@@ -9,6 +9,7 @@ use clap::Args;
 
 use super::capture_report::report;
 use super::live::{LiveRun, LiveView};
+use super::motor_file::motor_file;
 use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
@@ -18,7 +19,7 @@ use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, VirtualBoard, rawlog,
     usb_identity,
 };
-use crate::motor::{Motor, read_motor};
+use crate::motor::Motor;
 use crate::recording::{
     CaptureError, CaptureRequest, Captured, Ending, SharedLive, capture, next_free_name,
 };
@@ -128,7 +129,7 @@ impl Capture {
 
     async fn record(&self, output: &Output) -> Result<Status, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
-        let plugged = self.plug_in()?;
+        let plugged = self.plug_in(output)?;
         let path = plugged.as_ref().map_or_else(
             || PathBuf::from(&self.port),
             |board| board.path().to_owned(),
@@ -245,7 +246,7 @@ impl Capture {
     ) -> Result<Display, Failure> {
         if self.live {
             let motor = match &self.motor {
-                Some(path) => read_motor(path).map_err(Failure::input)?,
+                Some(path) => motor_file(path, output)?,
                 None => Motor::default(),
             };
             let run = LiveRun {
@@ -263,11 +264,13 @@ impl Capture {
     }
 
     /// The virtual board, if one is asked for.
-    fn plug_in(&self) -> Result<Option<VirtualBoard>, Failure> {
+    fn plug_in(&self, output: &Output) -> Result<Option<VirtualBoard>, Failure> {
         let Some(text) = self.port.strip_prefix(PREFIX) else {
             return Ok(None);
         };
-        let spec = VirtualSpec::parse(text).map_err(Failure::input)?;
+        let spec = VirtualSpec::parse(text)
+            .map_err(Failure::input)?
+            .said(output);
         spec.spawn().map(Some).map_err(Failure::input)
     }
 

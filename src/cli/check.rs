@@ -6,9 +6,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::findings::words;
+use super::motor_file::motor_file;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
-use crate::motor::read_motor;
 use crate::recording::read_run;
 
 /// Say what is wrong with recordings themselves, before anything is concluded from them.
@@ -40,7 +40,7 @@ struct Document<'a> {
 impl Check {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         let motor = match &self.motor {
-            Some(path) => Some(read_motor(path).map_err(Failure::input)?),
+            Some(path) => Some(motor_file(path, output)?),
             None => None,
         };
         let mut runs = Vec::new();

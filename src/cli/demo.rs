@@ -97,7 +97,7 @@ impl Demo {
                 duration_s: DURATION_S,
                 output: &file,
             };
-            match record(order, stop.clone()).await? {
+            match record(order, stop.clone(), output).await? {
                 Some(captured) => paths.push(captured.path),
                 None => return Ok(None),
             }

@@ -6,10 +6,11 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::export_run::RunFile;
+use super::motor_file::motor_file;
 use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::export::{json, mat5, matlab, mujoco, urdf};
-use crate::motor::{Motor, read_motor};
+use crate::motor::Motor;
 use crate::recording::{Run, read_run};
 
 /// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB, Parquet or MCAP.
@@ -117,7 +118,7 @@ struct Target {
 impl MotorFile {
     fn read(&self, output: &Output) -> Result<Motor, Failure> {
         match &self.motor {
-            Some(path) => read_motor(path).map_err(Failure::input),
+            Some(path) => motor_file(path, output),
             None => {
                 output.message("no --motor: the lab handout's motor is exported");
                 Ok(Motor::default())
@@ -192,7 +193,7 @@ impl Json {
             output.document(&document)?;
             return Ok(Status::Done);
         };
-        let text = serde_json::to_string_pretty(&document).map_err(Failure::input)?;
+        let text = output.in_json(&document)?;
         let outputs = self.force.outputs("export", &self.motor.motor);
         outputs.write_silently(path, &text, Form::Json)?;
         wrote("json", std::slice::from_ref(path), output)

@@ -7,12 +7,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::demo::replace;
+use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::signals::StopSignal;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::lab::{Lab as Handout, Source, columns, page};
-use crate::motor::{Motor, read_motor};
+use crate::motor::Motor;
 use crate::recording::{Run, read_run};
 use crate::report::{Figure, Size, svg};
 
@@ -60,7 +61,7 @@ impl Lab {
         outputs.may_replace(&self.output.join("index.html"), None)?;
         outputs.may_replace(&self.output.join(WITNESS), None)?;
         let motor = match &self.motor {
-            Some(path) => read_motor(path).map_err(Failure::input)?,
+            Some(path) => motor_file(path, output)?,
             None => {
                 output.message("no --motor: the lab handout's motor is simulated");
                 Motor::default()
@@ -171,7 +172,7 @@ impl Lab {
                 duration_s: DURATION_S,
                 output: &file,
             };
-            match record(order, stop.clone()).await? {
+            match record(order, stop.clone(), output).await? {
                 Some(captured) => paths.push(captured.path),
                 None => return Ok(None),
             }

@@ -15,6 +15,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod diagnose_text;
+mod effects;
 mod export;
 mod export_run;
 mod failure;
@@ -26,7 +27,10 @@ mod known;
 mod lab;
 mod live;
 mod man;
+mod motor;
 mod motor_choice;
+mod motor_file;
+mod motor_template;
 mod output_file;
 mod picture;
 mod ports;
@@ -39,10 +43,14 @@ mod virtual_board;
 mod virtual_capture;
 mod virtual_spec;
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Mutex;
 
 use clap::{Parser, Subcommand};
+use serde::Serialize;
 
 pub use failure::{Failure, Status};
 
@@ -77,6 +85,8 @@ enum Command {
     Lab(lab::Lab),
     Diagnose(diagnose::Diagnose),
     Design(design::Design),
+    Effects(effects::Effects),
+    Motor(motor::MotorFile),
     Export(export::Export),
     Blind(blind::Blind),
     Import(import::Import),
@@ -88,17 +98,52 @@ enum Command {
 }
 
 /// How a subcommand is to print. A reader that has gone (`| head`) is no error of ours.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 pub struct Output {
     /// One JSON document instead of text.
     pub json: bool,
+    /// What motor files left to the handout, for the document: file, and keys with the values that stand in.
+    filled: Mutex<BTreeMap<String, BTreeMap<&'static str, f64>>>,
+}
+
+/// A document, and what motor files left to the handout.
+#[derive(Serialize)]
+struct Filled<'a, T> {
+    #[serde(flatten)]
+    document: &'a T,
+    handout_values: &'a BTreeMap<String, BTreeMap<&'static str, f64>>,
 }
 
 impl Output {
+    fn new(json: bool) -> Self {
+        Self {
+            json,
+            filled: Mutex::default(),
+        }
+    }
+
     /// The JSON document, on standard output.
-    pub fn document(&self, document: &impl serde::Serialize) -> Result<(), Failure> {
-        let text = serde_json::to_string_pretty(document).map_err(Failure::input)?;
-        self.write(&text)
+    pub fn document(&self, document: &impl Serialize) -> Result<(), Failure> {
+        self.write(&self.in_json(document)?)
+    }
+
+    /// A JSON document as text, with the key `handout_values` where a motor file lacks numbers.
+    fn in_json(&self, document: &impl Serialize) -> Result<String, Failure> {
+        match self.filled.lock() {
+            Ok(filled) if !filled.is_empty() => serde_json::to_string_pretty(&Filled {
+                document,
+                handout_values: &filled,
+            }),
+            _ => serde_json::to_string_pretty(document),
+        }
+        .map_err(Failure::input)
+    }
+
+    /// Remembers for the document which numbers of this motor file are the handout's; whether that is news.
+    fn filled(&self, path: &Path, values: &[(&'static str, f64)]) -> bool {
+        let values = values.iter().copied().collect();
+        let filled = self.filled.lock();
+        filled.is_ok_and(|mut filled| filled.insert(path.display().to_string(), values).is_none())
     }
 
     /// Text for people and a line end, on standard output. What a file or a device put into it cannot steer the
@@ -131,7 +176,8 @@ impl Output {
     /// With `--json`, the failure as a document; a reader that has gone does not want it.
     fn failed(&self, failure: &Failure) {
         if self.json {
-            let _ = self.document(&failure.document());
+            let text = serde_json::to_string_pretty(&failure.document());
+            let _ = text.map(|text| self.write(&text));
         }
     }
 }
@@ -152,7 +198,7 @@ impl CommandLine {
             let _ = wrong.print();
             return Status::Done.into();
         }
-        let output = Output { json };
+        let output = Output::new(json);
         let text = wrong.to_string();
         let failure = Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
             .of_kind("wrong_use");
@@ -163,7 +209,7 @@ impl CommandLine {
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
     pub fn run(self) -> ExitCode {
-        let output = Output { json: self.json };
+        let output = Output::new(self.json);
         let result = match self.command {
             Command::Ports(command) => command.run(&output),
             Command::Capture(command) => command.run(&output),
@@ -175,6 +221,8 @@ impl CommandLine {
             Command::Lab(command) => command.run(&output),
             Command::Diagnose(command) => command.run(&output),
             Command::Design(command) => command.run(&output),
+            Command::Effects(command) => command.run(&output),
+            Command::Motor(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Blind(command) => command.run(&output),
             Command::Import(command) => command.run(&output),

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
+use super::motor_file::motor_file;
 use super::{Failure, Output};
-use crate::motor::{Model, Motor, read_motor};
+use crate::motor::{Model, Motor};
 
 /// Which motor, and which of the handout's models of it.
 #[derive(Debug, Clone, Args)]
@@ -42,7 +43,7 @@ impl MotorChoice {
     /// The motor with the friction asked for left out.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
         let mut motor = match &self.motor {
-            Some(path) => read_motor(path).map_err(Failure::input)?,
+            Some(path) => motor_file(path, output)?,
             None => {
                 output.message("no --motor: the lab handout's motor is simulated");
                 Motor::default()

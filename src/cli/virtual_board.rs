@@ -31,7 +31,9 @@ fn after_help() -> String {
 impl Virtual {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         let text = self.board.strip_prefix(PREFIX).unwrap_or(&self.board);
-        let board = VirtualSpec::parse(text).map_err(Failure::input)?;
+        let board = VirtualSpec::parse(text)
+            .map_err(Failure::input)?
+            .said(output);
         let board = board.spawn().map_err(Failure::input)?;
         if output.json {
             output.document(&json!({ "port": board.path() }))?;

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::time::Duration;
 
-use super::Failure;
 use super::capture::capture_failure;
 use super::output_file::mark;
 use super::signals::StopSignal;
 use super::virtual_spec::VirtualSpec;
+use super::{Failure, Output};
 use crate::board::{Board, BoardOptions, Profile};
 use crate::recording::{CaptureRequest, Captured, Ending, SharedLive, capture};
 
@@ -32,8 +32,11 @@ pub(super) struct Order<'a> {
 pub(super) async fn record(
     order: Order<'_>,
     stop: StopSignal,
+    output: &Output,
 ) -> Result<Option<Captured>, Failure> {
-    let spec = VirtualSpec::parse(order.board).map_err(Failure::input)?;
+    let spec = VirtualSpec::parse(order.board)
+        .map_err(Failure::input)?
+        .said(output);
     let supply_v = spec.motor.parameters.supply_v;
     let profile =
         Profile::named(order.profile, supply_v, order.duration_s).map_err(Failure::input)?;

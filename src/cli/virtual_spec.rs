@@ -3,14 +3,13 @@
 //! Keys after `effect=ID` are that effect's parameters; the others are the motor file, its parameters,
 //! and how the board and its line behave.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Duration;
 
+use super::{Output, motor_file};
 use crate::board::{Pace, VirtualBoard, VirtualBoardOptions};
 use crate::motor::catalogue::{EffectError, EffectKind, find};
-use crate::motor::{
-    ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, read_motor,
-};
+use crate::motor::{ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError};
 use crate::recording::CommandKind;
 
 /// What a word must begin with to be one.
@@ -52,6 +51,8 @@ pub(super) const BOARD_KEYS: [(&str, &str); 18] = [
 pub(super) struct VirtualSpec {
     /// The motor on the bench.
     pub motor: Motor,
+    /// Its file, if there is one, and the keys that the file lacks.
+    file: Option<(PathBuf, Vec<&'static str>)>,
     /// Seed of its random effects.
     pub seed: u64,
     /// The board and its line.
@@ -99,12 +100,16 @@ impl VirtualSpec {
         let pairs = pairs(text.strip_prefix('?').unwrap_or(text))?;
         let mut spec = Self {
             motor: Motor::default(),
+            file: None,
             seed: 0,
             options: VirtualBoardOptions::default(),
         };
         // The file first: other keys change what it says.
         if let Some((_, path)) = pairs.iter().find(|(key, _)| key == "motor") {
-            spec.motor = read_motor(Path::new(path))?;
+            let path = PathBuf::from(path);
+            let (motor, lacking) = motor_file::read(&path)?;
+            spec.motor = motor;
+            spec.file = Some((path, lacking));
         }
         let mut effects: Vec<(String, Vec<(String, f64)>)> = Vec::new();
         for (key, value) in &pairs {
@@ -178,6 +183,14 @@ impl VirtualSpec {
             },
         }
         Ok(())
+    }
+
+    /// The same, once what its motor file lacks is said.
+    pub(super) fn said(self, output: &Output) -> Self {
+        if let Some((path, lacking)) = &self.file {
+            motor_file::say(path, lacking, output);
+        }
+        self
     }
 
     /// Plugs the board in, with its motor at rest.

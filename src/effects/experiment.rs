@@ -1,0 +1,89 @@
+//! The experiment that shows an effect at its default strength, and what hides some effects from every experiment.
+
+use serde::Serialize;
+
+use crate::motor::catalogue::EffectKind;
+
+/// A recording to be made.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Experiment {
+    /// A built-in profile, as `capture --profile` takes it.
+    pub profile: &'static str,
+    /// How long in s.
+    pub duration_s: f64,
+    /// Sample time in s.
+    pub sample_time_s: f64,
+}
+
+/// Levels and reversals of several sizes with rests between, in a quarter of a minute: most effects show in it.
+const USUAL: Experiment = at_3_ms("reversing", 15.0);
+
+/// Effects that show better elsewhere.
+const OTHERS: [(&str, Experiment); 8] = [
+    // Its levels have to pass through the dead zone slowly.
+    ("dead_zone", at_3_ms("ramp@0.5", 15.0)),
+    ("asymmetric_dead_zone", at_3_ms("ramp@0.5", 15.0)),
+    // A shaft that hardly turns, and starts and stops often.
+    ("stribeck", at_3_ms("ramp@0.5", 15.0)),
+    ("static_friction", at_3_ms("ramp@0.3", 20.0)),
+    // Slow reversals: the play is a large share of the way.
+    ("backlash", at_3_ms("ramp@0.4", 20.0)),
+    // Heat takes tens of seconds.
+    ("winding_heating", at_3_ms("brakes", 60.0)),
+    ("magnet_weakening", at_3_ms("brakes", 60.0)),
+    // Half a sample's travel is most at top speed.
+    ("sample_jitter", at_3_ms("square", 15.0)),
+];
+
+/// Effects that do to every run of counts what another number of the motor file does.
+const TWINS: [(&str, &str); 6] = [
+    (
+        "supply_error",
+        "other motor constants, inertia and friction in that ratio do the same",
+    ),
+    (
+        "coulomb_friction",
+        "it is another value of coulomb_friction_nm",
+    ),
+    (
+        "viscous_friction",
+        "more back EMF slows the motor by as much at every speed",
+    ),
+    ("inertia", "it is another value of inertia_kg_m2"),
+    (
+        "resolution_error",
+        "other motor constants and inertia in that ratio do the same",
+    ),
+    (
+        "clock_error",
+        "another speed and another time constant do the same; only the host's time stamps tell",
+    ),
+];
+
+const fn at_3_ms(profile: &'static str, duration_s: f64) -> Experiment {
+    Experiment {
+        profile,
+        duration_s,
+        sample_time_s: 0.003,
+    }
+}
+
+/// The experiment that shows this effect at its default strength.
+pub fn experiment(kind: &EffectKind) -> Experiment {
+    let own = OTHERS.iter().find(|(id, _)| *id == kind.id);
+    own.map_or(USUAL, |(_, experiment)| *experiment)
+}
+
+/// Why no experiment with voltage in and counts out parts this effect from other numbers of the motor file; `None`
+/// where one does.
+pub fn twin(kind: &EffectKind) -> Option<&'static str> {
+    let twin = TWINS.iter().find(|(id, _)| *id == kind.id);
+    twin.map(|(_, why)| *why)
+}
+
+/// Every id that has a row here.
+#[cfg(test)]
+pub(super) fn ids() -> impl Iterator<Item = &'static str> {
+    let others = OTHERS.iter().map(|(id, _)| *id);
+    others.chain(TWINS.iter().map(|(id, _)| *id))
+}

@@ -1,0 +1,142 @@
+//! The catalogue of effects as people read it: what each is, its numbers for a motor, and the experiment that shows it.
+//!
+//! Equation, ranges and what an effect is confused with are the catalogue's (`motor::catalogue`). Here is what belongs
+//! to recordings: [`experiment`] names the profile in which the default strength shows, and [`twin`] says which effects
+//! no recording parts from the motor file's own numbers. `tests/effects_shown.rs` measures both.
+
+mod experiment;
+
+use serde::Serialize;
+
+pub use experiment::{Experiment, experiment, twin};
+
+use crate::motor::Parameters;
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
+
+/// One parameter of an effect, for one motor and sample time, in SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Number {
+    /// Key in a motor file.
+    pub key: &'static str,
+    /// Unit; empty for a pure number.
+    pub unit: &'static str,
+    /// Smallest plausible value.
+    pub lo: f64,
+    /// Largest plausible value.
+    pub hi: f64,
+    /// The only plausible values, where there are few.
+    pub one_of: Option<&'static [f64]>,
+    /// The value where a file or a virtual board leaves the key out.
+    pub default: f64,
+}
+
+/// One effect, for one motor.
+#[derive(Debug, Clone, Serialize)]
+pub struct Entry {
+    /// Its name in files.
+    pub effect: &'static str,
+    /// Its stage.
+    pub stage: Stage,
+    /// What it is.
+    pub summary: &'static str,
+    /// Its equation.
+    pub equation: &'static str,
+    /// Where that is from.
+    pub source: &'static str,
+    /// Whether two runs with the same command differ by it.
+    pub random: bool,
+    /// Its parameters.
+    pub parameters: Vec<Number>,
+    /// What shows it.
+    pub excited_by: &'static str,
+    /// Effects, and numbers of the motor file, that look much the same.
+    pub confused_with: &'static [&'static str],
+    /// The experiment in which its default strength shows.
+    pub experiment: Experiment,
+    /// Why no experiment parts it from the motor file's own numbers, where none does.
+    pub twin: Option<&'static str>,
+}
+
+/// Every effect for this motor, in the order in which a signal meets it.
+pub fn entries(parameters: &Parameters) -> Vec<Entry> {
+    let entry = |kind: &'static EffectKind| {
+        let experiment = experiment(kind);
+        let number = |p| number(p, parameters, experiment.sample_time_s);
+        Entry {
+            effect: kind.id,
+            stage: kind.stage,
+            summary: kind.summary,
+            equation: kind.equation,
+            source: kind.source,
+            random: kind.random,
+            parameters: kind.parameters.iter().map(number).collect(),
+            excited_by: kind.excited_by,
+            confused_with: kind.confounded_with,
+            experiment,
+            twin: twin(kind),
+        }
+    };
+    catalogue().iter().map(entry).collect()
+}
+
+fn number(p: &EffectParameter, parameters: &Parameters, sample_time_s: f64) -> Number {
+    let (lo, hi) = p.range(parameters, sample_time_s);
+    Number {
+        key: p.key,
+        unit: p.unit,
+        lo,
+        hi,
+        one_of: match p.prior {
+            Prior::OneOf(values) => Some(values),
+            _ => None,
+        },
+        default: p.default(parameters, sample_time_s),
+    }
+}
+
+/// Significant digits that are worth reading.
+const DIGITS: i32 = 4;
+
+/// A number with no more digits than are worth reading.
+pub fn rounded(value: f64) -> f64 {
+    if value == 0.0 {
+        return value;
+    }
+    let unit = 10f64.powi(DIGITS - 1 - value.abs().log10().floor() as i32);
+    (value * unit).round() / unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::Profile;
+    use crate::motor::catalogue::find;
+
+    #[test]
+    fn a_number_is_rounded_to_four_digits() {
+        for (value, short) in [
+            (0.0, 0.0),
+            (0.387_298_33, 0.3873),
+            (-754.851_9, -754.9),
+            (6e-4, 6e-4),
+        ] {
+            assert_eq!(rounded(value), short);
+        }
+    }
+
+    #[test]
+    fn every_row_is_of_an_effect_and_every_profile_is_built_in() {
+        for entry in entries(&Parameters::default()) {
+            let Experiment {
+                profile,
+                duration_s,
+                ..
+            } = entry.experiment;
+            let played = Profile::named(profile, 4.5, duration_s).expect("a built-in profile");
+            assert!((played.duration_s() - duration_s).abs() < 1e-9, "{profile}");
+        }
+        for id in experiment::ids() {
+            assert!(find(id).is_some(), "{id}");
+        }
+    }
+}
