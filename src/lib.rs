@@ -12,6 +12,7 @@
 //! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
 //! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |
 //! | [`compare`] | recorded against simulated |
+//! | [`least_squares`] | the plain fit of a first-order motor to recordings |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
@@ -19,7 +20,7 @@
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
-//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `motor` and
+//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `least_squares`, `motor` and
 //! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate
 //! `motor-chain`, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
@@ -33,6 +34,7 @@ pub mod effects;
 pub mod export;
 pub mod import;
 pub mod lab;
+pub mod least_squares;
 pub mod recording;
 pub mod report;
 pub mod units;

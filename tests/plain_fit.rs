@@ -4,6 +4,9 @@ use std::path::Path;
 
 use motorlab::diagnose::{NominalFit, nominal_fit};
 use motorlab::import::{Map, import};
+use motorlab::least_squares::{
+    FirstOrder, FirstOrderMotor, Record, counts_from_first, fit_runs, plain_fit,
+};
 use motorlab::motor::Motor;
 use motorlab::recording::{Run, read_run};
 
@@ -52,6 +55,163 @@ fn a_first_order_step_is_left_within_a_count() {
             "{found:?}"
         );
     }
+}
+
+/// A drawn motor's step from rest, and what SciPy leaves of it.
+struct Drawn {
+    motor: FirstOrderMotor,
+    run: Run,
+    scipy_counts: f64,
+}
+
+/// `first_order_fits.py` draws and counts them: theta = K (u - F) (t - T (1 - exp(-t/T))).
+fn drawn() -> Vec<Drawn> {
+    let table = include_str!("reference/fits/first_order.csv");
+    let of_row = |row: &str| {
+        let numbers = row.split(',').map(|cell| cell.parse().expect("a number"));
+        let numbers: Vec<f64> = numbers.collect();
+        let [
+            gain,
+            time_constant_s,
+            friction,
+            volts,
+            per_rev,
+            phase,
+            step_s,
+            samples,
+            left,
+        ] = numbers[..]
+        else {
+            panic!("{row}");
+        };
+        let t_s: Vec<f64> = (0..samples as usize).map(|k| k as f64 * step_s).collect();
+        let turned = |t: f64| t + time_constant_s * (-t / time_constant_s).exp_m1();
+        let per_rad = per_rev / std::f64::consts::TAU;
+        let count = |t: &f64| (gain * (volts - friction) * turned(*t) * per_rad + phase).floor();
+        Drawn {
+            motor: FirstOrderMotor {
+                gain,
+                shape: FirstOrder {
+                    time_constant_s,
+                    friction,
+                },
+            },
+            run: Run {
+                sample_time_s: step_s,
+                counts_per_rev: per_rev,
+                supply_v: Some(volts),
+                complete: true,
+                command: vec![volts; t_s.len()],
+                counts: t_s.iter().map(|t| count(t) as i64).collect(),
+                t_s,
+                ..Run::default()
+            },
+            scipy_counts: left,
+        }
+    };
+    table.lines().skip(1).map(of_row).collect()
+}
+
+/// Fast motors among them are nearly up to speed at the second sample, which no start in motion is.
+#[test]
+fn drawn_motors_are_fitted_as_well_as_by_scipy() {
+    let all = drawn();
+    assert_eq!(all.len(), 200);
+    let mut worse = Vec::new();
+    for (k, drawn) in all.iter().enumerate() {
+        let runs = std::slice::from_ref(&drawn.run);
+        let plain = fit_runs(runs, &[]).expect("it turns").left_counts;
+        let nominal = fit(runs).left_counts;
+        for left in [plain, nominal] {
+            if left > AS_GOOD * drawn.scipy_counts {
+                worse.push((k, left, drawn.scipy_counts));
+            }
+        }
+    }
+    assert!(worse.is_empty(), "{worse:?}");
+}
+
+/// Root mean square of counts less those of a motor, by the textbook's step response and not the fit's.
+fn left_of_step(run: &Run, motor: FirstOrderMotor) -> f64 {
+    let shape = motor.shape;
+    let driven = (run.command[0] - shape.friction).max(0.0);
+    let per_rad = run.counts_per_rev / std::f64::consts::TAU;
+    let turned = |t: f64| t + shape.time_constant_s * (-t / shape.time_constant_s).exp_m1();
+    let pairs = run.t_s.iter().zip(&run.counts);
+    let raw: Vec<f64> = pairs
+        .map(|(t, n)| *n as f64 + 0.5 - motor.gain * driven * turned(*t) * per_rad)
+        .collect();
+    let start = (raw.iter().sum::<f64>() / raw.len() as f64).clamp(0.0, 1.0);
+    (raw.iter().map(|r| (r - start).powi(2)).sum::<f64>() / raw.len() as f64).sqrt()
+}
+
+/// The motor that made the run, and others beside it, as starts: the fit leaves no more than any of them.
+#[test]
+fn a_fit_is_never_worse_than_a_motor_that_it_starts_from() {
+    for (k, drawn) in drawn().iter().enumerate().step_by(4) {
+        let FirstOrderMotor { gain, shape } = drawn.motor;
+        let beside = |factor: f64| FirstOrderMotor {
+            gain: gain * factor,
+            shape: FirstOrder {
+                time_constant_s: shape.time_constant_s / factor,
+                friction: shape.friction * factor,
+            },
+        };
+        let starts = [beside(1.0), beside(1.001), beside(0.97), beside(4.0)];
+        let found = fit_runs(std::slice::from_ref(&drawn.run), &starts).expect("it turns");
+        for start in starts {
+            let left = left_of_step(&drawn.run, start);
+            assert!(
+                found.left_counts <= left * (1.0 + 1e-9),
+                "{k}: {found:?} leaves more than {left} of {start:?}"
+            );
+        }
+        let own = left_of_step(&drawn.run, found.motor);
+        assert!(
+            (found.left_counts / own - 1.0).abs() < 1e-9,
+            "{k}: {own}, {found:?}"
+        );
+    }
+}
+
+/// A recording of several levels that begins in motion: the numbers come back, with the speed of the start and without.
+#[test]
+fn a_start_in_motion_is_one() {
+    let truth = FirstOrder {
+        time_constant_s: 0.15,
+        friction: 0.5,
+    };
+    let (gain, counts_per_rev) = (2.5, 4000.0);
+    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.01).collect();
+    let command: Vec<f64> = (0..600)
+        .map(|k| [6.0, -4.0, 2.5, 8.0, -6.0][k / 120])
+        .collect();
+    let begins_rad_s = 9.0;
+    let per_rad = counts_per_rev / std::f64::consts::TAU;
+    let angles = truth.angles(&t_s, &command, begins_rad_s / gain);
+    let counted = |angle: &f64| (gain * angle * per_rad + 0.3).floor() as i64;
+    let run = Run {
+        sample_time_s: 0.01,
+        counts_per_rev,
+        supply_v: Some(8.0),
+        complete: true,
+        counts: angles.iter().map(counted).collect(),
+        command,
+        t_s,
+        ..Run::default()
+    };
+    let counts = counts_from_first(&run);
+    let record = Record::from_rest(&run.t_s, &run.command, &counts, counts_per_rev);
+    let told = plain_fit(&[record.starting(begins_rad_s * per_rad)], &[]).expect("it turns");
+    assert!(told.left_counts < 0.31, "{told:?}");
+    assert!((told.motor.gain / gain - 1.0).abs() < 1e-3, "{told:?}");
+    let found = fit_runs(std::slice::from_ref(&run), &[]).expect("it turns");
+    let shape = found.motor.shape;
+    assert!(
+        (shape.time_constant_s / 0.15 - 1.0).abs() < 0.02,
+        "{found:?}"
+    );
+    assert!((shape.friction - 0.5).abs() < 0.1, "{found:?}");
 }
 
 /// A step from rest of a real motor, from its command on.

@@ -16,6 +16,7 @@ use super::subject::Subject;
 use super::words::{digits, time};
 use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
+use crate::recording::unit_of_time::{MISTAKEN, power_of_unit};
 
 /// A quantity whose logarithm (base 10) has this mean and this standard deviation.
 #[derive(Debug, Clone, Copy)]
@@ -49,9 +50,6 @@ const STATED: f64 = 6.9;
 /// Log odds from which another unit is said: twenty to one.
 const SURE: f64 = 3.0;
 
-/// How many times too long a recording's seconds may be.
-const FACTORS: [i32; 4] = [-6, -3, 3, 6];
-
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
     let Some(intervals) = Intervals::of(run).filter(|_| is_told(run)) else {
@@ -59,21 +57,19 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     };
     let step_s = intervals.median_s();
     let host = host_factor(run);
-    if host.is_some_and(|factor| (factor.log10()).abs() < 0.5) {
+    let by_host_power = host.and_then(power_of_unit);
+    if by_host_power == Some(0) {
         return Vec::new();
     }
     let response = response(run);
     let told = score(subject, step_s, response.as_ref(), 1.0);
-    let by_host = host.and_then(|factor| {
-        let power = 3 * (factor.log10() / 3.0).round() as i32;
-        let exact = 10f64.powi(power);
-        let near = power != 0 && (factor / exact).log10().abs() < 0.5;
+    let by_host = by_host_power.and_then(|power| {
         // A simulated board may be in a hurry: the host's steps must be those of a log.
-        let host_step_s = step_s / exact;
-        (near && STEPS.score(host_step_s) > STEPS.score(step_s)).then_some((power, f64::INFINITY))
+        let host_step_s = step_s / 10f64.powi(power);
+        (STEPS.score(host_step_s) > STEPS.score(step_s)).then_some((power, f64::INFINITY))
     });
     let by_motor = || {
-        let rivals = FACTORS.into_iter().map(|power| {
+        let rivals = MISTAKEN.into_iter().map(|power| {
             let factor = 10f64.powi(power);
             let better = score(subject, step_s, response.as_ref(), factor) - told;
             (power, better - prior(run, step_s, factor))

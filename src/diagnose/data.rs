@@ -8,12 +8,11 @@
 //! recording's own, smoothed, so that the weights are the same for every model.
 //!
 //! A recording may begin in motion, and anywhere in a turn: the simulation starts at the first count's angle, and at
-//! the speed of a parabola through the first samples where that is not rest.
+//! the speed that its first samples show (`least_squares`) where that is not rest.
 
 use super::tones;
 use crate::check::host_clock::host_clock;
-use nalgebra::{Matrix3, Vector3};
-
+use crate::least_squares::{Record, counts_from_first, start_of};
 use crate::motor::fit::Simulator;
 use crate::motor::{Drive, Model, SimulationError};
 use crate::recording::{CommandKind, Run};
@@ -29,12 +28,6 @@ const PIECE_SAMPLES: usize = 60;
 const SHORT_PIECE_SAMPLES: usize = 20;
 /// Uncertainty of the speed at the start of a piece beside what rounding makes, as a share of the top speed.
 const PIECE_SHARE: f64 = 0.02;
-/// Samples that tell the speed at the first of them.
-const START_SAMPLES: usize = 6;
-/// A shaft that has this share of its mean speed over them at the first was turning before.
-const TURNING: f64 = 0.3;
-/// Uncertainty of that speed beside what rounding makes, as a share.
-const START_SHARE: f64 = 0.05;
 
 /// Columns of one run as the fit needs them.
 #[derive(Debug, Clone)]
@@ -85,11 +78,7 @@ impl RunData {
     /// Makes a run ready, the `origin`-th.
     pub fn new(run: &Run, origin: usize) -> Result<Self, SimulationError> {
         let first = run.counts.first().copied().unwrap_or(0);
-        let counts: Vec<f64> = run
-            .counts
-            .iter()
-            .map(|&n| (i128::from(n) - i128::from(first)) as f64 + 0.5)
-            .collect();
+        let counts = counts_from_first(run);
         let sample_time_s = sample_time(run);
         let half = ((WINDOW_S / sample_time_s).round() as usize).clamp(1, 1000);
         let last = counts.len().saturating_sub(1);
@@ -106,14 +95,15 @@ impl RunData {
             weight.push((travel + sample_time_s).min(1.0));
             moving.push(travelled.abs() >= 1.5);
         }
-        let (start_speed, start_variance) = start(&run.t_s, &counts);
         let first_counts = first as f64;
         let rad = std::f64::consts::TAU / run.counts_per_rev;
         let command = run.driving_command();
+        let record = Record::from_rest(&run.t_s, &command, &counts, run.counts_per_rev);
+        let start = start_of(&record);
         let largest_command = largest(&command, 1e-12);
         let simulator = simulator(&run.t_s, &command, run.command_kind)?
             .knowing(run.known.clone())
-            .starting(first_counts * rad, start_speed * rad);
+            .starting(first_counts * rad, start.speed_counts_s * rad);
         Ok(Self {
             t_s: run.t_s.clone(),
             command: command.into_owned(),
@@ -122,8 +112,8 @@ impl RunData {
             counts,
             origin,
             first_counts,
-            start_speed_counts_s: start_speed,
-            start_variance,
+            start_speed_counts_s: start.speed_counts_s,
+            start_variance: start.variance,
             top_speed_counts_s: largest(&speed_counts_s, 1.0),
             largest_command,
             speed_counts_s,
@@ -263,41 +253,6 @@ fn scatter_of(t_s: &[f64]) -> f64 {
         .windows(2)
         .map(|pair| (pair[1] - pair[0] - mean).powi(2));
     (6.0 * squares.sum::<f64>() / n).sqrt()
-}
-
-/// Speed in counts/s at the first sample, and its variance: least squares of a parabola through the first samples.
-/// Both are 0 where the shaft may have started from rest.
-fn start(t_s: &[f64], counts: &[f64]) -> (f64, f64) {
-    let n = START_SAMPLES.min(counts.len());
-    let span_s = t_s[n.max(1) - 1] - t_s[0];
-    if n < 4 || span_s <= 0.0 {
-        return (0.0, 0.0);
-    }
-    let rows: Vec<Vector3<f64>> = t_s[..n]
-        .iter()
-        .map(|t| (t - t_s[0]) / span_s)
-        .map(|x| Vector3::new(1.0, x, x * x))
-        .collect();
-    let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
-    let right: Vector3<f64> = rows.iter().zip(counts).map(|(row, n)| row * *n).sum();
-    let Some(inverse) = normal.try_inverse() else {
-        return (0.0, 0.0);
-    };
-    let fitted = inverse * right;
-    let squares: f64 = rows
-        .iter()
-        .zip(counts)
-        .map(|(row, n)| (n - row.dot(&fitted)).powi(2))
-        .sum();
-    let rounding = (squares / (n - 3) as f64).max(1.0 / 12.0);
-    let deviation = (rounding * inverse[(1, 1)]).sqrt();
-    let mean = counts[n - 1] - counts[0];
-    if fitted[1].abs() < 5.0 * deviation || fitted[1] / mean < TURNING {
-        return (0.0, 0.0);
-    }
-    let speed = fitted[1] / span_s;
-    let deviation = (deviation / span_s).hypot(START_SHARE * speed);
-    (speed, deviation * deviation)
 }
 
 /// Cuts runs into pieces of about this length in s, [`PIECE_S`] or shorter; a run that is no longer stays whole.

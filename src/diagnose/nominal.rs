@@ -1,7 +1,7 @@
 //! A nominal motor where nothing is known: the handout's first-order model, fitted.
 //!
 //! What is fitted is what is shown: the position error in counts, in open loop from the start of each run
-//! (`plain_fit.rs`). It begins from a regression, from the motor that is given, and from a grid of its own, and is never
+//! (`least_squares`). It begins from a regression, from the motor that is given, and from a grid of its own, and is never
 //! worse than any of these. Between two samples `a` and `b` the equation of motion has the integral
 //!
 //! `int u dt = (J R/Kt) (w_b - w_a) + (Kb + b R/Kt) (theta_b - theta_a) + (Tf R/Kt) int sgn(w) dt`
@@ -15,11 +15,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::data::RunData;
 use super::effort::Effort;
-use super::first_order::FirstOrder;
 use super::held::is_held;
-use super::plain_fit::{left_at_rest, plain_fit};
 use super::predict::predict;
 use super::{DiagnoseError, ready};
+use crate::least_squares::{FirstOrder, FirstOrderMotor, Record, left_at_rest, plain_fit};
 use crate::motor::Motor;
 use crate::recording::{CommandKind, Run};
 
@@ -67,12 +66,13 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let mut given = given.clone();
     given.parameters.counts_per_rev = first.counts_per_rev;
     given.parameters.supply_v = first.supply_v.unwrap_or(given.parameters.supply_v);
-    let at_rest_counts = left_at_rest(&data);
+    let records: Vec<Record<'_>> = data.iter().map(record).collect();
+    let at_rest_counts = left_at_rest(&records);
     let given_left_counts = left_by(&given, &data);
     let regressed = regression(&data);
     if is_held(&data) {
-        let (gain, shape) = regressed.ok_or(DiagnoseError::NoFit)?;
-        let motor = with_numbers(&given, kind, gain, shape);
+        let fitted = regressed.ok_or(DiagnoseError::NoFit)?;
+        let motor = with_numbers(&given, kind, fitted);
         let left_counts = left_by(&motor, &data).ok_or(DiagnoseError::NoFit)?;
         return Ok(NominalFit {
             motor,
@@ -83,16 +83,16 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         });
     }
     let starts: Vec<_> = (regressed.into_iter())
-        .chain(numbers_of(&given, kind))
+        .chain(FirstOrderMotor::of(&given, kind))
         .collect();
-    let found = plain_fit(&data, &starts).ok_or(DiagnoseError::NoFit)?;
+    let found = plain_fit(&records, &starts).ok_or(DiagnoseError::NoFit)?;
     if found.left_counts >= at_rest_counts {
         return Err(DiagnoseError::FitFailed {
             left_counts: found.left_counts,
             at_rest_counts,
         });
     }
-    let motor = with_numbers(&given, kind, found.gain, found.shape);
+    let motor = with_numbers(&given, kind, found.motor);
     let left_counts = left_by(&motor, &data).ok_or(DiagnoseError::NoFit)?;
     let is_given = given_left_counts.is_some_and(|left| left < left_counts);
     Ok(NominalFit {
@@ -102,6 +102,12 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         at_rest_counts,
         is_given,
     })
+}
+
+/// The run as the plain fit needs it.
+fn record(run: &RunData) -> Record<'_> {
+    Record::from_rest(&run.t_s, &run.command, &run.counts, run.counts_per_rev)
+        .starting(run.start_speed_counts_s)
 }
 
 /// Position error of a motor in counts RMS over all samples, in open loop from the start of each run; where inside a count it
@@ -119,48 +125,9 @@ fn left_by(motor: &Motor, data: &[RunData]) -> Option<f64> {
     left.is_finite().then_some(left)
 }
 
-/// Gain, time constant and friction of a motor without inductance; `None` of one without any damping.
-fn numbers_of(motor: &Motor, kind: CommandKind) -> Option<(f64, FirstOrder)> {
-    let p = &motor.parameters;
-    let torque = torque_per_command(motor, kind);
-    let back_emf = match kind {
-        CommandKind::Voltage => p.back_emf_v_s_per_rad,
-        CommandKind::Current | CommandKind::Torque => 0.0,
-    };
-    let gain = 1.0 / (back_emf + p.viscous_friction_nm_s_per_rad / torque);
-    let shape = FirstOrder {
-        time_constant_s: gain * p.inertia_kg_m2 / torque,
-        friction: p.coulomb_friction_nm / torque,
-    };
-    let is_number = gain.is_finite() && shape.time_constant_s > 0.0 && shape.friction >= 0.0;
-    is_number.then_some((gain, shape))
-}
-
-/// From what is commanded to a torque, in N m per unit of the command.
-fn torque_per_command(motor: &Motor, kind: CommandKind) -> f64 {
-    let p = &motor.parameters;
-    match kind {
-        CommandKind::Voltage => p.torque_constant_nm_per_a / p.resistance_ohm,
-        CommandKind::Current => p.torque_constant_nm_per_a,
-        CommandKind::Torque => 1.0,
-    }
-}
-
-/// The motor with that gain, time constant and friction.
-fn with_numbers(given: &Motor, kind: CommandKind, gain: f64, shape: FirstOrder) -> Motor {
-    let torque = torque_per_command(given, kind);
-    let mut motor = given.clone();
-    let p = &mut motor.parameters;
-    p.inertia_kg_m2 = shape.time_constant_s / gain * torque;
-    p.coulomb_friction_nm = shape.friction * torque;
-    if kind == CommandKind::Voltage {
-        let viscous = (p.viscous_friction_nm_s_per_rad / torque).min(0.5 / gain);
-        p.viscous_friction_nm_s_per_rad = viscous * torque;
-        p.back_emf_v_s_per_rad = 1.0 / gain - viscous;
-    } else {
-        p.viscous_friction_nm_s_per_rad = torque / gain;
-    }
-    p.inductance_h = 0.0;
+/// The first-order motor with its numbers' tolerances.
+fn with_numbers(given: &Motor, kind: CommandKind, fitted: FirstOrderMotor) -> Motor {
+    let mut motor = fitted.in_place_of(given, kind);
     for key in [
         "inertia_kg_m2",
         "coulomb_friction_nm",
@@ -173,7 +140,7 @@ fn with_numbers(given: &Motor, kind: CommandKind, gain: f64, shape: FirstOrder) 
 }
 
 /// Gain, time constant and friction by least squares over stretches; `None` where they cannot be told.
-fn regression(data: &[RunData]) -> Option<(f64, FirstOrder)> {
+fn regression(data: &[RunData]) -> Option<FirstOrderMotor> {
     let mut normal = Matrix3::<f64>::zeros();
     let mut right = Vector3::<f64>::zeros();
     let mut largest = Vector3::<f64>::zeros();
@@ -200,7 +167,7 @@ fn regression(data: &[RunData]) -> Option<(f64, FirstOrder)> {
         time_constant_s: gain * number(0),
         friction: number(2),
     };
-    Some((gain, shape))
+    Some(FirstOrderMotor { gain, shape })
 }
 
 /// Of each stretch in which the shaft turns: the three integrals, that of the command, and its length in s.

@@ -15,6 +15,7 @@ mod rows;
 mod run;
 mod statistics;
 mod text_capture;
+pub(crate) mod unit_of_time;
 mod velocity;
 mod write_error;
 mod write_run;

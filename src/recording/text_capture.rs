@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
+use super::unit_of_time::power_of_unit;
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
 use crate::board::leap::{LONGEST_STEP_US, most_counts};
 use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
@@ -145,14 +146,6 @@ fn times(factor: f64) -> String {
 /// Shortest time between two lines that a host's clock is held against, in microseconds: lines that came in
 /// one read have none (measured: reads of one line are 1 ms and more apart).
 const TELLING_US: u64 = 500;
-
-/// By how many thousands the board's time runs faster than the host's, if it does so within a factor of two.
-fn unit_factor(board_us: i64, host_us: u64) -> Option<f64> {
-    let ratio = board_us as f64 / host_us as f64;
-    [1e3, 1e6, 1e-3, 1e-6]
-        .into_iter()
-        .find(|factor| (0.5..=2.0).contains(&(ratio / factor)))
-}
 
 /// A recording of a sketch, with what there is to say about it.
 #[derive(Debug)]
@@ -336,11 +329,14 @@ impl<'a> TextRecording<'a> {
         let since = |(board_us, then_us): (i64, u64)| {
             let passed_us = host_us.saturating_sub(then_us);
             let board_us = time_us.saturating_sub(board_us);
-            (passed_us >= TELLING_US).then(|| unit_factor(board_us, passed_us))?
+            (passed_us >= TELLING_US)
+                .then(|| power_of_unit(board_us as f64 / passed_us as f64))?
+                .filter(|power| *power != 0)
         };
-        let Some(factor) = since(first).filter(|factor| since(last) == Some(*factor)) else {
+        let Some(power) = since(first).filter(|power| since(last) == Some(*power)) else {
             return Ok(());
         };
+        let factor = 10f64.powi(power);
         let columns = self.decoder.columns().map_or(&[][..], |c| c.as_slice());
         let renamed = columns
             .iter()

@@ -1,0 +1,60 @@
+//! The plain least-squares fit of a first-order motor to recordings: position error in counts, open loop from the start
+//! of each run.
+//!
+//! [`fit_runs`] is the whole of it for runs as they were read; [`plain_fit`] takes columns. It knows no noise, no priors and no
+//! effects, and lies below the diagnosis, which begins from it. `tests/plain_fit.rs` compares it with SciPy's `least_squares` on 200
+//! drawn motors and on real steps.
+
+mod first_order;
+mod motor;
+mod plain_fit;
+mod record;
+mod start;
+
+pub use first_order::FirstOrder;
+pub use motor::FirstOrderMotor;
+pub use plain_fit::{PlainFit, plain_fit};
+pub use record::{Record, counts_from_first, left_at_rest};
+pub use start::{Start, start_of};
+
+use crate::recording::Run;
+
+/// The least-squares first-order motor of these runs, which are of one axis; `starts` are motors to begin from beside the
+/// fit's own, none of which leaves less. Each run begins at rest or in motion, whichever its first samples show. What the runs
+/// say is known to differ between them is left out of account.
+///
+/// `None` where nothing turns, or only against the command.
+///
+/// ```
+/// use motorlab::least_squares::fit_runs;
+/// use motorlab::recording::Run;
+///
+/// // theta = K u (t - T (1 - exp(-t/T))) with K = 2 rad/s/V, T = 0.1 s, at 5 V and 1000 counts a turn.
+/// let t_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.005).collect();
+/// let turned = |t: &f64| 2.0 * 5.0 * (t + 0.1 * (-t / 0.1_f64).exp_m1());
+/// let run = Run {
+///     sample_time_s: 0.005,
+///     counts_per_rev: 1000.0,
+///     counts: t_s.iter().map(|t| (turned(t) * 1000.0 / std::f64::consts::TAU) as i64).collect(),
+///     command: vec![5.0; t_s.len()],
+///     t_s,
+///     ..Run::default()
+/// };
+/// let found = fit_runs(&[run], &[]).expect("it turns");
+/// assert!((found.motor.shape.time_constant_s - 0.1).abs() < 1e-3);
+/// assert!(found.left_counts < 0.31);
+/// ```
+pub fn fit_runs(runs: &[Run], starts: &[FirstOrderMotor]) -> Option<PlainFit> {
+    let columns: Vec<_> = runs
+        .iter()
+        .map(|run| (run.driving_command(), counts_from_first(run)))
+        .collect();
+    let records: Vec<Record<'_>> = (runs.iter().zip(&columns))
+        .map(|(run, (command, counts))| {
+            let record = Record::from_rest(&run.t_s, command, counts, run.counts_per_rev);
+            let start = start_of(&record);
+            record.starting(start.speed_counts_s)
+        })
+        .collect();
+    plain_fit(&records, starts)
+}

@@ -1,0 +1,229 @@
+//! The plain least-squares fit of a first-order motor (`first_order.rs`) to recorded counts.
+//!
+//! Minimised is `sum over samples (n - x(K, T, F) - o)^2` in counts^2: open loop from the first sample, `o` one number a run,
+//! where inside a count the shaft started. No weights, no priors. The gain is linear, so that it follows from each time
+//! constant and friction (variable projection: Golub and Pereyra 1973). These two come from a grid over all that is plausible,
+//! from the starts that are handed in, and from each of them without friction; the best are polished by Levenberg's and
+//! Marquardt's steps. A resting shaft has no derivative by its friction, so that a scan along it comes in between.
+//! `tests/plain_fit.rs` compares with SciPy's `least_squares` on drawn and real steps.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::record::{Record, Records};
+use super::{FirstOrder, FirstOrderMotor};
+
+/// Time constants of the grid, evenly spaced in logarithm: a factor of 1.6 between them over the 5 decades that a recording spans
+/// at most, so that each basin of the error has one.
+const TIME_CONSTANTS: usize = 14;
+/// The shortest of them as a share of the sample time: what is shorter is over before the next sample.
+const SHORTEST: f64 = 0.1;
+/// Frictions of the grid as shares of the largest command; a motor with more hardly turns.
+const FRICTIONS: [f64; 8] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7];
+/// Starts that are polished.
+const POLISHED: usize = 4;
+/// Most steps of a polish, and the relative gain that ends it.
+const STEPS: usize = 40;
+const SETTLED: f64 = 1e-9;
+/// Relative step of a difference: half of the digits.
+const DIFFERENCE: f64 = 1e-6;
+/// Frictions that differ by less than this share of the largest command are one: step of the last scan along it.
+const FRICTION_STEP: f64 = 0.01;
+/// A fit that leaves less by a smaller share than this is not better: then the one with less friction is taken, the simpler one.
+const SAME: f64 = 1e-3;
+/// Friction that is not absent, as a share of the largest command: a tenth of what the best of small gear motors have.
+const LEAST_FRICTION: f64 = 1e-3;
+/// By so small a share more the runs do not mind.
+const NOT_MINDED: f64 = 0.01;
+
+/// A first-order motor and what it leaves.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainFit {
+    /// The motor.
+    pub motor: FirstOrderMotor,
+    /// Position error in counts RMS over all samples.
+    pub left_counts: f64,
+}
+
+/// The least-squares fit to these runs; `starts` are motors to begin from beside the grid's, none of which leaves less.
+/// `None` where nothing turns, or only against the command.
+pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<PlainFit> {
+    let all = Records(records);
+    let largest_command = all.largest_command();
+    let given = starts.iter().filter_map(|start| all.left_by(*start));
+    let mut found: Vec<PlainFit> = given.collect();
+    let given_leave = least(&found);
+    for FirstOrderMotor { gain, shape } in starts {
+        found.extend(all.with_gain(*gain, *shape));
+        found.extend(all.with_gain(*gain, without_friction(*shape)));
+    }
+    let guess = starts.first().map_or(1.0, |start| start.gain);
+    for time_constant_s in all.time_constants() {
+        for share in FRICTIONS {
+            let friction = share * largest_command;
+            let shape = FirstOrder {
+                time_constant_s,
+                friction,
+            };
+            found.extend(all.with_gain(guess, shape));
+        }
+    }
+    found.sort_by(|a, b| a.left_counts.total_cmp(&b.left_counts));
+    found.truncate(POLISHED);
+    // The simplest is a start whatever it leaves.
+    let simplest = found.first().and_then(|best| {
+        let FirstOrderMotor { gain, shape } = best.motor;
+        all.with_gain(gain, without_friction(shape))
+    });
+    found.extend(simplest);
+    let polished: Vec<PlainFit> = (found.into_iter())
+        .map(|fit| all.polished(fit, largest_command))
+        .collect();
+    let least = least(&polished);
+    let as_good = polished
+        .into_iter()
+        .filter(|fit| fit.left_counts <= ((1.0 + SAME) * least).min(given_leave.max(least)));
+    let best = as_good.min_by(|a, b| {
+        let friction = |fit: &PlainFit| fit.motor.shape.friction;
+        friction(a).total_cmp(&friction(b))
+    })?;
+    // Friction that came out as nothing is small, not absent, where the runs do not mind: other numbers are shares of it.
+    let FirstOrderMotor { gain, shape } = best.motor;
+    let friction = shape.friction.max(LEAST_FRICTION * largest_command);
+    let rubs = all.with_gain(gain, FirstOrder { friction, ..shape });
+    rubs.filter(|fit| fit.left_counts <= ((1.0 + NOT_MINDED) * least).min(given_leave))
+        .or(Some(best))
+}
+
+/// What the best of these leaves.
+fn least(fits: &[PlainFit]) -> f64 {
+    let left = fits.iter().map(|fit| fit.left_counts);
+    left.fold(f64::INFINITY, f64::min)
+}
+
+fn without_friction(shape: FirstOrder) -> FirstOrder {
+    FirstOrder {
+        friction: 0.0,
+        ..shape
+    }
+}
+
+impl Records<'_> {
+    /// From what is over before the next sample to what lasts as long as the longest run, in s.
+    fn span_of_time_constants(&self) -> [f64; 2] {
+        let (step_s, longest_s) = self.step_and_length_s().unwrap_or((1.0, 1.0));
+        let shortest_s = SHORTEST * step_s;
+        [shortest_s, longest_s.max(shortest_s)]
+    }
+
+    fn time_constants(&self) -> impl Iterator<Item = f64> {
+        let [shortest, longest] = self.span_of_time_constants();
+        let ratio = (longest / shortest).ln() / (TIME_CONSTANTS - 1) as f64;
+        (0..TIME_CONSTANTS).map(move |k| shortest * (ratio * k as f64).exp())
+    }
+
+    /// The fit with the gain that suits this shape best; `None` where it would turn against the command. The speed at the first
+    /// sample is in proportion to the gain `guess`, then to what came of it.
+    fn with_gain(&self, guess: f64, shape: FirstOrder) -> Option<PlainFit> {
+        let once = self.best_gain(guess, shape)?;
+        let in_motion = self.0.iter().any(|run| run.start_rad_s != 0.0);
+        let gain = if in_motion {
+            self.best_gain(once, shape)?
+        } else {
+            once
+        };
+        self.left_by(FirstOrderMotor { gain, shape })
+    }
+
+    /// What a motor leaves; `None` where that is no number.
+    fn left_by(&self, motor: FirstOrderMotor) -> Option<PlainFit> {
+        let residuals = self.residuals(motor.gain, motor.shape);
+        let squares: f64 = residuals.iter().map(|r| r * r).sum();
+        let left_counts = (squares / residuals.len() as f64).sqrt();
+        left_counts
+            .is_finite()
+            .then_some(PlainFit { motor, left_counts })
+    }
+
+    /// Levenberg's and Marquardt's steps, then a scan along the friction, until neither gains.
+    fn polished(&self, start: PlainFit, largest_command: f64) -> PlainFit {
+        let mut best = self.descended(start, largest_command);
+        loop {
+            let near = [-1.0, 1.0].into_iter().filter_map(|sign| {
+                let FirstOrderMotor { gain, shape } = best.motor;
+                let friction = shape.friction + sign * FRICTION_STEP * largest_command;
+                let shape = FirstOrder {
+                    friction: friction.max(0.0),
+                    ..shape
+                };
+                self.with_gain(gain, shape)
+            });
+            let better = (near.map(|fit| self.descended(fit, largest_command)))
+                .min_by(|a, b| a.left_counts.total_cmp(&b.left_counts))
+                .filter(|fit| fit.left_counts < (1.0 - SAME) * best.left_counts);
+            match better {
+                Some(better) => best = better,
+                None => return best,
+            }
+        }
+    }
+
+    /// Damped least squares over the logarithms of gain and time constant, and the friction as a share of the largest command.
+    fn descended(&self, start: PlainFit, largest_command: f64) -> PlainFit {
+        let unit = largest_command.max(f64::MIN_POSITIVE);
+        let [shortest, longest] = self.span_of_time_constants();
+        let of = |p: Vector3<f64>| {
+            let shape = FirstOrder {
+                time_constant_s: p[1].exp(),
+                friction: unit * p[2].max(0.0),
+            };
+            FirstOrderMotor {
+                gain: p[0].exp(),
+                shape,
+            }
+        };
+        let FirstOrderMotor { gain, shape } = start.motor;
+        let mut p = Vector3::new(gain.ln(), shape.time_constant_s.ln(), shape.friction / unit);
+        let (mut best, mut damping) = (start, 1e-3);
+        for _ in 0..STEPS {
+            let residuals = self.residuals(best.motor.gain, best.motor.shape);
+            let moved = |k: usize| {
+                let mut q = p;
+                q[k] += DIFFERENCE;
+                let moved = of(q);
+                self.residuals(moved.gain, moved.shape)
+            };
+            let columns = [moved(0), moved(1), moved(2)];
+            let (mut normal, mut right) = (Matrix3::zeros(), Vector3::zeros());
+            for (k, r) in residuals.iter().enumerate() {
+                let row = Vector3::from_fn(|j, _| (columns[j][k] - r) / DIFFERENCE);
+                normal += row * row.transpose();
+                right -= row * *r;
+            }
+            let before = best.left_counts;
+            while damping < 1e9 {
+                let diagonal =
+                    Matrix3::from_diagonal(&normal.diagonal().add_scalar(f64::MIN_POSITIVE));
+                let step = (normal + diagonal * damping).lu().solve(&right);
+                let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else {
+                    damping *= 4.0;
+                    continue;
+                };
+                let mut tried = p + step;
+                tried[1] = tried[1].clamp(shortest.ln(), longest.ln());
+                tried[2] = tried[2].max(0.0);
+                match self.left_by(of(tried)) {
+                    Some(fit) if fit.left_counts < best.left_counts => {
+                        (best, p) = (fit, tried);
+                        damping *= 0.25;
+                        break;
+                    }
+                    _ => damping *= 4.0,
+                }
+            }
+            if best.left_counts >= (1.0 - SETTLED) * before {
+                break;
+            }
+        }
+        best
+    }
+}

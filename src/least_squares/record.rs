@@ -1,0 +1,138 @@
+//! A recording as the fit needs it, and what a first-order motor leaves of several.
+
+use super::FirstOrder;
+use crate::recording::Run;
+
+/// A run as the fit needs it.
+#[derive(Debug, Clone, Copy)]
+pub struct Record<'a> {
+    /// Sample times in s.
+    pub t_s: &'a [f64],
+    /// What drives the axis from each sample to the next.
+    pub command: &'a [f64],
+    /// Counts from the first sample, with half a count of rounding put back ([`counts_from_first`]).
+    pub counts: &'a [f64],
+    /// Counts in a radian.
+    pub counts_per_rad: f64,
+    /// Speed at the first sample in rad/s.
+    pub start_rad_s: f64,
+}
+
+/// Counts from the first sample of a run, with half a count of rounding put back.
+pub fn counts_from_first(run: &Run) -> Vec<f64> {
+    let first = i128::from(run.counts.first().copied().unwrap_or(0));
+    let counted = run.counts.iter();
+    counted
+        .map(|&n| (i128::from(n) - first) as f64 + 0.5)
+        .collect()
+}
+
+/// What a shaft that never turns leaves of these runs, in counts RMS: what a fit has to beat.
+pub fn left_at_rest(records: &[Record<'_>]) -> f64 {
+    let counts = records
+        .iter()
+        .flat_map(|run| run.counts.iter().map(|n| n - run.counts[0]));
+    let (samples, squares) = counts.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x * x));
+    (squares / f64::max(samples, 1.0)).sqrt()
+}
+
+impl<'a> Record<'a> {
+    /// A run that begins at rest.
+    pub fn from_rest(
+        t_s: &'a [f64],
+        command: &'a [f64],
+        counts: &'a [f64],
+        counts_per_rev: f64,
+    ) -> Self {
+        Self {
+            t_s,
+            command,
+            counts,
+            counts_per_rad: counts_per_rev / std::f64::consts::TAU,
+            start_rad_s: 0.0,
+        }
+    }
+
+    /// The same, beginning with this speed.
+    #[must_use]
+    pub fn starting(self, speed_counts_s: f64) -> Self {
+        Self {
+            start_rad_s: speed_counts_s / self.counts_per_rad,
+            ..self
+        }
+    }
+
+    /// Its first samples, so many at most.
+    #[must_use]
+    pub(super) fn head(self, samples: usize) -> Self {
+        let samples = samples.min(self.counts.len());
+        Self {
+            t_s: &self.t_s[..samples],
+            command: &self.command[..samples],
+            counts: &self.counts[..samples],
+            ..self
+        }
+    }
+
+    /// Simulated counts from the first sample on, not rounded.
+    pub(super) fn counts_for(&self, gain: f64, shape: FirstOrder) -> Vec<f64> {
+        let mut angles = shape.angles(self.t_s, self.command, self.start_rad_s / gain);
+        for angle in &mut angles {
+            *angle *= gain * self.counts_per_rad;
+        }
+        angles
+    }
+}
+
+/// Several of them, fitted together.
+pub(super) struct Records<'a>(pub(super) &'a [Record<'a>]);
+
+impl Records<'_> {
+    /// Size of the largest command.
+    pub(super) fn largest_command(&self) -> f64 {
+        let commands = self.0.iter().flat_map(|run| run.command);
+        commands.fold(0.0, |most, u| f64::max(most, u.abs()))
+    }
+
+    /// The shortest mean step and the longest run, in s; `None` where no time passes.
+    pub(super) fn step_and_length_s(&self) -> Option<(f64, f64)> {
+        let ends = self.0.iter().filter_map(|run| {
+            let last = run.t_s.last()? - run.t_s.first()?;
+            (last > 0.0).then_some((last / (run.t_s.len() - 1) as f64, last))
+        });
+        ends.reduce(|(step, length), (a, b)| (step.min(a), length.max(b)))
+    }
+
+    /// The gain that suits this shape best; `None` where it would turn against the command. The speed at the first sample is
+    /// in proportion to the gain `guess`.
+    pub(super) fn best_gain(&self, guess: f64, shape: FirstOrder) -> Option<f64> {
+        let (mut with, mut square) = (0.0, 0.0);
+        for run in self.0 {
+            let angles = run.counts_for(guess, shape);
+            let mean = mean(&angles);
+            let counts_mean = self::mean(run.counts);
+            for (angle, counts) in angles.iter().zip(run.counts) {
+                with += (angle - mean) * (counts - counts_mean);
+                square += (angle - mean).powi(2);
+            }
+        }
+        let gain = guess * with / square;
+        (gain.is_finite() && gain > 0.0).then_some(gain)
+    }
+
+    /// Recorded less simulated counts of all runs end to end.
+    pub(super) fn residuals(&self, gain: f64, shape: FirstOrder) -> Vec<f64> {
+        let of_run = |run: &Record<'_>| {
+            let angles = run.counts_for(gain, shape);
+            let raw: Vec<f64> = run.counts.iter().zip(&angles).map(|(n, x)| n - x).collect();
+            // Where inside a count the shaft started: half a count of rounding is put back.
+            let start = mean(&raw).clamp(0.0, 1.0);
+            raw.into_iter().map(move |r| r - start)
+        };
+        self.0.iter().flat_map(of_run).collect()
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}

@@ -1,0 +1,41 @@
+//! A device's unit of time, held against a host's clock.
+
+/// Powers of ten by which a unit of time is mistaken: us, ms and s for one another.
+pub(crate) const MISTAKEN: [i32; 4] = [-6, -3, 3, 6];
+
+/// Within this factor the device's time runs as fast as a unit says: a host's reads come late by less.
+const WITHIN: f64 = 2.0;
+
+/// By which power of ten the device's seconds run faster than the host's: 0 where they do not, -6, -3, 3 or 6 where another
+/// unit is meant; `None` where it is none of these.
+pub(crate) fn power_of_unit(device_per_host: f64) -> Option<i32> {
+    let near = |power: &i32| {
+        let ratio = device_per_host / 10f64.powi(*power);
+        (1.0 / WITHIN..=WITHIN).contains(&ratio)
+    };
+    [0].into_iter().chain(MISTAKEN).find(near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_thousand_and_a_million_are_told_and_what_lies_between_is_not() {
+        for (ratio, power) in [
+            (1.0, Some(0)),
+            (0.51, Some(0)),
+            (1900.0, Some(3)),
+            (5.1e-4, Some(-3)),
+            (1e6, Some(6)),
+            (1.2e-6, Some(-6)),
+            (30.0, None),
+            (1e9, None),
+            (0.0, None),
+            (-1000.0, None),
+            (f64::NAN, None),
+        ] {
+            assert_eq!(power_of_unit(ratio), power, "{ratio}");
+        }
+    }
+}
