@@ -18,6 +18,7 @@
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
+//! | [`plain`] | text from files and devices made harmless for whoever reads it |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
 //! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `least_squares`, `motor` and
@@ -35,6 +36,7 @@ pub mod export;
 pub mod import;
 pub mod lab;
 pub mod least_squares;
+pub mod plain;
 pub mod recording;
 pub mod report;
 pub mod units;

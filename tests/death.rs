@@ -220,6 +220,58 @@ fn a_full_disk_ends_it_with_a_whole_row() {
 }
 
 #[test]
+fn a_raw_log_on_a_full_disk_ends_and_the_recording_does_not() {
+    let disk = tempfile::tempdir().expect("a directory");
+    let mounted = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
+        .arg(disk.path())
+        .stderr(Stdio::null())
+        .status();
+    if !mounted.is_ok_and(|status| status.success()) {
+        return support::skip(
+            "a_raw_log_on_a_full_disk_ends_and_the_recording_does_not",
+            "may not mount a tmpfs",
+        );
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let (board, _) = a_board();
+    let port = board.path().display().to_string();
+    let log = disk.path().join("raw.log").display().to_string();
+    let arguments = ["capture", &port, "--duration", "1.5", "--log", &log];
+    let done = finish(start(directory.path(), &arguments));
+    let unmounted = Command::new("umount").arg(disk.path()).status();
+    assert!(unmounted.expect("umount runs").success());
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    for said in [log.as_str(), "run.csv holds 500 rows"] {
+        assert!(done.messages.contains(said), "{}", done.messages);
+    }
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert_eq!(file.rows.len(), 500);
+}
+
+#[test]
+fn a_run_file_that_another_program_cuts_is_noticed() {
+    let (board, taken) = a_board();
+    let directory = tempfile::tempdir().expect("a directory");
+    let port = board.path().display().to_string();
+    let child = start(directory.path(), &["capture", &port, "--duration", "10"]);
+    while taken.load(Ordering::Relaxed) < 100 {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let path = directory.path().join("run.csv");
+    let file = std::fs::File::options().write(true).open(&path);
+    file.expect("a file").set_len(50).expect("it can be cut");
+    let done = finish(child);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("changed by another program") && done.messages.contains("run.csv"),
+        "{}",
+        done.messages
+    );
+    assert_eq!(std::fs::metadata(&path).expect("a file").len(), 50);
+}
+
+#[test]
 fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
     let (board, taken) = a_board();
     let directory = tempfile::tempdir().expect("a directory");

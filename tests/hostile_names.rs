@@ -110,3 +110,47 @@ fn what_a_board_calls_itself_is_text_in_the_run_and_in_the_page() {
     assert_eq!(run(directory.path(), &compare).status, Some(0));
     are_harmless(&[directory.path().join("compare.html")], "run.csv");
 }
+
+#[test]
+fn a_name_of_several_lines_is_one_line_wherever_it_is_shown() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let name = "a\nb\u{202e}.csv";
+    let shown = "a\u{fffd}b\u{fffd}.csv";
+    let simulate = ["simulate", "--duration", "1.5", "-o", name];
+    assert_eq!(run(directory.path(), &simulate).status, Some(0));
+    for arguments in [
+        &["compare", name][..],
+        &["check", name],
+        &["export", "matlab", "--run", name, "-o", "mat"],
+    ] {
+        let done = run(directory.path(), arguments);
+        assert_eq!(done.status, Some(0), "{arguments:?}: {}", done.messages);
+        assert!(
+            !done.output.contains("a\nb"),
+            "{arguments:?}: {}",
+            done.output
+        );
+    }
+    let compared = run(directory.path(), &["compare", name]);
+    assert!(compared.output.contains(shown), "{}", compared.output);
+    // A profile's name goes into the header of a run.
+    let profile = "p\ncomplete = true\n.csv";
+    std::fs::write(
+        directory.path().join(profile),
+        "t_s,command_v\n0,0\n0.1,4\n",
+    )
+    .expect("a file");
+    let capture = [
+        "capture",
+        "virtual:?speed=max",
+        "--profile",
+        profile,
+        "--duration",
+        "0.3",
+    ];
+    let done = run(directory.path(), &capture);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let text = std::fs::read_to_string(directory.path().join("run.csv")).expect("a run");
+    let keys = text.lines().filter(|line| line.starts_with("# complete"));
+    assert_eq!(keys.count(), 1, "{text}");
+}

@@ -359,7 +359,7 @@ fn what_cannot_be_imported_is_said_with_place_and_way_out() {
         (
             log.as_bytes(),
             format!("{whole}unti = 3\n"),
-            &["map.toml, line ", "unti"],
+            &["map.toml: line 10: ", "unti"],
         ),
         (
             log.as_bytes(),

@@ -178,7 +178,21 @@ fn every_failure_is_a_document() {
     let path = folder.path();
     fs::write(path.join("bad.csv"), "# format = \"motorlab-run/1\"\n# counts_per_rev = 720\nt_s,command_v,counts\n0,1,2\n0.1,x,2\n0.2,1,2\n")
         .expect("a file");
-    let cases: [Failing<'_>; 14] = [
+    for (name, text) in [
+        ("map.toml", "supply_v = 5\n[time]\nunit = ms\n"),
+        ("lacks.toml", "[time]\nunit = \"ms\"\n"),
+        (
+            "right.toml",
+            "counts_per_rev = 720\n[time]\ncolumn = \"t\"\nunit = \"ms\"\n[command]\ncolumn = \"u\"\nunit = \"V\"\n[position]\ncolumn = \"n\"\nunit = \"counts\"\n",
+        ),
+        ("log.csv", "a,b,c\n1,2,3\n"),
+        ("odd.toml", "resistance_ohm = 9.0\ninertia = 1\n"),
+        ("profile.csv", "t_s,command_v\n0,1\n1,x\n"),
+    ] {
+        fs::write(path.join(name), text).expect("a file");
+    }
+    fs::create_dir(path.join("inner")).expect("a folder");
+    let cases: [Failing<'_>; 23] = [
         (
             &["compare", "bad.csv"],
             2,
@@ -245,12 +259,81 @@ fn every_failure_is_a_document() {
         (&["design", "--bogus"], 2, "wrong_use", None, None),
         (&["bogus"], 2, "wrong_use", None, None),
         (&[], 2, "wrong_use", None, None),
-        (&["blind", "run", "nowhere"], 2, "bad_input", None, None),
+        (
+            &["blind", "run", "nowhere"],
+            2,
+            "bad_input",
+            Some("nowhere/manifest.json"),
+            None,
+        ),
         (
             &["import", "none.log", "--map", "none.toml"],
             2,
             "bad_input",
+            Some("none.toml"),
             None,
+        ),
+        (
+            &["import", "none.log", "--map", "map.toml"],
+            2,
+            "bad_input",
+            Some("map.toml"),
+            Some(3),
+        ),
+        (
+            &["import", "none.log", "--map", "lacks.toml"],
+            2,
+            "bad_input",
+            Some("lacks.toml"),
+            Some(1),
+        ),
+        (
+            &["import", "log.csv", "--map", "right.toml"],
+            2,
+            "bad_input",
+            Some("log.csv"),
+            Some(1),
+        ),
+        (
+            &["simulate", "--motor", "odd.toml"],
+            2,
+            "bad_input",
+            Some("odd.toml"),
+            Some(2),
+        ),
+        (
+            &["simulate", "--profile", "profile.csv"],
+            2,
+            "bad_input",
+            Some("profile.csv"),
+            Some(3),
+        ),
+        (
+            &["export", "json", "--motor", "odd.toml", "-o", "run.csv"],
+            2,
+            "output_refused",
+            Some("run.csv"),
+            None,
+        ),
+        (
+            &["capture", "virtual:", "-o", "."],
+            2,
+            "output_refused",
+            Some("."),
+            None,
+        ),
+        (
+            &["capture", "virtual:", "-o", "new.csv", "--log", ".."],
+            2,
+            "output_refused",
+            Some(".."),
+            None,
+        ),
+        (
+            &["replay", "log.csv", "-o", "inner"],
+            2,
+            "output_refused",
+            Some("inner"),
             None,
         ),
     ];
@@ -281,4 +364,35 @@ fn a_long_name_gives_a_short_message() {
     let done = run(folder.path(), &["compare", &name]);
     assert_eq!(done.status, Some(2));
     assert!(done.messages.len() < 4000 && !done.messages.contains('\u{202e}'));
+}
+
+/// What a call that fails must leave of the runs of an earlier one.
+#[cfg(unix)]
+#[test]
+fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path();
+    let board = ["--board", "speed=max"];
+    let first = run(path, &[&["demo"][..], &board].concat());
+    assert_eq!(first.status, Some(0), "{}", first.messages);
+    let demo = path.join("demo");
+    let before = (
+        names(&demo),
+        read(&demo, "step30.csv"),
+        read(&demo, "step3.csv"),
+    );
+    assert!(
+        !before.0.iter().any(|name| name.starts_with('.')),
+        "{before:?}"
+    );
+    // Left by a call that was killed.
+    fs::write(demo.join(".motorlab-step30.csv"), "half").expect("a file");
+    let failed = run(path, &["demo", "--board", "speed=max&hang_up_after=20"]);
+    assert_ne!(failed.status, Some(0), "{}", failed.messages);
+    assert_eq!(before.1, read(&demo, "step30.csv"));
+    assert_eq!(before.2, read(&demo, "step3.csv"));
+    let again = run(path, &[&["demo"][..], &board].concat());
+    assert_eq!(again.status, Some(0), "{}", again.messages);
+    assert_eq!(names(&demo), before.0);
+    assert_ne!(before.1, read(&demo, "step30.csv"));
 }

@@ -391,6 +391,36 @@ fn labels_that_name_no_counts_are_named() {
 }
 
 #[test]
+fn a_command_beyond_the_supply_is_said_and_one_that_no_reader_takes_is_no_row() {
+    let arguments = [
+        "--columns",
+        "t_us,counts,command_v",
+        "--supply",
+        "9",
+        "--duration",
+        "0.5",
+    ];
+    let (done, file) = capture_from(|k| format!("{},{k},24\n", k * 5000), &arguments);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    assert!(
+        done.messages
+            .contains("command_v reached 24 V on a supply of 9 V"),
+        "{}",
+        done.messages
+    );
+    assert_eq!(file.expect("a file").rows.len(), 100);
+    let line = |k: u32| {
+        let command = if k % 25 == 24 { "1e300" } else { "6" };
+        format!("{},{k},{command}\n", k * 5000)
+    };
+    let (done, file) = capture_from(line, &arguments);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let file = file.expect("a file");
+    assert!(file.summary("lost") >= 3, "{}", done.messages);
+    assert!(file.rows.iter().all(|row| row[3] == "6"));
+}
+
+#[test]
 fn a_command_beyond_full_scale_and_counts_that_leap_are_said() {
     let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
     let (done, _) = capture_from(|k| format!("{},{k},1023\n", k * 5000), &arguments);

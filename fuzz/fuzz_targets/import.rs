@@ -16,7 +16,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Some(at) = found else {
         return;
     };
-    let Ok(map) = Map::from_toml(&String::from_utf8_lossy(&bytes[..at]), "map.toml") else {
+    let Ok(map) = Map::from_toml(&String::from_utf8_lossy(&bytes[..at])) else {
         return;
     };
     let folder = std::env::temp_dir().join(format!("import-fuzz-{}", std::process::id()));

@@ -73,8 +73,6 @@ pub enum BoardEvent {
     HungUp,
     /// The line failed.
     Failed(io::Error),
-    /// The raw log cannot be written any further.
-    LogFailed(io::Error),
 }
 
 /// An open, identified board.
@@ -131,7 +129,7 @@ impl Board {
                 let Ok(arrival) = timeout(left, reader.next()).await else {
                     break;
                 };
-                let gone = receive(arrival, &mut intake, &line, &mut events).map_err(failed)?;
+                let gone = receive(arrival, &mut intake, &line, &mut events);
                 while let Some(event) = events.pop_front() {
                     match event {
                         Event::Hello(hello) => {
@@ -277,20 +275,19 @@ impl Board {
                 self.line.say_alive();
             }
             match receive(arrival, &mut self.intake, &self.line, &mut self.events) {
-                Ok(None) => {}
-                Ok(last) => {
+                None => {}
+                last => {
                     self.over = true;
                     self.last = last;
                     self.silence();
                 }
-                Err(error) => return Some(BoardEvent::LogFailed(error)),
             }
         }
     }
 
     /// Hands what the raw log holds to the operating system.
-    pub fn flush_log(&self) -> io::Result<()> {
-        self.line.log(|log, _| log.flush())
+    pub fn flush_log(&self) {
+        self.line.log(|log, _| log.flush());
     }
 
     fn event_for_recorder(&mut self, event: Event) -> Option<BoardEvent> {
@@ -348,11 +345,7 @@ impl Board {
                 let Ok(arrival) = timeout(left, self.reader.next()).await else {
                     break;
                 };
-                let gone = receive(arrival, &mut self.intake, &self.line, &mut self.events)
-                    .map_err(|source| BoardError::Line {
-                        path: path.clone(),
-                        source,
-                    })?;
+                let gone = receive(arrival, &mut self.intake, &self.line, &mut self.events);
                 if let Some(hello) = self.other_hello() {
                     if !is_first {
                         return Err(BoardError::Restarted { path });
@@ -417,19 +410,19 @@ fn receive(
     intake: &mut Intake,
     line: &Line,
     events: &mut VecDeque<Event>,
-) -> io::Result<Option<BoardEvent>> {
+) -> Option<BoardEvent> {
     match arrival {
         Some(Arrival::Bytes { host_us, bytes }) => {
-            line.log(|log, _| log.from_board(host_us, &bytes))?;
+            line.log(|log, _| log.received(host_us, &bytes));
             intake.push(host_us, &bytes, |event| events.push_back(event));
-            Ok(None)
+            None
         }
         Some(Arrival::HungUp { host_us }) => {
-            line.log(|log, _| log.hang_up(host_us))?;
-            Ok(Some(BoardEvent::HungUp))
+            line.log(|log, _| log.hang_up(host_us));
+            Some(BoardEvent::HungUp)
         }
-        Some(Arrival::Failed(error)) => Ok(Some(BoardEvent::Failed(error))),
-        None => Ok(Some(BoardEvent::HungUp)),
+        Some(Arrival::Failed(error)) => Some(BoardEvent::Failed(error)),
+        None => Some(BoardEvent::HungUp),
     }
 }
 

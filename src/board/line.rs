@@ -1,8 +1,9 @@
 //! The writing side of a serial line, with the raw log of both directions.
 
+use std::fs::File;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 use firmware_protocol::{ALIVE_INTERVAL_MS, HostMessage, MAX_WIRE};
@@ -15,8 +16,69 @@ pub(super) const ATTEMPTS: u32 = 5;
 /// How often the board is told that this program is alive.
 pub(super) const ALIVE_EVERY: Duration = Duration::from_millis(ALIVE_INTERVAL_MS as u64 * 2 / 3);
 
-/// Where a raw log goes.
-pub type RawLog = rawlog::Writer<io::BufWriter<std::fs::File>>;
+/// A raw log beside a recording. What cannot be written of it any more ends the log, never the recording: whoever began it
+/// asks its [`LogFailure`] at the end.
+#[derive(Debug)]
+pub struct RawLog {
+    writer: Option<rawlog::Writer<io::BufWriter<File>>>,
+    failure: LogFailure,
+}
+
+/// Why a raw log ended before its recording did, once it has.
+pub type LogFailure = Arc<OnceLock<io::Error>>;
+
+impl RawLog {
+    /// Begins a log in an empty file.
+    ///
+    /// # Errors
+    /// Its header cannot be written.
+    pub fn begin(file: File, header: &toml::Table) -> io::Result<Self> {
+        let mut writer = rawlog::Writer::new(io::BufWriter::new(file), header)?;
+        writer.flush()?;
+        Ok(Self {
+            writer: Some(writer),
+            failure: LogFailure::default(),
+        })
+    }
+
+    /// Where it is found whether the log goes to the end.
+    pub fn failure(&self) -> LogFailure {
+        Arc::clone(&self.failure)
+    }
+
+    /// Appends bytes that arrived from the board.
+    pub fn received(&mut self, at_us: u64, bytes: &[u8]) {
+        self.write(|writer| writer.from_board(at_us, bytes));
+    }
+
+    /// Appends bytes that were sent to the board.
+    pub(super) fn sent(&mut self, at_us: u64, bytes: &[u8]) {
+        self.write(|writer| writer.to_board(at_us, bytes));
+    }
+
+    /// Notes that the device went away.
+    pub fn hang_up(&mut self, at_us: u64) {
+        self.write(|writer| writer.hang_up(at_us));
+    }
+
+    /// Hands everything written so far to the operating system.
+    pub fn flush(&mut self) {
+        self.write(rawlog::Writer::flush);
+    }
+
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut rawlog::Writer<io::BufWriter<File>>) -> io::Result<()>,
+    ) {
+        let Some(writer) = &mut self.writer else {
+            return;
+        };
+        if let Err(error) = write(writer) {
+            self.writer = None;
+            let _ = self.failure.set(error);
+        }
+    }
+}
 
 /// The writing side of the line; whoever reads shares it.
 #[derive(Debug)]
@@ -64,17 +126,14 @@ impl Line {
         let mut port = self.port.lock().unwrap_or_else(PoisonError::into_inner);
         port.write_all(bytes)?;
         self.said_us.store(self.now_us(), Ordering::Relaxed);
-        self.log(|log, now_us| log.to_board(now_us, bytes))
+        self.log(|log, now_us| log.sent(now_us, bytes));
+        Ok(())
     }
 
-    pub(super) fn log(
-        &self,
-        write: impl FnOnce(&mut RawLog, u64) -> io::Result<()>,
-    ) -> io::Result<()> {
+    pub(super) fn log(&self, write: impl FnOnce(&mut RawLog, u64)) {
         let mut log = self.log.lock().unwrap_or_else(PoisonError::into_inner);
-        match log.as_mut() {
-            Some(log) => write(log, self.now_us()),
-            None => Ok(()),
+        if let Some(log) = log.as_mut() {
+            write(log, self.now_us());
         }
     }
 }

@@ -27,7 +27,7 @@ pub use connection::{Board, BoardEvent, BoardOptions, wire_segments};
 pub use heard::Heard;
 pub use intake::{Damage, Event, Expectations, Intake, Sample};
 pub use leap::Leap;
-pub use line::RawLog;
+pub use line::{LogFailure, RawLog};
 pub use port::{OpenError, Port, READ_PATIENCE};
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};

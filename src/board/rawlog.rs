@@ -16,6 +16,8 @@
 
 use std::io::{self, BufRead, Read, Write};
 
+use crate::plain::one_line_table;
+
 /// Value of the `format` key.
 pub const FORMAT: &str = "motorlab-rawlog/1";
 
@@ -50,7 +52,7 @@ impl<W: Write> Writer<W> {
     /// Begins a log with `header` (TOML) at its top, `format` added, or instead of the one that it has.
     pub fn new(mut output: W, header: &toml::Table) -> io::Result<Self> {
         writeln!(output, "# format = \"{FORMAT}\"")?;
-        let mut header = header.clone();
+        let mut header = one_line_table(header);
         header.remove("format");
         let text = toml::to_string(&header).map_err(io::Error::other)?;
         for line in text.lines() {

@@ -16,12 +16,14 @@ use super::signals::StopSignal;
 use super::virtual_spec::{PREFIX, VirtualSpec};
 use super::{Failure, Output, Status};
 use crate::board::{
-    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, VirtualBoard, rawlog,
+    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, RawLog, VirtualBoard,
     usb_identity,
 };
 use crate::motor::Motor;
+use crate::plain::shown;
 use crate::recording::{
-    CaptureError, CaptureRequest, Captured, Ending, SharedLive, capture, next_free_name,
+    CaptureError, CaptureRequest, Captured, Ending, SharedLive, WriteError, capture,
+    next_free_name, refuse_no_file,
 };
 
 /// How long a built-in profile takes in s.
@@ -43,10 +45,12 @@ pub struct Capture {
     /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file]
     #[arg(long, value_name = "SECONDS", value_parser = duration)]
     pub(super) duration: Option<f64>,
-    /// Where the run goes. An existing file is not overwritten: the next free name is taken.
+    /// Where the run goes. An existing file is not overwritten: the next free name is taken. What is no file (a folder,
+    /// a device, a pipe) is refused.
     #[arg(short, long, value_name = "FILE", default_value = "run.csv")]
     pub(super) output: PathBuf,
-    /// Write every byte with its time to this raw log, which `motorlab replay` plays.
+    /// Write every byte with its time to this raw log, which `motorlab replay` plays. A full disk ends the log and not
+    /// the recording; the exit status is 3 then.
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
     /// Bits per second on the line.
@@ -128,6 +132,9 @@ impl Capture {
     }
 
     async fn record(&self, output: &Output) -> Result<Status, Failure> {
+        for path in std::iter::once(&self.output).chain(&self.log) {
+            refuse_no_file(path).map_err(capture_failure)?;
+        }
         let stop = StopSignal::install().map_err(Failure::device)?;
         let plugged = self.plug_in(output)?;
         let path = plugged.as_ref().map_or_else(
@@ -135,8 +142,7 @@ impl Capture {
             |board| board.path().to_owned(),
         );
         if let Some(columns) = &self.columns {
-            let log = self.begin_log(output)?;
-            return self.record_text(&path, columns, log, output, stop).await;
+            return self.record_text(&path, columns, output, stop).await;
         }
         let mut segments = Segments::default();
         let mut identity: Option<BoardIdentity> = None;
@@ -145,7 +151,7 @@ impl Capture {
             let options = BoardOptions {
                 baud: self.baud,
                 patience: Duration::from_secs_f64(self.patience),
-                log: self.begin_log(output)?,
+                log: self.begin_log(&mut segments, output)?,
             };
             let opened = tokio::select! {
                 board = Board::open(&path, options) => board,
@@ -169,7 +175,7 @@ impl Capture {
                 {
                     output.message(&format!(
                         "the board is gone; {} holds {} samples up to there. Waiting for it to come back (Ctrl-C ends)",
-                        captured.path.display(),
+                        shown(&captured.path),
                         captured.statistics.samples
                     ));
                     segments.add(captured);
@@ -274,7 +280,12 @@ impl Capture {
         spec.spawn().map(Some).map_err(Failure::input)
     }
 
-    fn begin_log(&self, output: &Output) -> Result<Option<crate::board::RawLog>, Failure> {
+    /// Begins the raw log, if one is asked for, and notes it with the segments.
+    pub(super) fn begin_log(
+        &self,
+        segments: &mut Segments,
+        output: &Output,
+    ) -> Result<Option<RawLog>, Failure> {
         let Some(asked) = &self.log else {
             return Ok(None);
         };
@@ -282,14 +293,14 @@ impl Capture {
         if path != *asked {
             output.message(&format!(
                 "{} exists and stays as it is; the raw log goes to {}",
-                asked.display(),
-                path.display()
+                shown(asked),
+                shown(&path)
             ));
         }
         let cannot = |error: io::Error| {
             Failure::device(format!(
                 "cannot write the raw log {}: {error}",
-                path.display()
+                shown(&path)
             ))
         };
         let file = File::create_new(&path).map_err(cannot)?;
@@ -300,7 +311,8 @@ impl Capture {
             Some(columns) => self.describe_text(columns, &mut header),
             None => drop(header.insert("profile".to_owned(), self.profile_name().into())),
         }
-        let log = rawlog::Writer::new(io::BufWriter::new(file), &header).map_err(cannot)?;
+        let log = RawLog::begin(file, &header).map_err(cannot)?;
+        segments.add_log(path.clone(), log.failure());
         Ok(Some(log))
     }
 
@@ -347,8 +359,8 @@ pub(super) fn say_free_name(output: &Output, asked: &Path) {
     if free != asked {
         output.message(&format!(
             "{} exists and stays as it is; recording into {}",
-            asked.display(),
-            free.display()
+            shown(asked),
+            shown(&free)
         ));
     }
 }
@@ -363,9 +375,12 @@ pub(super) fn board_failure(error: BoardError) -> Failure {
     }
 }
 
-pub(super) fn capture_failure(error: CaptureError) -> Failure {
-    match error {
+pub(super) fn capture_failure(error: impl Into<CaptureError>) -> Failure {
+    match error.into() {
         CaptureError::Board(error) => board_failure(error),
-        other => Failure::device(other),
+        CaptureError::Write(error @ WriteError::NoFile { .. }) => {
+            Failure::input(error).of_kind("output_refused")
+        }
+        CaptureError::Write(error) => Failure::device(error),
     }
 }

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::findings::check_written;
 use super::reconnect::Segments;
 use super::{Failure, Output, Status};
+use crate::plain::shown;
 use crate::recording::{Captured, Ending};
 
 /// Says what a recording came to; the exit status that it leads to. `until_end`: an end was asked for,
@@ -18,8 +19,14 @@ pub(super) fn report(
 ) -> Result<Status, Failure> {
     let statistics = &captured.statistics;
     let (findings, contradicts) = check_written(&[&captured.path], output);
+    let failed_logs = before.failed_logs();
+    let failed = captured.rescued.clone().or_else(|| {
+        let trouble = trouble(captured.ending).filter(|_| captured.ending != Ending::LogEnded);
+        trouble.map(|trouble| format!("{trouble}; the file ends there"))
+    });
+    let failed = failed.or_else(|| failed_logs.first().cloned());
     if output.json {
-        output.document(&json!({
+        let mut document = json!({
             "format": "motorlab-capture/1",
             "path": captured.path,
             "ending": captured.ending,
@@ -34,9 +41,21 @@ pub(super) fn report(
             "segments_before": before.files().map(|(path, samples)| {
                 json!({ "path": path, "samples": samples })
             }).collect::<Vec<_>>(),
-        }))?;
+        });
+        if let Some(failed) = failed {
+            let failure = Failure::device(failed).at(&captured.path).document();
+            document["error"] = failure["error"].clone();
+        }
+        output.document(&document)?;
     } else {
         output.line(&summary(captured))?;
+    }
+    for failed in &failed_logs {
+        output.message(&format!(
+            "error: {failed}; {} holds {} rows",
+            shown(&captured.path),
+            statistics.samples
+        ));
     }
     if let Some(rescued) = &captured.rescued {
         output.message(&format!("error: {rescued}"));
@@ -95,7 +114,9 @@ pub(super) fn report(
         || statistics.time_leaps + statistics.counts_leaps > 0
         || !captured.contradictions.is_empty()
         || !before.is_empty();
-    Ok(if fell_short {
+    Ok(if !failed_logs.is_empty() {
+        Status::DeviceFailed
+    } else if fell_short {
         Status::FellShort
     } else {
         Status::Done
@@ -126,7 +147,7 @@ fn trouble(ending: Ending) -> Option<&'static str> {
 fn summary(captured: &Captured) -> String {
     let statistics = &captured.statistics;
     let mut lines = vec![
-        format!("wrote {}", captured.path.display()),
+        format!("wrote {}", shown(&captured.path)),
         format!(
             "  {} samples in {:.3} s, {} lost, {} overruns",
             statistics.samples, statistics.duration_s, statistics.lost, statistics.overruns

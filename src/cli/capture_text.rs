@@ -9,7 +9,7 @@ use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::text_lines::Columns;
-use crate::board::{BoardError, LineReader, Port, Profile, RawLog, usb_identity};
+use crate::board::{BoardError, LineReader, Port, Profile, usb_identity};
 use crate::motor::Parameters;
 use crate::recording::{SharedLive, TextError, TextRequest, capture_text};
 
@@ -38,11 +38,12 @@ impl Capture {
         &self,
         path: &Path,
         names: &str,
-        log: Option<RawLog>,
         output: &Output,
         stop: StopSignal,
     ) -> Result<Status, Failure> {
         let request = self.text_request(path, names)?;
+        let mut segments = Segments::default();
+        let log = self.begin_log(&mut segments, output)?;
         let port = Port::open(path, self.baud)
             .map_err(|error| super::capture::board_failure(BoardError::Open(error)))?;
         let mut reader = LineReader::spawn(port, Instant::now()).map_err(Failure::device)?;
@@ -58,7 +59,7 @@ impl Capture {
             output,
             &text.captured,
             self.duration != Some(0.0),
-            &Segments::default(),
+            &segments,
         )?;
         for note in &text.notes {
             output.message(&format!("note: {note}"));

@@ -9,6 +9,7 @@ use super::findings::words;
 use super::motor_file::motor_file;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
+use crate::plain::shown;
 use crate::recording::read_run;
 
 /// Say what is wrong with recordings themselves, before anything is concluded from them.
@@ -47,7 +48,7 @@ impl Check {
         for path in &self.runs {
             let (run, notes) = read_run(path).map_err(Failure::input)?;
             for note in notes {
-                output.message(&format!("{}: {note}", path.display()));
+                output.message(&format!("{}: {note}", shown(path)));
             }
             runs.push(run);
         }

@@ -12,6 +12,7 @@ use super::picture::on_terminal;
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
+use crate::plain::shown;
 use crate::recording::{Run, read_run};
 use crate::report::comparison::{figures_table, overlay, page, verdict};
 use crate::report::{Size, svg};
@@ -56,10 +57,10 @@ impl Compare {
             let (mut run, notes) = read_run(path).map_err(Failure::input)?;
             self.with.apply(path, &mut run)?;
             let mut overlay = compare(&run, &motor, self.motor.model())
-                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+                .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
             overlay.figures.notes = notes.iter().map(ToString::to_string).collect();
             for note in &overlay.figures.notes {
-                output.message(&format!("{}: {note}", path.display()));
+                output.message(&format!("{}: {note}", shown(path)));
             }
             runs.push(run);
             overlays.push(overlay);

@@ -13,6 +13,7 @@ use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, compare};
 use crate::motor::{Model, Motor};
+use crate::plain::shown;
 use crate::recording::read_run;
 use crate::report::comparison::{overlay, page, verdict};
 use crate::report::{Size, svg};
@@ -78,15 +79,15 @@ impl Demo {
     ) -> Result<Option<Vec<PathBuf>>, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", self.output.display()))
+            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
         })?;
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {
             let file = self.output.join(name);
-            replace(&file, outputs)?;
+            let part = begin(&file)?;
             output.message(&format!(
                 "recording {} from a virtual board every {} ms ...",
-                file.display(),
+                shown(&file),
                 f64::from(sample_time_us) / 1000.0
             ));
             let order = Order {
@@ -95,11 +96,14 @@ impl Demo {
                 sample_time_us,
                 profile: "step",
                 duration_s: DURATION_S,
-                output: &file,
+                output: &part,
             };
             match record(order, stop.clone(), output).await? {
-                Some(captured) => paths.push(captured.path),
-                None => return Ok(None),
+                Some(captured) => paths.push(take_place(&captured.path, file, outputs)?),
+                None => {
+                    let _ = std::fs::remove_file(&part);
+                    return Ok(None);
+                }
             }
         }
         Ok(Some(paths))
@@ -153,7 +157,7 @@ impl Demo {
             for laid in &overlays {
                 output.line(&verdict(&laid.figures))?;
             }
-            output.line(&format!("the page with all pictures: {}", html.display()))?;
+            output.line(&format!("the page with all pictures: {}", shown(&html)))?;
         }
         if self.open {
             open(&html, output);
@@ -167,15 +171,29 @@ impl Demo {
     }
 }
 
-/// A virtual board's run from last time makes room for the new one.
-pub(super) fn replace(file: &Path, outputs: &Outputs) -> Result<(), Failure> {
-    outputs.may_replace(file, None)?;
-    match std::fs::remove_file(file) {
+/// Where a virtual board's run is recorded until it is whole; what an earlier call that was killed left there goes.
+pub(super) fn begin(file: &Path) -> Result<PathBuf, Failure> {
+    let mut name = std::ffi::OsString::from(".motorlab-");
+    name.push(file.file_name().unwrap_or_default());
+    let part = file.with_file_name(name);
+    match std::fs::remove_file(&part) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::device(
-            format!("cannot replace {}: {error}", file.display()),
+            format!("cannot remove {}: {error}", shown(&part)),
         )),
-        _ => Ok(()),
+        _ => Ok(part),
     }
+}
+
+/// A virtual board's run, which is whole now, takes the place of that of an earlier call.
+pub(super) fn take_place(
+    part: &Path,
+    file: PathBuf,
+    outputs: &Outputs,
+) -> Result<PathBuf, Failure> {
+    outputs.may_replace(&file, None)?;
+    std::fs::rename(part, &file)
+        .map_err(|error| Failure::device(format!("cannot write {}: {error}", shown(&file))))?;
+    Ok(file)
 }
 
 /// Opens a page with the desktop's opener; where there is none, the page has been named anyway.

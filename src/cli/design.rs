@@ -12,6 +12,7 @@ use super::motor_choice::MotorChoice;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{BAD_RECORDING, Isolability, NextExperiment, Pair, Plan, isolability};
+use crate::plain::shown;
 
 /// Say before a recording which effects a profile cannot show and which it cannot tell apart.
 #[derive(Debug, Args)]
@@ -168,7 +169,7 @@ fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
     let wrong = |why: &dyn std::fmt::Display| {
         Failure::input(format!(
             "{}: {why}; `motorlab diagnose RUN --json` writes a diagnosis",
-            path.display()
+            shown(path)
         ))
     };
     let mut text = String::new();

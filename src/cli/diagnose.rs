@@ -16,6 +16,7 @@ use crate::diagnose::{
     BadRecording, NominalFit, despite_findings, diagnose_holding_out, diagnose_thoroughly,
     nominal_fit,
 };
+use crate::plain::shown;
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
 
@@ -169,7 +170,7 @@ fn read<'a>(
         let (mut run, notes) = read_run(path).map_err(Failure::input)?;
         with.apply(path, &mut run)?;
         for note in notes {
-            output.message(&format!("{}: {note}", path.display()));
+            output.message(&format!("{}: {note}", shown(path)));
         }
         runs.push(run);
     }

@@ -7,10 +7,11 @@ use serde_json::json;
 
 use super::export_run::RunFile;
 use super::motor_file::motor_file;
-use super::output_file::{Force, Form};
+use super::output_file::{Force, Form, Outputs};
 use super::{Failure, Output, Status};
 use crate::export::{json, mat5, matlab, mujoco, urdf};
 use crate::motor::Motor;
+use crate::plain::shown;
 use crate::recording::{Run, read_run};
 
 /// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB, Parquet or MCAP.
@@ -131,22 +132,25 @@ impl Matlab {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let inputs = self.runs.iter().chain(&self.motor.motor);
         let outputs = self.force.outputs("export", inputs);
-        let motor = self.motor.read(output)?;
-        let runs = self.read_runs(output)?;
-        std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", self.output.display()))
-        })?;
         let mut files = vec![self.output.join(matlab::FILE_NAME)];
         for path in &self.runs {
             let mut name = path.file_stem().unwrap_or(path.as_os_str()).to_owned();
             name.push(".mat");
             let file = self.output.join(name);
             if files.contains(&file) {
-                let text = format!("two of the runs would both become {}", file.display());
+                let text = format!("two of the runs would both become {}", shown(&file));
                 return Err(Failure::input(text));
             }
             files.push(file);
         }
+        for file in &files {
+            outputs.may_replace(file, None)?;
+        }
+        let motor = self.motor.read(output)?;
+        let runs = self.read_runs(output)?;
+        std::fs::create_dir_all(&self.output).map_err(|error| {
+            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
+        })?;
         outputs.check(&files)?;
         outputs.write_silently(&files[0], &matlab::script(&motor), Form::Matlab)?;
         for (file, run) in files[1..].iter().zip(&runs) {
@@ -162,7 +166,7 @@ impl Matlab {
         for path in &self.runs {
             let (run, notes) = read_run(path).map_err(Failure::input)?;
             for note in notes {
-                output.message(&format!("{}: {note}", path.display()));
+                output.message(&format!("{}: {note}", shown(path)));
             }
             runs.push(run);
         }
@@ -172,45 +176,54 @@ impl Matlab {
 
 impl Mujoco {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = self.target.outputs(&self.motor)?;
         let motor = self.motor.read(output)?;
         let model = mujoco::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("mujoco", &self.motor, &model, output)
+        self.target.write("mujoco", &outputs, &model, output)
     }
 }
 
 impl Urdf {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = self.target.outputs(&self.motor)?;
         let motor = self.motor.read(output)?;
         let model = urdf::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("urdf", &self.motor, &model, output)
+        self.target.write("urdf", &outputs, &model, output)
     }
 }
 
 impl Json {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let outputs = self.force.outputs("export", &self.motor.motor);
+        outputs.check(&self.output)?;
         let document = json::document(&self.motor.read(output)?);
         let Some(path) = &self.output else {
             output.document(&document)?;
             return Ok(Status::Done);
         };
         let text = output.in_json(&document)?;
-        let outputs = self.force.outputs("export", &self.motor.motor);
         outputs.write_silently(path, &text, Form::Json)?;
         wrote("json", std::slice::from_ref(path), output)
     }
 }
 
 impl Target {
+    /// The file, which is refused before the work if it could not be written after it.
+    fn outputs(&self, motor: &MotorFile) -> Result<Outputs, Failure> {
+        let outputs = self.force.outputs("export", &motor.motor);
+        outputs.check(&self.output)?;
+        Ok(outputs)
+    }
+
     fn write(
         &self,
         format: &str,
-        motor: &MotorFile,
+        outputs: &Outputs,
         model: &str,
         output: &Output,
     ) -> Result<Status, Failure> {
         match &self.output {
             Some(path) => {
-                let outputs = self.force.outputs("export", &motor.motor);
                 outputs.write_silently(path, model, Form::Markup)?;
                 wrote(format, std::slice::from_ref(path), output)
             }
@@ -241,7 +254,7 @@ fn wrote(format: &str, files: &[PathBuf], output: &Output) -> Result<Status, Fai
         }))?;
     } else {
         for file in files {
-            output.line(&format!("wrote {}", file.display()))?;
+            output.line(&format!("wrote {}", shown(file)))?;
         }
     }
     Ok(Status::Done)

@@ -6,6 +6,9 @@ use clap::Args;
 
 use super::output_file::Force;
 use super::{Failure, Output};
+#[cfg(any(feature = "parquet", feature = "mcap"))]
+use crate::plain::shown;
+#[cfg(any(feature = "parquet", feature = "mcap"))]
 use crate::recording::{Run, read_run};
 
 /// Which run, and where it goes.
@@ -31,8 +34,8 @@ impl RunFile {
 
     /// Writes the run as a Parquet file.
     #[cfg(not(feature = "parquet"))]
-    pub(super) fn parquet(&self, output: &Output) -> Result<PathBuf, Failure> {
-        self.write(output, "parquet", |_, _| Err(not_built("parquet")))
+    pub(super) fn parquet(&self, _: &Output) -> Result<PathBuf, Failure> {
+        Err(not_built("parquet"))
     }
 
     /// Writes the run as an MCAP file.
@@ -46,10 +49,11 @@ impl RunFile {
 
     /// Writes the run as an MCAP file.
     #[cfg(not(feature = "mcap"))]
-    pub(super) fn mcap(&self, output: &Output) -> Result<PathBuf, Failure> {
-        self.write(output, "mcap", |_, _| Err(not_built("mcap")))
+    pub(super) fn mcap(&self, _: &Output) -> Result<PathBuf, Failure> {
+        Err(not_built("mcap"))
     }
 
+    #[cfg(any(feature = "parquet", feature = "mcap"))]
     fn write(
         &self,
         output: &Output,
@@ -62,12 +66,11 @@ impl RunFile {
         outputs.check([&path])?;
         let (run, notes) = read_run(&self.run).map_err(Failure::input)?;
         for note in notes {
-            output.message(&format!("{}: {note}", self.run.display()));
+            output.message(&format!("{}: {note}", shown(&self.run)));
         }
         let mut content = Vec::new();
-        write(&run, &mut content).map_err(|error| {
-            Failure::device(format!("cannot write {}: {error}", path.display()))
-        })?;
+        write(&run, &mut content)
+            .map_err(|error| Failure::device(format!("cannot write {}: {error}", shown(&path))))?;
         outputs.write_bytes(&path, &content, None)?;
         Ok(path)
     }
@@ -75,6 +78,9 @@ impl RunFile {
 
 /// Formats that not everyone needs are features of the build.
 #[cfg(not(all(feature = "parquet", feature = "mcap")))]
-fn not_built(feature: &str) -> String {
-    format!("this motorlab was built without it; build it with `--features {feature}`")
+fn not_built(feature: &str) -> Failure {
+    Failure::input(format!(
+        "this motorlab was built without {feature}; build it with `--features {feature}`"
+    ))
+    .of_kind("wrong_use")
 }

@@ -7,9 +7,12 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
+use crate::blind::BlindError;
+use crate::board::ProfileError;
+use crate::import::{ImportError, MapError};
 use crate::motor::MotorFileError;
+use crate::plain::clipped;
 use crate::recording::{ReadError, WriteError};
-use crate::report::plain::clipped;
 
 /// Characters of an error and of each cause that are shown: some lines of a terminal.
 const MOST_CHARACTERS: usize = 1200;
@@ -95,24 +98,66 @@ impl Failure {
     /// File and line of the first error of the chain that knows them.
     fn place(&self) -> (Option<String>, Option<u64>) {
         let mut next: Option<&(dyn Error + 'static)> = Some(self.error.as_ref());
+        let known = |path: &Path| Some(path.display().to_string());
         while let Some(error) = next {
             if let Some(read) = error.downcast_ref::<ReadError>() {
                 return (Some(read.file.clone()), read.problem.row());
             }
-            if let Some(MotorFileError::Io { path, .. }) = error.downcast_ref() {
-                return (Some(path.display().to_string()), None);
+            match error.downcast_ref() {
+                Some(MotorFileError::Io { path, .. }) => return (known(path), None),
+                Some(MotorFileError::InFile { path, error }) => {
+                    return (known(path), line_of(error));
+                }
+                _ => {}
+            }
+            if let Some(map) = error.downcast_ref::<MapError>() {
+                let (path, line) = map.place();
+                return (path.and_then(known), line);
+            }
+            if let Some(import) = error.downcast_ref::<ImportError>()
+                && let Some(line) = import.problem.line()
+            {
+                return (Some(import.file.clone()), Some(line));
+            }
+            match error.downcast_ref() {
+                Some(ProfileError::Row { path, row, .. }) => return (known(path), Some(*row)),
+                Some(
+                    ProfileError::Read { path, .. }
+                    | ProfileError::TooLong { path }
+                    | ProfileError::Empty { path },
+                ) => return (known(path), None),
+                _ => {}
+            }
+            if let Some(BlindError::File { path, .. } | BlindError::Content { path, .. }) =
+                error.downcast_ref()
+            {
+                return (known(path), None);
             }
             if let Some(
                 WriteError::Create { path, .. }
+                | WriteError::NoFile { path, .. }
+                | WriteError::Altered { path, .. }
                 | WriteError::Append { path, .. }
                 | WriteError::Vanished { path, .. },
             ) = error.downcast_ref()
             {
-                return (Some(path.display().to_string()), None);
+                return (known(path), None);
             }
             next = error.source();
         }
         (None, None)
+    }
+}
+
+/// Line of a motor file, where one is to blame.
+fn line_of(error: &MotorFileError) -> Option<u64> {
+    match error {
+        MotorFileError::Syntax { line, .. }
+        | MotorFileError::UnknownKey { line, .. }
+        | MotorFileError::WrongValue { line, .. }
+        | MotorFileError::Implausible { line, .. }
+        | MotorFileError::Effect { line, .. } => Some(*line as u64),
+        MotorFileError::Io { .. } | MotorFileError::InFile { .. } => None,
     }
 }
 

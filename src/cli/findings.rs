@@ -8,6 +8,7 @@ use std::path::Path;
 use super::Output;
 use crate::check::{Finding, Kind, Severity, check};
 use crate::motor::Motor;
+use crate::plain::{one_line, shown};
 use crate::recording::{Run, read_run_from};
 use crate::report::number::figure;
 
@@ -21,7 +22,7 @@ pub(super) fn words(finding: &Finding) -> String {
         finding.sentence(),
         finding.severity.word(),
         finding.id(),
-        finding.run,
+        one_line(&finding.run),
         finding.from_s,
         finding.to_s,
         figures.join(", ")
@@ -85,7 +86,7 @@ fn beginning(path: &Path, output: &Output) -> Result<Run, Box<dyn Error>> {
     if is_longer && let Some(last_s) = run.t_s.last() {
         output.message(&format!(
             "checked are the first {last_s:.1} s; all of it: motorlab check {}",
-            path.display()
+            shown(path)
         ));
     }
     Ok(run)

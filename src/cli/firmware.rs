@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::output_file::whole;
 use super::{Failure, Output, Status};
+use crate::plain::shown;
 
 /// Write the Arduino sketch for the board into a folder; open it there in the Arduino IDE.
 #[derive(Debug, Args)]
@@ -31,7 +32,7 @@ impl Firmware {
             let files: Vec<&str> = sketch::FILES.iter().map(|(name, _)| *name).collect();
             output.document(&json!({ "folder": folder, "files": files }))?;
         } else {
-            output.line(&folder.join("motorlab.ino").display().to_string())?;
+            output.line(&shown(folder.join("motorlab.ino")))?;
             output.message(
                 "open it in the Arduino IDE, or: motorlab flash PORT; wiring is in README.md beside it",
             );
@@ -44,7 +45,7 @@ impl Firmware {
 pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failure> {
     let sketch = folder.join("motorlab");
     let failed = |path: &Path, error: io::Error| {
-        Failure::device(format!("cannot write {}: {error}", path.display()))
+        Failure::device(format!("cannot write {}: {error}", shown(path)))
     };
     fs::create_dir_all(&sketch).map_err(|error| failed(&sketch, error))?;
     let changed: Vec<&str> = sketch::FILES
@@ -57,7 +58,7 @@ pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failur
     if !changed.is_empty() && !force {
         return Err(Failure::input(format!(
             "{} holds a sketch with other contents in {}; --force overwrites it, another folder keeps it",
-            sketch.display(),
+            shown(&sketch),
             changed.join(", ")
         )));
     }

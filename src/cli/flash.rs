@@ -12,6 +12,7 @@ use serde_json::json;
 use super::firmware::write_sketch;
 use super::{Failure, Output, Status};
 use crate::board::usb_identity;
+use crate::plain::shown;
 
 /// Put the sketch onto a board, with arduino-cli or avrdude.
 #[derive(Debug, Args)]
@@ -88,7 +89,7 @@ impl Flash {
         } else {
             output.message(&format!(
                 "done; try: motorlab capture {}",
-                self.port.display()
+                shown(&self.port)
             ));
         }
         Ok(Status::Done)
@@ -99,10 +100,7 @@ impl Flash {
         let board = self.board()?;
         if let Some(hex) = &self.hex {
             if !hex.is_file() {
-                return Err(Failure::input(format!(
-                    "there is no file {}",
-                    hex.display()
-                )));
+                return Err(Failure::input(format!("there is no file {}", shown(hex))));
             }
             let avrdude = on_path("avrdude").ok_or_else(|| {
                 Failure::device("avrdude is not installed: sudo apt install avrdude")
@@ -145,7 +143,7 @@ impl Flash {
         self.board.or_else(by_usb).ok_or_else(|| {
             Failure::input(format!(
                 "{} does not say which board it is: add --board uno or --board mega",
-                self.port.display()
+                shown(&self.port)
             ))
         })
     }

@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Serialize;
 
+use super::capture::capture_failure;
 use super::findings::check_written;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
 use crate::import::{ImportProblem, Imported, Map, import};
-use crate::recording::next_free_name;
+use crate::plain::shown;
+use crate::recording::{next_free_name, refuse_no_file};
 
 /// Turn a log that another program wrote into a run file, by a small mapping file.
 #[derive(Debug, Args)]
@@ -71,12 +73,13 @@ impl Import {
             _ => "standard input".to_owned(),
         };
         let target = self.target();
+        refuse_no_file(&target).map_err(capture_failure)?;
         let free = next_free_name(&target);
         if free != target && self.output.is_some() {
             output.message(&format!(
                 "{} exists; the run goes to {}",
-                target.display(),
-                free.display()
+                shown(&target),
+                shown(&free)
             ));
         }
         let source: Box<dyn Read> = if standard_input {
@@ -87,7 +90,8 @@ impl Import {
         let imported =
             import(source, &name, &map, &target).map_err(|error| match error.problem {
                 ImportProblem::Write(_) | ImportProblem::Rejected { .. } => Failure::device(error),
-                _ => Failure::input(error),
+                _ if standard_input => Failure::input(error),
+                _ => Failure::input(error).at(&self.log),
             })?;
         say(output, &name, &imported);
         let paths: Vec<&Path> = imported.runs.iter().map(|run| run.path.as_path()).collect();
@@ -100,7 +104,7 @@ impl Import {
             })?;
         } else {
             for run in &imported.runs {
-                output.line(&run.path.display().to_string())?;
+                output.line(&shown(&run.path))?;
             }
         }
         Ok(if imported.bad_rows > 0 || contradicts {
@@ -127,7 +131,7 @@ impl Import {
 }
 
 fn open(path: &Path) -> Result<File, Failure> {
-    let failed = |error: io::Error| Failure::input(format!("{}: {error}", path.display()));
+    let failed = |error: io::Error| Failure::input(format!("{}: {error}", shown(path)));
     let file = File::open(path).map_err(failed)?;
     if file.metadata().map_err(failed)?.is_dir() {
         return Err(failed(io::ErrorKind::IsADirectory.into()));
@@ -141,7 +145,7 @@ fn say(output: &Output, name: &str, imported: &Imported) {
         let (shortest_s, longest_s) = run.steps_s;
         output.message(&format!(
             "wrote {}: {} samples in {:.3} s, sample time {} s (steps {shortest_s} to {longest_s} s)",
-            run.path.display(),
+            shown(&run.path),
             run.samples,
             run.duration_s,
             run.sample_time_s,
@@ -159,7 +163,7 @@ fn say(output: &Output, name: &str, imported: &Imported) {
         "{name}: {} of {} rows cannot be used and count as lost; all of them are in {}:",
         imported.bad_rows,
         imported.rows,
-        rejected.display()
+        shown(rejected)
     ));
     for row in &imported.first_bad {
         output.message(&format!("  {row}"));

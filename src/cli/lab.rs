@@ -6,7 +6,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
-use super::demo::replace;
+use super::demo::{begin, take_place};
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::signals::StopSignal;
@@ -14,6 +14,7 @@ use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::lab::{Lab as Handout, Source, columns, page};
 use crate::motor::Motor;
+use crate::plain::shown;
 use crate::recording::{Run, read_run};
 use crate::report::{Figure, Size, svg};
 
@@ -68,7 +69,7 @@ impl Lab {
             }
         };
         std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", self.output.display()))
+            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
         })?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -159,10 +160,11 @@ impl Lab {
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {
             let file = self.output.join(name);
-            replace(&file, outputs)?;
+            outputs.may_replace(&file, None)?;
+            let part = begin(&file)?;
             output.message(&format!(
                 "no --run: recording {} from a virtual board",
-                file.display()
+                shown(&file)
             ));
             let order = Order {
                 command: "lab",
@@ -170,11 +172,14 @@ impl Lab {
                 sample_time_us,
                 profile: "step",
                 duration_s: DURATION_S,
-                output: &file,
+                output: &part,
             };
             match record(order, stop.clone(), output).await? {
-                Some(captured) => paths.push(captured.path),
-                None => return Ok(None),
+                Some(captured) => paths.push(take_place(&captured.path, file, outputs)?),
+                None => {
+                    let _ = std::fs::remove_file(&part);
+                    return Ok(None);
+                }
             }
         }
         Ok(Some(paths))
@@ -223,7 +228,7 @@ impl Lab {
             ))?;
         }
         if let Some(page) = files.first() {
-            output.line(&format!("the page: {}", page.display()))?;
+            output.line(&format!("the page: {}", shown(page)))?;
         }
         Ok(())
     }
@@ -236,7 +241,7 @@ fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)
         let (run, notes) = read_run(path).map_err(Failure::input)?;
         let notes: Vec<String> = notes.iter().map(ToString::to_string).collect();
         for note in &notes {
-            output.message(&format!("{}: {note}", path.display()));
+            output.message(&format!("{}: {note}", shown(path)));
         }
         runs.push((run, notes));
     }

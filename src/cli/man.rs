@@ -6,6 +6,7 @@ use clap::{Args, CommandFactory};
 
 use super::output_file::{Force, Form};
 use super::{CommandLine, Failure, Output, Status};
+use crate::plain::shown;
 
 /// Write a manual page for motorlab and each of its subcommands into a folder.
 #[derive(Debug, Args)]
@@ -20,10 +21,7 @@ pub struct Man {
 impl Man {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         let failed = |error: std::io::Error| {
-            Failure::device(format!(
-                "cannot write to {}: {error}",
-                self.folder.display()
-            ))
+            Failure::device(format!("cannot write to {}: {error}", shown(&self.folder)))
         };
         std::fs::create_dir_all(&self.folder).map_err(failed)?;
         let outputs = self.force.outputs("man", []);
@@ -40,7 +38,7 @@ impl Man {
         for (target, page) in &pages {
             outputs.write_silently(target, page, Form::Roff)?;
         }
-        output.message(&format!("wrote manual pages to {}", self.folder.display()));
+        output.message(&format!("wrote manual pages to {}", shown(&self.folder)));
         Ok(Status::Done)
     }
 }

@@ -54,7 +54,7 @@ use serde::Serialize;
 
 pub use failure::{Failure, Status};
 
-use crate::report::plain::plain;
+use crate::plain::plain;
 
 /// Record a DC motor over serial, simulate it, compare the two, and say which effect explains the gap.
 #[derive(Debug, Parser)]

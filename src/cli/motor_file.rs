@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::{Failure, Output};
 use crate::motor::{Motor, MotorFileError, Parameters};
+use crate::plain::shown;
 
 /// Longest motor file in bytes: a thousand times a whole one.
 const MOST_BYTES: u64 = 1 << 20;
@@ -36,7 +37,7 @@ pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
     }
     output.message(&format!(
         "{} lacks numbers of the motor; the lab handout's stand in: {} (`motorlab motor --template` writes a whole file)",
-        path.display(),
+        shown(path),
         said.join(", "),
     ));
 }

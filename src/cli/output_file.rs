@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, Output};
+use crate::plain::shown;
 
 /// Bytes at the head of a file in which a mark is looked for: more than any format's own header.
 const HEAD_BYTES: u64 = 4096;
@@ -82,9 +83,7 @@ impl Outputs {
                 return Err(refused(path, "is named for two outputs; name two files"));
             }
             self.may_replace(path, None)?;
-            tempfile::Builder::new()
-                .tempfile_in(folder_of(path))
-                .map_err(|error| cannot(path, &error))?;
+            part_of(path).map_err(|error| cannot(path, &error))?;
             seen.push(path);
         }
         Ok(())
@@ -139,7 +138,7 @@ impl Outputs {
         output: &Output,
     ) -> Result<(), Failure> {
         self.write_silently(path, content, form)?;
-        output.message(&format!("wrote {}", path.display()));
+        output.message(&format!("wrote {}", shown(path)));
         Ok(())
     }
 
@@ -186,16 +185,63 @@ impl Outputs {
 
 /// Puts a whole file in its place: what was there stays until the new one is on the disk.
 pub(super) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".motorlab-");
-    // As for any new file: the process's mask takes away what others may not do.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut part = builder.tempfile_in(folder_of(path))?;
+    let mut part = part_of(path)?;
     part.write_all(content)?;
     part.as_file().sync_all()?;
     part.persist(path)?;
     Ok(())
+}
+
+/// Beginning of the name of a file that is being written, before the name that it will have.
+const PART: &str = ".motorlab-";
+/// Characters of that name: a name has room for 255 bytes.
+const NAMED: usize = 40;
+
+/// A new file beside `path`, for what will be there. A process that is killed leaves such a file behind; whoever writes the same file
+/// next takes it away, which nobody holds any more.
+fn part_of(path: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let name: String = path
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .chars()
+        .take(NAMED)
+        .collect();
+    let prefix = format!("{PART}{name}-");
+    remove_abandoned(folder_of(path), &prefix);
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(&prefix);
+    // As for any new file: the process's mask takes away what others may not do.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let part = builder.tempfile_in(folder_of(path))?;
+    // Where a file system has no locks, nothing is ever taken for abandoned.
+    let _ = part.as_file().try_lock();
+    Ok(part)
+}
+
+/// Takes away the files whose writers died. What cannot be looked at stays.
+fn remove_abandoned(folder: &Path, prefix: &str) {
+    let Ok(entries) = fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries.flatten() {
+        let is_part = entry
+            .file_name()
+            .to_string_lossy()
+            .strip_prefix(prefix)
+            .is_some_and(is_drawn);
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_part && is_file && File::open(entry.path()).is_ok_and(|part| part.try_lock().is_ok())
+        {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The end of a name that was drawn for a part: six letters and digits.
+fn is_drawn(end: &str) -> bool {
+    end.len() == 6 && end.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
 
 /// The folder that a file lies in.
@@ -234,7 +280,7 @@ fn bears_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
 }
 
 fn refused(path: &Path, why: &str) -> Failure {
-    Failure::input(format!("{} {why}", path.display()))
+    Failure::input(format!("{} {why}", shown(path)))
         .of_kind("output_refused")
         .at(path)
 }
@@ -242,8 +288,32 @@ fn refused(path: &Path, why: &str) -> Failure {
 fn cannot(path: &Path, error: &io::Error) -> Failure {
     Failure::device(format!(
         "cannot write {}: {error}; name a folder that is there and may be written, or make room",
-        path.display()
+        shown(path)
     ))
     .of_kind("cannot_write")
     .at(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_killed_writer_left_goes_and_what_another_one_holds_stays() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        for name in [
+            ".motorlab-x.html-Ab12Cd",
+            ".motorlab-x.html-notes",
+            ".motorlab-y.html-Ab12Cd",
+        ] {
+            fs::write(at(name), "half").expect("a file");
+        }
+        let held = part_of(&at("x.html")).expect("a part");
+        whole(&at("x.html"), b"whole").expect("written");
+        assert!(!at(".motorlab-x.html-Ab12Cd").exists());
+        assert!(at(".motorlab-x.html-notes").exists() && at(".motorlab-y.html-Ab12Cd").exists());
+        assert!(held.path().exists());
+        assert_eq!(fs::read(at("x.html")).expect("a file"), b"whole");
+    }
 }

@@ -5,6 +5,7 @@ use serde_json::json;
 
 use super::{Failure, Output, Status};
 use crate::board::{PortEntry, list_ports};
+use crate::plain::shown;
 
 /// List serial ports, lab boards first.
 #[derive(Debug, Args)]
@@ -29,7 +30,7 @@ impl Ports {
 }
 
 fn describe(port: &PortEntry) -> String {
-    let mut text = format!("{:<16}", port.path.display());
+    let mut text = format!("{:<16}", shown(&port.path));
     match &port.usb {
         None => text.push_str("not a USB device"),
         Some(usb) => {

@@ -7,7 +7,8 @@ use std::time::Duration;
 use firmware_protocol::Hello;
 
 use super::Output;
-use crate::board::{Board, BoardOptions, PortEntry, UsbIdentity, list_ports};
+use crate::board::{Board, BoardOptions, LogFailure, PortEntry, UsbIdentity, list_ports};
+use crate::plain::shown;
 use crate::recording::Captured;
 
 /// How often it is looked for.
@@ -62,13 +63,13 @@ impl BoardIdentity {
             };
             match self.look_at(&path, baud).await {
                 Ok(()) => {
-                    output.message(&format!("the board is back on {}", path.display()));
+                    output.message(&format!("the board is back on {}", shown(&path)));
                     return path;
                 }
                 Err(Some(other)) if told.as_ref() != Some(&other) => {
                     output.message(&format!(
                         "{} now is another board ({other}); waiting for {}",
-                        path.display(),
+                        shown(&path),
                         self.name
                     ));
                     told = Some(other);
@@ -95,25 +96,49 @@ impl BoardIdentity {
     }
 }
 
-/// The recordings that ended because the board was unplugged.
+/// The recordings that ended because the board was unplugged, and the raw logs beside all of them.
 #[derive(Debug, Default)]
-pub(super) struct Segments(Vec<Captured>);
+pub(super) struct Segments {
+    ended: Vec<Captured>,
+    logs: Vec<(PathBuf, LogFailure)>,
+}
 
 impl Segments {
     pub(super) fn add(&mut self, captured: Captured) {
-        self.0.push(captured);
+        self.ended.push(captured);
+    }
+
+    /// Remembers a raw log until the end of the recording that it lies beside.
+    pub(super) fn add_log(&mut self, path: PathBuf, failure: LogFailure) {
+        self.logs.push((path, failure));
+    }
+
+    /// What there is to say of raw logs that could not be written to the end.
+    pub(super) fn failed_logs(&self) -> Vec<String> {
+        let failed = self
+            .logs
+            .iter()
+            .filter_map(|(path, failure)| Some((path, failure.get()?)));
+        failed
+            .map(|(path, error)| {
+                format!(
+                    "the raw log {} could not be written to the end ({error}), and is good up to its last whole line; the run does not depend on it",
+                    shown(path)
+                )
+            })
+            .collect()
     }
 
     /// The latest one, which then is none of these any more.
     pub(super) fn take_last(&mut self) -> Option<Captured> {
-        self.0.pop()
+        self.ended.pop()
     }
 
     /// Header keys of the next one; nothing of the first.
     pub(super) fn header(&self) -> toml::Table {
         let mut header = toml::Table::new();
-        if let Some(last) = self.0.last() {
-            header.insert("segment".to_owned(), (self.0.len() as i64 + 1).into());
+        if let Some(last) = self.ended.last() {
+            header.insert("segment".to_owned(), (self.ended.len() as i64 + 1).into());
             let path = last.path.display().to_string();
             header.insert("segment_before".to_owned(), path.into());
         }
@@ -122,13 +147,13 @@ impl Segments {
 
     /// Files of the segments before the last, with their numbers of samples.
     pub(super) fn files(&self) -> impl Iterator<Item = (&Path, u64)> {
-        self.0
+        self.ended
             .iter()
             .map(|captured| (captured.path.as_path(), captured.statistics.samples))
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.ended.is_empty()
     }
 }
 

@@ -16,8 +16,10 @@ use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::{Profile, ReplayedDevice, rawlog};
+use crate::plain::shown;
 use crate::recording::{
-    CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, replay, replay_text,
+    CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, refuse_no_file, replay,
+    replay_text,
 };
 
 /// Most events of a log that is played as a device: it is held in memory.
@@ -77,6 +79,9 @@ fn speed(text: &str) -> Result<Speed, String> {
 
 impl Replay {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        if !self.pty {
+            refuse_no_file(&self.output).map_err(capture_failure)?;
+        }
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
@@ -85,7 +90,7 @@ impl Replay {
         let _inside = runtime.enter();
         let stop = StopSignal::install().map_err(Failure::device)?;
         let file = File::open(&self.log)
-            .map_err(|error| Failure::input(format!("{}: {error}", self.log.display())))?;
+            .map_err(|error| Failure::input(format!("{}: {error}", shown(&self.log))))?;
         let mut log =
             rawlog::Reader::new(BufReader::new(file)).map_err(|e| self.in_log(&e.into()))?;
         if self.pty {
@@ -99,7 +104,7 @@ impl Replay {
         if log.torn() {
             output.message(&format!(
                 "{} ends in a torn line, which is left out",
-                self.log.display()
+                shown(&self.log)
             ));
         }
         let (captured, notes) = replayed?;
@@ -158,7 +163,7 @@ impl Replay {
     }
 
     fn in_log(&self, error: &ReplayError) -> Failure {
-        Failure::input(format!("{}: {error}", self.log.display()))
+        Failure::input(format!("{}: {error}", shown(&self.log))).at(&self.log)
     }
 
     fn request(&self, header: &toml::Table) -> CaptureRequest {
@@ -188,7 +193,7 @@ impl Replay {
         while let Some(event) = log.next_event().map_err(|e| self.in_log(&e.into()))? {
             events.push(event);
             if events.len() > MOST_PLAYED {
-                let log = self.log.display();
+                let log = shown(&self.log);
                 let message =
                     format!("{log} has more than {MOST_PLAYED} events, as many as --pty plays");
                 return Err(Failure::input(message));
@@ -203,7 +208,7 @@ impl Replay {
         if output.json {
             output.document(&json!({ "port": device.path() }))?;
         } else {
-            output.line(&device.path().display().to_string())?;
+            output.line(&shown(device.path()))?;
         }
         while !stop.is_asked() && !device.is_gone() {
             // Only to look whether the log has come to its hang-up.

@@ -6,12 +6,14 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use super::capture::capture_failure;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
 use super::picture::on_terminal;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
+use crate::plain::shown;
 use crate::recording::{CommandKind, Run, difference_velocities, write_run};
 use crate::report::{Figure, Panel, Series, Size, Stroke, svg};
 use crate::units::rpm_from_rad_s;
@@ -108,8 +110,8 @@ impl Simulate {
             ..run
         };
         if let Some(path) = &self.output {
-            let written = write_run(&run, path).map_err(Failure::device)?;
-            output.message(&format!("wrote {}", written.display()));
+            let written = write_run(&run, path).map_err(capture_failure)?;
+            output.message(&format!("wrote {}", shown(&written)));
         }
         let figure = self.figure(&run, &trajectory);
         if let Some(path) = &self.svg {

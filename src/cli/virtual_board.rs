@@ -8,6 +8,7 @@ use serde_json::json;
 use super::signals::StopSignal;
 use super::virtual_spec::{BOARD_KEYS, PREFIX, VirtualSpec};
 use super::{Failure, Output, Status};
+use crate::plain::shown;
 
 /// Plug in a virtual board and print the serial port to open; Ctrl-C unplugs it.
 #[derive(Debug, Args)]
@@ -38,7 +39,7 @@ impl Virtual {
         if output.json {
             output.document(&json!({ "port": board.path() }))?;
         } else {
-            output.line(&board.path().display().to_string())?;
+            output.line(&shown(board.path()))?;
         }
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()

@@ -55,8 +55,12 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
+/// Spread of a column, as a share of its size, that is no more than rounding: sums of millions of numbers of 53 bits.
+const ROUNDING: f64 = 1e-9;
+
 /// RMS of the difference of two columns and the same relative to how much the first one varies,
-/// `||a - b|| / ||a - mean(a)||` (MATLAB's NRMSE cost); rows that either lacks are left out.
+/// `||a - b|| / ||a - mean(a)||` (MATLAB's NRMSE cost); rows that either lacks are left out. Nothing is relative to a recording
+/// that does not vary: then the second one is not a number.
 pub fn root_mean_square_errors(a: &[Option<f64>], b: &[Option<f64>]) -> (f64, f64) {
     let pairs: Vec<(f64, f64)> = a.iter().zip(b).filter_map(|(a, b)| a.zip(*b)).collect();
     let mean = pairs.iter().map(|pair| pair.0).sum::<f64>() / pairs.len().max(1) as f64;
@@ -64,7 +68,7 @@ pub fn root_mean_square_errors(a: &[Option<f64>], b: &[Option<f64>]) -> (f64, f6
     let spread = rms(pairs.iter().map(|(a, _)| a - mean));
     (
         error,
-        if spread > 0.0 {
+        if spread > ROUNDING * rms(pairs.iter().map(|(a, _)| *a)) {
             error / spread
         } else {
             f64::NAN
@@ -102,6 +106,18 @@ mod tests {
         let recorded: Vec<i64> = (0..100).map(|k| if k == 0 { 0 } else { 10 }).collect();
         let error = rms(align(&recorded, &x).residual_counts);
         assert!(error > 9.0, "{error}");
+    }
+
+    #[test]
+    fn nothing_is_relative_to_a_constant_speed() {
+        let a = vec![Some(0.1 + 0.2); 1001];
+        let b = vec![Some(1.0); 1001];
+        assert!(root_mean_square_errors(&a, &b).1.is_nan());
+        assert!(
+            root_mean_square_errors(&[Some(0.0); 9], &[Some(1.0); 9])
+                .1
+                .is_nan()
+        );
     }
 
     #[test]

@@ -1,18 +1,19 @@
 //! Why a log cannot be imported, and why one of its rows cannot be used.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use super::lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
+use crate::plain::shown;
 use crate::recording::WriteError;
 
 /// What is wrong with a mapping file.
 #[derive(Debug, Error)]
 pub enum MapError {
     /// It cannot be read.
-    #[error("{path}: {source}")]
+    #[error("{}: {source}", shown(path))]
     Io {
         /// The mapping file.
         path: PathBuf,
@@ -20,10 +21,10 @@ pub enum MapError {
         source: io::Error,
     },
     /// It is not TOML, or has a key that means nothing.
-    #[error("{place}: {message}")]
+    #[error("line {line}: {message}")]
     Toml {
-        /// File and line.
-        place: String,
+        /// Line, from 1.
+        line: usize,
         /// What the TOML reader says.
         message: String,
     },
@@ -60,6 +61,26 @@ pub enum MapError {
         /// What excludes what.
         what: &'static str,
     },
+    /// One of the above, in this file.
+    #[error("{}: {error}", shown(path))]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong in it.
+        error: Box<MapError>,
+    },
+}
+
+impl MapError {
+    /// The file, and the line of it, where they are known.
+    pub fn place(&self) -> (Option<&Path>, Option<u64>) {
+        match self {
+            Self::Io { path, .. } => (Some(path), None),
+            Self::InFile { path, error } => (Some(path), error.place().1),
+            Self::Toml { line, .. } => (None, Some(*line as u64)),
+            _ => (None, None),
+        }
+    }
 }
 
 /// Why a log cannot be imported.
@@ -156,6 +177,24 @@ pub enum ImportProblem {
         /// Why.
         source: io::Error,
     },
+}
+
+impl ImportProblem {
+    /// Line of the log, where one is to blame.
+    pub fn line(&self) -> Option<u64> {
+        match self {
+            Self::Read { line, .. }
+            | Self::EndlessLine { line }
+            | Self::NoSuchColumn { line, .. }
+            | Self::NoSuchNumber { line, .. }
+            | Self::TooManyRuns { line, .. } => Some(*line),
+            Self::AllBad { first, .. }
+            | Self::NoRows {
+                first: Some(first), ..
+            } => Some(first.line),
+            _ => None,
+        }
+    }
 }
 
 fn no_rows(rows: &u64, first: &Option<Box<BadRow>>) -> String {

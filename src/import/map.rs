@@ -131,15 +131,18 @@ impl Map {
             path: path.to_owned(),
             source,
         })?;
-        Self::from_toml(&text, &path.display().to_string())
+        Self::from_toml(&text).map_err(|error| MapError::InFile {
+            path: path.to_owned(),
+            error: Box::new(error),
+        })
     }
 
-    /// Takes the text of a mapping file; `name` stands for the file in messages.
+    /// Takes the text of a mapping file.
     ///
     /// # Errors
     /// As [`Map::read`].
-    pub fn from_toml(text: &str, name: &str) -> Result<Self, MapError> {
-        MapFile::parse(text, name)?.checked()
+    pub fn from_toml(text: &str) -> Result<Self, MapError> {
+        MapFile::parse(text)?.checked()
     }
 }
 

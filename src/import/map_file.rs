@@ -130,8 +130,8 @@ struct FieldSection {
 const TOP: &str = "the mapping";
 
 impl MapFile {
-    /// Takes the text of a mapping file; `name` stands for the file in messages.
-    pub fn parse(text: &str, name: &str) -> Result<Self, MapError> {
+    /// Takes the text of a mapping file.
+    pub fn parse(text: &str) -> Result<Self, MapError> {
         toml::from_str(text).map_err(|error: toml::de::Error| {
             let start = error.span().map_or(0, |span| span.start.min(text.len()));
             let line = 1 + text.as_bytes()[..start]
@@ -139,7 +139,7 @@ impl MapFile {
                 .filter(|&&b| b == b'\n')
                 .count();
             MapError::Toml {
-                place: format!("{name}, line {line}"),
+                line,
                 message: error.message().to_owned(),
             }
         })

@@ -1,7 +1,6 @@
 //! Recording from a board into a run file: configure it, start it, take what comes until it ends.
 
 use std::future::Future;
-use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -89,9 +88,6 @@ pub enum CaptureError {
     /// The run file.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The raw log.
-    #[error("cannot write the raw log any further: {0}")]
-    Log(#[source] io::Error),
 }
 
 /// Records until all samples are taken, `stop` resolves, or the board is gone.
@@ -107,7 +103,11 @@ pub async fn capture(
     board.configure(request.sample_time_us, &commands).await?;
     let mut recorder = BoardRecorder::begin(request, board.hello(), live)?;
     board.encoder(request.counts_per_rev(board.hello()));
-    board.start(request.samples).await?;
+    if let Err(error) = board.start(request.samples).await {
+        // No motor has turned and no sample has come: the file would be a header alone.
+        recorder.recorder.discard();
+        return Err(error.into());
+    }
     let ended = follow(board, &mut recorder, request.silence(), stop).await;
     let ended = match ended {
         Ok(ended) => ended,
@@ -117,7 +117,7 @@ pub async fn capture(
             return Err(error);
         }
     };
-    let _ = board.flush_log();
+    board.flush_log();
     let captured = recorder.finish(ended, board.damage())?;
     if !captured.contradictions.is_empty() {
         // Who says wrong things of an end may not have ended.
@@ -168,12 +168,11 @@ async fn follow(
                     }
                     Some(BoardEvent::HungUp) | None => return Ok(Ending::Unplugged.into()),
                     Some(BoardEvent::Failed(_)) => return Ok(Ending::LineFailed.into()),
-                    Some(BoardEvent::LogFailed(error)) => return Err(CaptureError::Log(error)),
                 }
             }
             () = recorder.recorder.due() => hand_on(recorder, board)?,
             _ = tick.tick() => {
-                board.flush_log().map_err(CaptureError::Log)?;
+                board.flush_log();
                 if stopping.why.is_none() && heard_at.elapsed() > silence {
                     stopping.begin(board, Why::Silence);
                 }
@@ -198,7 +197,7 @@ pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
 /// Hands rows and raw log to the operating system when they are due.
 fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureError> {
     if recorder.recorder.flush_if_due()? {
-        board.flush_log().map_err(CaptureError::Log)?;
+        board.flush_log();
     }
     Ok(())
 }

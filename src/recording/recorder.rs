@@ -276,6 +276,11 @@ impl Recorder {
         (live.samples, live.lost, live.overruns) = self.gatherer.counters();
     }
 
+    /// Takes the file away again, of a recording that did not begin.
+    pub(super) fn discard(self) {
+        self.writer.discard();
+    }
+
     /// Losses that sample numbers show, and rows before which the board says that it dropped frames.
     pub(super) fn missing(&self) -> (u64, u64) {
         let (_, lost, _) = self.gatherer.counters();

@@ -7,6 +7,7 @@ use super::line_limit::without_byte_order_mark;
 use super::read_error::{ReadNote, ReadProblem};
 use super::reader::shortened;
 use super::{CommandKind, Run};
+use crate::motor::plausible::{COMMAND, TIME_S};
 
 /// Most rows of a run: four hours at 333 Hz, 400 MB in memory.
 const MAX_ROWS: usize = 5_000_000;
@@ -110,6 +111,20 @@ impl TextCell<'_> {
     fn number(&self) -> Result<f64, ReadProblem> {
         let number = self.text.parse::<f64>().ok().filter(|n| n.is_finite());
         number.ok_or_else(|| self.bad("a finite number"))
+    }
+
+    /// A time in s.
+    fn time(&self) -> Result<f64, ReadProblem> {
+        let time = self.number()?;
+        let can_be = TIME_S.holds(time).then_some(time);
+        can_be.ok_or_else(|| self.bad("a time in s, from -1e10 to 1e10"))
+    }
+
+    /// A command, or what is measured beside it.
+    fn drive(&self) -> Result<f64, ReadProblem> {
+        let value = self.number()?;
+        let can_be = COMMAND.holds(value).then_some(value);
+        can_be.ok_or_else(|| self.bad("in V, A or N m, from -1e6 to 1e6"))
     }
 
     fn whole<T: std::str::FromStr>(&self) -> Result<T, ReadProblem> {
@@ -250,18 +265,19 @@ impl Places {
         };
         let optional = |at: Option<usize>, column| at.map(|at| cell(at, column));
         // A measured value that a sample lacks is an empty cell.
-        let measured = |cell: Option<TextCell>| match cell {
+        type Read = fn(&TextCell<'_>) -> Result<f64, ReadProblem>;
+        let measured = |cell: Option<TextCell<'_>>, read: Read| match cell {
             Some(cell) if cell.text.is_empty() => Ok(Some(f64::NAN)),
-            Some(cell) => cell.number().map(Some),
+            Some(cell) => read(&cell).map(Some),
             None => Ok(None),
         };
-        let time = cell(self.time, "t_s").number()?;
-        let command = cell(self.command, run.command_kind.column()).number()?;
+        let time = cell(self.time, "t_s").time()?;
+        let command = cell(self.command, run.command_kind.column()).drive()?;
         let counts = cell(self.counts, "counts").whole()?;
         let seq = optional(self.seq, "seq")
             .map(|cell| cell.whole())
             .transpose()?;
-        let host = measured(optional(self.host, "host_t_s"))?;
+        let host = measured(optional(self.host, "host_t_s"), |cell| cell.time())?;
         let velocity = match optional(self.velocity, "velocity_rad_s") {
             Some(cell) if cell.text.is_empty() => Some(None),
             Some(cell) => Some(Some(cell.number()?)),
@@ -275,8 +291,8 @@ impl Places {
                 })
             })
             .transpose()?;
-        let supply = measured(optional(self.supply, "supply_v"))?;
-        let current = measured(optional(self.current, "current_a"))?;
+        let supply = measured(optional(self.supply, "supply_v"), |cell| cell.drive())?;
+        let current = measured(optional(self.current, "current_a"), |cell| cell.drive())?;
         if let Some(&before) = run.t_s.last()
             && time <= before
         {

@@ -18,6 +18,7 @@ use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample
 use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
 };
+use crate::motor::plausible::{COMMAND, COUNTS, Shown};
 
 /// Samples from which the sample time is taken where it is not given; they wait in memory.
 const SAMPLES_TO_TIME: usize = 21;
@@ -169,7 +170,6 @@ pub async fn capture_text(
     tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
     let mut heard_at = Instant::now();
     let mut text = TextRecording::new(request, live);
-    let logged = |result: io::Result<()>| result.map_err(CaptureError::Log);
     let ending = loop {
         tokio::select! {
             biased;
@@ -179,7 +179,7 @@ pub async fn capture_text(
                 match arrival {
                     Some(Arrival::Bytes { host_us, bytes }) => {
                         if let Some(log) = &mut log {
-                            logged(log.from_board(host_us, &bytes))?;
+                            log.received(host_us, &bytes);
                         }
                         if let Some(ending) = text.push(host_us, &bytes)? {
                             break ending;
@@ -189,7 +189,7 @@ pub async fn capture_text(
                     }
                     Some(Arrival::HungUp { host_us }) => {
                         if let Some(log) = &mut log {
-                            logged(log.hang_up(host_us))?;
+                            log.hang_up(host_us);
                         }
                         break Ending::Unplugged;
                     }
@@ -203,7 +203,7 @@ pub async fn capture_text(
             _ = tick.tick() => {
                 text.flush_if_due()?;
                 if let Some(log) = &mut log {
-                    logged(log.flush())?;
+                    log.flush();
                 }
                 if heard_at.elapsed() > text.patience() {
                     break Ending::Silent;
@@ -215,7 +215,7 @@ pub async fn capture_text(
         }
     };
     if let Some(log) = &mut log {
-        logged(log.flush())?;
+        log.flush();
     }
     text.finish(ending)
 }
@@ -234,8 +234,10 @@ pub(super) struct TextRecording<'a> {
     first_line_over: bool,
     /// Board's and host's time of the first sample and of the last.
     clocks: Option<[(i64, u64); 2]>,
-    /// Largest PWM value, as far as it lies beyond full scale.
+    /// Largest PWM value that was said.
     largest_pwm: f64,
+    /// Largest command in V that was said.
+    largest_command_v: f64,
     skipped: u64,
     last_skipped: Option<(String, Skipped)>,
     damage: Damage,
@@ -254,6 +256,8 @@ struct Running {
     /// Time of the line before, if that was passed over because its time leapt.
     suspect_us: Option<i64>,
     seq: u64,
+    /// Lines that no reader of run files would take, and that no sample number shows.
+    unread: u64,
 }
 
 impl<'a> TextRecording<'a> {
@@ -269,6 +273,7 @@ impl<'a> TextRecording<'a> {
             first_line_over: false,
             clocks: None,
             largest_pwm: 0.0,
+            largest_command_v: 0.0,
             skipped: 0,
             last_skipped: None,
             damage: Damage::default(),
@@ -423,6 +428,7 @@ impl<'a> TextRecording<'a> {
             last_counts: None,
             suspect_us: None,
             seq: 0,
+            unread: 0,
         });
         for (sample, host_us) in waiting {
             if let Some(ending) = self.append(sample, host_us)? {
@@ -436,6 +442,10 @@ impl<'a> TextRecording<'a> {
         let Some(running) = &mut self.running else {
             return Ok(None);
         };
+        let pwm = sample.command_pwm255.unwrap_or(0.0).abs();
+        self.largest_pwm = self.largest_pwm.max(pwm);
+        let said_v = sample.command_v.unwrap_or(0.0).abs();
+        self.largest_command_v = self.largest_command_v.max(said_v);
         let at_us = match sample.time_us {
             Some(time_us) if running.device_timed => time_us,
             _ => host_us as i64,
@@ -481,19 +491,25 @@ impl<'a> TextRecording<'a> {
                 let limit = most_counts(self.request.counts_per_rev, passed_us + bunch_us);
                 sample.counts.abs_diff(last) > limit
             });
-        let pwm = sample.command_pwm255.unwrap_or(0.0).abs();
-        self.largest_pwm = self.largest_pwm.max(pwm);
-        let command = sample
-            .command_v
-            .or(sample
-                .command_pwm255
-                .map(|pwm| pwm / PWM_FULL_SCALE * self.request.supply_v))
+        let command = command_v(&sample, self.request.supply_v)
             .or(self
                 .request
                 .profile
                 .as_ref()
                 .map(|profile| profile.command_at(t_us as f64 * 1e-6)))
             .unwrap_or(0.0);
+        let next_us = t_us as f64 + running.sample_time_us as f64;
+        let over = self.request.duration_s > 0.0 && next_us >= self.request.duration_s * 1e6;
+        let ending = over.then_some(Ending::Complete);
+        if !can_be_read(&sample, self.request.supply_v) {
+            self.damage.implausible += 1;
+            running.unread += 1;
+            return Ok(ending);
+        }
+        if running.numbered {
+            // The number of the next row shows them.
+            running.unread = 0;
+        }
         let observation = Observation {
             seq: match sample.sequence {
                 Some(sequence) => Some(sequence),
@@ -513,9 +529,7 @@ impl<'a> TextRecording<'a> {
             current_a: sample.current_a,
         };
         running.recorder.append(observation, host_us, measured)?;
-        let next_us = t_us as f64 + running.sample_time_us as f64;
-        let over = self.request.duration_s > 0.0 && next_us >= self.request.duration_s * 1e6;
-        Ok(over.then_some(Ending::Complete))
+        Ok(ending)
     }
 
     /// How long lines may gather before they are read: not at all where their arrival is the time base.
@@ -577,6 +591,7 @@ impl<'a> TextRecording<'a> {
         let captured = running.recorder.finish(
             Finish {
                 contradictions,
+                lost_at_the_end: running.unread,
                 ..Finish::by(ending)
             },
             self.damage,
@@ -591,9 +606,15 @@ impl<'a> TextRecording<'a> {
         let supply_v = self.request.supply_v;
         if self.largest_pwm > BEYOND * PWM_FULL_SCALE {
             found.push(format!(
-                "pwm reached {}, beyond the {PWM_FULL_SCALE} of full scale: commands of up to {:.4} V were recorded on a supply of {supply_v} V; print command_v, or scale it to {PWM_FULL_SCALE}",
-                self.largest_pwm,
-                self.largest_pwm / PWM_FULL_SCALE * supply_v
+                "pwm reached {}, beyond the {PWM_FULL_SCALE} of full scale: commands of up to {} V on a supply of {supply_v} V; print command_v, or scale it to {PWM_FULL_SCALE}",
+                Shown(self.largest_pwm),
+                Shown(self.largest_pwm / PWM_FULL_SCALE * supply_v)
+            ));
+        }
+        if self.largest_command_v > BEYOND * supply_v {
+            found.push(format!(
+                "command_v reached {} V on a supply of {supply_v} V; say the right supply with --supply, or print what the driver is given, in V",
+                Shown(self.largest_command_v)
             ));
         }
         if let Some(running) = &self.running
@@ -653,6 +674,26 @@ impl<'a> TextRecording<'a> {
         }
         notes
     }
+}
+
+/// The command in V that a line says, if it says one.
+fn command_v(sample: &TextSample, supply_v: f64) -> Option<f64> {
+    let of_pwm = |pwm: f64| pwm / PWM_FULL_SCALE * supply_v;
+    sample.command_v.or(sample.command_pwm255.map(of_pwm))
+}
+
+/// Whether no reader of run files refuses what a line says: a row that does so takes its whole file with it.
+fn can_be_read(sample: &TextSample, supply_v: f64) -> bool {
+    let measured = [
+        command_v(sample, supply_v),
+        sample.supply_v,
+        sample.current_a,
+    ];
+    measured
+        .into_iter()
+        .flatten()
+        .all(|value| COMMAND.holds(value))
+        && COUNTS.holds(sample.counts as f64)
 }
 
 /// Median interval of the board's clock; of arrival times, which come in bunches, the mean.

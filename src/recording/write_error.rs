@@ -3,20 +3,49 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::plain::shown;
+
 /// Why a run file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be made.
-    #[error("cannot create {path}: {source}{}", advice(source))]
+    #[error("cannot create {}: {source}{}", shown(path), advice(source))]
     Create {
         /// The file.
         path: PathBuf,
         /// Why.
         source: io::Error,
     },
+    /// There can be no new file under this name.
+    #[error(
+        "{} {what}, and a recording needs a file of its own; name a file that is not there yet",
+        shown(path)
+    )]
+    NoFile {
+        /// What was named.
+        path: PathBuf,
+        /// What it is.
+        what: &'static str,
+    },
+    /// Another program has cut or lengthened the file; nothing is appended to it any more.
+    #[error(
+        "{} was changed by another program while it was written: of {written_bytes} bytes with {rows} rows it has {found_bytes}; see what else writes there, and record again",
+        shown(path)
+    )]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// Rows that were written to it.
+        rows: u64,
+        /// Bytes that were.
+        written_bytes: u64,
+        /// Bytes that it has.
+        found_bytes: u64,
+    },
     /// Writing failed on the way; the file ends with a whole row.
     #[error(
-        "cannot write {path} any further: {source}; it holds {rows} whole rows{}",
+        "cannot write {} any further: {source}; it holds {rows} whole rows{}",
+        shown(path),
         advice(source)
     )]
     Append {
@@ -28,7 +57,11 @@ pub enum WriteError {
         source: io::Error,
     },
     /// The file was deleted, or its directory was, while it was written.
-    #[error("{path} vanished while it was written; everything up to then is in {rescued}")]
+    #[error(
+        "{} vanished while it was written; everything up to then is in {}",
+        shown(path),
+        shown(rescued)
+    )]
     Vanished {
         /// The file.
         path: PathBuf,

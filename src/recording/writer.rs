@@ -6,13 +6,15 @@
 //! [`RunWriter::finish`] overwrites it in place with `complete = true` and the summary. A file without
 //! that line was not ended properly.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::WriteError;
+use super::free_name::create_free;
 use super::row::{Columns, Row, RowFormatter};
+use crate::plain::one_line_table;
 
 /// Value of the `format` key.
 pub const RUN_FORMAT: &str = "motorlab-run/1";
@@ -29,32 +31,6 @@ const RESERVED_BYTES: usize = 1200;
 
 /// Rows wait in memory up to this many bytes.
 const MOST_BUFFERED: usize = 1 << 18;
-
-/// The first of `run.csv`, `run-2.csv`, `run-3.csv` ... that does not exist.
-pub fn next_free_name(path: &Path) -> PathBuf {
-    names_from(path)
-        .find(|candidate| candidate.symlink_metadata().is_err())
-        .unwrap_or_else(|| path.to_owned())
-}
-
-/// `run.csv`, `run-2.csv`, `run-3.csv` ...
-fn names_from(path: &Path) -> impl Iterator<Item = PathBuf> {
-    let stem = path.file_stem().unwrap_or_default().to_os_string();
-    let extension = path.extension().map(std::ffi::OsStr::to_os_string);
-    let numbered = (2..1_000_000_u32).map({
-        let path = path.to_owned();
-        move |number| {
-            let mut name = stem.clone();
-            name.push(format!("-{number}"));
-            if let Some(extension) = &extension {
-                name.push(".");
-                name.push(extension);
-            }
-            path.with_file_name(name)
-        }
-    });
-    std::iter::once(path.to_owned()).chain(numbered)
-}
 
 /// Writes one run file. Dropping it without [`RunWriter::finish`] leaves a readable, incomplete file.
 #[derive(Debug)]
@@ -94,8 +70,7 @@ impl RunWriter {
 
     /// Puts the header into the buffer; says where its reserved block begins.
     fn write_header(&mut self, header: &toml::Table) -> Result<u64, WriteError> {
-        let (tables, plain): (toml::Table, toml::Table) = header
-            .clone()
+        let (tables, plain): (toml::Table, toml::Table) = one_line_table(header)
             .into_iter()
             .filter(|(key, _)| key != "format" && key != "complete" && key != "summary")
             .partition(|(_, value)| value.is_table());
@@ -148,6 +123,7 @@ impl RunWriter {
         if self.buffer.is_empty() {
             return Ok(());
         }
+        self.refuse_altered()?;
         if let Err(source) = self.file.write_all(&self.buffer) {
             return Err(self.cut_back(source));
         }
@@ -158,6 +134,28 @@ impl RunWriter {
             return self.rescue();
         }
         Ok(())
+    }
+
+    /// Another program that cuts a file leaves a hole of zeros beneath what is appended: then nothing is.
+    fn refuse_altered(&self) -> Result<(), WriteError> {
+        let found_bytes = self.file.metadata().map_or(0, |metadata| metadata.len());
+        if found_bytes == self.written_bytes {
+            return Ok(());
+        }
+        Err(WriteError::Altered {
+            path: self.path.clone(),
+            rows: self.rows,
+            written_bytes: self.written_bytes,
+            found_bytes,
+        })
+    }
+
+    /// Takes the file away again, of a recording that did not begin.
+    pub fn discard(self) {
+        if self.rows() == 0 && !file_vanished(&self.file) {
+            // What cannot be removed is a file with a header and no row.
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 
     /// After a failed write: keeps the whole rows that got through.
@@ -213,6 +211,7 @@ impl RunWriter {
             Ok(()) | Err(WriteError::Vanished { .. }) => {}
             Err(error) => return Err(error),
         }
+        self.refuse_altered()?;
         let mut block = Vec::new();
         if complete {
             comment_lines(&mut block, "complete = true");
@@ -238,31 +237,6 @@ impl RunWriter {
         })?;
         Ok(self.path)
     }
-}
-
-/// Creates `path` or the next free name after it, atomically.
-fn create_free(path: &Path) -> Result<(File, PathBuf), WriteError> {
-    for candidate in names_from(path) {
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create_new(true)
-            .open(&candidate);
-        match file {
-            Ok(file) => return Ok((file, candidate)),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-            Err(source) => {
-                return Err(WriteError::Create {
-                    path: candidate,
-                    source,
-                });
-            }
-        }
-    }
-    Err(WriteError::Create {
-        path: path.to_owned(),
-        source: io::ErrorKind::AlreadyExists.into(),
-    })
 }
 
 /// Appends each line of `text` as a comment.
@@ -328,7 +302,7 @@ fn copy_whole(mut from: &File, to: &mut File) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::{CommandKind, difference_velocities};
+    use crate::recording::{CommandKind, difference_velocities, next_free_name};
     use crate::recording::{Flags, Time};
 
     fn header() -> toml::Table {
@@ -416,6 +390,33 @@ mod tests {
         let expected =
             ["run.csv", "run-2.csv", "run-3.csv"].map(|name| directory.path().join(name));
         assert_eq!(names, expected);
+    }
+
+    #[test]
+    fn a_file_that_another_program_cuts_ends_with_what_is_left_and_is_said() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("run.csv");
+        let columns = Columns::recorded(CommandKind::Voltage);
+        let mut writer = RunWriter::create(&path, &header(), columns).expect("writable");
+        writer.append(&row(0, 0)).expect("writable");
+        writer.flush().expect("writable");
+        let cut = File::options().write(true).open(&path).expect("writable");
+        cut.set_len(10).expect("writable");
+        writer.append(&row(1, 1)).expect("buffered");
+        let error = writer.flush().expect_err("it was cut");
+        assert!(
+            matches!(
+                error,
+                WriteError::Altered {
+                    rows: 1,
+                    found_bytes: 10,
+                    ..
+                }
+            ),
+            "{error}"
+        );
+        assert_eq!(std::fs::metadata(&path).expect("a file").len(), 10);
+        assert!(writer.finish(&toml::Table::new(), true).is_err());
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::{Figure, Page, Panel, Series, Size, Stroke};
 use crate::compare::{Overlay, RunFigures, speed_of_one_count};
 use crate::motor::Motor;
+use crate::plain::one_line;
 use crate::recording::{CommandKind, Run};
 use crate::units::rpm_from_rad_s;
 
@@ -152,7 +153,7 @@ pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<Str
         .iter()
         .map(|run| {
             vec![
-                run.path.clone(),
+                one_line(&run.path).into_owned(),
                 format!("{}", run.sample_time_s),
                 run.samples.to_string(),
                 run.lost.to_string(),
@@ -180,7 +181,9 @@ pub fn verdict(figures: &RunFigures) -> String {
     };
     format!(
         "{}: {words} ({:.3} counts RMS, the encoder alone leaves {:.3}).",
-        figures.path, figures.position_rmse_counts, figures.floor_counts
+        one_line(&figures.path),
+        figures.position_rmse_counts,
+        figures.floor_counts
     )
 }
 

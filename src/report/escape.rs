@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::plain::is_harmful;
+use crate::plain::is_harmful;
 
 /// The text with `& < > " '` as entities and what steers, hides or turns text as `�`.
 pub fn escaped(text: &str) -> Cow<'_, str> {

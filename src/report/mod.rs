@@ -11,7 +11,6 @@ pub mod figure;
 mod html;
 mod matrix;
 pub mod number;
-pub mod plain;
 pub mod svg;
 pub mod table;
 pub mod terminal;

@@ -81,7 +81,7 @@ pub(in crate::diagnose) fn next_experiment(
     let duration_s = longest_s
         .ceil()
         .clamp(DURATION_S.0, DURATION_S.1)
-        .min((MOST_SAMPLES * sample_time_s).floor().max(1.0));
+        .min(whole_seconds(MOST_SAMPLES * sample_time_s));
     let samples = (duration_s / sample_time_s).round() as usize;
     let mut motor = best.fit.hypothesis.motor(problem.nominal, &best.fit.p);
     if let Some(run) = problem.runs.first() {
@@ -122,6 +122,15 @@ pub(in crate::diagnose) fn next_experiment(
         tells_apart: chosen.1.into_iter().map(str::to_owned).collect(),
         expected_separation: chosen.2,
     })
+}
+
+/// Whole seconds, where there is one.
+fn whole_seconds(duration_s: f64) -> f64 {
+    if duration_s < 1.0 {
+        duration_s
+    } else {
+        duration_s.floor()
+    }
 }
 
 /// The sets that are still plausible, or tied with the best, likeliest first.

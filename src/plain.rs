@@ -1,0 +1,128 @@
+//! Text from files and devices made harmless wherever people read it, and short enough to be read.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Whether a character steers a terminal, turns the direction of reading, or cannot be seen.
+pub fn is_harmful(c: char) -> bool {
+    (c.is_control() && !matches!(c, '\n' | '\t'))
+        || matches!(c,
+            '\u{61C}' | '\u{200B}'..='\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2060}'..='\u{2069}'
+            | '\u{FEFF}' | '\u{FFFE}' | '\u{FFFF}')
+}
+
+/// The text with every such character as `�`; line ends and tabs stay.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    if !text.contains(is_harmful) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.replace(is_harmful, "\u{FFFD}"))
+}
+
+/// The text on one line: line ends and tabs are `�` too. For names of files, boards and keys, which have none.
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    let breaks = |c: char| is_harmful(c) || matches!(c, '\n' | '\t');
+    if !text.contains(breaks) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.replace(breaks, "\u{FFFD}"))
+}
+
+/// A path as people are shown it.
+pub fn shown(path: impl AsRef<Path>) -> String {
+    one_line(&path.as_ref().to_string_lossy()).into_owned()
+}
+
+/// Every text of a TOML document on one line, keys included: a header's lines are its keys and nothing else.
+pub fn one_line_table(table: &toml::Table) -> toml::Table {
+    let pair =
+        |(key, value): (&String, &toml::Value)| (one_line(key).into_owned(), one_line_value(value));
+    table.iter().map(pair).collect()
+}
+
+fn one_line_value(value: &toml::Value) -> toml::Value {
+    match value {
+        toml::Value::String(text) => one_line(text).into_owned().into(),
+        toml::Value::Array(values) => values.iter().map(one_line_value).collect::<Vec<_>>().into(),
+        toml::Value::Table(table) => one_line_table(table).into(),
+        other => other.clone(),
+    }
+}
+
+/// The text on one line, as text and nothing else wherever Markdown is shown: no table, link, image, tag, list or heading.
+pub fn markdown_text(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for (k, c) in one_line(text).chars().enumerate() {
+        let is_mark = matches!(
+            c,
+            '\\' | '`' | '*' | '[' | ']' | '<' | '>' | '|' | '&' | '#' | '~' | '!'
+        ) || (k == 0 && matches!(c, '-' | '+' | '='));
+        if is_mark {
+            out.push('\\');
+        }
+        out.push(c);
+    }
+    out
+}
+
+/// The text with at most so many characters: of a longer one the beginning and the end, and how much is left out.
+pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
+    let length = text.chars().count();
+    if length <= most {
+        return Cow::Borrowed(text);
+    }
+    let (head, tail) = (most - most / 3, most / 3);
+    let begins: String = text.chars().take(head).collect();
+    let ends: String = text.chars().skip(length - tail).collect();
+    Cow::Owned(format!(
+        "{begins} [{} characters left out] {ends}",
+        length - head - tail
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_steers_or_hides_is_replaced_and_words_stay() {
+        assert_eq!(
+            plain("a\u{1b}[2J\u{202e}b\u{200b}c\n"),
+            "a\u{FFFD}[2J\u{FFFD}b\u{FFFD}c\n"
+        );
+        assert!(matches!(plain("µ Ω ü 漢"), Cow::Borrowed(_)));
+    }
+
+    #[test]
+    fn a_name_is_one_line_and_so_is_every_text_of_a_header() {
+        assert_eq!(
+            shown("a\nb\tc\u{202e}.csv"),
+            "a\u{FFFD}b\u{FFFD}c\u{FFFD}.csv"
+        );
+        let header: toml::Table =
+            "device = \"x\\ncomplete = true\"\nn = 1\n[port]\n\"a\\nb\" = [\"c\\n\"]\n"
+                .parse()
+                .expect("TOML");
+        let text = toml::to_string(&one_line_table(&header)).expect("TOML");
+        assert_eq!(
+            text,
+            "device = \"x\u{FFFD}complete = true\"\nn = 1\n\n[port]\n\"a\u{FFFD}b\" = [\"c\u{FFFD}\"]\n"
+        );
+    }
+
+    #[test]
+    fn in_markdown_a_text_opens_nothing() {
+        assert_eq!(
+            markdown_text("- a|b <img> [x](y) `c` a_b\n# d"),
+            "\\- a\\|b \\<img\\> \\[x\\](y) \\`c\\` a_b\u{FFFD}\\# d"
+        );
+    }
+
+    #[test]
+    fn a_long_text_keeps_its_beginning_and_its_end() {
+        let text = format!("{}é{}z", "a".repeat(5000), "b".repeat(5000));
+        let short = clipped(&text, 300);
+        assert!(short.starts_with("aaa") && short.ends_with("bz") && short.chars().count() < 340);
+        assert_eq!(clipped("short", 5), "short");
+    }
+}
