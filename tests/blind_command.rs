@@ -163,3 +163,104 @@ fn made_cases_come_again_from_their_seed_and_do_not_tell_it() {
     let again = run(keep.path(), &["blind", "make", "one"]);
     assert_eq!(again.status, Some(2));
 }
+
+#[test]
+fn a_diagnosers_version_sees_nothing_and_is_heard_up_to_a_line() {
+    let keep = tempfile::tempdir().expect("a directory");
+    let here = keep.path();
+    let made = ["blind", "make", "--cases", "1", "--seed", "3", "set"];
+    assert_eq!(run(here, &made).status, Some(0));
+    let seen = here.join("seen.txt");
+    let script = format!(
+        "#!/bin/sh\nif [ \"$1\" = --version ]; then {{ pwd; env; ls -A; }} > '{}'; yes | tr -d '\\n'; fi\necho no >&2; exit 4\n",
+        seen.display()
+    );
+    let path = here.join("endless");
+    fs::write(&path, script).expect("written");
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).expect("executable");
+    let judged = run(here, &["blind", "run", "set", "--diagnoser", "./endless"]);
+    assert_eq!(judged.status, Some(1), "{}", judged.messages);
+    let seen = fs::read_to_string(seen).expect("it was called");
+    assert!(
+        !seen.contains("manifest") && !seen.contains("labels.json"),
+        "{seen}"
+    );
+    assert!(!seen.contains(&format!("PWD={}", here.display())), "{seen}");
+    let verdict = fs::read_to_string(here.join("set/verdicts/case-001.json"));
+    let verdict = verdict.unwrap_or_else(|_| {
+        let files = fs::read_dir(here.join("set/verdicts")).expect("a folder");
+        let first = files.flatten().next().expect("a verdict").path();
+        fs::read_to_string(first).expect("text")
+    });
+    let verdict = json(&verdict);
+    assert!(
+        verdict["diagnoser"]
+            .as_str()
+            .is_some_and(|name| name.len() < 300)
+    );
+    assert!(
+        verdict["failure"]
+            .as_str()
+            .is_some_and(|why| why.contains("no"))
+    );
+}
+
+#[test]
+fn without_the_head_the_order_is_not_proved_and_markdown_is_text() {
+    let keep = tempfile::tempdir().expect("a directory");
+    let here = keep.path();
+    spy(here);
+    fs::write(here.join("heavy.toml"), HEAVY).expect("written");
+    let simulate = ["simulate", "--motor", "heavy.toml", "-o", "one.csv"];
+    assert_eq!(run(here, &simulate).status, Some(0));
+    let label = "outside:a|b <img src=x> [link](http://x)";
+    let seal = [
+        "blind",
+        "seal",
+        "one.csv",
+        "--into",
+        "set",
+        "--labels",
+        "labels.json",
+        "--label",
+        label,
+    ];
+    assert_eq!(run(here, &seal).status, Some(0));
+    let judged = run(
+        here,
+        &["blind", "run", "set", "--diagnoser", "./spy", "--json"],
+    );
+    let head = json(&judged.output)["head"]
+        .as_str()
+        .expect("a hash")
+        .to_owned();
+    let score = [
+        "blind",
+        "score",
+        "set",
+        "--labels",
+        "labels.json",
+        "--json",
+        "--markdown",
+        "score.md",
+    ];
+    let unproved = run(here, &score);
+    assert!(unproved.messages.contains("the order is not proved"));
+    assert_eq!(json(&unproved.output)["set"]["order_proved"], false);
+    let markdown = fs::read_to_string(here.join("score.md")).expect("written");
+    assert!(markdown.contains("the order is not proved"), "{markdown}");
+    let as_text = r"a\|b \<img src=x\> \[link\](http://x)";
+    assert!(markdown.contains(as_text), "{markdown}");
+    let said = markdown.split("<!-- written by").next().expect("a text");
+    let marks: Vec<&str> = said.split(['<', '[']).collect();
+    assert!(
+        marks[..marks.len() - 1]
+            .iter()
+            .all(|before| before.ends_with('\\')),
+        "{markdown}"
+    );
+    let proved = run(here, &[&score[..], &["--head", &head]].concat());
+    assert_eq!(json(&proved.output)["set"]["order_proved"], true);
+    let markdown = fs::read_to_string(here.join("score.md")).expect("written");
+    assert!(!markdown.contains("the order is not proved"), "{markdown}");
+}

@@ -187,6 +187,7 @@ fn judged() -> (Opened, Vec<Judgement>) {
     let opened = Opened {
         opened_at: OffsetDateTime::UNIX_EPOCH,
         head: "start".to_owned(),
+        order_proved: false,
         recipe: None,
         cases,
     };
@@ -379,4 +380,51 @@ fn an_effect_said_to_look_like_none_is_counted_apart_and_not_as_right() {
         bearing_of("none", said(&["viscous_friction"])),
         Bearing::Named
     );
+}
+
+/// What a document of the second shape says: something more beside what is named, a class, no answer.
+#[test]
+fn both_shapes_of_a_diagnosis_are_judged() {
+    let story = |label: &'static str, diagnosis: Value| {
+        let case = Story::new(label, diagnosis).opened(1);
+        judge(&case, None)
+    };
+    let partial = |label| {
+        story(
+            label,
+            json!({"shape": "motorlab-diagnosis/2", "verdict": "partial", "effects": ["stribeck"], "probability": 0.8,
+            "causes": [{"effect": "stribeck", "probability": 0.7}, {"effect": "unknown", "probability": 0.3}]}),
+        )
+    };
+    let judged = partial("stribeck");
+    assert_eq!(judged.said, ["stribeck", "unknown"]);
+    assert_eq!(
+        (judged.bearing, judged.probability_said),
+        (Bearing::Partly, 0.8)
+    );
+    assert_eq!(partial("stribeck+inertia").bearing, Bearing::Partly);
+    assert_eq!(partial("outside:a belt").bearing, Bearing::Partly);
+    assert_eq!(partial("inertia").bearing, Bearing::Missed);
+    assert_eq!(partial("none").bearing, Bearing::Missed);
+    let class = |label| {
+        story(
+            label,
+            json!({"shape": "motorlab-diagnosis/2", "verdict": "ambiguous", "effects": [], "probability": 0.9, "causes": [
+            {"effect": "stribeck", "probability": 0.5, "class": "start", "class_probability": 0.9},
+            {"effect": "dead_zone", "probability": 0.4, "class": "start", "class_probability": 0.9},
+            {"effect": "unknown", "probability": 0.1}]}),
+        )
+    };
+    assert_eq!(
+        (class("dead_zone").bearing, class("dead_zone").standing),
+        (Bearing::Tied, 2)
+    );
+    assert!((class("dead_zone").probability_said - 0.9).abs() < 1e-12);
+    assert_eq!(class("inertia").bearing, Bearing::Missed);
+    let mended_first = story(
+        "stribeck",
+        json!({"shape": "motorlab-diagnosis/2", "verdict": "bad_recording", "probability": 1.0,
+        "causes": [], "data": [{"id": "time_unit"}]}),
+    );
+    assert!(mended_first.failure.is_some() && mended_first.bearing == Bearing::Missed);
 }

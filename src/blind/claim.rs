@@ -1,4 +1,5 @@
-//! What a diagnosis claims, read off a document `motorlab-diagnosis/1`, or `/2` where it says `bad_recording`.
+//! What a diagnosis claims, read off a document `motorlab-diagnosis/1` or `/2`: of a recording that has to be mended first nothing,
+//! and with `partial` its named effects and something unknown beside them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,8 +9,11 @@ use serde_json::Value;
 /// The parts of a diagnosis that can be right or wrong.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Claim {
-    /// `no_gap`, `parameters`, `effect`, `ambiguous` or `outside_catalogue`.
+    /// `no_gap`, `parameters`, `effect`, `partial`, `ambiguous` or `outside_catalogue`.
     pub verdict: Word,
+    /// Probability of what the verdict says.
+    #[serde(default, rename = "probability")]
+    pub of_verdict: Option<f64>,
     /// Ids of the chosen set.
     #[serde(default)]
     pub effects: Vec<String>,
@@ -38,6 +42,8 @@ pub enum Word {
     Parameters,
     /// One or several named effects do.
     Effect,
+    /// One or several named effects are there, and something more that no known effect explains.
+    Partial,
     /// Several do, and the runs cannot tell which.
     Ambiguous,
     /// Something is there that no known effect explains.
@@ -59,6 +65,9 @@ pub struct Cause {
     /// Names in the form of `effect` that these runs cannot tell from it.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
+    /// The class of effects that one recording seldom parts, where these runs do not part its members.
+    #[serde(default)]
+    pub class: Option<String>,
 }
 
 /// A set of effects as weighed.
@@ -114,6 +123,7 @@ impl Claim {
         if document["verdict"] == "bad_recording" {
             return Ok(Self {
                 verdict: Word::Failed,
+                of_verdict: None,
                 effects: Vec::new(),
                 causes: Vec::new(),
                 sets: Vec::new(),
@@ -131,8 +141,10 @@ impl Claim {
             .sets
             .iter()
             .map(|s| (s.effects.join("+"), s.probability));
+        let verdict = claim.of_verdict.map(|p| ("the verdict".to_owned(), p));
         match causes
             .chain(sets)
+            .chain(verdict)
             .find(|(_, p)| !(0.0..=1.0 + 1e-6).contains(p))
         {
             Some((name, p)) => Err(format!("the probability of '{name}' is {p}")),
@@ -145,6 +157,10 @@ impl Claim {
         match self.verdict {
             Word::NoGap | Word::Parameters | Word::Failed => Names::new(),
             Word::OutsideCatalogue => names("unknown"),
+            Word::Partial => {
+                let named = self.effects.iter().cloned();
+                named.chain(["unknown".to_owned()]).collect()
+            }
             Word::Effect | Word::Ambiguous if !self.effects.is_empty() => {
                 self.effects.iter().cloned().collect()
             }
@@ -197,13 +213,15 @@ impl Claim {
     }
 
     fn ties(&self, of: &Names) -> Vec<Names> {
-        self.cause(of).map_or(Vec::new(), |cause| {
-            cause
-                .indistinguishable_from
-                .iter()
-                .map(|text| names(text))
-                .collect()
-        })
+        let Some(cause) = self.cause(of) else {
+            return Vec::new();
+        };
+        let of_class = self.causes.iter().filter(|other| {
+            cause.class.is_some() && other.class == cause.class && other.effect != cause.effect
+        });
+        let members = of_class.map(|other| names(&other.effect));
+        let tied = cause.indistinguishable_from.iter().map(|text| names(text));
+        members.chain(tied).collect()
     }
 
     /// The cause that is this set.
@@ -229,6 +247,9 @@ impl Claim {
 
     /// Probability given to exactly a set.
     pub(super) fn probability(&self, of: &Names) -> f64 {
+        if self.verdict == Word::Partial && *of == self.leading() {
+            return self.of_verdict.unwrap_or(0.0);
+        }
         let weighed = self.weighed();
         let of_it = weighed.iter().filter(|(set, _)| set == of);
         of_it.map(|(_, p)| p).sum::<f64>().min(1.0)

@@ -3,19 +3,30 @@
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::Instant;
+use std::process::Command;
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::BlindError;
+use super::bounded::run_bounded;
 use super::files::sha256_of;
+use crate::plain::{clipped, one_line, shown};
+
+/// Most bytes of a document that are read: the longest of this program's own have less than one megabyte.
+const MOST_SAID_BYTES: u64 = 64 << 20;
+/// Characters of what a diagnoser that failed says that go into its verdict.
+const MOST_SAID_CHARACTERS: usize = 2000;
+/// Bytes of its version that are read: a line.
+const MOST_VERSION_BYTES: u64 = 200;
+/// How long it may take to say its version.
+const VERSION_WITHIN: Duration = Duration::from_secs(60);
 
 /// What a diagnoser says of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The document `motorlab-diagnosis/1`; `null` where it failed.
+    /// The document `motorlab-diagnosis/1` or `/2`; `null` where it failed.
     pub diagnosis: Value,
     /// The motor file with the effect in it, if it wrote one.
     pub model: Option<String>,
@@ -56,11 +67,11 @@ impl Program {
         let program = program.canonicalize().map_err(BlindError::file(program))?;
         let hash = sha256_of(&program)?;
         let file = program.file_name().unwrap_or_default().to_string_lossy();
-        let version = version_of(&program);
+        let version = version_of(&program).map_err(BlindError::file(&std::env::temp_dir()))?;
         Ok(Self {
             name: format!(
                 "{} (sha256 {})",
-                version.unwrap_or(file.into()),
+                version.unwrap_or(one_line(&file).into_owned()),
                 &hash[..16]
             ),
             program,
@@ -84,11 +95,8 @@ impl Diagnoser for Program {
         }
         fs::copy(motor, room.0.join("motor.toml")).map_err(BlindError::file(motor))?;
         let started = Instant::now();
-        let mut command = Command::new(&self.program);
-        // Ctrl-C ends the run of the set after the cases under way; it must not end those.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        let output = command
+        let mut command = in_room(&self.program, &room);
+        command
             .arg("diagnose")
             .args(names)
             .args([
@@ -98,27 +106,27 @@ impl Diagnoser for Program {
                 "diagnosed.toml",
                 "--json",
             ])
-            .current_dir(&room.0)
-            .env("PWD", &room.0)
-            .env_remove("OLDPWD")
-            .env("RAYON_NUM_THREADS", self.threads.to_string())
-            .stdin(Stdio::null())
-            .output()
-            .map_err(|source| BlindError::Diagnoser {
-                program: self.program.display().to_string(),
+            .env("RAYON_NUM_THREADS", self.threads.to_string());
+        let said = run_bounded(&mut command, MOST_SAID_BYTES, None).map_err(|source| {
+            BlindError::Diagnoser {
+                program: shown(&self.program),
                 source,
-            })?;
+            }
+        })?;
         let wall_s = started.elapsed().as_secs_f64();
         let model = fs::read_to_string(room.0.join("diagnosed.toml")).ok();
-        let document = serde_json::from_slice(&output.stdout);
+        let document = serde_json::from_slice(&said.output);
         // Status 1: done, but something fell short; the document is there.
-        let (diagnosis, failure) = match (output.status.code(), document) {
+        let (diagnosis, failure) = match (said.status.and_then(|status| status.code()), document) {
             (Some(0 | 1), Ok(document)) => (document, None),
             (Some(0 | 1), Err(error)) => (Value::Null, Some(format!("no JSON document: {error}"))),
             (_, _) => {
-                let said = String::from_utf8_lossy(&output.stderr);
-                let said = said.trim();
-                (Value::Null, Some(format!("{}: {said}", output.status)))
+                let words = String::from_utf8_lossy(&said.messages);
+                let words = clipped(words.trim(), MOST_SAID_CHARACTERS);
+                let status = said
+                    .status
+                    .map_or(String::new(), |status| status.to_string());
+                (Value::Null, Some(format!("{status}: {words}")))
             }
         };
         Ok(Verdict {
@@ -130,16 +138,28 @@ impl Diagnoser for Program {
     }
 }
 
-/// The first line of `PROGRAM --version`.
-fn version_of(program: &Path) -> Option<String> {
-    let output = Command::new(program)
-        .arg("--version")
-        .stdin(Stdio::null())
-        .output()
-        .ok()?;
-    let text = String::from_utf8_lossy(&output.stdout);
-    let line = text.lines().next()?.trim();
-    (output.status.success() && !line.is_empty()).then(|| line.to_owned())
+/// The first line of `PROGRAM --version`, which is asked in an empty directory of its own too.
+fn version_of(program: &Path) -> io::Result<Option<String>> {
+    let room = Room::new()?;
+    let mut command = in_room(program, &room);
+    command.arg("--version");
+    let Ok(said) = run_bounded(&mut command, MOST_VERSION_BYTES, Some(VERSION_WITHIN)) else {
+        return Ok(None);
+    };
+    let text = String::from_utf8_lossy(&said.output);
+    let line = text.lines().next().unwrap_or_default().trim();
+    let says = said.status.is_some_and(|status| status.success()) && !line.is_empty();
+    Ok(says.then(|| one_line(line).into_owned()))
+}
+
+/// A program that starts in a directory that says nothing of where the set is.
+fn in_room(program: &Path, room: &Room) -> Command {
+    let mut command = Command::new(program);
+    command
+        .current_dir(&room.0)
+        .env("PWD", &room.0)
+        .env_remove("OLDPWD");
+    command
 }
 
 /// An empty directory that goes when this does.

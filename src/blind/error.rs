@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::plain::shown;
+
 /// Why a blind set was not made, run or scored.
 #[derive(Debug, thiserror::Error)]
 pub enum BlindError {
     /// A file or directory could not be read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {source}", shown(path))]
     File {
         /// Which.
         path: PathBuf,
@@ -14,7 +16,7 @@ pub enum BlindError {
         source: std::io::Error,
     },
     /// A file is not what it should be.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: {what}", shown(path))]
     Content {
         /// Which.
         path: PathBuf,

@@ -21,7 +21,7 @@ pub enum Bearing {
     Tied,
     /// It says none, and that the truth looks the same in these runs.
     Hidden,
-    /// Some of several effects are right.
+    /// Some of several effects are right, or one is and something unknown is said to be beside it.
     Partly,
     /// It says something else.
     Missed,
@@ -74,7 +74,9 @@ impl Judgement {
         match self.verdict {
             Word::Failed => "failed".to_owned(),
             Word::NoGap | Word::Parameters => "none".to_owned(),
-            Word::Effect | Word::Ambiguous | Word::OutsideCatalogue => self.said.join("+"),
+            Word::Effect | Word::Partial | Word::Ambiguous | Word::OutsideCatalogue => {
+                self.said.join("+")
+            }
         }
     }
 }
@@ -196,7 +198,9 @@ fn bearing(claim: &Claim, truth: &Names, standing: &[Names]) -> Bearing {
         Bearing::Tied
     } else if claim.hides(truth) {
         Bearing::Hidden
-    } else if truth.len() > 1 && standing.iter().any(|set| !set.is_disjoint(truth)) {
+    } else if (truth.len() > 1 || claim.verdict == Word::Partial)
+        && standing.iter().any(|set| !set.is_disjoint(truth))
+    {
         Bearing::Partly
     } else {
         Bearing::Missed

@@ -12,6 +12,7 @@
 //! `SHA-256(head of k-1 LF case LF hash of the verdict's file LF time)`: whoever has written down the
 //! last head has written down every verdict. [`open`] checks all of it and refuses otherwise.
 
+mod bounded;
 mod calibration;
 mod claim;
 mod diagnoser;
@@ -46,6 +47,6 @@ pub use score::{
 };
 pub use seal::{Labels, Manifest, NewCase, SealedCase, SealedLabel, add_cases, commitment};
 pub use share::Share;
-pub use text::{markdown, text};
+pub use text::{ORDER_UNPROVED, markdown, text};
 pub use truth::{BadLabel, TrueEffect, Truth, TruthKind};
 pub use unseen::{GapCheck, measure_gap};

@@ -9,6 +9,7 @@ use time::OffsetDateTime;
 use super::files::{now, read_document, sha256, sha256_of, write_document};
 use super::run::{VERDICT, VerdictFile, check_file, verdict_path};
 use super::{BlindError, Labels, Ledger, Manifest, Recipe, SealedCase, Truth, Verdict, commitment};
+use crate::plain::shown;
 
 /// A set with seal opened.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +18,9 @@ pub struct Opened {
     pub opened_at: OffsetDateTime,
     /// Head of the chain of verdicts.
     pub head: String,
+    /// Whether that is the one that somebody had written down before: without it verdicts could have been changed
+    /// after the labels were seen, with the chain made anew.
+    pub order_proved: bool,
     /// How the cases were made, if they were made and not recorded.
     pub recipe: Option<Recipe>,
     /// The cases with truth and verdict.
@@ -114,6 +118,7 @@ pub fn open(
     Ok(Opened {
         opened_at: opening.opened_at,
         head: opening.head,
+        order_proved: written_down.is_some(),
         recipe: labels.recipe,
         cases,
     })
@@ -163,7 +168,7 @@ fn open_case(
     let Some(entry) = ledger.of(name) else {
         return refuse(format!(
             "{name} has no verdict: finish 'motorlab blind run {}' first",
-            directory.display()
+            shown(directory)
         ));
     };
     let path = verdict_path(directory, name);

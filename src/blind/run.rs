@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::files::{now, sha256, sha256_of, write_whole};
 use super::seal::SealedCase;
 use super::{BlindError, Diagnoser, Ledger, Manifest, Verdict};
+use crate::plain::shown;
 
 /// A verdict's file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,7 +62,7 @@ pub fn run(
     if super::opening::opened_path(directory).exists() {
         return Err(BlindError::Refused(format!(
             "{} has been opened: a verdict from now on would not be blind",
-            directory.display()
+            shown(directory)
         )));
     }
     let ledger = Ledger::read(directory)?;

@@ -69,6 +69,8 @@ pub struct SetFacts {
     pub opened_at: OffsetDateTime,
     /// Head of the chain of verdicts.
     pub head: String,
+    /// Whether somebody had written that head down before the labels were opened.
+    pub order_proved: bool,
 }
 
 /// Named and right.
@@ -202,6 +204,7 @@ pub fn score(opened: &Opened, cases: Vec<Judgement>) -> Score {
             diagnosers: diagnosers.into_iter().map(str::to_owned).collect(),
             opened_at: opened.opened_at,
             head: opened.head.clone(),
+            order_proved: opened.order_proved,
         },
         singles: Standing::of(singles.iter().copied()),
         singles_hidden: Share::count(singles.iter().copied(), |j| j.bearing == Bearing::Hidden),

@@ -11,6 +11,7 @@ use time::OffsetDateTime;
 
 use super::files::{hex, now, read_document, sha256, write_document, write_whole};
 use super::{BlindError, Truth};
+use crate::plain::shown;
 
 /// Format of the manifest.
 const MANIFEST: &str = "motorlab-blind/1";
@@ -158,13 +159,13 @@ pub fn add_cases(
         return Err(BlindError::Refused(format!(
             "the labels' file {} would lie inside the set {}; keep it elsewhere",
             labels_path.display(),
-            directory.display()
+            shown(directory)
         )));
     }
     if super::opening::opened_path(directory).exists() {
         return Err(BlindError::Refused(format!(
             "{} has been opened; seal new cases in a new set",
-            directory.display()
+            shown(directory)
         )));
     }
     let (mut manifest, mut labels) = match (manifest_path(directory).exists(), labels_path.exists())
@@ -185,7 +186,7 @@ pub fn add_cases(
         (true, false) => {
             return Err(BlindError::Refused(format!(
                 "{} is a set already, and its labels' file is not {}",
-                directory.display(),
+                shown(directory),
                 labels_path.display()
             )));
         }

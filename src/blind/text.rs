@@ -4,6 +4,7 @@ use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
 
 use super::{Judgement, Score, Share, TruthKind};
+use crate::plain::{markdown_text, one_line};
 use crate::report::table::Table;
 
 /// The figures wanted, beside those reached: name, reached, wanted.
@@ -251,7 +252,9 @@ pub(super) fn confusion_key(score: &Score) -> String {
 /// Every case that is not right, with what is known of it.
 pub(super) fn misses(score: &Score) -> Vec<String> {
     let missed = score.cases.iter().filter(|j| !j.is_right());
-    missed.map(miss).collect()
+    missed
+        .map(|missed| one_line(&miss(missed)).into_owned())
+        .collect()
 }
 
 fn miss(j: &Judgement) -> String {
@@ -326,20 +329,20 @@ pub fn text(score: &Score) -> String {
 
 /// The whole score in Markdown, to be put into a document.
 pub fn markdown(score: &Score) -> String {
-    let mut out = lead(score) + "\n\n";
+    let mut out = markdown_text(&lead(score)) + "\n\n";
     for fact in facts(score) {
-        out += &format!("- {fact}\n");
+        out += &format!("- {}\n", markdown_text(&fact));
     }
     for (title, table) in tables(score) {
         out += &format!("\n## {title}\n\n{}", table.markdown());
         if title == "Confusion" {
-            out += &format!("\n{}\n", confusion_key(score));
+            out += &format!("\n{}\n", markdown_text(&confusion_key(score)));
         }
     }
     let misses = misses(score);
     out += &format!("\n## Missed ({})\n\n", misses.len());
     for miss in misses {
-        out += &format!("- {miss}\n");
+        out += &format!("- {}\n", markdown_text(&miss));
     }
     out
 }
@@ -381,8 +384,18 @@ pub(super) fn facts(score: &Score) -> Vec<String> {
         rfc3339(set.opened_at),
         set.head
     ));
+    if !set.order_proved {
+        facts.push(ORDER_UNPROVED.to_owned());
+    }
     facts
+        .iter()
+        .map(|fact| one_line(fact).into_owned())
+        .collect()
 }
+
+/// What a score without the head of the chain leaves open.
+pub const ORDER_UNPROVED: &str = "without --head the order is not proved: verdicts could have been changed after the labels \
+     were seen, with the chain made anew; give the hash that `blind run` printed and you wrote down";
 
 fn rfc3339(time: OffsetDateTime) -> String {
     time.format(&Rfc3339).unwrap_or_else(|_| time.to_string())

@@ -19,6 +19,7 @@ use crate::blind::{
     measure_gap,
 };
 use crate::motor::Motor;
+use crate::plain::shown;
 use crate::recording::read_run;
 
 /// Check diagnoses on cases whose cause is sealed: make or seal cases, run, then score.
@@ -97,7 +98,8 @@ struct Run {
     /// Cases at a time. [default: one a core]
     #[arg(long)]
     jobs: Option<usize>,
-    /// Another program that keeps the contract of `motorlab diagnose`. [default: this one]
+    /// Another program that keeps the contract of `motorlab diagnose`, started in a folder with copies of a case and
+    /// nothing else; its --version in an empty one, for a minute at most. [default: this one]
     #[arg(long, value_name = "PROGRAM")]
     diagnoser: Option<PathBuf>,
 }
@@ -111,7 +113,8 @@ struct Score {
     /// The labels.
     #[arg(long, value_name = "FILE")]
     labels: PathBuf,
-    /// Hash of the verdicts as `blind run` printed it and you wrote it down.
+    /// Hash of the verdicts as `blind run` printed it and you wrote it down; without it the order of verdicts and labels is
+    /// not proved, and the score says so.
     #[arg(long, value_name = "HASH")]
     head: Option<String>,
     /// Write everything as one HTML file that needs no network.
@@ -146,14 +149,14 @@ struct Sealed<'a> {
 
 impl Sealed<'_> {
     fn say(&self, output: &Output) -> Result<Status, Failure> {
-        let labels = self.labels.display();
+        let labels = shown(self.labels);
         if output.json {
             output.document(self)?;
         } else {
             output.line(&format!(
                 "{} cases in {}; labels in {labels}: keep that file from whoever diagnoses",
                 self.cases,
-                self.directory.display()
+                shown(self.directory)
             ))?;
         }
         Ok(Status::Done)
@@ -169,7 +172,7 @@ impl Make {
         if self.directory.join("manifest.json").exists() {
             return Err(Failure::input(format!(
                 "{} is a set already; say another directory",
-                self.directory.display()
+                shown(&self.directory)
             )));
         }
         let recipe = Recipe {
@@ -209,7 +212,7 @@ impl Seal {
         }
         let text = |path: &PathBuf| {
             fs::read_to_string(path)
-                .map_err(|error| Failure::input(format!("{}: {error}", path.display())))
+                .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))
         };
         let case = NewCase {
             runs: self.runs.iter().map(text).collect::<Result<_, _>>()?,
@@ -316,10 +319,6 @@ impl Run {
     }
 }
 
-/// What a score without `--head` leaves open.
-const ORDER_UNPROVED: &str = "without --head the order is not proved: verdicts could have been changed after the labels \
-     were seen, with the chain made anew. Give the hash that `blind run` printed and you wrote down.";
-
 impl Score {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let inputs = [&self.labels, &self.directory.join("manifest.json")];
@@ -337,7 +336,7 @@ impl Score {
         bar.finish_and_clear();
         let score = blind::score(&opened, judged.map_err(failure)?);
         if self.head.is_none() {
-            output.message(ORDER_UNPROVED);
+            output.message(blind::ORDER_UNPROVED);
         }
         let files = [
             (&self.html, blind::page as fn(&blind::Score) -> String),

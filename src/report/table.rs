@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::html::is_number;
+use crate::plain::markdown_text;
 
 /// Names and rows of cells.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -35,12 +36,15 @@ impl Table {
         &self.rows
     }
 
-    /// The table in Markdown.
+    /// The table in Markdown; what stands in a cell is text there.
     pub fn markdown(&self) -> String {
-        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-        let rule: Vec<String> = self.names.iter().map(|_| "---".to_owned()).collect();
+        let line = |cells: &[String]| {
+            let cells: Vec<String> = cells.iter().map(|cell| markdown_text(cell)).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule = format!("|{}\n", " --- |".repeat(self.names.len()));
         let rows: String = self.rows.iter().map(|row| line(row)).collect();
-        line(&self.names) + &line(&rule) + &rows
+        line(&self.names) + &rule + &rows
     }
 }
 

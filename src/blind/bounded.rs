@@ -1,0 +1,123 @@
+//! A program of somebody else, run within bounds: what it says has an end, and so has its time.
+
+use std::io::{self, Read};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// How often an end is looked for: less than any time that is reported.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+
+/// How long what a program said may still come after its end: its children may hold the pipe.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// What a program said within its bounds.
+#[derive(Debug)]
+pub(super) struct Said {
+    /// How it ended; `None` where its time was over first.
+    pub status: Option<ExitStatus>,
+    /// The beginning of its standard output.
+    pub output: Vec<u8>,
+    /// The beginning of its standard error.
+    pub messages: Vec<u8>,
+}
+
+/// Runs a program with nothing on its standard input. Of each of its outputs at most `most_bytes` are kept, and whoever
+/// goes on writes into a closed pipe; after `longest` it is ended, and so are its children.
+///
+/// # Errors
+/// It does not start.
+pub(super) fn run_bounded(
+    command: &mut Command,
+    most_bytes: u64,
+    longest: Option<Duration>,
+) -> io::Result<Said> {
+    // Ctrl-C ends the run of a set after the cases under way; it must not end those.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
+    let begun = Instant::now();
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()?;
+    let output = gather(child.stdout.take(), most_bytes);
+    let messages = gather(child.stderr.take(), most_bytes);
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break Some(status);
+        }
+        if longest.is_some_and(|longest| begun.elapsed() > longest) {
+            break None;
+        }
+        thread::sleep(LOOK_EVERY);
+    };
+    if status.is_none() {
+        end(&mut child);
+    }
+    let said = |from: Receiver<Vec<u8>>| from.recv_timeout(LAST_WORDS).unwrap_or_default();
+    Ok(Said {
+        status,
+        output: said(output),
+        messages: said(messages),
+    })
+}
+
+/// Reads on a thread of its own, so that no pipe fills up while the other is read.
+fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver<Vec<u8>> {
+    let (sender, receiver) = channel();
+    thread::spawn(move || {
+        let mut said = Vec::new();
+        if let Some(pipe) = pipe {
+            // What came before an error is what was said.
+            let _ = pipe.take(most_bytes).read_to_end(&mut said);
+        }
+        let _ = sender.send(said);
+    });
+    receiver
+}
+
+/// Ends a program that goes on, and its children, which share its group.
+fn end(child: &mut Child) {
+    #[cfg(unix)]
+    if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {
+        let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        command
+    }
+
+    #[test]
+    fn it_is_heard_up_to_its_bounds_and_ended_with_its_children() {
+        let said = run_bounded(&mut shell("echo out; echo err >&2; exit 3"), 100, None)
+            .expect("it starts");
+        assert_eq!(said.status.and_then(|status| status.code()), Some(3));
+        assert_eq!(
+            (&said.output[..], &said.messages[..]),
+            (&b"out\n"[..], &b"err\n"[..])
+        );
+        let endless = run_bounded(&mut shell("yes"), 1000, None).expect("it starts");
+        assert_eq!(endless.output.len(), 1000);
+        let begun = Instant::now();
+        let limit = Duration::from_millis(100);
+        let hung = run_bounded(
+            &mut shell("echo out; sleep 1000 & sleep 1000"),
+            100,
+            Some(limit),
+        );
+        let hung = hung.expect("it starts");
+        assert!(hung.status.is_none() && hung.output == b"out\n");
+        assert!(begun.elapsed() < Duration::from_secs(30));
+    }
+}
