@@ -1,42 +1,97 @@
-# The wire protocol from PROTOCOL.md alone: an encoder and a decoder that share no code with the project.
+"""The wire protocol from PROTOCOL.md alone: an encoder and a decoder that share no code with the project."""
+
 import struct
-def crc(b):
-    c=0xffff
-    for x in b:
-        c^=x<<8
-        for _ in range(8): c=((c<<1)^0x1021)&0xffff if c&0x8000 else (c<<1)&0xffff
-    return c
-def cobs(b):
-    out=bytearray(); blk=bytearray()
-    for x in b+b'\0':
-        if x==0: out.append(len(blk)+1); out+=blk; blk=bytearray()
-        else: blk.append(x)
+
+HELLO, ACK, NAK, DATA, END, TEXT = range(1, 7)
+IDENTIFY, CONFIGURE, PROFILE, CHUNK, START, STOP, ALIVE = range(0x81, 0x88)
+
+
+def _table():
+    rows = []
+    for byte in range(256):
+        value = byte << 8
+        for _ in range(8):
+            value = ((value << 1) ^ 0x1021) & 0xFFFF if value & 0x8000 else (value << 1) & 0xFFFF
+        rows.append(value)
+    return rows
+
+
+TABLE = _table()
+
+
+def crc(content):
+    value = 0xFFFF
+    for byte in content:
+        value = ((value << 8) & 0xFFFF) ^ TABLE[(value >> 8) ^ byte]
+    return value
+
+
+def stuffed(content):
+    out = bytearray()
+    for block in content.split(b"\0"):
+        out.append(len(block) + 1)  # a frame is shorter than the 254 bytes that need another code
+        out += block
     return bytes(out)
-def uncobs(b):
-    out=bytearray(); i=0
-    while i<len(b):
-        n=b[i]; out+=b[i+1:i+n]; i+=n
-        if i<len(b): out.append(0)
+
+
+def unstuffed(content):
+    out, at = bytearray(), 0
+    while at < len(content):
+        length = content[at]
+        out += content[at + 1:at + length]
+        at += length
+        if at < len(content):
+            out.append(0)
     return bytes(out)
-def frame(t,body): c=bytes([t])+body; return cobs(c+struct.pack('<H',crc(c)))+b'\0'
-def hello(ver=1,boot=1,ts=30000,short=1000,cpr=720,mv=4500,fields=0,maxseg=2688,name=b'fake',magic=b'MLAB'):
-    return frame(1,magic+struct.pack('<BBBIIHIHBH',ver,1,0,boot,ts,short,cpr,mv,fields,maxseg)+name)
-def data(seq,t,counts,mv,flags=0): return frame(4,struct.pack('<HIihB',seq&0xffff,t&0xffffffff,((counts+2**31)%2**32)-2**31,mv,flags))
-def end(taken,dropped=0,reason=0): return frame(5,struct.pack('<IIB',taken,dropped,reason))
-def ack(t,d=0): return frame(2,struct.pack('<BH',t,d))
-def nak(t,r): return frame(3,bytes([t,r]))
-class Dec:
-    def __init__(s): s.b=bytearray()
-    def push(s,x):
-        r=[]
-        for c in x:
-            if c==0:
-                if s.b:
-                    f=uncobs(bytes(s.b))
-                    if len(f)>=3 and crc(f[:-2])==struct.unpack('<H',f[-2:])[0]: r.append((f[0],f[1:-2]))
-                s.b=bytearray()
-            else: s.b.append(c)
-        return r
-assert hello(boot=0x01020304,ts=3000,short=1500,cpr=720,mv=4500,fields=2,maxseg=1736,name=b'uno',ver=1)
-assert data(258,4294964296,-720,4500,1).hex()=='11040201 48f4ffff 30fdffff 94110131a600'.replace(' ',''),data(258,4294964296,-720,4500,1).hex()
-assert end(1334,0,0) or 1
+
+
+def frame(kind, body):
+    content = bytes([kind]) + body
+    return stuffed(content + struct.pack("<H", crc(content))) + b"\0"
+
+
+def hello(version=1, boot=1, ts_us=30000, shortest_us=1000, counts_per_rev=720, supply_mv=4500, fields=0,
+          segments=2688, name=b"fake", magic=b"MLAB"):
+    return frame(HELLO, magic + struct.pack("<BBBIIHIHBH", version, 1, 0, boot, ts_us, shortest_us, counts_per_rev,
+                                            supply_mv, fields, segments) + name)
+
+
+def data(seq, time_us, counts, command_mv, flags=0):
+    counts = (counts + 2**31) % 2**32 - 2**31
+    return frame(DATA, struct.pack("<HIihB", seq & 0xFFFF, time_us & 0xFFFFFFFF, counts, command_mv, flags))
+
+
+def end(taken, dropped=0, reason=0):
+    return frame(END, struct.pack("<IIB", taken, dropped, reason))
+
+
+def ack(kind, detail=0):
+    return frame(ACK, struct.pack("<BH", kind, detail))
+
+
+def nak(kind, reason):
+    return frame(NAK, bytes([kind, reason]))
+
+
+class Decoder:
+    """Whole frames out of a stream, as pairs of type and body."""
+
+    def __init__(self):
+        self.begun = bytearray()
+
+    def push(self, content):
+        frames = []
+        parts = content.split(b"\0")
+        for k, part in enumerate(parts):
+            self.begun += part
+            if k + 1 < len(parts):
+                whole = unstuffed(bytes(self.begun)) if self.begun else b""
+                if len(whole) >= 3 and crc(whole[:-2]) == struct.unpack("<H", whole[-2:])[0]:
+                    frames.append((whole[0], whole[1:-2]))
+                self.begun = bytearray()
+        return frames
+
+
+# The worked dump of PROTOCOL.md.
+assert data(258, 4294964296, -720, 4500, 1).hex() == "1104020148f4ffff30fdffff94110131a600"
+assert Decoder().push(data(258, 4294964296, -720, 4500, 1))[0][0] == DATA
