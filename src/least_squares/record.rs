@@ -62,18 +62,6 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Its first samples, so many at most.
-    #[must_use]
-    pub(super) fn head(self, samples: usize) -> Self {
-        let samples = samples.min(self.counts.len());
-        Self {
-            t_s: &self.t_s[..samples],
-            command: &self.command[..samples],
-            counts: &self.counts[..samples],
-            ..self
-        }
-    }
-
     /// Simulated counts from the first sample on, not rounded.
     pub(super) fn counts_for(&self, gain: f64, shape: FirstOrder) -> Vec<f64> {
         let mut angles = shape.angles(self.t_s, self.command, self.start_rad_s / gain);

@@ -1,13 +1,17 @@
 //! Whether a recording begins at rest or in motion, and how fast.
 //!
 //! A parabola through the first samples gives the speed at the first of them. A motor that is nearly up to speed before the
-//! second sample bends otherwise: its first samples lie on a line that does not pass through the first one, and the parabola
-//! takes the step from rest for a start in motion. So where the parabola says motion, the first-order motor is fitted to the
-//! beginning both ways, and rest stands where it leaves less.
+//! second sample bends otherwise: its first step is shorter than the others, which are even, and the parabola takes that for a
+//! start in motion. So where the parabola says motion, the step from rest of a first-order motor is fitted to the same samples,
+//!
+//! `n(t) = o + v (t - T (1 - exp(-t/T)))`,
+//!
+//! and rest stands where it leaves clearly less than the parabola, with as many numbers. A shaft that turns evenly from the
+//! first sample on shows no lag, and was turning before.
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PlainFit, Record, plain_fit};
+use super::Record;
 
 /// Samples that tell the speed at the first of them.
 const START_SAMPLES: usize = 6;
@@ -15,11 +19,13 @@ const START_SAMPLES: usize = 6;
 const TURNING: f64 = 0.3;
 /// Uncertainty of that speed beside what rounding makes, as a share.
 const START_SHARE: f64 = 0.05;
-/// Samples to which both are fitted: a motor that bends within the first six has long settled then.
-const HEAD_SAMPLES: usize = 200;
-/// How much less rest has to leave, in variances of a sample: three standard deviations. Where both follow the samples alike,
-/// a shaft that turns evenly from the first sample on was turning before.
+/// Samples that tell a step from rest from a parabola: one that bends within the first six is even in the second six.
+const BENT_SAMPLES: usize = 12;
+/// How much less rest has to leave, in variances of a sample: three standard deviations.
 const CLEARLY: f64 = 9.0;
+/// Time constants that are tried, in mean steps between the samples: what is shorter is over before the second, and of what
+/// is longer the parabola is right. A tenth lies between two of them.
+const TIME_CONSTANTS: (f64, f64, usize) = (0.1, 10.0, 48);
 /// Variance of what rounding leaves, in counts^2 (Widrow).
 const ROUNDING: f64 = 1.0 / 12.0;
 
@@ -34,37 +40,64 @@ pub struct Start {
 
 /// How a recording begins: at rest, where it may have.
 pub fn start_of(record: &Record<'_>) -> Start {
-    let moving = by_parabola(record.t_s, record.counts);
+    let n = START_SAMPLES.min(record.counts.len());
+    let (moving, _) = by_parabola(&record.t_s[..n], &record.counts[..n]);
     if moving.speed_counts_s == 0.0 {
         return moving;
     }
-    let samples = HEAD_SAMPLES.min(record.counts.len()) as f64;
-    let squares = |speed_counts_s: f64| {
-        let begun = record.starting(speed_counts_s).head(HEAD_SAMPLES);
-        plain_fit(&[begun], &[]).map(|PlainFit { left_counts, .. }| samples * left_counts.powi(2))
+    let n = BENT_SAMPLES.min(record.counts.len());
+    let (t_s, counts) = (&record.t_s[..n], &record.counts[..n]);
+    // A step is one level.
+    let steps = record.command[..n]
+        .windows(2)
+        .all(|pair| pair[0] == pair[1]);
+    let (_, bent) = by_parabola(t_s, counts);
+    let clearly = |rest: &f64| {
+        let variance = (rest / (n - 3) as f64).max(ROUNDING);
+        bent - rest > CLEARLY * variance
     };
-    match (squares(0.0), squares(moving.speed_counts_s)) {
-        (Some(at_rest), Some(in_motion)) => {
-            let variance = (at_rest / samples).max(ROUNDING);
-            if in_motion - at_rest > CLEARLY * variance {
-                Start::default()
-            } else {
-                moving
-            }
-        }
+    match left_by_step(t_s, counts).filter(clearly) {
+        Some(_) if steps => Start::default(),
         _ => moving,
     }
 }
 
-/// Least squares of a parabola through the first samples; rest where it may have been.
-fn by_parabola(t_s: &[f64], counts: &[f64]) -> Start {
-    let n = START_SAMPLES.min(counts.len());
+/// Squares that the step from rest of a first-order motor leaves.
+fn left_by_step(t_s: &[f64], counts: &[f64]) -> Option<f64> {
+    let n = counts.len();
+    let step_s = (t_s[n - 1] - t_s[0]) / (n - 1) as f64;
+    let (shortest, longest, tried) = TIME_CONSTANTS;
+    let ratio = (longest / shortest).ln() / (tried - 1) as f64;
+    let left = (0..tried).map(|k| {
+        let time_constant_s = step_s * shortest * (ratio * k as f64).exp();
+        let turned = t_s.iter().map(|t| {
+            let passed_s = t - t_s[0];
+            passed_s + time_constant_s * (-passed_s / time_constant_s).exp_m1()
+        });
+        left_by_line(&turned.collect::<Vec<f64>>(), counts)
+    });
+    left.filter(|left| left.is_finite()).min_by(f64::total_cmp)
+}
+
+/// Squares that the best straight line in `x` leaves.
+fn left_by_line(x: &[f64], counts: &[f64]) -> f64 {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (x_mean, n_mean) = (mean(x), mean(counts));
+    let pairs = || x.iter().zip(counts).map(|(x, n)| (x - x_mean, n - n_mean));
+    let slope = pairs().map(|(x, n)| x * n).sum::<f64>() / pairs().map(|(x, _)| x * x).sum::<f64>();
+    pairs().map(|(x, n)| (n - slope * x).powi(2)).sum()
+}
+
+/// Least squares of a parabola through these samples, and the squares that it leaves; rest where it may have been.
+fn by_parabola(t_s: &[f64], counts: &[f64]) -> (Start, f64) {
+    let rest = (Start::default(), 0.0);
+    let n = counts.len();
     if n < 4 {
-        return Start::default();
+        return rest;
     }
     let span_s = t_s[n - 1] - t_s[0];
     if span_s <= 0.0 {
-        return Start::default();
+        return rest;
     }
     let rows: Vec<Vector3<f64>> = t_s[..n]
         .iter()
@@ -74,7 +107,7 @@ fn by_parabola(t_s: &[f64], counts: &[f64]) -> Start {
     let normal: Matrix3<f64> = rows.iter().map(|row| row * row.transpose()).sum();
     let right: Vector3<f64> = rows.iter().zip(counts).map(|(row, n)| row * *n).sum();
     let Some(inverse) = normal.try_inverse() else {
-        return Start::default();
+        return rest;
     };
     let fitted = inverse * right;
     let squares: f64 = rows
@@ -86,14 +119,15 @@ fn by_parabola(t_s: &[f64], counts: &[f64]) -> Start {
     let deviation = (rounding * inverse[(1, 1)]).sqrt();
     let mean = counts[n - 1] - counts[0];
     if fitted[1].abs() < 5.0 * deviation || fitted[1] / mean < TURNING {
-        return Start::default();
+        return rest;
     }
     let speed_counts_s = fitted[1] / span_s;
     let deviation = (deviation / span_s).hypot(START_SHARE * speed_counts_s);
-    Start {
+    let start = Start {
         speed_counts_s,
         variance: deviation * deviation,
-    }
+    };
+    (start, squares)
 }
 
 #[cfg(test)]
