@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::{Failure, Output, Status};
 use crate::board::{PortEntry, list_ports};
-use crate::plain::shown;
+use crate::plain::{one_line, shown};
 
 /// List serial ports, lab boards first.
 #[derive(Debug, Args)]
@@ -38,7 +38,7 @@ fn describe(port: &PortEntry) -> String {
             let serial = usb.serial.as_deref().unwrap_or("-");
             text.push_str(&format!("  serial {serial}"));
             if let Some(product) = &usb.product {
-                text.push_str(&format!("  {product}"));
+                text.push_str(&format!("  {}", one_line(product)));
             }
         }
     }

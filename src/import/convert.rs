@@ -9,6 +9,7 @@ use super::cells::{Cells, number, shortened};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
 use super::map::{CommandSource, Field, Integration, Map, PositionSource, TimeSource};
+use crate::motor::plausible::{COMMAND, Range, TIME_S};
 
 /// One row in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,8 +70,12 @@ struct Before {
 
 /// Largest number that fits a count.
 const MOST_COUNTS: f64 = 9.2e18;
-/// Largest time, command, current or voltage that is taken for one.
-const MOST: f64 = 1e15;
+/// Time before the first row is taken off: since 1970 in microseconds, in seconds a run's own range.
+const ANY_TIME: Range = Range {
+    lo: -1e15,
+    hi: 1e15,
+    ..TIME_S
+};
 
 impl<'a> Converter<'a> {
     pub fn new(map: &'a Map, layout: &'a Layout) -> Self {
@@ -112,7 +117,7 @@ impl<'a> Converter<'a> {
         }
         let supply_v = self.measured(cells, &self.map.supply, &self.layout.supply, "supply")?;
         let current_a = self.measured(cells, &self.map.current, &self.layout.current, "current")?;
-        let command = within("command", self.command(cells, t_s, supply_v)?)?;
+        let command = within("command", COMMAND, self.command(cells, t_s, supply_v)?)?;
         let (counts, position, before) = self.position(cells, t_s)?;
         self.time = time;
         self.position = position;
@@ -145,7 +150,7 @@ impl<'a> Converter<'a> {
         };
         let raw = self.number(cells, &self.layout.time)?;
         let (straight, state) = self.time.next(raw, field.wrap);
-        Ok((within("time", field.value(straight))?, state))
+        Ok((within("time", ANY_TIME, field.value(straight))?, state))
     }
 
     /// An empty cell is a value that this sample lacks.
@@ -158,7 +163,7 @@ impl<'a> Converter<'a> {
     ) -> Result<Option<f64>, RowProblem> {
         match (field, place) {
             (Some(field), Some(at)) if !cells.get(at.at).is_empty() => {
-                within(what, field.value(self.number(cells, place)?)).map(Some)
+                within(what, COMMAND, field.value(self.number(cells, place)?)).map(Some)
             }
             _ => Ok(None),
         }
@@ -234,8 +239,9 @@ fn nanoseconds(t_s: f64) -> f64 {
     (t_s * 1e9).round() / 1e9
 }
 
-fn within(what: &'static str, value: f64) -> Result<f64, RowProblem> {
-    if value.abs() < MOST {
+/// A value that readers of run files take.
+fn within(what: &'static str, range: Range, value: f64) -> Result<f64, RowProblem> {
+    if range.holds(value) {
         Ok(value)
     } else {
         Err(RowProblem::TooLarge { what, value })

@@ -5,12 +5,12 @@
 //! and the file says `timing = "host"`. Where they do not say what is commanded, the profile does.
 
 use std::future::Future;
-use std::io;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
+use super::text_error::TextError;
 use super::unit_of_time::power_of_unit;
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
 use crate::board::leap::{LONGEST_STEP_US, most_counts};
@@ -61,87 +61,6 @@ pub struct TextRequest {
     pub port: String,
     /// The USB device behind it.
     pub usb: Option<UsbIdentity>,
-}
-
-/// Why there is no recording of a sketch.
-#[derive(Debug, thiserror::Error)]
-pub enum TextError {
-    /// The file or the log.
-    #[error(transparent)]
-    Capture(#[from] CaptureError),
-    /// Nothing that could be a sample.
-    #[error(
-        "no line on {port} could be read as a sample: {}", no_sample(heard, last_skipped.as_ref())
-    )]
-    NoSample {
-        /// The port.
-        port: String,
-        /// What came.
-        heard: Box<Heard>,
-        /// The last line that was passed over, and why.
-        last_skipped: Option<(String, Skipped)>,
-    },
-    /// The lines do not say what is commanded.
-    #[error(
-        "the lines on {port} do not say what the motor is commanded: say what the sketch does with --profile (such as --profile step), or print a column command_v or pwm"
-    )]
-    NoCommand {
-        /// The port.
-        port: String,
-    },
-    /// The board's time runs a thousand or a million times as fast, or as slowly, as the host's.
-    #[error(
-        "the time of the lines on {port} runs {} the host's: is `{named}` really `{meant}`? say --columns {columns}",
-        times(*factor)
-    )]
-    TimeUnit {
-        /// The port.
-        port: String,
-        /// How many times as fast.
-        factor: f64,
-        /// The unit that was taken.
-        named: &'static str,
-        /// The unit that fits.
-        meant: &'static str,
-        /// The columns with that unit.
-        columns: String,
-    },
-    /// Reading failed.
-    #[error("the line to {port} failed: {source}")]
-    Line {
-        /// The port.
-        port: String,
-        /// Why.
-        source: io::Error,
-    },
-}
-
-fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String {
-    match last_skipped {
-        Some((line, Skipped::ColumnsUnknown)) => format!(
-            "its lines look like {line:?}, and nothing says what the numbers mean: name them with --columns, such as t_us,counts"
-        ),
-        Some((line, Skipped::FieldCount { expected, found })) => {
-            format!("its lines look like {line:?}, {found} fields where --columns has {expected}")
-        }
-        Some((line, Skipped::NoCountsLabelled { labels })) => format!(
-            "its lines look like {line:?}, and none of their labels ({labels}) names encoder counts: say what they are, in their order, such as --columns -,counts"
-        ),
-        Some((line, Skipped::Clash { label, column })) => format!(
-            "its lines look like {line:?}: --columns has `{column}` where the label says `{label}`; name the columns in the order of the line, or leave --columns at auto"
-        ),
-        Some((line, _)) => format!("its lines look like {line:?}"),
-        None if heard.total() == 0 => "it sent nothing".to_owned(),
-        None => format!("it sent {heard} (is the baud rate right?)"),
-    }
-}
-
-fn times(factor: f64) -> String {
-    if factor >= 1.0 {
-        format!("{factor} times as fast as")
-    } else {
-        format!("{} times as slowly as", (1.0 / factor).round())
-    }
 }
 
 /// Shortest time between two lines that a host's clock is held against, in microseconds: lines that came in
