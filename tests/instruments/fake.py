@@ -13,6 +13,10 @@ import wire
 from instrument import MOTORLAB, MOST_MIB, Ended, rows_of, stated
 
 
+# Boards at a time: they wait, most of the time.
+AT_A_TIME = 3
+
+
 class Board:
     """Answers as PROTOCOL.md says, but where `says` has something else: bytes for `hello` and `start`, functions
     of the board for `first` (before anything) and `run` (instead of the samples); `heeds_stop`."""

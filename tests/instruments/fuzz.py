@@ -187,15 +187,18 @@ class Fuzzer:
         with open(path, "wb") as file:
             file.write(self.mutated(content))
 
-    def motor_command(self):
-        return ["motor", self.random.choice(["show", "check"]), self.motor_file()]
+    def motor_(self):
+        written = ["-o", self.d + "/whole.toml"] if self.random.random() < 0.3 else []
+        return ["motor", self.motor_file(), *written]
+
+    def effects_(self):
+        return ["effects", "--motor", self.motor_file()]
 
     def commands(self):
-        """The commands that this program has, likelier where there is more to mutate."""
-        weights = [(self.compare, 3), (self.check, 3), (self.diagnose, 2), (self.simulate, 4), (self.replay, 2), (self.import_, 2),
+        """The commands, likelier where there is more to mutate."""
+        weights = [(self.motor_, 1), (self.effects_, 1),
+                   (self.compare, 3), (self.check, 3), (self.diagnose, 2), (self.simulate, 4), (self.replay, 2), (self.import_, 2),
                    (self.design, 2), (self.export, 2), (self.lab, 1), (self.virtual, 1), (self.blind, 2)]
-        if b"\n  motor " in run(["--help"]).out:
-            weights.append((self.motor_command, 1))
         return [command for command, weight in weights for _ in range(weight)]
 
     def wrong(self, arguments, ended):

@@ -28,6 +28,17 @@ class Middle:
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         self.decoder = wire.Decoder()
 
+    def runs(self):
+        """Counts and commands by sample number, of each run of the board: to a recorder that got no core for half a second
+        the board says that the link is lost, and a START that is said again begins a run anew."""
+        runs, last = [], None
+        for seq, _, counts, mv, _ in self.sent:
+            if last is None or seq <= last:
+                runs.append({})
+            runs[-1][seq] = counts, mv
+            last = seq
+        return runs
+
     def step(self, wait_s=0.01):
         """Passes on what is there; whether the recorder still runs."""
         ready, _, _ = select.select([self.far, self.near], [], [], wait_s)

@@ -2,12 +2,13 @@
 
 A line is a row or is counted as none; what steers a terminal never reaches one; every recording ends."""
 
+import concurrent.futures
 import itertools
 import os
 import threading
 import time
 
-from fake import Recorded, listen
+from fake import AT_A_TIME, Recorded, listen
 from instrument import end, folder, judge
 
 EVERY_S = 0.004
@@ -90,10 +91,11 @@ def questions():
 
 
 def main():
-    work = folder()
-    for name, line, how, right in questions():
-        run = record(name, work, line, **how)
-        judge(f"text {name}", run.crash is None and right(run), **run.facts())
+    work, asked = folder(), list(questions())
+    with concurrent.futures.ThreadPoolExecutor(AT_A_TIME) as pool:
+        runs = pool.map(lambda one: record(one[0], work, one[1], **one[2]), asked)
+        for (name, _, _, right), run in zip(asked, runs):
+            judge(f"text {name}", run.crash is None and right(run), **run.facts())
     end()
 
 
