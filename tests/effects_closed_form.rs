@@ -611,6 +611,173 @@ fn sensors_that_remember() {
 }
 
 #[test]
+fn a_late_column_is_the_next_command() {
+    // Two samples late: the motor does what stands two samples on, from the start.
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
+    let late = run(&motor(&[("command_offset", &[2.0 * TS])]), VOLT, &u);
+    let early = run(&motor(&[]), VOLT, &[&u[2..], &[2.0, 2.0]].concat());
+    assert_eq!(late, early);
+    // Two and a half late, half a sample too long on the way: the same.
+    let both = motor(&[
+        ("command_offset", &[2.5 * TS]),
+        ("transport_delay", &[0.5 * TS]),
+    ]);
+    for (a, b) in run(&both, VOLT, &u).angle_rad.iter().zip(&early.angle_rad) {
+        near(*a, *b, EXACT);
+    }
+    // All of it late: the last command from the start.
+    let ahead = run(&motor(&[("command_offset", &[50.0])]), VOLT, &u);
+    assert_eq!(ahead, run(&motor(&[]), VOLT, &vec![2.0; u.len()]));
+}
+
+/// Resistance times the mean current of pulses, pulse by pulse, until they repeat. Time in L/R.
+fn mean_of_pulses(volts: f64, emf: f64, duty: f64, period: f64, into_supply: bool) -> f64 {
+    const STEPS: u32 = 20_000;
+    let fade = (-period / f64::from(STEPS)).exp();
+    let pulse = (duty * f64::from(STEPS)).round() as u32;
+    let (mut current, mut sum) = (0.0_f64, 0.0);
+    for _ in 0..(40.0 / period) as u32 + 2 {
+        sum = 0.0;
+        for k in 0..STEPS {
+            let terminals = match k < pulse {
+                true => volts,
+                false if into_supply => -volts,
+                false => 0.0,
+            };
+            let goal = terminals - emf;
+            let next = goal + (current - goal) * fade;
+            // Diodes carry no current back.
+            let next = if k < pulse { next } else { next.max(0.0) };
+            sum += 0.5 * (current + next);
+            current = next;
+        }
+    }
+    sum / f64::from(STEPS)
+}
+
+#[test]
+fn pulses_that_freewheel_have_the_mean_current_of_pulses() {
+    for (period, into_supply) in [(0.5, true), (0.5, false), (6.0, true), (6.0, false)] {
+        let kind = f64::from(u8::from(into_supply));
+        let pulsed = motor(&[("pwm_freewheel", &[period, kind])]);
+        let mut last = 0.0;
+        for share in [0.2, 0.4, 0.6, 0.8, 1.0] {
+            let turning = run(&pulsed, VOLT, &[share * 4.5; 1500]);
+            let speed = turning.speed_rad_s[1499];
+            let needed = (NOMINAL.b * speed + NOMINAL.tf) * NOMINAL.r / NOMINAL.k;
+            let expected = mean_of_pulses(4.5, NOMINAL.k * speed, share, period, into_supply);
+            if speed > 0.0 {
+                near(needed, expected, 1e-4);
+            } else {
+                assert!(expected < needed, "{expected} V hold {needed} V");
+            }
+            near(NOMINAL.r * turning.current_a[1499], expected, 1e-4);
+            // Back the same.
+            let back = run(&pulsed, VOLT, &[-share * 4.5; 1500]);
+            near(back.speed_rad_s[1499], -speed, EXACT);
+            assert!(speed > last || last == 0.0);
+            last = speed;
+        }
+        // Full duty has no pulses: it ends as the nominal motor does.
+        near(last, NOMINAL.steady(4.5, 0.0), CONVERGED);
+    }
+    // Switched off, the motor coasts.
+    let mut off = vec![4.5; 300];
+    off.extend(vec![0.0; 100]);
+    let pulsed = run(&motor(&[("pwm_freewheel", &[6.0, 1.0])]), VOLT, &off);
+    let coasts = run(&motor(&[("coast_at_zero", &[])]), VOLT, &off);
+    near(pulsed.angle_rad[399], coasts.angle_rad[399], CONVERGED);
+}
+
+#[test]
+fn a_clutch_that_slips_keeps_momentum() {
+    // 0.1 N m on 0.001 kg m^2 of which 0.02 N m pass to as much more: 80 and 20 rad/s^2.
+    let mut slips = frictionless(&[("slipping_clutch", &[0.02, 0.5])]);
+    let hard = run(&slips, TORQUE, &levels(&[0.1, 0.0, 0.0, 0.0]));
+    let start_s = 60.0 * TS;
+    for (k, speed) in hard.speed_rad_s.iter().enumerate() {
+        let t = k as f64 * TS;
+        let expected = if t <= start_s {
+            80.0 * t
+        } else {
+            (80.0 * start_s - 20.0 * (t - start_s)).max(50.0 * start_s)
+        };
+        near(*speed, expected, EXACT);
+    }
+    // With friction: the load's own 0.01 N m holds it against a clutch that carries half of that.
+    slips = motor(&[("slipping_clutch", &[0.005, 0.5])]);
+    let free = run(&slips, TORQUE, &[0.1; 200]);
+    for (k, speed) in free.speed_rad_s.iter().enumerate() {
+        let t = k as f64 * TS;
+        let steady = (0.1 - 0.005 - 0.01) / 0.005;
+        near(*speed, steady * -(-0.005 * t / 0.001).exp_m1(), EXACT);
+    }
+    // A clutch that never gives is none.
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
+    let holds = run(&motor(&[("slipping_clutch", &[1.0, 0.5])]), VOLT, &u);
+    let rigid = run(&motor(&[]), VOLT, &u);
+    for (a, b) in holds.angle_rad.iter().zip(&rigid.angle_rad) {
+        near(*a, *b, EXACT);
+    }
+}
+
+#[test]
+fn friction_splits_by_its_weight() {
+    // A gap that is never crossed: the motor side alone, with 0.6 of the inertia and 0.6 / (0.6 + 4.5 * 0.4) = 0.25 of the friction.
+    let alone = motor(&[("backlash", &[900.0, 0.4, 0.0, 4.5])]);
+    let turns = run(&alone, TORQUE, &[0.03; 300]);
+    for (k, speed) in turns.speed_rad_s.iter().enumerate() {
+        let (b, tf, j) = (0.25 * NOMINAL.b, 0.25 * NOMINAL.tf, 0.6 * NOMINAL.j);
+        let t = k as f64 * TS;
+        near(*speed, (0.03 - tf) / b * -(-b * t / j).exp_m1(), EXACT);
+    }
+    // By inertia where nothing is said, to the bit.
+    let u = levels(&[4.5, -1.0, 0.7, 0.0, -3.0, 0.5, 0.0, -0.7, 2.0]);
+    for (id, values) in [
+        ("backlash", &[0.05, 0.4, 1.0, 1.0][..]),
+        ("compliance", &[8.0, 0.05, 0.4, 1.0, 1.0]),
+    ] {
+        let silent = &values[..values.len() - 1];
+        let said = run(&motor(&[(id, values)]), VOLT, &u);
+        assert_eq!(said, run(&motor(&[(id, silent)]), VOLT, &u));
+    }
+}
+
+#[test]
+fn waves_of_two_orders_are_one_potential() {
+    // Released without friction, the work of both is that of their sum.
+    let (small, fine) = ((0.03, 7.0, 1.1), (0.02, 28.0, 0.4));
+    let both = frictionless(&[
+        ("cogging", &[small.0, small.1, small.2]),
+        ("cogging#2", &[fine.0, fine.1, fine.2]),
+        ("coast_at_zero", &[]),
+    ]);
+    let swings = run(&both, VOLT, &[0.0; 300]);
+    let work = |angle: f64| {
+        [small, fine]
+            .iter()
+            .map(|(torque, order, phase)| {
+                torque / order * (phase.cos() - (order * angle + phase).cos())
+            })
+            .sum::<f64>()
+    };
+    keeps_energy(&swings, work);
+    // At a given current ripples of both orders do as much.
+    let ripples = frictionless(&[
+        ("torque_ripple", &[0.12, 11.0, 0.7]),
+        ("torque_ripple#2", &[0.06, 22.0, 0.2]),
+    ]);
+    let turns = run(&ripples, CommandKind::Current, &[0.01; 600]);
+    let torque = 0.7 * 0.01;
+    keeps_energy(&turns, |angle| {
+        torque
+            * (angle
+                + 0.12 / 11.0 * (0.7_f64.cos() - (11.0 * angle + 0.7).cos())
+                + 0.06 / 22.0 * (0.2_f64.cos() - (22.0 * angle + 0.2).cos()))
+    });
+}
+
+#[test]
 fn none_is_left_out() {
     let here = include_str!("effects_closed_form.rs");
     let missing: BTreeSet<_> = catalogue()

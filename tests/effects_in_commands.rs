@@ -31,6 +31,8 @@ fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
                 "time_constant_s" => 1.0,
                 // Holds where the drive below turns back to 0.9 V.
                 "torque_nm" if kind.id == "static_friction" => hi,
+                // Slips in every reversal of the drive below.
+                "torque_nm" if kind.id == "slipping_clutch" => lo,
                 // The full level turns at less than what the back EMF allows.
                 "rate_hz" => lo,
                 _ => 0.5 * (hi + p.default(&parameters, SAMPLE_TIME_S)),

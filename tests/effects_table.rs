@@ -13,7 +13,12 @@ fn scale(scale: Scale) -> &'static str {
         Scale::SampleTime => " TS",
         Scale::Count => " counts",
         Scale::StallCurrent => " stall",
-        Scale::Resistance => " s times R",
+        Scale::Resistance => " R",
+        Scale::NoLoadSpeed => " w0",
+        Scale::StallTorque => " stall torque",
+        Scale::TimeConstant => " tau",
+        Scale::TimeConstantAsFrequency => " / (2 pi tau)",
+        Scale::ResistanceTimesTimeConstant => " R tau",
         Scale::PerStallPower => " / stall power",
         Scale::CoulombTorque => " Tf",
         Scale::ViscousCoefficient => " b",
@@ -30,11 +35,24 @@ fn table() -> String {
          Written from the registry in `motor-chain/src/catalogue.rs`; `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.\n\n\
          In a motor file an effect is a table `[effects.<id>]` with the parameters below; one that is left out takes the\n\
          middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any set of effects\n\
-         can be combined. `motorlab effects ID` says the same in figures, for your motor too. Plausible ranges are the priors of the diagnosis: Tf, b, J and R are the\n\
-         motor file's, TS is the sample time. How the equations combine and are solved: [simulation.md](simulation.md).\n\n\
-         The last column is an experiment, at a sample time of 3 ms: in it the default strength shows on the handout's motor. No motor\n\
-         without the effect makes the same run, whatever its gain, time constant and friction: they differ by D of at least 3\n\
-         (`tests/effects_shown.rs`). Of the effects marked with an asterisk no run of counts tells that much; why is below.\n",
+         can be combined. `motorlab effects ID` says the same in figures, for your motor too. Plausible ranges are priors, in multiples
+\
+         of the motor's own numbers: Tf, b, J, R and supply are the motor file's, TS is the sample time. w0 is the supply over Kb, stall is
+\
+         the supply over R, stall torque is Kt times that, tau is J / (b + Kt Kb / R). A motor of 600 rad/s or 24 V has ranges of its own size.
+
+\
+         What repeats with the angle may be in a motor twice, with other orders: `[effects.\"cogging#2\"]` beside `[effects.cogging]`, and
+\
+         `[effects.\"torque_ripple#2\"]`. How the equations combine and are solved: [simulation.md](simulation.md).
+
+\
+         The last column is an experiment, at a sample time of 3 ms: in it the default strength shows on the handout's motor. No motor
+\
+         without the effect makes the same run, whatever its gain, time constant and friction: they differ by D of at least 3
+\
+         (`tests/effects_shown.rs`). Of the effects marked with an asterisk no run of counts tells that much; why is below.
+",
     );
     for stage in Stage::ALL {
         let _ = writeln!(out, "\n## {stage}\n");
@@ -52,7 +70,15 @@ fn table() -> String {
                         .join(" or "),
                     Prior::OneOf(_) => "common resolutions".to_owned(),
                     Prior::Uniform | Prior::LogUniform => {
-                        format!("{:.3} .. {:.3}{}", p.lo, p.hi, scale(p.scale))
+                        let mut range = format!("{:.3} .. {:.3}{}", p.lo, p.hi, scale(p.scale));
+                        if let Some((multiple, other)) = p.or_up_to {
+                            let _ =
+                                write!(range, " or {multiple:.3}{}, what is more", scale(other));
+                        }
+                        if p.at_most < f64::MAX {
+                            let _ = write!(range, ", at most {:.3}", p.at_most);
+                        }
+                        range
                     }
                 };
                 let unit = if p.unit.is_empty() {
@@ -114,7 +140,12 @@ fn the_catalogue_is_the_contract() {
     let stages = [
         (
             "command",
-            &["transport_delay", "dead_zone", "asymmetric_dead_zone"][..],
+            &[
+                "transport_delay",
+                "command_offset",
+                "dead_zone",
+                "asymmetric_dead_zone",
+            ][..],
         ),
         (
             "driver",
@@ -126,6 +157,7 @@ fn the_catalogue_is_the_contract() {
                 "asymmetric_gain",
                 "current_limit",
                 "coast_at_zero",
+                "pwm_freewheel",
             ],
         ),
         (
@@ -155,7 +187,10 @@ fn the_catalogue_is_the_contract() {
                 "cogging",
             ],
         ),
-        ("transmission", &["backlash", "compliance"]),
+        (
+            "transmission",
+            &["backlash", "compliance", "slipping_clutch"],
+        ),
         (
             "sensor",
             &[

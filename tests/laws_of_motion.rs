@@ -347,10 +347,13 @@ fn every_effect_acts_beside_every_other() {
         for second in &catalogue()[k + 1..] {
             let pair = [first.id, second.id];
             // Friction that builds up over an angle never holds: there is nothing to break away. Of two dead zones the wider one in
-            // each direction is all there is.
+            // each direction is all there is. A clutch beside play or a spring carries everything; pulses that freewheel coast at 0.
             let alike = [
                 ["presliding", "static_friction"],
                 ["dead_zone", "asymmetric_dead_zone"],
+                ["backlash", "slipping_clutch"],
+                ["compliance", "slipping_clutch"],
+                ["coast_at_zero", "pwm_freewheel"],
             ];
             if alike
                 .iter()

@@ -119,6 +119,10 @@ fn derivatives_of_every_effect_agree_with_differences() {
     ));
     for (index, kind) in catalogue().iter().enumerate() {
         let mut motor = Motor::default();
+        if kind.id == "pwm_freewheel" {
+            // Full duty, where pulses end, is a kink: no level here reaches it.
+            motor.parameters.supply_v = 5.0;
+        }
         motor
             .effects
             .set(ActiveEffect::from_keys(kind.id, [], &motor.parameters).unwrap());

@@ -5,7 +5,8 @@
 //! ```
 //!
 //! `--kind` is mixed, singles, pairs, none, outside (or unknown), an effect's id, or two ids joined by `+`.
-//! `--other-motors` draws motors unlike the handout's; `--wander X` multiplies the wander.
+//! `--other-motors` draws motors unlike the handout's; `--wander X` multiplies the wander; `--friction-elsewhere` draws how friction splits
+//! between motor and load, where there are two.
 //! A case's directory holds motor.toml (nominal), run1.csv (step at 30 ms), run2.csv (step at 3 ms),
 //! run3.csv (reversing at 3 ms, 15 s) and unseen.csv (another such).
 
@@ -36,6 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--labels" => labels = Some(PathBuf::from(value()?)),
             "--wander" => options.wander_scale = value()?.parse()?,
             "--other-motors" => options.other_motors = true,
+            "--friction-elsewhere" => options.friction_elsewhere = true,
             _ => directory = Some(PathBuf::from(word)),
         }
     }

@@ -24,6 +24,8 @@ pub struct Options {
     pub wander_scale: f64,
     /// An effect has to change the angle by this many counts (RMS over the runs).
     pub least_counts: f64,
+    /// Of motors with backlash or compliance, friction sits elsewhere than inertia does.
+    pub friction_elsewhere: bool,
 }
 
 impl Default for Options {
@@ -32,6 +34,7 @@ impl Default for Options {
             other_motors: false,
             wander_scale: 1.0,
             least_counts: 2.0,
+            friction_elsewhere: false,
         }
     }
 }
@@ -230,7 +233,14 @@ fn draw_effects(
     for _ in 0..TRIES {
         let effects: Vec<Effect> = ids
             .iter()
-            .map(|id| Effect::draw(id, &plain.motor, rng))
+            .map(|id| {
+                let effect = Effect::draw(id, &plain.motor, rng);
+                if options.friction_elsewhere {
+                    effect.with_friction_elsewhere(rng)
+                } else {
+                    effect
+                }
+            })
             .collect();
         let (hidden, counts) = with(&effects.iter().collect::<Vec<_>>());
         let mut strengths = BTreeMap::new();

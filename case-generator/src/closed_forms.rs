@@ -79,6 +79,7 @@ fn two_bodies_on_a_spring_ring_at_their_frequency() {
     let mut hidden = Hidden::nothing(motor);
     hidden.coupling = Some(Coupling {
         load_fraction: 0.3,
+        load_friction_share: 0.3,
         encoder_on_load: true,
         contact: Contact::Spring {
             frequency_hz: 12.0,
@@ -109,6 +110,7 @@ fn a_driven_flank_leads_the_load_by_half_the_gap() {
     let gap_rad = 0.05;
     hidden.coupling = Some(Coupling {
         load_fraction: 0.4,
+        load_friction_share: 0.4,
         encoder_on_load: false,
         contact: Contact::Flanks { gap_rad },
     });

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{Contact, Coupling, Hidden, Wave};
+use crate::hidden::{Contact, Coupling, Hidden, Pulses, Wave};
 use crate::motor::{Motor, NOMINAL_SIGMA, four_digits};
 use crate::oddity::Oddity;
 
@@ -47,7 +47,7 @@ pub const CATALOGUE: [&str; 27] = [
 ];
 
 /// Effects that the catalogue has grown by since the sets of [`crate::plan`] were fixed: drawn where asked for by name.
-pub const LATER: [&str; 9] = [
+pub const LATER: [&str; 12] = [
     "asymmetric_viscous",
     "static_friction",
     "constant_load",
@@ -57,6 +57,9 @@ pub const LATER: [&str; 9] = [
     "asymmetric_voltage_drop",
     "asymmetric_gain",
     "magnet_weakening",
+    "command_offset",
+    "pwm_freewheel",
+    "slipping_clutch",
 ];
 
 /// An effect with its true parameters, in SI under the names of a motor file.
@@ -251,6 +254,19 @@ impl Effect {
                 ("drop", log_uniform(rng, 0.02, 0.6)),
                 ("time_constant_s", log_uniform(rng, 1.0, 120.0)),
             ],
+            // Up to five samples of the fast runs.
+            "command_offset" => vec![("offset_s", log_uniform(rng, 0.0003, 0.015))],
+            "pwm_freewheel" => vec![
+                ("period_ratio", log_uniform(rng, 0.1, 20.0)),
+                ("into_supply", side(rng)),
+            ],
+            "slipping_clutch" => vec![
+                (
+                    "torque_nm",
+                    rng.random_range(0.1..0.8) * m.torque_constant_nm_per_a * m.stall_current_a(),
+                ),
+                ("load_share", rng.random_range(0.05..0.9)),
+            ],
             outside => Oddity::draw(outside, motor, rng),
         };
         Self {
@@ -260,6 +276,16 @@ impl Effect {
                 .map(|(name, value)| (name.to_owned(), four_digits(value)))
                 .collect(),
         }
+    }
+
+    /// The same with a split of friction between motor and load of its own, where there are two.
+    pub(crate) fn with_friction_elsewhere(mut self, rng: &mut impl Rng) -> Self {
+        if matches!(self.id.as_str(), "backlash" | "compliance") {
+            let weight = four_digits(log_uniform(rng, 0.1, 10.0));
+            self.parameters
+                .insert("load_friction_weight".to_owned(), weight);
+        }
+        self
     }
 
     fn value(&self, name: &str) -> f64 {
@@ -352,6 +378,24 @@ impl Effect {
                 hidden.loss_exponent = self.value("exponent");
             }
             "speed_filter" => hidden.filter_s = self.value("time_constant_s"),
+            "command_offset" => hidden.ahead_s = self.value("offset_s"),
+            "pwm_freewheel" => {
+                hidden.pulses = Some(Pulses {
+                    period_ratio: self.value("period_ratio"),
+                    into_supply: self.value("into_supply") > 0.5,
+                });
+                hidden.coasts = true;
+            }
+            "slipping_clutch" => {
+                let limit_nm = self.value("torque_nm");
+                let load_fraction = self.value("load_share");
+                hidden.coupling = Some(Coupling {
+                    load_fraction,
+                    load_friction_share: load_fraction,
+                    encoder_on_load: false,
+                    contact: Contact::Clutch { limit_nm },
+                });
+            }
             "coupling_slip" => {
                 let limit_nm = self.value("limit_nm");
                 hidden.coupling = Some(self.coupling(Contact::Clutch { limit_nm }));
@@ -361,8 +405,13 @@ impl Effect {
     }
 
     fn coupling(&self, contact: Contact) -> Coupling {
+        let load_fraction = self.value("load_fraction");
+        // Friction per inertia at the load over that at the motor.
+        let weight = self.parameters.get("load_friction_weight");
+        let rubs = load_fraction * weight.copied().unwrap_or(1.0);
         Coupling {
-            load_fraction: self.value("load_fraction"),
+            load_fraction,
+            load_friction_share: rubs / (1.0 - load_fraction + rubs),
             encoder_on_load: self.value("encoder_side") > 0.5,
             contact,
         }

@@ -26,8 +26,19 @@ impl Wave {
 pub(crate) struct Coupling {
     /// Share of the inertia on the load side.
     pub(crate) load_fraction: f64,
+    /// Share of the friction there.
+    pub(crate) load_friction_share: f64,
     pub(crate) encoder_on_load: bool,
     pub(crate) contact: Contact,
+}
+
+/// Pulses of the bridge, between which current decays through diodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pulses {
+    /// Their period over L/R.
+    pub(crate) period_ratio: f64,
+    /// The diodes lead back into the supply; else they short-circuit the motor one way.
+    pub(crate) into_supply: bool,
 }
 
 /// What transmits the torque.
@@ -49,6 +60,8 @@ pub(crate) enum Contact {
 pub(crate) struct Hidden {
     pub(crate) motor: Motor,
     pub(crate) delay_s: f64,
+    /// By how much the motor is ahead of the column of its commands.
+    pub(crate) ahead_s: f64,
     pub(crate) dead_zone_v: f64,
     /// The same forward and back.
     pub(crate) dead_zones_v: (f64, f64),
@@ -62,6 +75,7 @@ pub(crate) struct Hidden {
     pub(crate) gain: f64,
     pub(crate) current_limit_a: f64,
     pub(crate) coasts: bool,
+    pub(crate) pulses: Option<Pulses>,
     pub(crate) resistance_rise_per_w: f64,
     pub(crate) thermal_time_s: f64,
     pub(crate) torque_ripple: Wave,
@@ -99,6 +113,7 @@ impl Hidden {
         Self {
             motor,
             delay_s: 0.0,
+            ahead_s: 0.0,
             dead_zone_v: 0.0,
             dead_zones_v: (0.0, 0.0),
             drop_v: 0.0,
@@ -109,6 +124,7 @@ impl Hidden {
             gain: 1.0,
             current_limit_a: f64::INFINITY,
             coasts: false,
+            pulses: None,
             resistance_rise_per_w: 0.0,
             thermal_time_s: 1.0,
             torque_ripple: Wave::default(),

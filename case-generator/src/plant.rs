@@ -186,8 +186,9 @@ impl<'a> Plant<'a> {
         let load_wander = Wander::new(sigma, level.time_s, &mut rng);
         let friction_wander = Wander::new(sigma, level.time_s, &mut rng);
         let load_fraction = hidden.coupling.map_or(0.0, |c| c.load_fraction);
-        let body = |share: f64| {
-            let inertia = share * m.inertia_kg_m2;
+        let load_share = hidden.coupling.map_or(0.0, |c| c.load_friction_share);
+        let body = |mass: f64, share: f64| {
+            let inertia = mass * m.inertia_kg_m2;
             let (bend, damping_ratio) = if hidden.break_in_rad > 0.0 {
                 (hidden.break_in_rad, 0.1)
             } else {
@@ -203,9 +204,9 @@ impl<'a> Plant<'a> {
                 slides: false,
             }
         };
-        let rotor = body(1.0 - load_fraction);
+        let rotor = body(1.0 - load_fraction, 1.0 - load_share);
         let load = hidden.coupling.map(|coupling| {
-            let load = body(load_fraction);
+            let load = body(load_fraction, load_share);
             let reduced = rotor.inertia * load.inertia / (rotor.inertia + load.inertia);
             (load, Link::new(coupling.contact, reduced))
         });
@@ -370,6 +371,7 @@ impl<'a> Plant<'a> {
         }
         let duty = u / m.supply_v;
         // Winding.
+        let mut mean_current = None;
         let stall_w = m.supply_v * m.supply_v / m.resistance_ohm;
         let magnet = 1.0 - x.magnet_drop * self.heat_w / stall_w;
         let ripple =
@@ -388,14 +390,18 @@ impl<'a> Plant<'a> {
                 1.0 - x.gain_asymmetry
             };
             let volts = lame * x.gain * self.deed.supply_factor * u;
+            mean_current = self.pulse(volts, emf, resistance, duty, h);
             let free = (self.current + per_l * (volts - emf)) / denominator;
             let further_v = if free > 0.0 { x.drops_v.0 } else { x.drops_v.1 };
             let threshold = per_l * (x.drop_v + further_v) / denominator;
             let kept = (free.abs() - threshold).max(0.0);
-            self.current = kept.min(x.current_limit_a).copysign(free);
+            if mean_current.is_none() {
+                self.current = kept.min(x.current_limit_a).copysign(free);
+            }
         }
         let seen = self.seen_angle();
-        self.motor_torque = m.torque_constant_nm_per_a * ripple * self.current;
+        let current = mean_current.unwrap_or(self.current);
+        self.motor_torque = m.torque_constant_nm_per_a * ripple * current;
         let rotor_torque = self.motor_torque + x.cogging.at(self.rotor.angle);
         // Load, on the far side where there are two bodies.
         match &mut self.load {
@@ -440,6 +446,62 @@ impl<'a> Plant<'a> {
         if self.loses_edges() {
             self.count_edges();
         }
+    }
+
+    /// The current through the pulses of a bridge whose current decays through diodes, and its mean over the step; none of other bridges.
+    ///
+    /// Within a pulse, between pulses, and while nothing flows, the winding is a resistance, an inductance and a constant voltage: solved
+    /// exactly from one switching instant to the next.
+    fn pulse(&mut self, volts: f64, emf: f64, resistance: f64, duty: f64, h: f64) -> Option<f64> {
+        let pulses = self.hidden.pulses?;
+        let m = &self.hidden.motor;
+        let (s, duty) = (duty.signum(), duty.abs().min(1.0));
+        let (on_v, against_v) = (volts * s / duty, emf * s);
+        let rate = resistance / m.inductance_h;
+        let period = pulses.period_ratio * m.inductance_h / m.resistance_ohm;
+        let mut current = self.current * s;
+        let (mut left, mut passed) = (h, 0.0);
+        let mut place = (self.now_s / period).fract() * period;
+        while left > 0.0 {
+            let is_on = place < duty * period;
+            let edge = if is_on { duty * period } else { period };
+            let mut dt = left.min(edge - place).max(f64::EPSILON * period);
+            // What the terminals show: the supply, what a diode lets through, or the back EMF.
+            let terminal_v = if is_on || current < 0.0 || against_v > on_v {
+                on_v
+            } else if pulses.into_supply {
+                -on_v
+            } else {
+                0.0
+            };
+            let goal = (terminal_v - against_v) / resistance;
+            let dry = !is_on && current * goal < 0.0;
+            let blocked = !is_on && current == 0.0 && goal < 0.0 && against_v <= on_v;
+            if dry {
+                // The diode blocks from where the current is 0.
+                dt = dt.min((1.0 - current / goal).ln() / rate);
+            }
+            if blocked {
+                current = 0.0;
+            } else {
+                let fade = (-rate * dt).exp();
+                let next = goal + (current - goal) * fade;
+                passed += goal * dt + (current - goal) * (1.0 - fade) / rate;
+                current = if dry && next * goal >= -1e-12 * goal * goal {
+                    0.0
+                } else {
+                    next
+                };
+            }
+            left -= dt;
+            place = if place + dt >= period {
+                0.0
+            } else {
+                place + dt
+            };
+        }
+        self.current = current * s;
+        Some(passed / h * s)
     }
 
     /// Keeps a share of the angle passed by its edge rate, and filters its speed.

@@ -106,7 +106,8 @@ pub(crate) fn record(
         let tick = k as f64 * real_sample_time + stalled_s + late;
         let delta = hidden.jitter_s * rng.random_range(0.0..1.0);
         events.push((tick + delta, Event::Sample));
-        events.push((tick + hidden.delay_s, Event::Command(command)));
+        let given = (tick + hidden.delay_s - hidden.ahead_s).max(0.0);
+        events.push((given, Event::Command(command)));
         // Whole microseconds of the device's own clock.
         t_s.push(((k as f64 * profile.sample_time_s + late) * 1e6).round() / 1e6);
         let delay = 0.7e-3 - HOST_DELAY_S * (1.0 - rng.random_range(0.0..1.0_f64)).ln();

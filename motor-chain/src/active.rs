@@ -1,7 +1,9 @@
 //! The effects that a model has, with their values.
 
 use crate::Parameters;
-use crate::catalogue::{EffectKind, EffectParameter, MAX_PARAMETERS, catalogue, find};
+use crate::catalogue::{
+    Absent, EffectKind, EffectParameter, MAX_PARAMETERS, again, catalogue, find, kind,
+};
 use crate::plausible::Shown;
 
 /// A wrong name or value of an effect.
@@ -57,6 +59,11 @@ pub(crate) fn nearest(
         .map(|(_, name)| name)
 }
 
+/// Every id that an effect can have.
+fn ids() -> impl Iterator<Item = &'static str> {
+    catalogue().iter().chain(again()).map(|kind| kind.id)
+}
+
 /// One effect with its values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveEffect {
@@ -66,18 +73,23 @@ pub struct ActiveEffect {
 }
 
 impl ActiveEffect {
-    /// An effect by id, its values in the order of its parameters.
+    /// An effect by id, its values in the order of its parameters; the last ones may be left out where they have a default that
+    /// does not depend on the motor.
     pub fn new(id: &str, values: &[f64]) -> Result<Self, EffectError> {
         let (index, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: nearest(id, catalogue().iter().map(|kind| kind.id)),
+            nearest: nearest(id, ids()),
         })?;
         let mut active = Self {
             index,
             values: [0.0; MAX_PARAMETERS],
         };
         for (k, parameter) in kind.parameters.iter().enumerate() {
-            let value = values.get(k).copied().unwrap_or(f64::NAN);
+            let left_out = match parameter.default {
+                Absent::Value(value) => value,
+                Absent::Scaled(_) | Absent::Middle => f64::NAN,
+            };
+            let value = values.get(k).copied().unwrap_or(left_out);
             let (lo, hi) = parameter.plausible();
             if !(lo..=hi).contains(&value) {
                 let (id, key) = (kind.id, parameter.key);
@@ -102,7 +114,7 @@ impl ActiveEffect {
     ) -> Result<Self, EffectError> {
         let (_, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: nearest(id, catalogue().iter().map(|kind| kind.id)),
+            nearest: nearest(id, ids()),
         })?;
         let mut values = [0.0; MAX_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(kind.parameters) {
@@ -122,10 +134,10 @@ impl ActiveEffect {
 
     /// What there is to know about the effect.
     pub fn kind(&self) -> &'static EffectKind {
-        &catalogue()[self.index]
+        kind(self.index)
     }
 
-    /// Its number in the catalogue.
+    /// Its number in the catalogue, and beyond it of what is there a second time.
     pub fn index(&self) -> usize {
         self.index
     }
@@ -139,7 +151,7 @@ impl ActiveEffect {
 /// Sample time for defaults that are multiples of one, where no run says which.
 const DEFAULT_SAMPLE_TIME_S: f64 = 0.003;
 
-/// The effects that are part of a model: each at most once, in the catalogue's order.
+/// The effects that are part of a model: each id at most once, in the catalogue's order, what is there a second time last.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     active: Vec<ActiveEffect>,

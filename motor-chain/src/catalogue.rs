@@ -16,7 +16,7 @@ use crate::scalar::Scalar;
 use crate::stages::{command, driver, electrical, mechanical, sensor, timing, transmission};
 
 /// The most parameters that one effect has.
-pub const MAX_PARAMETERS: usize = 4;
+pub const MAX_PARAMETERS: usize = 5;
 
 /// A stage of the signal chain, in the order in which a signal passes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -103,19 +103,26 @@ pub(crate) trait Effect {
 }
 
 macro_rules! registry {
-    ($($stage:ident :: $effect:ident),* $(,)?) => {
+    (once: $($stage:ident :: $effect:ident),*; again: $($id:literal = $stage2:ident :: $effect2:ident),*) => {
         static CATALOGUE: &[EffectKind] = &[$(<$stage::$effect as Effect>::KIND),*];
 
-        /// Puts effect number `index` of the catalogue with these values into the chain.
+        static AGAIN: &[EffectKind] = &[$(EffectKind { id: $id, ..<$stage2::$effect2 as Effect>::KIND }),*];
+
+        /// Puts effect number `index` with these values into the chain.
         pub(crate) fn install<S: Scalar>(index: usize, values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
-            let installers = [$(<$stage::$effect as Effect>::install::<S>),*];
+            let installers = [
+                $(<$stage::$effect as Effect>::install::<S>,)*
+                $(<$stage2::$effect2 as Effect>::install::<S>),*
+            ];
             installers[index](values, chain);
         }
     };
 }
 
 registry! {
+    once:
     command::TransportDelay,
+    command::CommandOffset,
     command::DeadZone,
     command::AsymmetricDeadZone,
     driver::VoltageDrop,
@@ -125,6 +132,7 @@ registry! {
     driver::AsymmetricGain,
     driver::CurrentLimit,
     driver::CoastAtZero,
+    driver::PwmFreewheel,
     electrical::Inductance,
     electrical::WindingHeating,
     electrical::MagnetWeakening,
@@ -144,13 +152,18 @@ registry! {
     mechanical::Cogging,
     transmission::Backlash,
     transmission::Compliance,
+    transmission::SlippingClutch,
     sensor::ResolutionError,
     sensor::MissedCounts,
     sensor::EdgeRateLoss,
     sensor::EncoderEccentricity,
     sensor::SpeedFilter,
     timing::SampleJitter,
-    timing::ClockError,
+    timing::ClockError;
+    // What repeats with the angle may do so twice, with other orders.
+    again:
+    "torque_ripple#2" = electrical::TorqueRipple,
+    "cogging#2" = mechanical::Cogging
 }
 
 /// Every effect, in the order in which a signal meets it.
@@ -158,7 +171,24 @@ pub fn catalogue() -> &'static [EffectKind] {
     CATALOGUE
 }
 
-/// The effect with this id, and its number in the catalogue.
+/// Effects that a motor may have a second time: the same law under an id of its own, `cogging#2`. Their numbers follow the catalogue's.
+pub fn again() -> &'static [EffectKind] {
+    AGAIN
+}
+
+/// The effect with this number, of the catalogue or of [`again`].
+pub fn kind(index: usize) -> &'static EffectKind {
+    match index.checked_sub(CATALOGUE.len()) {
+        None => &CATALOGUE[index],
+        Some(second) => &AGAIN[second],
+    }
+}
+
+/// The effect with this id, and its number.
 pub fn find(id: &str) -> Option<(usize, &'static EffectKind)> {
-    CATALOGUE.iter().enumerate().find(|(_, kind)| kind.id == id)
+    CATALOGUE
+        .iter()
+        .chain(AGAIN)
+        .enumerate()
+        .find(|(_, kind)| kind.id == id)
 }

@@ -14,7 +14,7 @@ pub enum Scale {
     Count,
     /// Stall current: supply over resistance.
     StallCurrent,
-    /// Resistance: turns an electrical time constant in s into an inductance.
+    /// Resistance.
     Resistance,
     /// 1 / (stall current^2 resistance): the rise per watt that adds 100 % at stall.
     PerStallPower,
@@ -24,6 +24,16 @@ pub enum Scale {
     ViscousCoefficient,
     /// Nominal inertia.
     Inertia,
+    /// Speed whose back EMF is the supply.
+    NoLoadSpeed,
+    /// Torque at stall.
+    StallTorque,
+    /// Time constant with which the motor comes up to speed.
+    TimeConstant,
+    /// 1 / (2 pi times that), in Hz.
+    TimeConstantAsFrequency,
+    /// Resistance times that: turns a share of it that is an electrical time constant into an inductance.
+    ResistanceTimesTimeConstant,
     /// Edge rate in 1/s at the speed whose back EMF is the supply.
     TopRate,
     /// Supply voltage.
@@ -42,6 +52,7 @@ impl Scale {
             .max(1e-3 * p.torque_constant_nm_per_a);
         let coupling = p.torque_constant_nm_per_a * back_emf / p.resistance_ohm;
         let viscous = p.viscous_friction_nm_s_per_rad.max(1e-3 * coupling);
+        let time_constant_s = p.inertia_kg_m2 / (coupling + viscous);
         match self {
             Self::Absolute => 1.0,
             Self::SampleTime => sample_time_s,
@@ -54,12 +65,20 @@ impl Scale {
                 .max(0.03 * p.torque_constant_nm_per_a * stall_a),
             Self::ViscousCoefficient => viscous,
             Self::Inertia => p.inertia_kg_m2,
+            Self::NoLoadSpeed => p.supply_v / back_emf,
+            Self::StallTorque => p.torque_constant_nm_per_a * stall_a,
+            Self::TimeConstant => time_constant_s,
+            Self::TimeConstantAsFrequency => 1.0 / (std::f64::consts::TAU * time_constant_s),
+            Self::ResistanceTimesTimeConstant => p.resistance_ohm * time_constant_s,
             Self::TopRate => p.supply_v / back_emf * p.counts_per_rev / std::f64::consts::TAU,
             Self::Supply => p.supply_v,
             Self::DragAtTopSpeed => viscous * back_emf / p.supply_v,
         }
     }
 }
+
+/// Lower end of a range, in multiples of an upper end that is capped, where it would come near it.
+const NARROWEST: f64 = 0.1;
 
 /// How plausible values spread over the range.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,6 +109,10 @@ pub struct EffectParameter {
     pub neutral: Option<(f64, f64)>,
     /// What `lo` and `hi` are multiples of.
     pub scale: Scale,
+    /// An upper end in multiples of another scale, in force where it is the larger one.
+    pub or_up_to: Option<(f64, Scale)>,
+    /// What the upper end never exceeds, in the parameter's unit.
+    pub at_most: f64,
     /// How plausible values spread between them.
     pub prior: Prior,
     /// The value where the file leaves the key out.
@@ -144,6 +167,8 @@ impl EffectParameter {
             hi,
             neutral: None,
             scale,
+            or_up_to: None,
+            at_most: f64::MAX,
             prior,
             default: Absent::Middle,
             possible: (0.0, f64::MAX),
@@ -157,6 +182,18 @@ impl EffectParameter {
         Self::new(key, "rad", circle, Scale::Absolute, Prior::Phase)
             .possible(-f64::MAX, f64::MAX)
             .defaulting_to(0.0)
+    }
+
+    /// The same with an upper end in multiples of another scale where that is more.
+    pub(crate) const fn or_up_to(mut self, multiple: f64, scale: Scale) -> Self {
+        self.or_up_to = Some((multiple, scale));
+        self
+    }
+
+    /// The same with an upper end that is never more, in the parameter's unit.
+    pub(crate) const fn at_most(mut self, value: f64) -> Self {
+        self.at_most = value;
+        self
     }
 
     /// The same with other possible values.
@@ -193,7 +230,14 @@ impl EffectParameter {
     /// Plausible range `(lo, hi)` in the parameter's unit for this motor and sample time.
     pub fn range(&self, parameters: &Parameters, sample_time_s: f64) -> (f64, f64) {
         let scale = self.scale.of(parameters, sample_time_s);
-        (self.lo * scale, self.hi * scale)
+        let mut range = (self.lo * scale, self.hi * scale);
+        if let Some((multiple, other)) = self.or_up_to {
+            range.1 = range.1.max(multiple * other.of(parameters, sample_time_s));
+        }
+        if range.1 > self.at_most {
+            range = (range.0.min(NARROWEST * self.at_most), self.at_most);
+        }
+        range
     }
 
     /// What the key means when a file leaves it out.
@@ -207,4 +251,126 @@ impl EffectParameter {
             (Absent::Middle, _) => 0.5 * (lo + hi),
         }
     }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::catalogue;
+
+    /// Times that are not the motor's: of heat, of a filter in firmware; and the frequency of a spring.
+    const NOT_THE_MOTORS: [&str; 2] = ["time_constant_s", "frequency_hz"];
+
+    /// The handout's motor in a world of other volts, amperes, newton metres and seconds.
+    fn in_other_units(volt: f64, ampere: f64, nm: f64, second: f64) -> Parameters {
+        let mut p = Parameters::default();
+        p.resistance_ohm *= volt / ampere;
+        p.back_emf_v_s_per_rad *= volt * second;
+        p.torque_constant_nm_per_a *= nm / ampere;
+        p.viscous_friction_nm_s_per_rad *= nm * second;
+        p.inductance_h *= volt * second / ampere;
+        p.inertia_kg_m2 *= nm * second * second;
+        p.coulomb_friction_nm *= nm;
+        p.supply_v *= volt;
+        p
+    }
+
+    #[test]
+    fn ranges_know_no_volt_torque_or_speed_of_their_own() {
+        let (volt, ampere, nm, second) = (5.3, 0.4, 0.07, 0.25);
+        let other = in_other_units(volt, ampere, nm, second);
+        for kind in catalogue() {
+            for p in kind.parameters {
+                if NOT_THE_MOTORS.contains(&p.key) || matches!(p.prior, Prior::OneOf(_)) {
+                    continue;
+                }
+                let unit = match p.unit {
+                    "" | "rad" => 1.0,
+                    "V" => volt,
+                    "A" => ampere,
+                    "ohm" => volt / ampere,
+                    "H" => volt * second / ampere,
+                    "N m" => nm,
+                    "N m s/rad" => nm * second,
+                    "N m s^2/rad^2" | "kg m^2" => nm * second * second,
+                    "s" => second,
+                    "rad/s" | "1/s" => 1.0 / second,
+                    "1/W" => 1.0 / (volt * ampere),
+                    unit => panic!("{}: {unit}", p.key),
+                };
+                let (lo, hi) = p.range(&Parameters::default(), 0.003);
+                let (other_lo, other_hi) = p.range(&other, 0.003 * second);
+                for (a, b) in [(lo, other_lo), (hi, other_hi)] {
+                    let off = (b - a * unit).abs();
+                    assert!(
+                        off <= 1e-9 * b.abs(),
+                        "{} {}: {a} {b}, {unit}",
+                        kind.id,
+                        p.key
+                    );
+                }
+            }
+        }
+    }
+
+    /// Motors of a watch, a drone, a servo, a scooter and a winch; the second turns 600 rad/s at 24 V.
+    const MOTORS: [Parameters; 5] = [
+        parameters([60.0, 3e-4, 3e-4, 1e-10, 1e-4, 1e-10, 1e-6, 12.0, 1.5]),
+        parameters([1.1, 0.04, 0.04, 2e-6, 4e-4, 6e-6, 2e-3, 2000.0, 24.0]),
+        parameters([5.0, 0.9, 0.6, 0.02, 0.002, 0.004, 0.08, 4096.0, 7.4]),
+        parameters([0.2, 1.1, 1.1, 0.0, 3e-4, 0.08, 0.0, 90.0, 36.0]),
+        parameters([0.05, 4.0, 4.0, 1.0, 1e-3, 20.0, 30.0, 1024.0, 400.0]),
+    ];
+
+    const fn parameters(p: [f64; 9]) -> Parameters {
+        Parameters {
+            resistance_ohm: p[0],
+            back_emf_v_s_per_rad: p[1],
+            torque_constant_nm_per_a: p[2],
+            viscous_friction_nm_s_per_rad: p[3],
+            inductance_h: p[4],
+            inertia_kg_m2: p[5],
+            coulomb_friction_nm: p[6],
+            counts_per_rev: p[7],
+            supply_v: p[8],
+        }
+    }
+
+    #[test]
+    fn other_motors_have_ranges_of_their_own_size() {
+        for motor in MOTORS {
+            let w0 = motor.supply_v / motor.back_emf_v_s_per_rad;
+            let stall_nm = motor.torque_constant_nm_per_a * motor.supply_v / motor.resistance_ohm;
+            for kind in catalogue() {
+                for p in kind.parameters {
+                    for sample_time_s in [1e-4, 0.003, 0.1, 20.0] {
+                        let (lo, hi) = p.range(&motor, sample_time_s);
+                        let fixed = matches!(p.prior, Prior::OneOf(_));
+                        assert!(lo < hi || fixed, "{} {}: {lo} .. {hi}", kind.id, p.key);
+                        let positive = p.prior != Prior::LogUniform || lo > 0.0;
+                        assert!(positive, "{} {}: {lo}", kind.id, p.key);
+                        let most = match p.unit {
+                            "V" => 0.4 * motor.supply_v,
+                            "rad/s" => 0.5 * w0,
+                            // Where friction is nearly all that the motor gives, multiples of it are more.
+                            "N m" => stall_nm.max(5.0 * motor.coulomb_friction_nm),
+                            _ if p.key == "delay_s" => LONGEST_DELAY_S,
+                            _ => continue,
+                        };
+                        assert!(
+                            hi <= most * (1.0 + 1e-9),
+                            "{} {}: {hi} of {most}",
+                            kind.id,
+                            p.key
+                        );
+                    }
+                }
+            }
+        }
+        // A delay may last five time constants however short the samples are: 32 and 42 ms at 5 ms are delays.
+        let delay = catalogue()[0].parameters[0];
+        assert!(delay.range(&Parameters::default(), 0.005).1 > 0.15);
+    }
+
+    const LONGEST_DELAY_S: f64 = 0.3;
 }

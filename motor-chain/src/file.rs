@@ -178,7 +178,10 @@ impl Motor {
             }
         }
         for effect in self.effects.iter() {
-            let _ = writeln!(text, "\n[effects.{}]", effect.kind().id);
+            let id = effect.kind().id;
+            // A bare key of TOML has no `#`.
+            let quote = if id.contains('#') { "\"" } else { "" };
+            let _ = writeln!(text, "\n[effects.{quote}{id}{quote}]");
             for (parameter, value) in effect.parameters() {
                 let _ = writeln!(text, "{} = {value:?}", parameter.key);
             }
@@ -362,6 +365,11 @@ mod tests {
         motor
             .effects
             .set(ActiveEffect::new("coast_at_zero", &[]).unwrap());
+        for (id, order) in [("cogging", 7.0), ("cogging#2", 28.0)] {
+            let effect = ActiveEffect::new(id, &[0.01, order, 0.5]).unwrap();
+            motor.effects.set(effect);
+        }
+        assert!(motor.to_toml().contains("\n[effects.\"cogging#2\"]\n"));
         assert_eq!(Motor::from_toml(&motor.to_toml()).unwrap(), motor);
     }
 
@@ -406,6 +414,14 @@ mod tests {
                 "line 2: tolerance.supply_v = -1 cannot be: expected 0 .. 10 (a tolerance is relative",
             ),
             ("supply_v = ", "line 1: not TOML"),
+            (
+                "[effects.\"cogging#2\"]\n\ntorque_nm = -1",
+                "line 1: torque_nm = -1 of effect 'cogging#2' cannot be",
+            ),
+            (
+                "[effects.\"gravity_load#2\"]",
+                "line 1: there is no effect 'gravity_load#2', did you mean 'gravity_load'?",
+            ),
             (
                 "[effects.missed_counts]\nprobability = 1.5",
                 "line 1: probability = 1.5 of effect 'missed_counts' cannot be",

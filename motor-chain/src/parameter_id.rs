@@ -32,7 +32,7 @@ impl ParameterId {
     pub fn key(self) -> &'static str {
         match self {
             Self::Nominal(k) => Parameters::KEYS[k],
-            Self::Effect(index, k) => catalogue::catalogue()[index].parameters[k].key,
+            Self::Effect(index, k) => catalogue::kind(index).parameters[k].key,
         }
     }
 
@@ -40,7 +40,7 @@ impl ParameterId {
     pub fn effect_parameter(self) -> Option<&'static EffectParameter> {
         match self {
             Self::Nominal(_) => None,
-            Self::Effect(index, k) => Some(&catalogue::catalogue()[index].parameters[k]),
+            Self::Effect(index, k) => Some(&catalogue::kind(index).parameters[k]),
         }
     }
 

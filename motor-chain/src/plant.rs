@@ -19,6 +19,7 @@ pub struct Plant {
     stated_counts_per_rev: f64,
     stretch: f64,
     delay_s: f64,
+    notes_late_s: f64,
     /// What is commanded now, on the board's side.
     command: f64,
     /// Commands on their way to the driver: real time in s and value.
@@ -86,6 +87,7 @@ impl Plant {
             stated_counts_per_rev: motor.parameters.counts_per_rev,
             stretch,
             delay_s: chain.command.delay_s,
+            notes_late_s: chain.command.ahead_s,
             command: 0.0,
             on_their_way: VecDeque::new(),
             now_s: 0.0,
@@ -145,6 +147,12 @@ impl Plant {
     /// Encoder counts per revolution that the motor file states.
     pub fn counts_per_rev(&self) -> f64 {
         self.stated_counts_per_rev
+    }
+
+    /// By how much the column of the commands is late, in s of the motor's time: no board sees ahead, and whoever logs has to note a
+    /// command so much after it is given.
+    pub fn notes_late_s(&self) -> f64 {
+        self.notes_late_s
     }
 
     /// Reads the encoder, late by a random time where samples are.

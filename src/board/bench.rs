@@ -17,6 +17,11 @@ pub trait Bench: Send {
 
     /// Encoder counts per revolution.
     fn counts_per_rev(&self) -> f64;
+
+    /// By how much the board is late to note a command, in s.
+    fn notes_late_s(&self) -> f64 {
+        0.0
+    }
 }
 
 impl<B: Bench + ?Sized> Bench for Box<B> {
@@ -35,6 +40,10 @@ impl<B: Bench + ?Sized> Bench for Box<B> {
     fn counts_per_rev(&self) -> f64 {
         (**self).counts_per_rev()
     }
+
+    fn notes_late_s(&self) -> f64 {
+        (**self).notes_late_s()
+    }
 }
 
 impl Bench for Plant {
@@ -52,6 +61,10 @@ impl Bench for Plant {
 
     fn counts_per_rev(&self) -> f64 {
         Self::counts_per_rev(self)
+    }
+
+    fn notes_late_s(&self) -> f64 {
+        Self::notes_late_s(self)
     }
 }
 

@@ -31,12 +31,13 @@ use super::levels::climb;
 use super::other_law::OF_A_LAW;
 use super::problem::Problem;
 use super::rank::Ranking;
+use super::rivals::catalogue;
 use super::rungs::{left_by, left_of_runs_by};
 use super::shapes::Group;
 use super::ties::TIE;
 use super::unknown::{flexed, separation_beside};
 use super::verdict::Gap;
-use crate::motor::catalogue::{Stage, catalogue};
+use crate::motor::catalogue::Stage;
 
 /// How many sets are weighed: the best, its parts, none, and those that come next; fewer of these where the limit is reached.
 const SETS: usize = 8;

@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::matter;
 use super::problem::Problem;
 use super::rivals;
-use crate::motor::catalogue::catalogue;
+use super::rivals::catalogue;
 
 /// Prior probability that there is no effect.
 const PRIOR_NONE: f64 = 0.25;

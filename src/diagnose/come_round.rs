@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::candidate::{Candidate, dedup};
 use super::growth::Field;
 use super::problem::Problem;
-use crate::motor::catalogue::{catalogue, find};
+use super::rivals::{catalogue, find};
 
 /// Odds against what was not seen to repeat.
 const NOT_SEEN: f64 = 100.0;

@@ -9,10 +9,10 @@ use super::hypothesis::{BASE, BASE_KEYS};
 use super::other_law::Doubtful;
 use super::problem::Problem;
 use super::rank::Ranking;
+use super::rivals::catalogue;
 use super::unknown::flexible;
 use super::verdict::{Cause, EffectSet, Gap, Interval, Place, Verdict};
 use super::{regimes, ties};
-use crate::motor::catalogue::catalogue;
 
 /// Below this gap above the floor in counts RMS the nominal model is as good as the encoder.
 const NO_GAP_COUNTS: f64 = 0.1;

@@ -154,9 +154,9 @@ fn combined(lists: &[Values]) -> Vec<Values> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rivals::catalogue;
     use super::super::samples::{index, motor_with, problem, ready, recording};
     use super::*;
-    use crate::motor::catalogue::catalogue;
 
     /// Every value of each number with every value of the others; beside edges that are lost above a rate one more.
     #[test]

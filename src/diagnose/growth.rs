@@ -18,10 +18,10 @@ use super::pairs::{not_repeating, promising};
 use super::periodic::parts;
 use super::problem::Problem;
 use super::prospect::{Prospect, by_promise, keep_rivals};
+use super::rivals::catalogue;
 use super::scales::largest_acceleration;
 use super::search::Search;
 use super::unknown::flexible;
-use crate::motor::catalogue::catalogue;
 
 /// Most steps of a final fit on each level.
 pub(super) const FINAL_STEPS: usize = 10;

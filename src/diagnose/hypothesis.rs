@@ -5,7 +5,8 @@
 //! shows `b` apart. Moved are the logarithms of `J`, `Kb`, `Tf` and `b`, with `R` and `Kt` held: their prior
 //! is the tolerance of everything that they stand for, and keeps what the runs do not tell.
 
-use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
+use super::rivals::catalogue;
+use crate::motor::catalogue::{EffectParameter, Prior};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, Motor, Parameters};
 use crate::recording::CommandKind;

@@ -7,7 +7,7 @@
 
 use super::fit::Fit;
 use super::problem::Problem;
-use crate::motor::catalogue::catalogue;
+use super::rivals::catalogue;
 
 /// An effect that moves the angle by less, in counts RMS, is no cause of a gap.
 const MATTERS_COUNTS: f64 = 1.0;

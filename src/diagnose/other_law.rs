@@ -12,8 +12,9 @@
 use super::candidate::Candidate;
 use super::problem::Problem;
 use super::rank::Ranking;
+use super::rivals::catalogue;
 use super::ties::{TIE, separation};
-use crate::motor::catalogue::{Stage, catalogue};
+use crate::motor::catalogue::Stage;
 
 /// By how many times the separation that noise hides two laws of the same effect may differ.
 pub(super) const OF_A_LAW: f64 = 3.0;

@@ -83,8 +83,8 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::rivals::catalogue;
     use super::*;
-    use crate::motor::catalogue::catalogue;
 
     #[test]
     fn every_name_is_one_of_the_catalogue() {

@@ -13,9 +13,9 @@ use super::hypothesis::{BASE, Hypothesis, Member};
 use super::periodic::{Waves, is_scanned, orders, repeats};
 use super::problem::Problem;
 use super::prospect::Prospect;
+use super::rivals::catalogue;
 use super::search::{Search, Start};
 use super::sums::dot;
-use crate::motor::catalogue::catalogue;
 
 /// How many starts of an effect take part.
 const STARTS: usize = 2;

@@ -15,9 +15,10 @@ use super::kept_filters::Filters;
 use super::noise::{Carried, NoiseLevel};
 use super::problem::Problem;
 use super::response::Response;
+use super::rivals::catalogue;
 use super::search::{ORDERS, Try};
 use super::sums::{dot, gram};
-use crate::motor::catalogue::{Prior, catalogue};
+use crate::motor::catalogue::Prior;
 use crate::recording::CommandKind;
 
 /// The best of all orders gains this in squares where there is none.

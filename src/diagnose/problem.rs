@@ -12,11 +12,11 @@ use super::kept_filters::{Filters, KeptFilters};
 use super::noise::{NoiseLevel, Whitener};
 use super::periodic::KeptWaves;
 use super::response::Response;
+use super::rivals::catalogue;
 use super::rungs::Refits;
 use super::setting::Setting;
 use super::shapes::Dependence;
 use crate::motor::Motor;
-use crate::motor::catalogue::catalogue;
 use crate::recording::CommandKind;
 
 /// Numbers of each sample, run by run or all runs end to end.

@@ -5,8 +5,8 @@
 //! third effects of recordings that are not rough.
 
 use super::periodic::is_scanned;
+use super::rivals::catalogue;
 use super::search::Start;
-use crate::motor::catalogue::catalogue;
 
 /// Squares that a further effect must promise to be fitted beside a set that leaves nothing (the prior of one more effect
 /// is worth seven), and those of one whose order is scanned for: some hundred orders promise that by chance.

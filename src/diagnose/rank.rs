@@ -13,10 +13,11 @@ use super::jumps::jumps;
 use super::other_law::has_laws;
 use super::problem::Problem;
 use super::refined::Refined;
+use super::rivals::catalogue;
 use super::rivals::rivals;
 use super::rounds::Rounds;
 use super::unknown::{Flexible, likeliest};
-use crate::motor::catalogue::{EffectKind, Stage, catalogue};
+use crate::motor::catalogue::{EffectKind, Stage};
 use crate::recording::CommandKind;
 
 /// That there is something that the catalogue does not have.

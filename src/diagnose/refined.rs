@@ -9,8 +9,9 @@ use super::candidate::{Candidate, candidate, sorted};
 use super::fit::Fit;
 use super::growth::{FINAL_STEPS, Field};
 use super::looks::{first_fit, least_of_all};
+use super::rivals::catalogue;
 use super::search::Search;
-use crate::motor::catalogue::{Prior, catalogue};
+use crate::motor::catalogue::Prior;
 
 /// How many sets, and how many nats behind the best, have their effects looked for again.
 const REFINED: usize = 4;

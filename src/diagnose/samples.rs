@@ -8,13 +8,14 @@ use super::fit::Fit;
 use super::hypothesis::{Hypothesis, Member};
 use super::problem::Problem;
 use super::rank::Ranking;
+use super::rivals::find;
 use super::scales::{damping_of, largest_acceleration};
 use super::shapes::{Dependence, Group};
 use super::unknown::Flexible;
 use super::verdict::Gap;
 use crate::board::Profile;
 use crate::compare::FLOOR_COUNTS;
-use crate::motor::catalogue::{ActiveEffect, find};
+use crate::motor::catalogue::ActiveEffect;
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
 

@@ -16,8 +16,9 @@ use super::periodic::{is_scanned, periodic, repeats};
 use super::predict::{predict, predict_alike};
 use super::problem::{Columns, Problem};
 use super::prospect::Prospect;
+use super::rivals::{catalogue, find};
 use crate::motor::Motor;
-use crate::motor::catalogue::{EffectKind, Stage, catalogue, find};
+use crate::motor::catalogue::{EffectKind, Stage};
 use crate::motor::fit::move_alike;
 
 /// How many starts of an effect are fitted.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use super::rivals::catalogue;
 use super::ties::TIE;
 use super::verdict::{Cause, Diagnosis, Regime, Region, Verdict};
-use crate::motor::catalogue::catalogue;
 
 /// A cause from this probability on is named where several are in play.
 const IN_PLAY: f64 = 0.02;

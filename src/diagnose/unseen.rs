@@ -3,9 +3,9 @@
 //! Said where a diagnosis does not come to one answer, so that silence on an effect is not taken for its absence.
 
 use super::data::RunData;
+use super::rivals::find;
 use super::setting::skips_turns;
 use super::verdict::DataProblem;
-use crate::motor::catalogue::find;
 use crate::recording::CommandKind;
 
 /// An effect that acts in a smaller share of the samples does not show.

@@ -19,7 +19,7 @@ pub struct Experiment {
 const USUAL: Experiment = at_3_ms("reversing", 15.0);
 
 /// Effects that show better elsewhere.
-const OTHERS: [(&str, Experiment); 8] = [
+const OTHERS: [(&str, Experiment); 9] = [
     // Its levels have to pass through the dead zone slowly.
     ("dead_zone", at_3_ms("ramp@0.5", 15.0)),
     ("asymmetric_dead_zone", at_3_ms("ramp@0.5", 15.0)),
@@ -31,6 +31,8 @@ const OTHERS: [(&str, Experiment); 8] = [
     // Heat takes tens of seconds.
     ("winding_heating", at_3_ms("brakes", 60.0)),
     ("magnet_weakening", at_3_ms("brakes", 60.0)),
+    // Only the hardest reversals make it slip.
+    ("slipping_clutch", at_3_ms("square", 15.0)),
     // Half a sample's travel is most at top speed.
     ("sample_jitter", at_3_ms("square", 15.0)),
 ];

@@ -39,6 +39,7 @@ SEGMENTS = [
 CASES = {
     "nominal": ("switching", {}),
     "transport_delay": ("switching", {"transport_delay": dict(delay_s=0.0065)}),
+    "command_offset": ("switching", {"command_offset": dict(offset_s=0.0085)}),
     "dead_zone": ("switching", {"dead_zone": dict(threshold_v=0.75)}),
     "asymmetric_dead_zone": ("switching", {"asymmetric_dead_zone": dict(positive_v=0.45, negative_v=1.1)}),
     "asymmetric_voltage_drop": ("switching", {"asymmetric_voltage_drop": dict(positive_v=0.25, negative_v=0.7)}),
@@ -56,6 +57,8 @@ CASES = {
     "supply_error": ("switching", {"supply_error": dict(gain=0.88)}),
     "current_limit": ("switching", {"current_limit": dict(limit_a=0.2)}),
     "coast_at_zero": ("switching", {"coast_at_zero": {}}),
+    "pwm_freewheel": ("switching", {"pwm_freewheel": dict(period_ratio=3.0, into_supply=1)}),
+    "pwm_freewheel_diode": ("switching", {"pwm_freewheel": dict(period_ratio=3.0, into_supply=0)}),
     "inductance": ("switching", {"inductance": dict(inductance_h=0.1)}),
     "winding_heating": ("switching", {"winding_heating": dict(resistance_rise_per_w=0.8, time_constant_s=5.0)}),
     "torque_ripple": ("switching", {"torque_ripple": dict(amplitude=0.12, cycles_per_rev=11.0, phase_rad=0.7)}),
@@ -72,7 +75,18 @@ CASES = {
     "quadratic_drag": ("switching", {"quadratic_drag": dict(coefficient_nm_s2_per_rad2=0.002)}),
     "gravity_load": ("switching", {"gravity_load": dict(torque_nm=0.04, phase_rad=0.6)}),
     "cogging": ("switching", {"cogging": dict(torque_nm=0.03, cycles_per_rev=12.0, phase_rad=1.1)}),
+    "cogging+cogging#2": ("switching", {
+        "cogging": dict(torque_nm=0.03, cycles_per_rev=7.0, phase_rad=1.1),
+        "cogging#2": dict(torque_nm=0.02, cycles_per_rev=28.0, phase_rad=0.4)}),
+    "torque_ripple+torque_ripple#2+coast_at_zero": ("switching", {
+        "torque_ripple": dict(amplitude=0.12, cycles_per_rev=11.0, phase_rad=0.7),
+        "torque_ripple#2": dict(amplitude=0.06, cycles_per_rev=22.0, phase_rad=0.2), "coast_at_zero": {}}),
     "backlash": ("switching", {"backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=1)}),
+    "backlash_heavy_load": ("switching", {
+        "backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=1, load_friction_weight=4.5)}),
+    "compliance_light_load": ("switching", {
+        "compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=0, load_friction_weight=0.2)}),
+    "slipping_clutch": ("switching", {"slipping_clutch": dict(torque_nm=0.06, load_share=0.5)}),
     "backlash_motor_side": ("switching", {"backlash": dict(gap_rad=0.07, load_fraction=0.4, encoder_side=0)}),
     "compliance": ("switching", {"compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=1)}),
     "compliance_motor_side": ("switching", {"compliance": dict(frequency_hz=10.0, damping_ratio=0.05, load_fraction=0.4, encoder_side=0)}),
@@ -117,6 +131,12 @@ CASES = {
     "edge_rate_loss+speed_filter+clock_error": ("switching", {
         "edge_rate_loss": dict(rate_hz=450.0, exponent=9.0), "speed_filter": dict(time_constant_s=0.1),
         "clock_error": dict(relative=0.03)}),
+    "slipping_clutch+cogging+voltage_drop": ("switching", {
+        "slipping_clutch": dict(torque_nm=0.06, load_share=0.5),
+        "cogging": dict(torque_nm=0.03, cycles_per_rev=12.0, phase_rad=1.1), "voltage_drop": dict(drop_v=0.3)}),
+    "pwm_freewheel+supply_sag+torque_ripple": ("switching", {
+        "pwm_freewheel": dict(period_ratio=1.0, into_supply=1), "supply_sag": dict(source_resistance_ohm=4.0),
+        "torque_ripple": dict(amplitude=0.12, cycles_per_rev=11.0, phase_rad=0.7)}),
     "load_friction+inertia+clock_error": ("switching", {
         "load_friction": dict(driving_fraction=0.2, driven_fraction=0.35), "inertia": dict(inertia_kg_m2=0.005),
         "clock_error": dict(relative=0.03)}),
@@ -136,8 +156,8 @@ def drive():
 
 def integrate(effects, method="DOP853", rtol=1e-12, atol=1e-14, keep_dense=False, instants=None):
     stretch = 1.0 + effects.get("clock_error", {}).get("relative", 0.0)
-    delay = effects.get("transport_delay", {}).get("delay_s", 0.0)
-    switches = [(k * SAMPLE_TIME_S * stretch + delay, u) for k, u in drive()]
+    delay = effects.get("transport_delay", {}).get("delay_s", 0.0) - effects.get("command_offset", {}).get("offset_s", 0.0)
+    switches = [(max(k * SAMPLE_TIME_S * stretch + delay, 0.0), u) for k, u in drive()]
     if instants is None:
         instants = [k * SAMPLE_TIME_S * stretch for k in range(0, SAMPLES, EVERY)]
     motor = Motor(effects)
@@ -202,7 +222,8 @@ def closed_form_difference():
 def header(f, name, kind, effects, columns):
     f.write(f"# {name}: {kind}; sample_time_s = {SAMPLE_TIME_S}, command in drive.csv, every {EVERY}th sample\n")
     for effect, parameters in effects.items():
-        f.write(f"# [effects.{effect}]\n")
+        name = f'"{effect}"' if "#" in effect else effect   # no bare key of TOML
+        f.write(f"# [effects.{name}]\n")
         for key, value in parameters.items():
             f.write(f"# {key} = {value}\n")
     f.write(columns + "\n")

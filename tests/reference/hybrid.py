@@ -15,7 +15,7 @@ The equations and the laws of sticking, blocking and contact are written out in 
 """
 
 from dataclasses import dataclass, field
-from math import copysign, exp, pi, sin
+from math import copysign, exp, log, pi, sin
 
 import numpy as np
 from scipy.integrate import DOP853, Radau
@@ -37,6 +37,7 @@ class Mode:
     slip1: int = 0             # -1, 0 (stuck), +1
     slip2: int = 0
     contact: int | None = None  # None: no lash; 0: free; +1 / -1: the motor side touches the upper / lower flank
+    clutch: int | None = None   # None: no clutch; 0: it holds; +1 / -1: the motor side slips ahead / back
 
 
 class Motor:
@@ -68,7 +69,8 @@ class Motor:
         self.heat_rise = get("winding_heating", "resistance_rise_per_w")
         self.heat_tau = get("winding_heating", "time_constant_s", get("magnet_weakening", "time_constant_s", None))
         self.magnet_drop = get("magnet_weakening", "drop")
-        self.ripple = [get("torque_ripple", k) for k in ("amplitude", "cycles_per_rev", "phase_rad")]
+        self.ripples = [[get(name, k) for k in ("amplitude", "cycles_per_rev", "phase_rad")]
+                        for name in ("torque_ripple", "torque_ripple#2")]
         self.extra = get("stribeck", "extra_torque_nm")
         self.stribeck_speed = get("stribeck", "stribeck_speed_rad_s", 1.0)
         self.asymmetry = get("asymmetric_friction", "ratio")
@@ -85,16 +87,26 @@ class Motor:
         self.load_friction = "load_friction" in fx
         self.drag = get("quadratic_drag", "coefficient_nm_s2_per_rad2")
         self.gravity = [get("gravity_load", k) for k in ("torque_nm", "phase_rad")]
-        self.cogging = [get("cogging", k) for k in ("torque_nm", "cycles_per_rev", "phase_rad")]
+        self.coggings = [[get(name, k) for k in ("torque_nm", "cycles_per_rev", "phase_rad")]
+                         for name in ("cogging", "cogging#2")]
+        self.pwm = get("pwm_freewheel", "period_ratio", None)
+        self.pwm_into_supply = get("pwm_freewheel", "into_supply") >= 0.5
+        self.coast = self.coast or self.pwm is not None
         self.lash = get("backlash", "gap_rad", None)
         self.compliant = "compliance" in fx
-        self.two = self.lash is not None or self.compliant
+        # A clutch beside a gap or a spring carries everything.
+        alone = self.lash is None and not self.compliant
+        self.grip = get("slipping_clutch", "torque_nm", None) if alone else None
+        self.two = self.lash is not None or self.compliant or self.grip is not None
         self.sprung = self.lash is not None and self.compliant   # a gap in series with the spring: flanks never weld
         self.frictionless = not (self.two or self.Tf or self.extra or self.load_friction or self.static or self.viscous_asymmetry)
-        share = get("compliance", "load_fraction", get("backlash", "load_fraction", 0.0))
-        self.encoder_side = get("compliance", "encoder_side", get("backlash", "encoder_side", 0))
-        self.share1, self.share2 = 1.0 - share, share
-        self.J1, self.J2, self.J = self.share1 * J, self.share2 * J, J
+        bodies = fx.get("compliance") or fx.get("backlash") or {}
+        share = bodies.get("load_fraction", get("slipping_clutch", "load_share") if self.grip is not None else 0.0)
+        self.encoder_side = bodies.get("encoder_side", 0)
+        self.J1, self.J2, self.J = (1.0 - share) * J, share * J, J
+        # Friction per inertia at the load over that at the motor.
+        rubs = bodies.get("load_friction_weight", 1.0) * share
+        self.share1, self.share2 = (1.0 - share) / (1.0 - share + rubs), rubs / (1.0 - share + rubs)
         self.b1, self.b2 = self.share1 * b, self.share2 * b
         self.k = self.c = 0.0
         if self.compliant:
@@ -102,7 +114,7 @@ class Motor:
             rate = 2 * pi * fx["compliance"]["frequency_hz"]
             self.k, self.c = rate**2 * reduced, 2 * fx["compliance"]["damping_ratio"] * rate * reduced
         self.command = 0.0     # what reaches the driver, after delay and dead zone
-        self.mode = Mode(contact=0 if self.lash is not None else None)
+        self.mode = Mode(contact=0 if self.lash is not None else None, clutch=0 if self.grip is not None else None)
 
     # ---- the chain's pieces ---------------------------------------------------------------------------------------
     def driver_command(self, u):
@@ -112,9 +124,8 @@ class Motor:
         return u
 
     def emf_gain(self, x):
-        A, N, phase = self.ripple
         warm = 1.0 - self.magnet_drop * x[HEAT] * self.R / self.supply**2
-        return warm * (1.0 + A * sin(N * x[TH1] + phase)) if A else warm
+        return warm * (1.0 + sum(A * sin(N * x[TH1] + phase) for A, N, phase in self.ripples if A))
 
     def resistance(self, x):
         duty = abs(self.command) / self.supply
@@ -124,22 +135,49 @@ class Motor:
         """e = v - Kb w: what drives the current, before the driver's drop."""
         u = self.command
         volts = self.gain * (u + self.direction_gain * abs(u))
-        return volts - self.Kb * self.emf_gain(x) * x[W1]
+        emf = self.Kb * self.emf_gain(x) * x[W1]
+        return volts - emf if self.pwm is None or u == 0.0 else self.freewheeling(volts, emf)
+
+    def freewheeling(self, volts, emf):
+        """R times the mean current of one period of the pulses, by looking at where it runs dry: R = L = 1, time in L / R."""
+        way = copysign(1.0, self.command)
+        duty = min(abs(self.command) / self.supply, 1.0)
+        on, against = volts * way / duty, emf * way
+        target = on - against
+        if target <= 0.0 or duty >= 1.0:
+            return way * target              # diodes conduct all the time, or no pulses
+        resting = (-on if self.pwm_into_supply else 0.0) - against
+        t_on, t_off = duty * self.pwm, (1.0 - duty) * self.pwm
+        # The current at the start of a pulse, if it never ran dry: a fixed point of the period's linear map.
+        fade_on, fade_off = exp(-t_on), exp(-t_off)
+        least = (resting * (1.0 - fade_off) + target * (1.0 - fade_on) * fade_off) / (1.0 - fade_on * fade_off)
+        if least >= 0.0:
+            return way * (duty * on + (1.0 - duty) * (resting + against) - against)
+        most = target * (1.0 - fade_on)
+        dry = log(1.0 - most / resting)
+        return way * (target * t_on + resting * dry) / self.pwm
 
     def motor_torque(self, x):
         return self.Kt * self.emf_gain(x) * x[CUR]
 
     def torques(self, x):
         """Net torque on the motor side and on the load side, all but friction, viscous friction and flanks."""
-        A, N, phase = self.cogging
-        n1 = self.motor_torque(x) + (A * sin(N * x[TH1] + phase) if A else 0.0)
+        n1 = self.motor_torque(x) + sum(A * sin(N * x[TH1] + phase) for A, N, phase in self.coggings if A)
         side_angle, side_speed = (x[TH2], x[W2]) if self.two else (x[TH1], x[W1])
         G, phase = self.gravity
         n2 = -(G * sin(side_angle + phase) if G else 0.0) - self.drag * side_speed * abs(side_speed) - self.constant_load
         if self.compliant and self.mode.contact != 0:
             spring = self.spring_torque(x, self.mode.contact or 0)
             return n1 - spring, n2 + spring
+        if self.mode.clutch:
+            carried = self.mode.clutch * self.grip
+            return n1 - carried, n2 + carried
         return n1, n2
+
+    @property
+    def joined(self):
+        """Both sides move as one."""
+        return bool(self.mode.contact and not self.sprung) or self.mode.clutch == 0
 
     def spring_torque(self, x, flank):
         """Spring and damper, of a transmission with a gap at the upper (+1) or lower (-1) flank."""
@@ -181,7 +219,7 @@ class Motor:
                 d[W1] = (n1 + n2 - b1 * w - m.slip1 * self.friction(m.slip1, w, torque)) / self.J1
             else:
                 d[TH1] = 0.0
-        elif m.contact and not self.sprung:
+        elif self.joined:
             if m.slip1:
                 d[TH1] = d[TH2] = w
                 d[W1] = d[W2] = self.joint_acceleration(x)
@@ -231,7 +269,11 @@ class Motor:
         up2, down2 = self.levels(x, self.share2)
         low = [(n1 - up1, "motor"), (-down2 - n2, "load")]
         high = [(n1 + down1, "motor"), (up2 - n2, "load")]
-        (low if self.mode.contact > 0 else high).append((0.0, "flank"))
+        if self.mode.clutch == 0:
+            low.append((-self.grip, "flank"))
+            high.append((self.grip, "flank"))
+        else:
+            (low if self.mode.contact > 0 else high).append((0.0, "flank"))
         return max(low), min(high)
 
     # ---- guards: positive while the mode holds --------------------------------------------------------------------
@@ -264,10 +306,13 @@ class Motor:
                 up, down = self.levels(x, 1.0)
                 g["break1"] = min(up - (n1 + n2), down + (n1 + n2))
             return g
-        if m.contact and not self.sprung:
+        if self.joined:
             if m.slip1:
                 g["stop joint"] = m.slip1 * x[W1]
-                g["part"] = m.contact * self.flank_torque(x)
+                if m.clutch is None:
+                    g["part"] = m.contact * self.flank_torque(x)
+                else:
+                    g["give"] = self.grip - abs(self.flank_torque(x))
             else:
                 (low, _), (high, _) = self.stuck_flank_range(x)
                 g["break joint"] = high - low
@@ -281,6 +326,8 @@ class Motor:
             if self.sprung:   # beyond the flank, but parting: the spring touches when it would push
                 g["touch +"] = max(g["touch +"], -self.spring_torque(x, 1))
                 g["touch -"] = max(g["touch -"], self.spring_torque(x, -1))
+        if m.clutch:
+            g["grip"] = m.clutch * (x[W1] - x[W2])
         n1, n2 = self.torques(x)
         for name, slip, speed, net, share in (("1", m.slip1, x[W1], n1, self.share1), ("2", m.slip2, x[W2], n2, self.share2)):
             if slip:
@@ -326,16 +373,50 @@ class Motor:
             m.slip1 = m.slip2 = int(copysign(1, x[W1]))
         if fired == "stop joint":
             x[W1] = x[W2] = 0.0
-        if m.contact and not self.sprung:
+        if fired == "grip":
+            x[W1] = x[W2] = (self.J1 * x[W1] + self.J2 * x[W2]) / self.J
+            m.clutch = 0
+        if fired == "stop1":
+            x[W1] = 0.0
+        if fired == "stop2":
+            x[W2] = 0.0
+        if m.clutch and x[W1] == x[W2] == 0.0 and fired != "break1" and fired != "break2":
+            m.clutch = 0
+        if m.clutch == 0:
+            self.settle_clutch(x, fired)
+        elif m.contact and not self.sprung:
             self.settle_contact(x, fired)
-        if not m.contact or self.sprung:
-            if fired == "stop1":
-                x[W1] = 0.0
-            if fired == "stop2":
-                x[W2] = 0.0
+        if not self.joined:
             n1, n2 = self.torques(x)
             m.slip1 = self.slip_after(x, m.slip1 if fired == "break1" else None, x[W1], n1, self.share1, m.slip1)
             m.slip2 = self.slip_after(x, m.slip2 if fired == "break2" else None, x[W2], n2, self.share2, m.slip2)
+
+    def settle_clutch(self, x, fired):
+        """Of a clutch that has held, or whose sides have come to the same speed: does it hold, and which sides move?"""
+        m = self.mode
+        if x[W1] != 0.0:
+            m.slip1 = m.slip2 = int(copysign(1, x[W1]))
+            carried = self.flank_torque(x)
+            if fired == "give" or abs(carried) > self.grip:
+                m.clutch = int(copysign(1, carried))
+            return
+        (low, low_by), (high, high_by) = self.stuck_flank_range(x)
+        if fired != "break joint" and low <= high:
+            m.slip1 = m.slip2 = 0
+            return
+        if "flank" in (low_by, high_by):
+            # The side that asks for more than the clutch carries gives way.
+            m.clutch = 1 if high_by == "flank" else -1
+            m.slip1 = m.slip2 = 0
+            if "motor" in (low_by, high_by):
+                m.slip1 = 1 if low_by == "motor" else -1
+            else:
+                m.slip2 = 1 if high_by == "load" else -1
+        else:
+            m.slip1 = m.slip2 = 1 if low_by == "motor" else -1
+            carried = self.flank_torque(x)
+            if abs(carried) > self.grip:
+                m.clutch = int(copysign(1, carried))
 
     def slip_after(self, x, broke, speed, net, share, before):
         """Stuck when the speed is 0 and |net torque| is within the breakaway level; `broke`: it has just left it."""

@@ -18,7 +18,7 @@ from hybrid import HANDOUT, Integrator, Motor
 
 STEP = 2e-5
 # What the angle does not depend on continuously.
-DISCRETE = {"encoder_side", "max_rate_hz"}
+DISCRETE = {"encoder_side", "into_supply", "max_rate_hz"}
 # By the threshold of a dead zone the angle jumps where a level is on it, and does not change anywhere else.
 FLAT = {"threshold_v"}
 NOMINAL = ["resistance_ohm", "back_emf_v_s_per_rad", "torque_constant_nm_per_a", "viscous_friction_nm_s_per_rad",
@@ -28,8 +28,8 @@ NOMINAL = ["resistance_ohm", "back_emf_v_s_per_rad", "torque_constant_nm_per_a",
 def angle(effects, parameters):
     """What the encoder says before it rounds, as an angle."""
     stretch = 1.0 + effects.get("clock_error", {}).get("relative", 0.0)
-    delay = effects.get("transport_delay", {}).get("delay_s", 0.0)
-    switches = [(k * SAMPLE_TIME_S * stretch + delay, u) for k, u in drive()]
+    delay = effects.get("transport_delay", {}).get("delay_s", 0.0) - effects.get("command_offset", {}).get("offset_s", 0.0)
+    switches = [(max(k * SAMPLE_TIME_S * stretch + delay, 0.0), u) for k, u in drive()]
     instants = [k * SAMPLE_TIME_S * stretch for k in range(0, SAMPLES, EVERY)]
     motor = Motor(effects, parameters)
     trace = Integrator(motor, "DOP853", 1e-12, 1e-14).run(switches, instants)
@@ -55,6 +55,9 @@ def columns_of(effects):
     out = [(key, effect) for effect, values in effects.items() for key in values if key not in DISCRETE | FLAT]
     if "asymmetric_dead_zone" in effects:
         return []
+    weights = [(key, effect) for key, effect in out if key == "load_friction_weight"]
+    if weights:   # The other columns are those of the case without it.
+        return weights
     if "supply_sag" in effects or "magnet_weakening" in effects:
         out.append(("supply_v", None))
     return out

@@ -1,7 +1,7 @@
 //! The equations of a mode split in two: `y' = A y + n(y)`.
 //!
 //! `A` is the matrix of the chain without what bends its equations: Stribeck friction and presliding, drag, gravity,
-//! cogging, ripple, a winding that warms up. `n(y)` is the rest. Where torques and the back EMF alone bend them, `n` is
+//! cogging, ripple, a winding that warms up, pulses that current runs dry between. `n(y)` is the rest. Where torques and the back EMF alone bend them, `n` is
 //! what the linear chain has at the origin, these torques by the inertia, and that back EMF by the inductance.
 
 use crate::integrator::dynamics::{CUR, Flow, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
@@ -31,6 +31,7 @@ impl<S: Scalar> Machine<S> {
             heating.rise_per_w = S::zero();
         }
         other.chain.electrical.weakening_per_w = None;
+        other.chain.driver.freewheel = None;
         other
     }
 

@@ -43,7 +43,7 @@ pub(crate) enum Flow {
 /// More numbers than any state has.
 const ALL: usize = 8;
 
-/// Which flanks touch; in a transmission with a spring, through it.
+/// Which flanks touch; in a transmission with a spring, through it. Or what a clutch does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Contact {
     /// There are none: rigid, or a spring.
@@ -54,6 +54,12 @@ pub(crate) enum Contact {
     Upper,
     /// The motor side pushes the load back.
     Lower,
+    /// A clutch holds.
+    Gripped,
+    /// It slips, the motor side ahead.
+    SlipsAhead,
+    /// It slips, the motor side back.
+    SlipsBack,
 }
 
 impl Contact {
@@ -63,7 +69,23 @@ impl Contact {
         match self {
             Self::Upper => 1.0,
             Self::Lower => -1.0,
-            Self::Apart | Self::NoFlanks => 0.0,
+            _ => 0.0,
+        }
+    }
+
+    /// Whether the sides meet: at a flank, or in a clutch that holds.
+    #[inline(always)]
+    pub(crate) fn meets(self) -> bool {
+        matches!(self, Self::Upper | Self::Lower | Self::Gripped)
+    }
+
+    /// Direction in which a clutch slips, 0 where none does.
+    #[inline(always)]
+    pub(crate) fn slips(self) -> f64 {
+        match self {
+            Self::SlipsAhead => 1.0,
+            Self::SlipsBack => -1.0,
+            _ => 0.0,
         }
     }
 }
@@ -120,6 +142,8 @@ pub(crate) struct Machine<S> {
     pub viscous: [S; 2],
     /// Each side's share of the friction.
     pub share: [S; 2],
+    /// Each side's share of the inertia.
+    pub mass_share: [S; 2],
     /// Spring k in N m/rad and damper c in N m s/rad.
     pub spring: Option<(S, S)>,
     /// Flanks meet on the bare metal, and sides that touch move as one.
@@ -151,9 +175,15 @@ impl<S: Scalar> Machine<S> {
         let (m, t) = (&chain.mechanical, &chain.transmission);
         let two = t.two_bodies();
         let load = if two { t.load_fraction } else { S::zero() };
-        let share = [-load + 1.0, load];
+        let mass_share = [-load + 1.0, load];
+        let rubs = if two {
+            t.load_friction_share()
+        } else {
+            S::zero()
+        };
+        let share = [-rubs + 1.0, rubs];
         let total = m.inertia_kg_m2;
-        let inertia = [share[0] * total, share[1] * total, total];
+        let inertia = [mass_share[0] * total, mass_share[1] * total, total];
         let spring = t.spring.map(|(frequency_hz, damping)| {
             let reduced = inertia[0] * inertia[1] / total;
             let rate = frequency_hz * std::f64::consts::TAU;
@@ -161,6 +191,7 @@ impl<S: Scalar> Machine<S> {
         });
         let ripples = chain.electrical.ripple.is_some();
         let warms = chain.electrical.heating.is_some();
+        let pulses = chain.driver.freewheel.is_some() && chain.kind == CommandKind::Voltage;
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
         // What depends on the direction has to know when it changes.
@@ -173,6 +204,7 @@ impl<S: Scalar> Machine<S> {
                 share[1] * m.viscous_nm_s_per_rad,
             ],
             share,
+            mass_share,
             spring,
             welds: spring.is_none(),
             two,
@@ -183,10 +215,11 @@ impl<S: Scalar> Machine<S> {
                 && m.gravity.is_none()
                 && m.cogging.is_none()
                 && !ripples
-                && !warms,
-            bent_by_torques: !warms,
-            bends_current: ripples && chain.current_is_state(),
-            bends_by: if two || warms || ripples || m.load_friction.is_some() {
+                && !warms
+                && !pulses,
+            bent_by_torques: !warms && !pulses,
+            bends_current: (ripples || pulses) && chain.current_is_state(),
+            bends_by: if two || warms || ripples || pulses || m.load_friction.is_some() {
                 ALL
             } else if m.stribeck.is_some() || m.drag.is_some() || m.break_in_angle_rad.is_some() {
                 W1 + 1
@@ -218,6 +251,8 @@ impl<S: Scalar> Machine<S> {
             slip: [0.0; 2],
             contact: if self.chain.transmission.gap_rad.is_some() {
                 Contact::Apart
+            } else if self.chain.transmission.clutch_nm.is_some() {
+                Contact::Gripped
             } else {
                 Contact::NoFlanks
             },
@@ -261,7 +296,16 @@ impl<S: Scalar> Machine<S> {
     /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
     #[inline(always)]
     pub(crate) fn excess<const N: usize>(&self, y: &[S; N]) -> S {
-        self.voltage - self.back_emf(y)
+        self.drive(self.back_emf(y))
+    }
+
+    /// What is left to drive the current against this back EMF, in V.
+    #[inline(always)]
+    fn drive(&self, emf: S) -> S {
+        match &self.chain.driver.freewheel {
+            Some(freewheel) => self.chain.driver.pulsed(freewheel, self.command, emf),
+            None => self.voltage - emf,
+        }
     }
 
     /// Current in A.
@@ -279,7 +323,7 @@ impl<S: Scalar> Machine<S> {
         if self.inductive || m.flow != Flow::Free {
             return y[CUR];
         }
-        let mut excess = self.voltage - emf;
+        let mut excess = self.drive(emf);
         if m.flow_sign != 0.0 {
             excess -= self.chain.driver.drop(m.flow_sign) * m.flow_sign;
         }
@@ -329,6 +373,13 @@ impl<S: Scalar> Machine<S> {
             motor -= torque;
             load += torque;
         }
+        if let Some(most) = self.chain.transmission.clutch_nm
+            && m.contact.slips() != 0.0
+        {
+            let torque = most * m.contact.slips();
+            motor -= torque;
+            load += torque;
+        }
         (motor, load)
     }
 
@@ -357,7 +408,7 @@ impl<S: Scalar> Machine<S> {
     /// Whether both sides move as one.
     #[inline(always)]
     pub(crate) fn joined(&self, m: &Mode<S>) -> bool {
-        self.welds && m.contact.sign() != 0.0
+        self.welds && m.contact.meets()
     }
 
     /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.

@@ -154,6 +154,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             || chain.mechanical.load_friction.is_some()
             || chain.electrical.ripple.is_some()
             || chain.electrical.heating.is_some()
+            || chain.driver.freewheel.is_some()
             || machine.two;
         self.cautious = if machine.inductive && guarded {
             let electrical = &chain.electrical;
@@ -374,7 +375,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         };
         let key = Key {
             flow: m.flow,
-            touching: m.contact.sign() != 0.0,
+            touching: m.contact.meets(),
             sticks: [m.slip[0] == 0.0, m.slip[1] == 0.0],
             directions,
             added_resistance: self.machine.added_resistance.value(),

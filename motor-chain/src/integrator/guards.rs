@@ -20,6 +20,10 @@ pub(crate) enum Guard {
     TouchLower,
     /// Flanks that move as one would have to pull.
     Part,
+    /// A clutch would have to carry more than it can.
+    Give,
+    /// The sides of a clutch that slips have come to one speed.
+    Grip,
     StopJoint,
     BreakJoint,
 }
@@ -42,7 +46,7 @@ fn max<S: Scalar>(a: S, b: S) -> S {
     if b.value() > a.value() { b } else { a }
 }
 
-/// What holds a limit of the flank torque of two sides at rest.
+/// What holds a limit of the torque between two sides at rest: a side's friction, or what a flank or a clutch can carry.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Holder {
     Motor,
@@ -98,7 +102,11 @@ impl<S: Scalar> Machine<S> {
         } else if self.joined(m) {
             if m.slip[0] != 0.0 {
                 see(Guard::StopJoint, y[W1] * m.slip[0]);
-                see(Guard::Part, self.flank_torque(m, y) * m.contact.sign());
+                let carried = self.flank_torque(m, y);
+                match self.chain.transmission.clutch_nm {
+                    Some(most) => see(Guard::Give, most - carried.abs()),
+                    None => see(Guard::Part, carried * m.contact.sign()),
+                }
             } else {
                 let (low, high) = self.stuck_flank_range(m, y);
                 see(Guard::BreakJoint, high.0 - low.0);
@@ -106,6 +114,8 @@ impl<S: Scalar> Machine<S> {
         } else {
             if let Some(gap) = self.chain.transmission.gap_rad {
                 self.play_guards(m, gap, y, see);
+            } else if m.contact.slips() != 0.0 {
+                see(Guard::Grip, (y[W1] - y[N - 1]) * m.contact.slips());
             }
             self.side_guard(m, 0, y[W1], || self.torques(m, y).0, y, see);
             self.side_guard(m, 1, y[N - 1], || self.torques(m, y).1, y, see);
@@ -255,8 +265,10 @@ impl<S: Scalar> Machine<S> {
             }
         };
         raise(-down2 - load, Holder::Load);
-        if m.contact == Contact::Upper {
-            raise(S::zero(), Holder::Flank);
+        match (m.contact, self.chain.transmission.clutch_nm) {
+            (Contact::Upper, _) => raise(S::zero(), Holder::Flank),
+            (Contact::Gripped, Some(most)) => raise(-most, Holder::Flank),
+            _ => {}
         }
         let mut lower = |torque: S, by| {
             if torque.value() < high.0.value() {
@@ -264,8 +276,10 @@ impl<S: Scalar> Machine<S> {
             }
         };
         lower(up2 - load, Holder::Load);
-        if m.contact == Contact::Lower {
-            lower(S::zero(), Holder::Flank);
+        match (m.contact, self.chain.transmission.clutch_nm) {
+            (Contact::Lower, _) => lower(S::zero(), Holder::Flank),
+            (Contact::Gripped, Some(most)) => lower(most, Holder::Flank),
+            _ => {}
         }
         (low, high)
     }

@@ -133,7 +133,7 @@ impl Schedule {
     }
 
     /// Where `time of sample k + later_s` lies in ticks: whole ticks and the rest. Time on the board's clock times
-    /// `stretch` is real time; `later_s` is real.
+    /// `stretch` is real time; `later_s` is real. What lies before the start is at the start.
     fn tick<S: Scalar>(&self, k: usize, stretch: S, later_s: S) -> (u64, S) {
         if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
             return (k as u64 * self.steps_per_sample * TICKS, S::zero());
@@ -156,7 +156,11 @@ impl Schedule {
         if offset.value() < 1e-6 {
             offset = offset - offset.value();
         }
-        (whole + floor as u64, offset)
+        let tick = whole as f64 + floor;
+        if tick < 0.0 {
+            return (0, S::zero());
+        }
+        (tick as u64, offset)
     }
 
     /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `reader` takes
@@ -173,7 +177,8 @@ impl Schedule {
     ) -> Result<(), SimulationError> {
         let budget = most_steps.saturating_mul(self.base_steps());
         let stretch = engine.machine.chain.timing.stretch;
-        let delay_s = engine.machine.chain.command.delay_s;
+        let command = &engine.machine.chain.command;
+        let delay_s = command.delay_s - command.ahead_s;
         let mut changes = self
             .changes
             .iter()

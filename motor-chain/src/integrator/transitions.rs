@@ -3,7 +3,8 @@
 //! A guard is positive while its mode holds. The laws: a side sticks when its speed is 0 and the net torque without
 //! friction is within the breakaway level, and leaves when it is not; current that reaches 0 stays there while the
 //! voltage drop exceeds what drives it; current at its limit stays there while it would be driven further; flanks meet
-//! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side.
+//! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side; a clutch gives when it
+//! would have to carry more than it can, and grips again when its sides have come to one speed.
 
 use crate::CommandKind;
 use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
@@ -138,23 +139,29 @@ impl<S: Scalar> Machine<S> {
         }
         match fired {
             Some(Guard::TouchUpper | Guard::TouchLower) if self.welds => {
-                let speed = self.share[0] * y[W1] + self.share[1] * y[w2];
+                let speed = self.mass_share[0] * y[W1] + self.mass_share[1] * y[w2];
                 (y[W1], y[w2]) = (speed, speed);
                 let gap = self.chain.transmission.gap_rad.unwrap_or_else(S::zero);
                 y[th2] = y[TH1] - gap * (0.5 * m.contact.sign());
             }
+            Some(Guard::Grip) => {
+                let speed = self.mass_share[0] * y[W1] + self.mass_share[1] * y[w2];
+                (y[W1], y[w2]) = (speed, speed);
+                m.contact = Contact::Gripped;
+            }
             Some(Guard::StopJoint) => (y[W1], y[w2]) = (S::zero(), S::zero()),
+            Some(Guard::Stop(0)) => y[W1] = S::zero(),
+            Some(Guard::Stop(1)) => y[w2] = S::zero(),
             _ => {}
+        }
+        let rests = y[W1].value() == 0.0 && y[w2].value() == 0.0;
+        if m.contact.slips() != 0.0 && rests && !matches!(fired, Some(Guard::Break(_))) {
+            m.contact = Contact::Gripped;
         }
         if self.joined(m) {
             self.settle_contact(m, y, fired);
         }
         if !self.joined(m) {
-            match fired {
-                Some(Guard::Stop(0)) => y[W1] = S::zero(),
-                Some(Guard::Stop(1)) => y[w2] = S::zero(),
-                _ => {}
-            }
             let (motor, load) = self.torques(m, y);
             m.slip[0] = self.slip_after(m, 0, y[TH1], y[W1], motor, fired, y);
             m.slip[1] = self.slip_after(m, 1, y[th2], y[w2], load, fired, y);
@@ -176,7 +183,11 @@ impl<S: Scalar> Machine<S> {
                 self.sum_of_torques(m, y).sign()
             };
             m.slip = [direction; 2];
-            if fired == Some(Guard::Part) || self.parts(m, y) {
+            if fired == Some(Guard::Give) {
+                m.contact = slipping(self.flank_torque(m, y).sign());
+            } else if m.contact == Contact::Gripped {
+                self.give(m, y);
+            } else if fired == Some(Guard::Part) || self.parts(m, y) {
                 m.contact = Contact::Apart;
             }
             return;
@@ -186,9 +197,13 @@ impl<S: Scalar> Machine<S> {
         if fired != Some(Guard::BreakJoint) && low.value() <= high.value() {
             return;
         }
-        // The two binding limits say what gives way. A flank cannot pull: a side bound against it leaves alone.
+        // The two binding limits say what gives way. A flank cannot pull, nor a clutch carry more than it can: a side bound against
+        // either leaves alone.
         if low_by == Holder::Flank || high_by == Holder::Flank {
-            m.contact = Contact::Apart;
+            m.contact = match self.chain.transmission.clutch_nm {
+                Some(_) => slipping(if high_by == Holder::Flank { 1.0 } else { -1.0 }),
+                None => Contact::Apart,
+            };
             if low_by == Holder::Motor || high_by == Holder::Motor {
                 m.slip[0] = if low_by == Holder::Motor { 1.0 } else { -1.0 };
             } else {
@@ -196,6 +211,17 @@ impl<S: Scalar> Machine<S> {
             }
         } else {
             m.slip = [if low_by == Holder::Motor { 1.0 } else { -1.0 }; 2];
+            self.give(m, y);
+        }
+    }
+
+    /// Lets a clutch slip that would have to carry more than it can, both sides moving.
+    fn give<const N: usize>(&self, m: &mut Mode<S>, y: &[S; N]) {
+        if let Some(most) = self.chain.transmission.clutch_nm {
+            let carried = self.flank_torque(m, y);
+            if carried.value().abs() > most.value() {
+                m.contact = slipping(carried.sign());
+            }
         }
     }
 
@@ -309,5 +335,14 @@ impl<S: Scalar> Machine<S> {
             let kept = if driver.drops_v.is_some() { sign } else { 0.0 };
             (Flow::Free, kept, S::zero())
         };
+    }
+}
+
+/// A clutch that slips in this direction.
+fn slipping(direction: f64) -> Contact {
+    if direction > 0.0 {
+        Contact::SlipsAhead
+    } else {
+        Contact::SlipsBack
     }
 }

@@ -1,6 +1,6 @@
 //! Stage 1, the command: what is asked for, and when it arrives.
 //!
-//! `u(t) = dead_zone(command(t - delay))`.
+//! `u(t) = dead_zone(command(t - delay + offset))`.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -11,6 +11,8 @@ use crate::scalar::Scalar;
 pub(crate) struct Command<S> {
     /// Time from the board's clock tick to the driver, in s.
     pub delay_s: S,
+    /// By how much the column of the commands is late: the driver had them so much before, in s.
+    pub ahead_s: S,
     /// Commands of at most this magnitude do nothing.
     pub dead_zone: Option<S>,
     /// Commands up to the first of these forward, to the second back, do nothing.
@@ -21,6 +23,7 @@ impl<S: Scalar> Command<S> {
     pub(crate) fn nominal() -> Self {
         Self {
             delay_s: S::zero(),
+            ahead_s: S::zero(),
             dead_zone: None,
             zones: None,
         }
@@ -38,6 +41,9 @@ impl<S: Scalar> Command<S> {
     }
 }
 
+/// Longest plausible delay in s: of radio links and web servers in the loop; servos on a busy bus have 0.07 to 0.2 s.
+const LONGEST_DELAY_S: f64 = 0.3;
+
 /// The command reaches the driver late.
 pub(crate) struct TransportDelay;
 
@@ -49,19 +55,49 @@ impl Effect for TransportDelay {
         equation: "u(t - delay_s)",
         source: "lab handout part 2, delay from sampling",
         excited_by: "reversals, at a short sample time",
-        confounded_with: &["inductance"],
+        confounded_with: &["inductance", "command_offset"],
         parameters: &[EffectParameter::new(
             "delay_s",
             "s",
             (0.1, 3.0),
             Scale::SampleTime,
-            Prior::Uniform,
-        )],
+            Prior::LogUniform,
+        )
+        .or_up_to(5.0, Scale::TimeConstant)
+        .at_most(LONGEST_DELAY_S)],
         random: false,
     };
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         chain.command.delay_s = values[0];
+    }
+}
+
+/// The column of the commands is late.
+pub(crate) struct CommandOffset;
+
+impl Effect for CommandOffset {
+    const KIND: EffectKind = EffectKind {
+        id: "command_offset",
+        stage: Stage::Command,
+        summary: "the column of the commands is late: the motor moves before it",
+        equation: "u(t + offset_s), from the start on what stands offset_s later",
+        source: "logs that note a command when it is confirmed, or beside the next sample",
+        excited_by: "steps and reversals",
+        confounded_with: &["transport_delay"],
+        parameters: &[EffectParameter::new(
+            "offset_s",
+            "s",
+            (0.1, 5.0),
+            Scale::SampleTime,
+            Prior::Uniform,
+        )
+        .defaulting_to_scaled(1.0)],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.command.ahead_s = values[0];
     }
 }
 
@@ -80,8 +116,8 @@ impl Effect for DeadZone {
         parameters: &[EffectParameter::new(
             "threshold_v",
             "V",
-            (0.2, 1.5),
-            Scale::Absolute,
+            (0.05, 0.4),
+            Scale::Supply,
             Prior::Uniform,
         )
         .not_smooth()],

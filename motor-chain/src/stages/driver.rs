@@ -1,7 +1,8 @@
 //! Stage 2, the driver: the bridge and its supply.
 //!
 //! With `e = gain u - Kb w` the winding sees `e - drop sgn(i)`, through `R + d^2 Rs` with `d = |u| / supply`,
-//! and carries at most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit.
+//! and carries at most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit. A bridge that freewheels between
+//! its pulses drives what the mean current of a period says.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -24,6 +25,17 @@ pub(crate) struct Driver<S> {
     pub limit_a: Option<S>,
     /// Whether a command of 0 opens the circuit.
     pub coast: bool,
+    /// How current decays between pulses, where it is not through a short circuit.
+    pub freewheel: Option<Freewheel<S>>,
+}
+
+/// A bridge whose current decays through diodes between the pulses.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Freewheel<S> {
+    /// Period of the pulses over the electrical time constant L/R.
+    pub period_ratio: S,
+    /// Whether the diodes lead back into the supply; else they short-circuit the motor one way.
+    pub into_supply: bool,
 }
 
 impl<S: Scalar> Driver<S> {
@@ -36,7 +48,48 @@ impl<S: Scalar> Driver<S> {
             source_resistance_ohm: None,
             limit_a: None,
             coast: false,
+            freewheel: None,
         }
+    }
+
+    /// What drives the mean current of a bridge that freewheels, against this back EMF, in V: the resistance times that current.
+    ///
+    /// In the pulse, `d` of a period `p` (in units of L/R), current heads for `a = v - e`, between pulses for `b = -e` or `b = -v - e`
+    /// (all times 1/R), with `v` and `e` counted in the command's direction. Where it lasts, the mean is `d a + (1 - d) b`. Where it
+    /// dies after `t0` it has risen from 0 to `a (1 - exp(-d p))`, so that `t0 = ln(1 - a (1 - exp(-d p)) / b)` and the mean is
+    /// `d a + b t0 / p`: until the next pulse the terminals show the back EMF. Diodes let a motor that is turned faster than `v` drive the
+    /// supply all the time.
+    #[inline(never)]
+    pub(crate) fn pulsed(&self, freewheel: &Freewheel<S>, command: f64, emf: S) -> S {
+        let volts = self.voltage(command);
+        if command == 0.0 {
+            return volts - emf;
+        }
+        let s = command.signum();
+        let duty = S::from(command.abs()) / self.supply_v;
+        if duty.value() >= 1.0 {
+            return volts - emf;
+        }
+        let (on_v, against_v) = (volts * s / duty, emf * s);
+        let rises = on_v - against_v;
+        if rises.value() <= 0.0 {
+            return rises * s;
+        }
+        let falls = if freewheel.into_supply {
+            -on_v - against_v
+        } else {
+            -against_v
+        };
+        let off = -duty + 1.0;
+        let period = freewheel.period_ratio;
+        if falls.value() < 0.0 {
+            let most = rises * (-(-(duty * period)).exp() + 1.0);
+            let lasts = (-(most / falls) + 1.0).ln();
+            if lasts.value() < (off * period).value() {
+                return (duty * rises + falls * lasts / period) * s;
+            }
+        }
+        (duty * rises + off * falls) * s
     }
 
     /// Resistance that the supply adds at this command, in ohm.
@@ -90,8 +143,8 @@ impl Effect for VoltageDrop {
         parameters: &[EffectParameter::new(
             "drop_v",
             "V",
-            (0.1, 1.5),
-            Scale::Absolute,
+            (0.02, 0.3),
+            Scale::Supply,
             Prior::LogUniform,
         )],
         random: false,
@@ -155,8 +208,8 @@ impl Effect for SupplySag {
         parameters: &[EffectParameter::new(
             "source_resistance_ohm",
             "ohm",
-            (0.5, 10.0),
-            Scale::Absolute,
+            (0.05, 1.0),
+            Scale::Resistance,
             Prior::LogUniform,
         )],
         random: false,
@@ -271,6 +324,50 @@ impl Effect for CoastAtZero {
     };
 
     fn install<S: Scalar>(_values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.coast = true;
+    }
+}
+
+/// Current decays through diodes between the pulses.
+pub(crate) struct PwmFreewheel;
+
+impl Effect for PwmFreewheel {
+    const KIND: EffectKind = EffectKind {
+        id: "pwm_freewheel",
+        stage: Stage::Driver,
+        summary: "between pulses current decays through diodes: at low duty it runs dry, and speed over duty is concave",
+        equation: "mean current of a period: d a + (1 - d) b where it lasts, else d a + b t0 / p; d = |u| / supply_v, p = period_ratio, a = (V - Kb w) / R, b = (-V - Kb w) / R, or -Kb w / R with into_supply = 0, t0 = ln(1 - a (1 - exp(-d p)) / b); u = 0 -> i = 0",
+        source: "discontinuous conduction of a chopper (Mohan, Undeland, Robbins, Power Electronics, 1995); decay modes of bridges (TI DRV8833 data sheet)",
+        excited_by: "duty from low to high",
+        confounded_with: &["dead_zone", "quadratic_drag", "coast_at_zero"],
+        parameters: &[
+            EffectParameter::new(
+                "period_ratio",
+                "",
+                (0.1, 20.0),
+                Scale::Absolute,
+                Prior::LogUniform,
+            )
+            .possible(1e-3, 1e3),
+            EffectParameter::new(
+                "into_supply",
+                "",
+                (0.0, 1.0),
+                Scale::Absolute,
+                Prior::OneOf(&[0.0, 1.0]),
+            )
+            .possible(0.0, 1.0)
+            .defaulting_to(1.0)
+            .not_smooth(),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        chain.driver.freewheel = Some(Freewheel {
+            period_ratio: values[0],
+            into_supply: values[1].value() >= 0.5,
+        });
         chain.driver.coast = true;
     }
 }

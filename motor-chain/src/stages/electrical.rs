@@ -1,7 +1,7 @@
 //! Stage 3, the winding: current from voltage, torque from current.
 //!
 //! `L di/dt = v - R (1 + k P) i - Kb f(theta) w`, `tau_m = Kt f(theta) i`, with the ripple
-//! `f = 1 + A sin(n theta + phi)` in both so that power is kept, and the filtered copper loss `P` of winding heating.
+//! `f = 1 + A sin(n theta + phi)` (a second wave beside the first where there are two) in both so that power is kept, and the filtered copper loss `P` of winding heating.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -19,7 +19,7 @@ pub(crate) struct Electrical<S> {
     /// Back-EMF constant Kb in V s/rad.
     pub back_emf_v_s_per_rad: S,
     /// Ripple of both constants with the angle.
-    pub ripple: Option<Wave<S>>,
+    pub ripple: Option<Waves<S>>,
     /// Resistance that rises with the copper loss.
     pub heating: Option<Heating<S>>,
     /// Share of both motor constants that is lost per watt of copper loss.
@@ -42,6 +42,39 @@ impl<S: Scalar> Wave<S> {
     #[inline(always)]
     pub(crate) fn at(&self, angle_rad: S) -> S {
         self.amplitude * (self.cycles_per_rev * angle_rad + self.phase_rad).sin()
+    }
+}
+
+/// What repeats with the angle: a wave, or two of other orders.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Waves<S> {
+    first: Wave<S>,
+    second: Option<Wave<S>>,
+}
+
+impl<S: Scalar> Waves<S> {
+    /// A wave more.
+    pub(crate) fn with(waves: Option<Self>, wave: Wave<S>) -> Self {
+        match waves {
+            None => Self {
+                first: wave,
+                second: None,
+            },
+            Some(waves) => Self {
+                second: Some(wave),
+                ..waves
+            },
+        }
+    }
+
+    /// The sum at this angle.
+    #[inline(always)]
+    pub(crate) fn at(&self, angle_rad: S) -> S {
+        let first = self.first.at(angle_rad);
+        match &self.second {
+            None => first,
+            Some(second) => first + second.at(angle_rad),
+        }
     }
 }
 
@@ -95,8 +128,9 @@ impl Effect for Inductance {
         parameters: &[EffectParameter::new(
             "inductance_h",
             "H",
-            (1e-3, 30e-3),
-            Scale::Resistance,
+            // Of the handout's motor L/R is 1 to 30 ms.
+            (0.03, 0.9),
+            Scale::ResistanceTimesTimeConstant,
             Prior::LogUniform,
         )],
         random: false,
@@ -223,10 +257,11 @@ impl Effect for TorqueRipple {
     };
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
-        chain.electrical.ripple = Some(Wave {
+        let wave = Wave {
             amplitude: values[0],
             cycles_per_rev: values[1],
             phase_rad: values[2],
-        });
+        };
+        chain.electrical.ripple = Some(Waves::with(chain.electrical.ripple, wave));
     }
 }

@@ -7,7 +7,7 @@
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
-use crate::stages::electrical::Wave;
+use crate::stages::electrical::{Wave, Waves};
 
 /// Inertia, friction and load.
 #[derive(Debug, Clone, Copy)]
@@ -35,7 +35,7 @@ pub(crate) struct Mechanical<S> {
     /// Gravity's torque, one period a revolution.
     pub gravity: Option<Wave<S>>,
     /// Cogging torque.
-    pub cogging: Option<Wave<S>>,
+    pub cogging: Option<Waves<S>>,
     /// A torque against positive rotation that depends on nothing, in N m.
     pub load_nm: Option<S>,
 }
@@ -255,8 +255,8 @@ impl Effect for Stribeck {
             EffectParameter::new(
                 "stribeck_speed_rad_s",
                 "rad/s",
-                (0.1, 2.0),
-                Scale::Absolute,
+                (0.02, 0.4),
+                Scale::NoLoadSpeed,
                 Prior::LogUniform,
             )
             .possible(1e-6, f64::MAX),
@@ -446,7 +446,9 @@ impl Effect for GravityLoad {
                 (0.3, 5.0),
                 Scale::CoulombTorque,
                 Prior::LogUniform,
-            ),
+            )
+            // An arm may weigh nearly as much as the motor lifts, however little rubs.
+            .or_up_to(0.7, Scale::StallTorque),
             EffectParameter::phase("phase_rad"),
         ],
         random: false,
@@ -525,10 +527,11 @@ impl Effect for Cogging {
     };
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
-        chain.mechanical.cogging = Some(Wave {
+        let wave = Wave {
             amplitude: values[0],
             cycles_per_rev: values[1],
             phase_rad: values[2],
-        });
+        };
+        chain.mechanical.cogging = Some(Waves::with(chain.mechanical.cogging, wave));
     }
 }

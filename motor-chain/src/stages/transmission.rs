@@ -1,12 +1,14 @@
 //! Stage 5, the transmission: what lies between the motor and the load.
 //!
-//! Rigid: one inertia. With backlash or compliance two, `(1 - f) J` at the motor and `f J` at the load, and viscous and
-//! Coulomb friction split in the same ratio. Between them a spring and a damper
+//! Rigid: one inertia. With backlash or compliance two, `(1 - f) J` at the motor and `f J` at the load. Of viscous and Coulomb
+//! friction the load has the share `q f / (1 - f + q f)`: its friction per inertia is `q` times the motor's, 1 where friction splits as
+//! inertia does. Between them a spring and a damper
 //! `k (theta1 - theta2) + c (w1 - w2)`, or a gap within which neither feels the other.
 //!
 //! With both the spring is in series with the gap: it pushes `k (theta1 - theta2 -+ gap / 2) + c (w1 - w2)` once a flank is
-//! reached, and lets go when it would have to pull (the dead-zone model of Nordin and Gutman). Load fraction and side of
-//! the encoder are then those of the compliance.
+//! reached, and lets go when it would have to pull (the dead-zone model of Nordin and Gutman). A clutch holds both as one while it
+//! carries no more than its torque, and slips with that torque beyond; beside play or a spring it carries everything. Load fraction, split of the friction and
+//! side of the encoder are then those of the compliance.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -19,8 +21,12 @@ pub(crate) struct Transmission<S> {
     pub gap_rad: Option<S>,
     /// Natural frequency in Hz and damping ratio of two inertias on a spring.
     pub spring: Option<(S, S)>,
-    /// Share f of inertia and friction that is the load's.
+    /// Most that a clutch carries, in N m.
+    pub clutch_nm: Option<S>,
+    /// Share f of the inertia that is the load's.
     pub load_fraction: S,
+    /// Friction per inertia at the load over that at the motor.
+    pub load_friction_weight: S,
     /// Whether the encoder sits on the load.
     pub encoder_on_load: bool,
 }
@@ -30,14 +36,22 @@ impl<S: Scalar> Transmission<S> {
         Self {
             gap_rad: None,
             spring: None,
+            clutch_nm: None,
             load_fraction: S::zero(),
+            load_friction_weight: S::from(1.0),
             encoder_on_load: false,
         }
     }
 
+    /// Share of the friction that is the load's; to the bit that of the inertia where friction splits as inertia does.
+    pub(crate) fn load_friction_share(&self) -> S {
+        let (f, more) = (self.load_fraction, self.load_friction_weight - 1.0);
+        f + more * f * (-f + 1.0) / (more * f + 1.0)
+    }
+
     /// Whether motor and load are two bodies.
     pub(crate) fn two_bodies(&self) -> bool {
-        self.gap_rad.is_some() || self.spring.is_some()
+        self.gap_rad.is_some() || self.spring.is_some() || self.clutch_nm.is_some()
     }
 }
 
@@ -61,6 +75,16 @@ pub(crate) const ENCODER_SIDE: EffectParameter = EffectParameter::new(
 .defaulting_to(0.0)
 .not_smooth();
 
+/// How friction and damping split: nobody knows of a gear train, so that it is free wherever there are two bodies.
+const LOAD_FRICTION_WEIGHT: EffectParameter = EffectParameter::new(
+    "load_friction_weight",
+    "",
+    (0.1, 10.0),
+    Scale::Absolute,
+    Prior::LogUniform,
+)
+.defaulting_to(1.0);
+
 /// The transmission has play.
 pub(crate) struct Backlash;
 
@@ -83,6 +107,7 @@ impl Effect for Backlash {
             ),
             LOAD_FRACTION,
             ENCODER_SIDE,
+            LOAD_FRICTION_WEIGHT,
         ],
         random: false,
     };
@@ -90,8 +115,10 @@ impl Effect for Backlash {
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         let transmission = &mut chain.transmission;
         transmission.gap_rad = Some(values[0]);
+        transmission.clutch_nm = None;
         transmission.load_fraction = values[1];
         transmission.encoder_on_load = values[2].value() >= 0.5;
+        transmission.load_friction_weight = values[3];
     }
 }
 
@@ -115,6 +142,7 @@ impl Effect for Compliance {
                 Scale::Absolute,
                 Prior::LogUniform,
             )
+            .or_up_to(10.0, Scale::TimeConstantAsFrequency)
             .possible(1e-6, 1e4),
             EffectParameter::new(
                 "damping_ratio",
@@ -125,6 +153,7 @@ impl Effect for Compliance {
             ),
             LOAD_FRACTION,
             ENCODER_SIDE,
+            LOAD_FRICTION_WEIGHT,
         ],
         random: false,
     };
@@ -132,7 +161,51 @@ impl Effect for Compliance {
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
         let transmission = &mut chain.transmission;
         transmission.spring = Some((values[0], values[1]));
+        transmission.clutch_nm = None;
         transmission.load_fraction = values[2];
         transmission.encoder_on_load = values[3].value() >= 0.5;
+        transmission.load_friction_weight = values[4];
+    }
+}
+
+/// The coupling slips.
+pub(crate) struct SlippingClutch;
+
+impl Effect for SlippingClutch {
+    const KIND: EffectKind = EffectKind {
+        id: "slipping_clutch",
+        stage: Stage::Transmission,
+        summary: "the coupling slips where it would have to carry more than it can",
+        equation: "motor and load move as one while |tau| <= torque_nm, else tau = torque_nm sgn(w1 - w2); nothing beside backlash or compliance",
+        source: "Coulomb friction clutch (Karnopp 1985), overload clutches of small gear motors",
+        excited_by: "hard starts and reversals",
+        confounded_with: &["inertia", "current_limit"],
+        parameters: &[
+            EffectParameter::new(
+                "torque_nm",
+                "N m",
+                (0.1, 0.8),
+                Scale::StallTorque,
+                Prior::Uniform,
+            )
+            .possible(1e-12, f64::MAX),
+            EffectParameter::new(
+                "load_share",
+                "",
+                (0.05, 0.9),
+                Scale::Absolute,
+                Prior::Uniform,
+            )
+            .possible(1e-6, 1.0 - 1e-6),
+        ],
+        random: false,
+    };
+
+    fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
+        let transmission = &mut chain.transmission;
+        if !transmission.two_bodies() {
+            transmission.clutch_nm = Some(values[0]);
+            transmission.load_fraction = values[1];
+        }
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! It answers host messages and takes samples when it is told to. Sample `k` is taken at `k TS` of the
 //! board's own crystal; the bench lives in true time, `k TS / (1 + ppm 1e-6)`. The command of sample
-//! `k` is set when it is taken and holds until sample `k + 1`.
+//! `k` is set when it is taken and holds until sample `k + 1`. A bench whose commands are noted late by `To` has them noted whole samples
+//! after, `n = ceil(To / TS)`, and set so much later, `n TS - To`, that what is noted is late by `To` exactly.
+
+use std::collections::VecDeque;
 
 use firmware_protocol::{
     BoardFields, BoardMessage, EndReason, Hello, HostMessage, PROTOCOL_VERSION, ProfileSegment,
@@ -45,6 +48,9 @@ impl Default for FirmwareOptions {
     }
 }
 
+/// Share of a sample by which a lateness that is meant to be whole samples is off, by rounding.
+const WHOLE: f64 = 1e-6;
+
 /// A recording under way.
 #[derive(Debug, Clone)]
 struct Recording {
@@ -56,6 +62,8 @@ struct Recording {
     dropped: u32,
     /// A frame was dropped since the last one that was sent.
     just_dropped: bool,
+    /// Commands in mV that are not noted yet, the oldest first.
+    unnoted_mv: VecDeque<i16>,
     segment: usize,
     samples_in_segment: u32,
 }
@@ -75,6 +83,8 @@ pub(super) struct Firmware<B> {
     /// Board time of the last sample, on the board's own clock, from power-on.
     now_us: u64,
     command_v: f64,
+    /// The command before it, in force until then, in true time in s.
+    until: Option<(f64, f64)>,
 }
 
 impl<B: Bench> Firmware<B> {
@@ -90,6 +100,7 @@ impl<B: Bench> Firmware<B> {
             started_us: 0,
             now_us: 0,
             command_v: 0.0,
+            until: None,
         }
     }
 
@@ -102,6 +113,7 @@ impl<B: Bench> Firmware<B> {
         self.recording = None;
         self.last_end = None;
         self.command_v = 0.0;
+        self.until = None;
     }
 
     pub(super) fn hello(&self) -> BoardMessage {
@@ -201,6 +213,7 @@ impl<B: Bench> Firmware<B> {
             taken: 0,
             dropped: 0,
             just_dropped: false,
+            unnoted_mv: VecDeque::new(),
             segment: 0,
             samples_in_segment: 0,
         });
@@ -217,6 +230,7 @@ impl<B: Bench> Firmware<B> {
     pub(super) fn stop(&mut self, reason: EndReason) -> Option<BoardMessage> {
         if let Some(recording) = self.recording.take() {
             self.command_v = 0.0;
+            self.until = None;
             self.last_end = Some(BoardMessage::End {
                 taken: recording.taken,
                 dropped: recording.dropped,
@@ -237,11 +251,27 @@ impl<B: Bench> Firmware<B> {
         let elapsed_us = u64::from(recording.taken) * u64::from(self.sample_time_us);
         self.now_us = self.started_us + elapsed_us;
         let true_s = self.now_us as f64 * 1e-6 / (1.0 + self.options.clock_ppm * 1e-6);
+        if let Some((command_v, until_s)) = self.until.take() {
+            self.bench.hold(command_v, until_s);
+        }
         self.bench.hold(self.command_v, true_s);
 
         let asked_mv = recording.command_mv(&self.profile);
         let supply_mv = (self.bench.supply_v() * 1000.0).round() as i16;
+        let late_s = self.bench.notes_late_s();
+        let sample_time_s = f64::from(self.sample_time_us) * 1e-6;
+        let late_samples = (late_s / sample_time_s - WHOLE).ceil().max(0.0);
+        let later_s = late_samples * sample_time_s - late_s;
+        if later_s > WHOLE * sample_time_s {
+            self.until = Some((self.command_v, true_s + later_s));
+        }
         self.command_v = f64::from(asked_mv.clamp(-supply_mv, supply_mv)) * 1e-3;
+        recording.unnoted_mv.push_back(asked_mv);
+        let noted_mv = if recording.unnoted_mv.len() > late_samples as usize {
+            recording.unnoted_mv.pop_front().unwrap_or(asked_mv)
+        } else {
+            0
+        };
         let counts = self.bench.counts();
         let sample = Sample {
             sequence: recording.taken as u16,
@@ -254,10 +284,10 @@ impl<B: Bench> Firmware<B> {
             } else {
                 counts as i32
             },
-            command_mv: asked_mv,
+            command_mv: noted_mv,
             flags: SampleFlags {
                 dropped: std::mem::take(&mut recording.just_dropped),
-                saturated: asked_mv.unsigned_abs() > supply_mv.unsigned_abs(),
+                saturated: noted_mv.unsigned_abs() > supply_mv.unsigned_abs(),
                 ..SampleFlags::default()
             },
             current_ma: None,

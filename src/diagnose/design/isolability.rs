@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::super::rivals::catalogue;
 use super::planned::{Planned, Sampling, View};
 use crate::board::Profile;
 use crate::diagnose::disturbance::Disturbance;
@@ -19,7 +20,7 @@ use crate::diagnose::scales::damping_of;
 use crate::diagnose::setting::Setting;
 use crate::diagnose::ties::TIE;
 use crate::motor::Motor;
-use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, catalogue};
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior};
 use crate::recording::CommandKind;
 
 /// An ordinary wander as a share of the largest acceleration.

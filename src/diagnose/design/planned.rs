@@ -1,5 +1,6 @@
 //! A profile as its recording would look, and hypotheses seen through it.
 
+use super::super::rivals::catalogue;
 use crate::board::Profile;
 use crate::diagnose::data::RunData;
 use crate::diagnose::effort::Effort;
@@ -8,7 +9,6 @@ use crate::diagnose::noise::{NoiseLevel, Whitener};
 use crate::diagnose::predict::{predict, predict_with_derivatives};
 use crate::diagnose::response::Response;
 use crate::diagnose::ties::left_after;
-use crate::motor::catalogue::catalogue;
 use crate::motor::{Drive, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
 
