@@ -149,7 +149,7 @@ fn wrong_use_is_status_two_and_says_what_is_right() {
             "a speed is a factor above 0, or max",
         ),
         (
-            &["simulate", "--ts", "1e-9"],
+            &["simulate", "--ts", "1e-6", "--duration", "1e6"],
             "lower --duration or raise --ts",
         ),
     ] {
@@ -163,4 +163,93 @@ fn wrong_use_is_status_two_and_says_what_is_right() {
     }
     let files = std::fs::read_dir(directory.path()).expect("a directory");
     assert_eq!(files.count(), 0, "nothing is left behind");
+}
+
+#[test]
+fn numbers_that_no_motor_has_are_refused_with_their_range() {
+    let profile = ("profile.csv", "0,1\n1,4e7\n");
+    let late = ("profile.csv", "0,1\n1e9,2\n");
+    let none = ("note.txt", "");
+    for ((name, text), arguments, wanted) in [
+        (none, &["simulate", "--ts", "0"][..], "1e-6 .. 60 s"),
+        (
+            none,
+            &["simulate", "--duration", "1e99"],
+            "1e-6 .. 10000000 s",
+        ),
+        (
+            none,
+            &[
+                "simulate",
+                "--ts",
+                "1e-6",
+                "--duration",
+                "100",
+                "-o",
+                "x.csv",
+            ],
+            "too many",
+        ),
+        (
+            none,
+            &["capture", "virtual:", "--supply", "1e300"],
+            "0.001 .. 100000 V",
+        ),
+        (
+            none,
+            &["capture", "virtual:", "--counts-per-rev=-720"],
+            "0.01 .. 1e12",
+        ),
+        (
+            none,
+            &["capture", "virtual:", "--ts", "0.001", "--duration", "9999"],
+            "5000000 rows",
+        ),
+        (none, &["design", "--ts", "100"], "1e-6 .. 60 s"),
+        (
+            profile,
+            &["simulate", "--profile", "profile.csv"],
+            "'4e7' lies outside",
+        ),
+        (
+            late,
+            &["simulate", "--profile", "profile.csv"],
+            "'1e9' lies outside",
+        ),
+    ] {
+        let done = with_file(name, text, arguments);
+        assert_eq!(done.status, Some(2), "{arguments:?}: {}", done.messages);
+        assert!(
+            done.messages.contains(wanted),
+            "{arguments:?}: {}",
+            done.messages
+        );
+    }
+    let header = "# counts_per_rev = 720\nt_s,command_v,counts\n";
+    for (rows, wanted) in [
+        (
+            "0,0,1\n0.1,2e6,1\n",
+            "row 4, column `command_v`: 2000000 lies outside",
+        ),
+        (
+            "0,0,1\n1e11,0,1\n",
+            "row 4, column `t_s`: 1e11 lies outside",
+        ),
+        (
+            "0,0,9000000000000000000\n",
+            "row 3, column `counts`: 9e18 lies outside",
+        ),
+    ] {
+        let done = with_file("run.csv", &format!("{header}{rows}"), &["check", "run.csv"]);
+        assert_eq!(done.status, Some(2), "{}", done.messages);
+        assert!(done.messages.contains(wanted), "{}", done.messages);
+    }
+    let log = "# format = \"motorlab-rawlog/1\"\n# columns = \"counts\"\n# supply_v = 1e9\n";
+    let done = with_file("x.log", log, &["replay", "x.log"]);
+    assert_eq!(done.status, Some(2), "{}", done.messages);
+    assert!(
+        done.messages.contains("`supply_v` is 1e9"),
+        "{}",
+        done.messages
+    );
 }

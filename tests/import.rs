@@ -448,3 +448,58 @@ fn a_foreign_log_of_a_simulated_run_is_the_run() {
     );
     assert_eq!(finished.status, Some(0), "{}", finished.messages);
 }
+
+#[test]
+fn what_the_readers_refuse_is_said_and_not_written() {
+    let map = format!(
+        "counts_per_rev = 720\n{TIME}{NO_COMMAND}[position]\ncolumn = \"x\"\nunit = \"counts\""
+    );
+    let log = |rows: u64, pause_ms: u64| {
+        let mut log = "t_ms,x\n".to_owned();
+        for k in 0..rows {
+            let late_ms = if 2 * k < rows { 0 } else { pause_ms };
+            let _ = writeln!(log, "{},{k}", 3 * k + late_ms);
+        }
+        log
+    };
+    // Before and after the rows from which the sample time is taken.
+    for (rows, line) in [(100, 52), (10_000, 5002)] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let finished = import(directory.path(), log(rows, 3_700_000), &map);
+        assert_eq!(finished.status, Some(2), "{}", finished.messages);
+        let said = format!("line {line}: time leaps");
+        assert!(finished.messages.contains(&said), "{}", finished.messages);
+        let left = fs::read_dir(directory.path()).expect("a folder").count();
+        assert_eq!(left, 2, "nothing but the log and the mapping");
+    }
+    // Every 100 s; a command of 2,000,000 V; a position beyond what differences of counts hold.
+    for (log, map, wanted) in [
+        (
+            log(50, 0),
+            map.replace("\"ms\"", "\"min\""),
+            "180 s, which lies outside 1e-6 .. 60 s",
+        ),
+        (
+            log(50, 0),
+            map.replace(
+                "recorded = false",
+                "column = \"x\"\nunit = \"V\"\nscale = 1e9",
+            ),
+            "the command in SI is",
+        ),
+        (
+            log(50, 0),
+            format!("{map}\nscale = 1e18\noffset = 1e18"),
+            "the position in SI is",
+        ),
+    ] {
+        let directory = tempfile::tempdir().expect("a directory");
+        let finished = import(directory.path(), log, &map);
+        assert_ne!(finished.status, Some(0), "{}", finished.messages);
+        assert!(finished.messages.contains(wanted), "{}", finished.messages);
+        if directory.path().join("run.csv").exists() {
+            let read = run(directory.path(), &["compare", "run.csv"]);
+            assert_eq!(read.status, Some(0), "{}", read.messages);
+        }
+    }
+}

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::profile_levels::{chirp, probing_levels};
+use crate::motor::plausible;
 
 /// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
 pub const STEP_REST_S: f64 = 0.3;
@@ -52,7 +53,12 @@ pub const BUILT_IN: [(&str, &str); 12] = [
 ];
 
 /// Longest duration in a profile's name in s.
-const LONGEST_S: f64 = 1e7;
+const LONGEST_S: f64 = plausible::DURATION_S.hi;
+/// Times of a profile's rows in s, from its beginning.
+const TIMES_S: plausible::Range = plausible::Range {
+    lo: 0.0,
+    ..plausible::DURATION_S
+};
 
 /// Longest profile file in bytes.
 const MOST_BYTES: u64 = 1 << 24;
@@ -110,7 +116,7 @@ pub enum ProfileError {
         /// What stands there.
         found: String,
         /// What is wrong with it.
-        problem: &'static str,
+        problem: String,
     },
     /// It is longer than any profile.
     #[error(
@@ -237,27 +243,30 @@ impl Profile {
             if index == 0 && record.iter().all(|cell| cell.parse::<f64>().is_err()) {
                 continue;
             }
-            let cell = |column: usize, name: &'static str| {
+            let cell = |column: usize, name: &'static str, range: plausible::Range| {
                 let text = record.get(column).unwrap_or("");
-                match text.parse::<f64>() {
-                    Ok(value) if value.is_finite() => Ok(value),
-                    _ => Err(ProfileError::Row {
-                        path: path.to_owned(),
-                        row,
-                        column: name,
-                        found: text.chars().take(40).collect(),
-                        problem: "is no finite number",
-                    }),
-                }
+                let problem = match text.parse::<f64>() {
+                    Ok(value) if range.holds(value) => return Ok(value),
+                    Ok(value) if value.is_finite() => format!("lies outside {range}"),
+                    _ => "is no finite number".to_owned(),
+                };
+                Err(ProfileError::Row {
+                    path: path.to_owned(),
+                    row,
+                    column: name,
+                    found: text.chars().take(40).collect(),
+                    problem,
+                })
             };
-            let (t_s, command) = (cell(0, "t_s")?, cell(1, "command_v")?);
-            if points.last().is_some_and(|last| last.0 >= t_s) || t_s < 0.0 {
+            let t_s = cell(0, "t_s", TIMES_S)?;
+            let command = cell(1, "command_v", plausible::COMMAND)?;
+            if points.last().is_some_and(|last| last.0 >= t_s) {
                 return Err(ProfileError::Row {
                     path: path.to_owned(),
                     row,
                     column: "t_s",
                     found: t_s.to_string(),
-                    problem: "is not later than the row before",
+                    problem: "is not later than the row before".to_owned(),
                 });
             }
             points.push((t_s, command));

@@ -9,6 +9,8 @@ use crate::motor::Model;
 
 /// Fewest changes of the count that must all be multiples: by chance one in 2^20 would.
 const FEWEST_CHANGES: usize = 20;
+/// Fewest of them that differ from the commonest size, which counts as one: by chance one in 2^10 would.
+const FEWEST_OTHERS: usize = 10;
 /// How far the ratio of recorded to simulated travel may lie from a factor: the tolerance of 5 % that motors are taken to have.
 const NEAR: f64 = 0.05;
 /// Share of the recorded travel's mean square that the simulation must explain once it is scaled.
@@ -47,8 +49,11 @@ fn multiples(subject: &Subject<'_>) -> Option<Finding> {
     let factor = [4_u64, 2]
         .into_iter()
         .find(|n| steps.iter().all(|step| step % n == 0))?;
-    // Steps of all one size are a slow shaft seen through a coarse speed, not a factor.
-    if steps.iter().all(|step| *step == steps[0]) {
+    // Steps of one size are a shaft that turns steadily, or slowly and seen through a coarse speed, not a factor.
+    let mut sorted = steps.clone();
+    sorted.sort_unstable();
+    let commonest = sorted.chunk_by(|a, b| a == b).map(<[u64]>::len).max();
+    if sorted.len() - commonest.unwrap_or(0) < FEWEST_OTHERS {
         return None;
     }
     Some(subject.finding(

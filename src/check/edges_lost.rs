@@ -201,7 +201,13 @@ fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
         .all(|slot| (slot.1 - settled).abs() <= STAYS * fall);
     let falls_in_s = down[there].0 - still_up.0;
     let stays_for_s = run.t_s[hold.to] - down[there].0;
-    if !stays || falls_in_s > AS_QUICKLY * rise_s || stays_for_s < rise_s {
+    // Within a turn an unbalanced load does the same: it falls, and then it is lifted.
+    let counts_there = settled * stays_for_s;
+    if !stays
+        || counts_there < run.counts_per_rev
+        || falls_in_s > AS_QUICKLY * rise_s
+        || stays_for_s < rise_s
+    {
         return None;
     }
     Some(subject.finding(
@@ -242,6 +248,11 @@ fn rises(subject: &Subject<'_>, pair: &[Hold]) -> Option<Finding> {
     let mut after = second.slots.iter().map(|slot| direction * slot.1);
     let peak = after.clone().fold(0.0, f64::max);
     let last = after.next_back()?;
+    // An unbalanced load does the same within a turn.
+    let passed = run.counts[second.to].abs_diff(run.counts[second.from]) as f64;
+    if passed < run.counts_per_rev {
+        return None;
+    }
     // A load that falls freely goes on getting faster.
     if peak < (1.0 + FALL) * rate || last > rate {
         return None;

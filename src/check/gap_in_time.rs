@@ -2,8 +2,8 @@
 
 use super::finding::{Finding, Kind, Severity};
 use super::host_clock::stands;
-use super::intervals::Intervals;
 use super::subject::Subject;
+use crate::recording::Steps;
 
 /// One pause: the sample before it, and how many samples are missing.
 #[derive(Debug, Clone, Copy)]
@@ -19,7 +19,7 @@ pub(super) struct Pause {
 /// Every pause of a run.
 pub(super) fn pauses(subject: &Subject<'_>) -> Vec<Pause> {
     let run = subject.run;
-    let Some(intervals) = Intervals::of(run).filter(|_| !run.is_host_timed()) else {
+    let Some(intervals) = Steps::of(run).filter(|_| !run.is_host_timed()) else {
         return Vec::new();
     };
     let longest_s = intervals.longest_usual_s();
@@ -57,7 +57,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         pauses.first(),
         pauses.iter().max_by(|a, b| a.lasts_s.total_cmp(&b.lasts_s)),
     ) {
-        let lost: u64 = pauses.iter().map(|pause| pause.lost).sum();
+        let lost = (pauses.iter()).fold(0_u64, |sum, pause| sum.saturating_add(pause.lost));
         let places = if pauses.len() == 1 { "place" } else { "places" };
         found.push(subject.finding(
             Kind::GapInTime,

@@ -23,15 +23,17 @@ mod channel_stuck;
 mod clock_rate;
 mod command_beyond_supply;
 mod command_constant;
+mod command_offset;
 mod counter_wrap;
 mod counts_scale;
 mod dither_at_rest;
 mod edges_lost;
 mod encoder_reversed;
 mod finding;
+mod gain;
 mod gap_in_time;
 pub(crate) mod host_clock;
-mod intervals;
+mod jump;
 mod response;
 mod sample_time;
 mod starts_in_motion;
@@ -52,7 +54,6 @@ type Find = fn(&Subject<'_>) -> Vec<Finding>;
 
 /// Every kind, in the order in which those of the same severity are listed.
 const KINDS: &[Find] = &[
-    encoder_reversed::find,
     channel_stuck::find,
     counts_scale::find,
     time_unit::find,
@@ -62,6 +63,7 @@ const KINDS: &[Find] = &[
     clock_rate::find,
     command_beyond_supply::find,
     command_constant::find,
+    command_offset::find,
     dither_at_rest::find,
     supply_varies::find,
     starts_in_motion::find,
@@ -70,8 +72,12 @@ const KINDS: &[Find] = &[
 /// A kind of finding for which runs of one motor are held against each other: everything of it in all of them.
 type FindAmong = fn(&[Subject<'_>]) -> Vec<Finding>;
 
-/// Every such kind.
-const AMONG_RUNS: &[FindAmong] = &[edges_lost::find];
+/// Every such kind; of those of the same severity they are listed first.
+const AMONG_RUNS: &[FindAmong] = &[
+    encoder_reversed::find,
+    too_short::find_among,
+    edges_lost::find,
+];
 
 /// Everything that is wrong with these runs of one motor, what is fatal first; with the motor file where there is one.
 pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
@@ -92,7 +98,7 @@ pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
             short => short,
         });
     let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
-    let mut findings: Vec<Finding> = each.chain(among).collect();
+    let mut findings: Vec<Finding> = among.chain(each).collect();
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

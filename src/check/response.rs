@@ -40,8 +40,23 @@ pub(super) enum Follows {
     Unknown,
 }
 
-/// Top speed and response of a run; `None` where the shaft hardly moves.
-pub(super) fn response(run: &Run) -> Option<Response> {
+/// The equal slots into which a run is cut.
+#[derive(Debug)]
+pub(super) struct Slots {
+    /// How long each lasts in s.
+    pub slot_s: f64,
+    /// Speed of the quickest in counts/s, without regard to its sign.
+    pub top_counts_s: f64,
+    /// Mean speed of each in counts/s.
+    pub speed: Vec<f64>,
+    /// Mean command of each.
+    pub command: Vec<f64>,
+    /// Position at the end of each in counts from the run's first.
+    pub position: Vec<f64>,
+}
+
+/// A run in slots; `None` where the shaft hardly moves.
+pub(super) fn slots(run: &Run) -> Option<Slots> {
     let (first_s, last_s) = (*run.t_s.first()?, *run.t_s.last()?);
     let steps = run.t_s.len() - 1;
     if steps == 0 {
@@ -68,24 +83,35 @@ pub(super) fn response(run: &Run) -> Option<Response> {
         }
     };
     let slot_s = slot as f64 * (last_s - first_s) / steps as f64;
-    Some(Response {
+    let slots = (((last_s - first_s) / slot_s) as usize).min(MOST_SLOTS);
+    let mut found = Slots {
+        slot_s,
         top_counts_s,
-        follows: follows(run, first_s, last_s, slot_s),
+        speed: Vec::with_capacity(slots),
+        command: Vec::with_capacity(slots),
+        position: Vec::with_capacity(slots),
+    };
+    found.fill(run, first_s, slots);
+    Some(found)
+}
+
+/// Top speed and response of a run; `None` where the shaft hardly moves.
+pub(super) fn response(run: &Run) -> Option<Response> {
+    let slots = slots(run)?;
+    Some(Response {
+        top_counts_s: slots.top_counts_s,
+        follows: follows(&slots),
     })
 }
 
-fn follows(run: &Run, first_s: f64, last_s: f64, slot_s: f64) -> Follows {
-    let slots = (((last_s - first_s) / slot_s) as usize).min(MOST_SLOTS);
+fn follows(cut: &Slots) -> Follows {
+    let (slots, slot_s) = (cut.speed.len(), cut.slot_s);
     if slots < LEAST_SLOTS {
         return Follows::Unknown;
     }
-    let (speed, command) = means(run, first_s, slot_s, slots);
+    let (speed, command) = (&cut.speed, &cut.command);
     // Scaled, so that the normal equations are well conditioned whatever the units.
-    let scale = |values: &[f64]| {
-        let most = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        if most > 0.0 { 1.0 / most } else { 1.0 }
-    };
-    let (by_speed, by_command) = (scale(&speed), scale(&command));
+    let (by_speed, by_command) = (scale(speed), scale(command));
     let rows = || {
         (1..slots).map(|k| {
             let row = Vector4::new(
@@ -148,28 +174,35 @@ fn solved(normal: Matrix4<f64>, right: Vector4<f64>) -> Option<Vector4<f64>> {
     None
 }
 
-/// Mean speed in counts/s and mean command of each slot; position is drawn straight from sample to sample.
-fn means(run: &Run, first_s: f64, slot_s: f64, slots: usize) -> (Vec<f64>, Vec<f64>) {
-    let origin = run.counts[0];
-    let (mut speed, mut command) = (Vec::new(), Vec::new());
-    let (mut k, mut before) = (0, 0.0);
-    for slot in 1..=slots {
-        let end_s = first_s + slot as f64 * slot_s;
-        let (mut from_s, mut sum) = (end_s - slot_s, 0.0);
-        while k + 2 < run.len() && run.t_s[k + 1] < end_s {
-            sum += run.command[k] * (run.t_s[k + 1] - from_s);
-            from_s = run.t_s[k + 1];
-            k += 1;
+/// One over the largest of these, without regard to signs.
+pub(super) fn scale(values: &[f64]) -> f64 {
+    let most = values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    if most > 0.0 { 1.0 / most } else { 1.0 }
+}
+
+impl Slots {
+    /// Speeds, commands and positions; position is drawn straight from sample to sample.
+    fn fill(&mut self, run: &Run, first_s: f64, slots: usize) {
+        let (origin, slot_s) = (run.counts[0], self.slot_s);
+        let (mut k, mut before) = (0, 0.0);
+        for slot in 1..=slots {
+            let end_s = first_s + slot as f64 * slot_s;
+            let (mut from_s, mut sum) = (end_s - slot_s, 0.0);
+            while k + 2 < run.len() && run.t_s[k + 1] < end_s {
+                sum += run.command[k] * (run.t_s[k + 1] - from_s);
+                from_s = run.t_s[k + 1];
+                k += 1;
+            }
+            sum += run.command[k] * (end_s - from_s);
+            let share = (end_s - run.t_s[k]) / (run.t_s[k + 1] - run.t_s[k]);
+            let at = |sample: usize| run.counts[sample].saturating_sub(origin) as f64;
+            let position = at(k) + share * (at(k + 1) - at(k));
+            self.speed.push((position - before) / slot_s);
+            self.command.push(sum / slot_s);
+            self.position.push(position);
+            before = position;
         }
-        sum += run.command[k] * (end_s - from_s);
-        let share = (end_s - run.t_s[k]) / (run.t_s[k + 1] - run.t_s[k]);
-        let at = |sample: usize| run.counts[sample].saturating_sub(origin) as f64;
-        let position = at(k) + share * (at(k + 1) - at(k));
-        speed.push((position - before) / slot_s);
-        command.push(sum / slot_s);
-        before = position;
     }
-    (speed, command)
 }
 
 #[cfg(test)]

@@ -4,10 +4,9 @@
 //! into the header where nothing was stated, is no statement.
 
 use super::finding::{Finding, Kind, Severity};
-use super::intervals::Intervals;
 use super::subject::Subject;
 use super::words::time;
-use crate::recording::Run;
+use crate::recording::{Run, Steps};
 
 /// The steps may be off the stated sample time by this share: a ceramic resonator's tolerance.
 const TOLERANCE: f64 = 0.005;
@@ -37,7 +36,7 @@ pub(super) fn stated_s(run: &Run) -> Option<f64> {
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
-    let (Some(stated_s), Some(intervals)) = (stated_s(run), Intervals::of(run)) else {
+    let (Some(stated_s), Some(intervals)) = (stated_s(run), Steps::of(run)) else {
         return Vec::new();
     };
     let n = intervals.len() as f64;

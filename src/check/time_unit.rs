@@ -9,14 +9,13 @@
 use std::f64::consts::TAU;
 
 use super::finding::{Finding, Kind, Severity};
-use super::intervals::Intervals;
 use super::response::{Follows, Response, response};
 use super::sample_time::stated_s;
 use super::subject::Subject;
 use super::words::{digits, time};
 use crate::motor::{CommandKind, Motor};
-use crate::recording::Run;
 use crate::recording::unit_of_time::{MISTAKEN, power_of_unit};
+use crate::recording::{Run, Steps};
 
 /// A quantity whose logarithm (base 10) has this mean and this standard deviation.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +51,7 @@ const SURE: f64 = 3.0;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let run = subject.run;
-    let Some(intervals) = Intervals::of(run).filter(|_| is_told(run)) else {
+    let Some(intervals) = Steps::of(run).filter(|_| is_told(run)) else {
         return Vec::new();
     };
     let step_s = intervals.median_s();

@@ -10,6 +10,7 @@ use clap::Args;
 use super::capture_report::report;
 use super::live::{LiveRun, LiveView};
 use super::motor_file::motor_file;
+use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
@@ -22,7 +23,7 @@ use crate::board::{
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{
-    CaptureError, CaptureRequest, Captured, Ending, SharedLive, WriteError, capture,
+    CaptureError, CaptureRequest, Captured, Ending, MAX_ROWS, SharedLive, WriteError, capture,
     next_free_name, refuse_no_file,
 };
 
@@ -57,10 +58,10 @@ pub struct Capture {
     #[arg(long, default_value_t = firmware_protocol::BAUD)]
     pub(super) baud: u32,
     /// Encoder counts per revolution, if not what the board says.
-    #[arg(long, value_name = "COUNTS", value_parser = positive)]
+    #[arg(long, value_name = "COUNTS", value_parser = counts_per_rev)]
     pub(super) counts_per_rev: Option<f64>,
     /// Driver supply in V, if not what the board says.
-    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    #[arg(long, value_name = "VOLTS", value_parser = supply_v)]
     pub(super) supply: Option<f64>,
     /// How long a board may take to say who it is, in s.
     #[arg(long, value_name = "SECONDS", default_value = "6", value_parser = duration)]
@@ -108,13 +109,6 @@ fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e7).contains(&seconds) => Ok(seconds),
         _ => Err("a duration is between 0 and 10,000,000 s".to_owned()),
-    }
-}
-
-pub(super) fn positive(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
-        _ => Err("not a number above 0".to_owned()),
     }
 }
 
@@ -330,12 +324,16 @@ impl Capture {
         let profile =
             Profile::named(self.profile_name(), supply_v, profile_s).map_err(Failure::input)?;
         let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
+        let samples = (duration_s / sample_time_s).round();
+        if samples > MAX_ROWS as f64 {
+            return Err(Failure::input(format!(
+                "{samples:.0} samples are more than the {MAX_ROWS} rows that a run has: lower --duration or raise --ts"
+            )));
+        }
         Ok(CaptureRequest {
             sample_time_us,
             profile,
-            samples: (duration_s / sample_time_s)
-                .round()
-                .min(f64::from(u32::MAX)) as u32,
+            samples: samples as u32,
             counts_per_rev: self.counts_per_rev,
             supply_v: self.supply,
             output: self.output.clone(),

@@ -16,7 +16,7 @@ use crate::recording::read_run;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Check {
-    /// Run files.
+    /// Run files; several are taken to be of one motor and judged together too.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Motor file: some things can only be told against it, such as counts that are off by 4.

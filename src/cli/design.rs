@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde::Deserialize;
 
-use super::capture::positive;
 use super::motor_choice::MotorChoice;
+use super::numbers::{duration_s, sample_time_s, supply_v};
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{BAD_RECORDING, Isolability, NextExperiment, Pair, Plan, isolability};
@@ -27,13 +27,13 @@ pub struct Design {
     #[arg(long, default_value = "step")]
     profile: String,
     /// Sample time in s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = sample_time_s)]
     ts: f64,
     /// How long in s. [default: as long as the profile says, else 4]
-    #[arg(long, value_name = "SECONDS", value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", value_parser = duration_s)]
     duration: Option<f64>,
     /// Driver supply in V, if not the motor file's.
-    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    #[arg(long, value_name = "VOLTS", value_parser = supply_v)]
     supply: Option<f64>,
     /// Print what this diagnosis (the JSON of `diagnose`) wants recorded next, instead.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["profile", "ts", "duration", "supply"])]

@@ -37,7 +37,7 @@ const EXAMPLE: &str = r#"Example: a log with the line of names `millis;pwm;angle
 
   [time]
   column = "millis"
-  unit = "ms"                     # s, ms, us, ns, min, h
+  unit = "ms"                     # s, ms, us, ns, min, h; 12:34:56.789 and dates: stamp
 
   [command]
   column = "pwm"
@@ -51,8 +51,8 @@ const EXAMPLE: &str = r#"Example: a log with the line of names `millis;pwm;angle
 
   motorlab import log.csv.gz --map map.toml -o run.csv
 
-Delimiter, decimal commas, header lines, scales, currents, measured supplies, linear axes and logs
-of many runs: docs/import.md. Rows that cannot be used are named by their line and kept in
+Delimiter, decimal commas, header lines, scales, currents, measured supplies, linear axes, signals of
+different rates and logs of many runs: docs/import.md. Rows that cannot be used are named by their line and kept in
 run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check)."#;
 
 /// For `--json`.
@@ -149,6 +149,12 @@ fn say(output: &Output, name: &str, imported: &Imported) {
             run.samples,
             run.duration_s,
             run.sample_time_s,
+        ));
+    }
+    if imported.rows_without_position > 0 {
+        output.message(&format!(
+            "{name}: {} of {} rows have no position and only set what is held",
+            imported.rows_without_position, imported.rows
         ));
     }
     if imported.unended {

@@ -31,6 +31,7 @@ mod motor;
 mod motor_choice;
 mod motor_file;
 mod motor_template;
+mod numbers;
 mod output_file;
 mod picture;
 mod ports;

@@ -8,14 +8,16 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::json;
 
-use super::capture::{capture_failure, positive, say_free_name};
+use super::capture::{capture_failure, say_free_name};
 use super::capture_report::report;
 use super::capture_text::Told;
+use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::{Profile, ReplayedDevice, rawlog};
+use crate::motor::plausible;
 use crate::plain::shown;
 use crate::recording::{
     CaptureRequest, Captured, ReplayError, SharedLive, Speed, TextRequest, refuse_no_file, replay,
@@ -49,10 +51,10 @@ pub struct Replay {
     )]
     output: PathBuf,
     /// Encoder counts per revolution, if not what the board says.
-    #[arg(long, value_name = "COUNTS", value_parser = positive)]
+    #[arg(long, value_name = "COUNTS", value_parser = counts_per_rev)]
     counts_per_rev: Option<f64>,
     /// Driver supply in V, if not what the board says.
-    #[arg(long, value_name = "VOLTS", value_parser = positive)]
+    #[arg(long, value_name = "VOLTS", value_parser = supply_v)]
     supply: Option<f64>,
     /// The log is of a plain sketch's text lines: what its columns mean, or `auto`. [default: what the
     /// log's header says]
@@ -64,6 +66,12 @@ pub struct Replay {
     )]
     columns: Option<String>,
 }
+
+/// How long a log says that it should be: 0 is without an end.
+const ANY_DURATION_S: plausible::Range = plausible::Range {
+    lo: 0.0,
+    ..plausible::DURATION_S
+};
 
 fn text<'a>(header: &'a toml::Table, key: &str) -> Option<&'a str> {
     header.get(key).and_then(toml::Value::as_str)
@@ -143,21 +151,40 @@ impl Replay {
     }
 
     fn text_request(&self, columns: &str, header: &toml::Table) -> Result<TextRequest, Failure> {
-        let number = |key: &str| {
-            let value = header.get(key)?;
-            value
-                .as_float()
-                .or_else(|| value.as_integer().map(|whole| whole as f64))
+        // What somebody wrote into the log's header is held against the same ranges as a flag.
+        let number = |key: &str, range: plausible::Range| {
+            let value = header.get(key).and_then(|value| {
+                let whole = value.as_integer().map(|whole| whole as f64);
+                value.as_float().or(whole)
+            });
+            match value {
+                Some(value) if !range.holds(value) => Err(Failure::input(format!(
+                    "{}: header key `{key}` is {}, but must be {range}",
+                    self.log.display(),
+                    plausible::Shown(value),
+                ))),
+                value => Ok(value),
+            }
         };
-        let sample_time_us = number("sample_time_s").map(|s| (s * 1e6).round() as u32);
+        let sample_time_s = number("sample_time_s", plausible::SAMPLE_TIME_S)?;
+        let duration_s = match number("duration_s", ANY_DURATION_S)? {
+            // As long as the log is, where it does not say how long it should be.
+            None => Some(0.0),
+            stated => stated,
+        };
         let told = Told {
             columns,
             profile: text(header, "profile"),
-            sample_time_us: sample_time_us.filter(|&us| us > 0),
-            counts_per_rev: self.counts_per_rev.or(number("counts_per_rev")),
-            supply_v: self.supply.or(number("supply_v")),
-            // As long as the log is, where it does not say how long it should be.
-            duration_s: number("duration_s").or(Some(0.0)),
+            sample_time_us: sample_time_s.map(|s| (s * 1e6).round() as u32),
+            counts_per_rev: match self.counts_per_rev {
+                None => number("counts_per_rev", plausible::COUNTS_PER_REV)?,
+                given => given,
+            },
+            supply_v: match self.supply {
+                None => number("supply_v", plausible::SUPPLY_V)?,
+                given => given,
+            },
+            duration_s,
         };
         told.request(&self.output, text(header, "port").unwrap_or("replayed"))
     }

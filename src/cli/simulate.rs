@@ -8,13 +8,14 @@ use serde::Serialize;
 
 use super::capture::capture_failure;
 use super::motor_choice::MotorChoice;
+use super::numbers::{duration_s, sample_time_s};
 use super::output_file::{Force, Form};
 use super::picture::on_terminal;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
 use crate::plain::shown;
-use crate::recording::{CommandKind, Run, difference_velocities, write_run};
+use crate::recording::{CommandKind, MAX_ROWS, Run, difference_velocities, write_run};
 use crate::report::{Figure, Panel, Series, Size, Stroke, svg};
 use crate::units::rpm_from_rad_s;
 
@@ -27,13 +28,13 @@ pub struct Simulate {
     #[command(flatten)]
     motor: MotorChoice,
     /// Sample time in s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.003)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = sample_time_s)]
     ts: f64,
     /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
     #[arg(long, default_value = "step")]
     profile: String,
     /// How long in s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = duration_s)]
     duration: f64,
     /// Unit of the profile: volts, or amperes or newton metres of an axis that controls them.
     #[arg(long, value_enum, default_value_t = Kind::V)]
@@ -155,16 +156,15 @@ impl Simulate {
 
     /// The run before it is simulated: times and commands.
     fn commanded(&self, motor: &Motor) -> Result<Run, Failure> {
-        let good = |value: f64| value.is_finite() && value > 0.0;
-        if !good(self.ts) || !good(self.duration) {
-            return Err(Failure::input(
-                "--ts and --duration must be numbers above 0",
-            ));
-        }
         let samples = (self.duration / self.ts).round() + 1.0;
-        if samples > MOST_SAMPLES {
+        // What is written must be read again.
+        let most = match &self.output {
+            Some(_) => MAX_ROWS as f64,
+            None => MOST_SAMPLES,
+        };
+        if samples > most {
             return Err(Failure::input(format!(
-                "{samples:.0} samples are too many: lower --duration or raise --ts"
+                "{samples:.0} samples are too many, {most:.0} are the most: lower --duration or raise --ts"
             )));
         }
         let samples = samples as usize;

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::error::RowProblem;
+use super::stamp::before_line;
 
 /// What separates cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,7 @@ pub(super) enum Separator {
 impl Separator {
     /// What a line (of names, or the first row) looks separated by.
     pub fn guess(line: &[u8], decimal_comma: bool) -> Self {
+        let line = before_line(line).map_or(line, |(_, rest)| rest);
         let commas: &[u8] = if decimal_comma { b"\t;" } else { b"\t;," };
         let found = commas.iter().find(|byte| line.contains(byte));
         found.map_or(Self::Blanks, |&byte| Self::Byte(byte))
@@ -30,10 +32,20 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote.
+    /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote. A terminal's time stamp before the
+    /// line is a cell of its own.
     pub fn split(&mut self, line: &[u8], separator: Separator) {
         self.text.clear();
         self.ends.clear();
+        let line = match before_line(line) {
+            Some((stamp, rest)) => {
+                self.text.extend_from_slice(stamp);
+                self.ends.push((0, stamp.len()));
+                rest
+            }
+            None => line,
+        };
+        let origin = self.text.len();
         let byte = match separator {
             Separator::Blanks => {
                 self.text.extend_from_slice(line);
@@ -41,7 +53,7 @@ impl Cells {
                 for (at, byte) in line.iter().chain(b" ").enumerate() {
                     match (byte.is_ascii_whitespace(), start) {
                         (true, Some(from)) => {
-                            self.ends.push((from, at));
+                            self.ends.push((origin + from, origin + at));
                             start = None;
                         }
                         (false, None) => start = Some(at),
@@ -52,7 +64,7 @@ impl Cells {
             }
             Separator::Byte(byte) => byte,
         };
-        let (mut start, mut quoted) = (0, false);
+        let (mut start, mut quoted) = (origin, false);
         let mut bytes = line.iter().copied().peekable();
         while let Some(next) = bytes.next() {
             match next {
@@ -124,6 +136,9 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
     };
     match parsed {
         Ok(number) if number.is_finite() => Ok(number),
+        Err(_) if cell.is_empty() => Err(RowProblem::Empty {
+            column: column.to_owned(),
+        }),
         _ => Err(RowProblem::NotANumber {
             column: column.to_owned(),
             found: shortened(&decode(cell)),

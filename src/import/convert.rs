@@ -5,11 +5,12 @@
 //! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid),
 //! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
 
-use super::cells::{Cells, number, shortened};
+use super::cells::{Cells, number};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
 use super::map::{CommandSource, Field, Integration, Map, PositionSource, TimeSource};
-use crate::motor::plausible::{COMMAND, Range, TIME_S};
+use super::stamp::{DAY_S, stamp};
+use crate::motor::plausible;
 
 /// One row in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,6 +58,15 @@ pub(super) struct Converter<'a> {
     position: Unwrapped,
     first_time_s: Option<f64>,
     before: Option<Before>,
+    held: Held,
+}
+
+/// Values that stay until their next one, where the mapping says `empty = "hold"`. Before its first value a command is 0.
+#[derive(Debug, Clone, Copy, Default)]
+struct Held {
+    /// The command, in the column's own numbers.
+    command: f64,
+    supply_v: Option<f64>,
 }
 
 /// What the next row needs of the last good one.
@@ -68,13 +78,11 @@ struct Before {
     position: f64,
 }
 
-/// Largest number that fits a count.
-const MOST_COUNTS: f64 = 9.2e18;
 /// Time before the first row is taken off: since 1970 in microseconds, in seconds a run's own range.
-const ANY_TIME: Range = Range {
+const ANY_TIME: plausible::Range = plausible::Range {
     lo: -1e15,
     hi: 1e15,
-    ..TIME_S
+    ..plausible::TIME_S
 };
 
 impl<'a> Converter<'a> {
@@ -87,6 +95,7 @@ impl<'a> Converter<'a> {
             position: Unwrapped::default(),
             first_time_s: None,
             before: None,
+            held: Held::default(),
         }
     }
 
@@ -95,18 +104,33 @@ impl<'a> Converter<'a> {
         self.rows += 1;
     }
 
-    /// The sample of a row; a bad row changes nothing but the numbers of those that follow.
-    pub fn convert(&mut self, cells: &Cells) -> Result<Sample, RowProblem> {
+    /// The sample of a row; a bad row changes nothing but the numbers of those that follow. `None` for a row that has no position
+    /// and only sets what is held.
+    pub fn convert(&mut self, cells: &Cells) -> Result<Option<Sample>, RowProblem> {
         let seq = self.rows;
         self.rows += 1;
+        let sample = self.sample(cells, seq)?;
+        if sample.is_none() {
+            self.rows = seq;
+        }
+        Ok(sample)
+    }
+
+    fn sample(&mut self, cells: &Cells, seq: u64) -> Result<Option<Sample>, RowProblem> {
         if cells.len() != self.layout.columns {
             return Err(RowProblem::CellCount {
                 found: cells.len(),
                 expected: self.layout.columns,
             });
         }
+        let held = self.held(cells)?;
+        if self.map.holds && self.is_empty(cells, &self.layout.motion) {
+            self.held = held;
+            return Ok(None);
+        }
         let (time_s, time) = self.time_s(cells, seq)?;
         let t_s = nanoseconds(time_s - self.first_time_s.unwrap_or(time_s));
+        let t_s = within("time", t_s, plausible::TIME_S)?;
         if let Some(before) = self.before
             && t_s <= before.t_s
         {
@@ -115,22 +139,46 @@ impl<'a> Converter<'a> {
                 after: t_s,
             });
         }
-        let supply_v = self.measured(cells, &self.map.supply, &self.layout.supply, "supply")?;
+        let supply_v = self
+            .measured(cells, &self.map.supply, &self.layout.supply, "supply")?
+            .or(held.supply_v);
         let current_a = self.measured(cells, &self.map.current, &self.layout.current, "current")?;
-        let command = within("command", COMMAND, self.command(cells, t_s, supply_v)?)?;
+        let command = self.command(cells, t_s, supply_v, held.command)?;
+        let command = within("command", command, plausible::COMMAND)?;
         let (counts, position, before) = self.position(cells, t_s)?;
         self.time = time;
         self.position = position;
         self.before = Some(before);
         self.first_time_s.get_or_insert(time_s);
-        Ok(Sample {
+        self.held = held;
+        Ok(Some(Sample {
             seq,
             t_s,
             command,
             counts,
             current_a,
             supply_v,
-        })
+        }))
+    }
+
+    fn is_empty(&self, cells: &Cells, place: &Option<Place>) -> bool {
+        place
+            .as_ref()
+            .is_some_and(|place| cells.get(place.at).is_empty())
+    }
+
+    /// What is held from this row on.
+    fn held(&self, cells: &Cells) -> Result<Held, RowProblem> {
+        let mut held = self.held;
+        if !self.map.holds {
+            return Ok(held);
+        }
+        if !self.is_empty(cells, &self.layout.command) {
+            held.command = self.number(cells, &self.layout.command)?;
+        }
+        let supply_v = self.measured(cells, &self.map.supply, &self.layout.supply, "supply")?;
+        held.supply_v = supply_v.or(held.supply_v);
+        Ok(held)
     }
 
     fn number(&self, cells: &Cells, place: &Option<Place>) -> Result<f64, RowProblem> {
@@ -148,9 +196,20 @@ impl<'a> Converter<'a> {
             let sample_time_s = self.map.sample_time_s.unwrap_or(f64::NAN);
             return Ok((seq as f64 * sample_time_s, self.time));
         };
+        let stamped = self
+            .layout
+            .time
+            .as_ref()
+            .and_then(|place| stamp(cells.get(place.at)));
+        if let Some(stamp) = stamped {
+            let wrap = stamp.is_of_day.then_some(DAY_S);
+            let (straight, state) = self.time.next(stamp.s, wrap);
+            return Ok((within("time", straight, plausible::TIME_S)?, state));
+        }
         let raw = self.number(cells, &self.layout.time)?;
         let (straight, state) = self.time.next(raw, field.wrap);
-        Ok((within("time", ANY_TIME, field.value(straight))?, state))
+        let time_s = within("time", field.value(straight), ANY_TIME)?;
+        Ok((time_s, state))
     }
 
     /// An empty cell is a value that this sample lacks.
@@ -163,26 +222,34 @@ impl<'a> Converter<'a> {
     ) -> Result<Option<f64>, RowProblem> {
         match (field, place) {
             (Some(field), Some(at)) if !cells.get(at.at).is_empty() => {
-                within(what, COMMAND, field.value(self.number(cells, place)?)).map(Some)
+                let value = field.value(self.number(cells, place)?);
+                within(what, value, plausible::COMMAND).map(Some)
             }
             _ => Ok(None),
         }
     }
 
-    fn command(&self, cells: &Cells, t_s: f64, supply_v: Option<f64>) -> Result<f64, RowProblem> {
+    fn command(
+        &self,
+        cells: &Cells,
+        t_s: f64,
+        supply_v: Option<f64>,
+        held: f64,
+    ) -> Result<f64, RowProblem> {
+        let number = || match self.map.holds {
+            true => Ok(held),
+            false => self.number(cells, &self.layout.command),
+        };
         match &self.map.command {
-            CommandSource::Column(field) => {
-                Ok(field.value(self.number(cells, &self.layout.command)?))
-            }
+            CommandSource::Column(field) => Ok(field.value(number()?)),
             CommandSource::OfMeasuredSupply(field) => {
-                let share = field.value(self.number(cells, &self.layout.command)?);
-                let supply_v = supply_v.ok_or_else(|| RowProblem::NotANumber {
+                let share = field.value(number()?);
+                let supply_v = supply_v.ok_or_else(|| RowProblem::Empty {
                     column: self
                         .layout
                         .supply
                         .as_ref()
                         .map_or_else(String::new, |p| p.name.clone()),
-                    found: shortened(""),
                 })?;
                 Ok(share * supply_v)
             }
@@ -206,7 +273,11 @@ impl<'a> Converter<'a> {
                 let plain = field.wrap.is_none() && field.scale == 1.0 && field.offset == 0.0;
                 let cell = self.layout.motion.as_ref().map(|place| cells.get(place.at));
                 let text = cell.and_then(|cell| std::str::from_utf8(cell).ok());
-                if let Some(whole) = text.filter(|_| plain).and_then(|text| text.parse().ok()) {
+                let whole = text
+                    .filter(|_| plain)
+                    .and_then(|text| text.parse::<i64>().ok());
+                if let Some(whole) = whole {
+                    within("position", whole as f64, plausible::COUNTS)?;
                     return Ok((whole, state, before));
                 }
                 let (straight, after) = self.position.next(raw, field.wrap);
@@ -225,12 +296,8 @@ impl<'a> Converter<'a> {
                 }
             }
         }
-        if before.position.abs() >= MOST_COUNTS || before.position.is_nan() {
-            return Err(RowProblem::CountsTooLarge {
-                counts: before.position,
-            });
-        }
-        Ok((before.position.round() as i64, state, before))
+        let counts = within("position", before.position, plausible::COUNTS)?;
+        Ok((counts.round() as i64, state, before))
     }
 }
 
@@ -239,12 +306,16 @@ fn nanoseconds(t_s: f64) -> f64 {
     (t_s * 1e9).round() / 1e9
 }
 
-/// A value that readers of run files take.
-fn within(what: &'static str, range: Range, value: f64) -> Result<f64, RowProblem> {
+/// What the readers of run files refuse is not written.
+fn within(what: &'static str, value: f64, range: plausible::Range) -> Result<f64, RowProblem> {
     if range.holds(value) {
         Ok(value)
     } else {
-        Err(RowProblem::TooLarge { what, value })
+        Err(RowProblem::Implausible {
+            what,
+            value: plausible::Shown(value).to_string(),
+            range: range.to_string(),
+        })
     }
 }
 

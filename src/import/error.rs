@@ -166,6 +166,38 @@ pub enum ImportProblem {
         /// How many.
         runs: usize,
     },
+    /// A pause longer than a run file may have.
+    #[error(
+        "line {line}: time leaps from {before} s to {after} s; a recording with a gap of more than an hour is two: cut the log there"
+    )]
+    TimeJumps {
+        /// The line.
+        line: u64,
+        /// Time of the row before.
+        before: f64,
+        /// Time of this row.
+        after: f64,
+    },
+    /// More rows than a run file may have.
+    #[error(
+        "line {line} is beyond {rows} rows, as many as a run has: cut the log into pieces, or give [rows] a `split_by`"
+    )]
+    TooLong {
+        /// The line.
+        line: u64,
+        /// Rows of a run.
+        rows: u64,
+    },
+    /// A sample time that no run file may have.
+    #[error(
+        "the samples come every {sample_time_s} s, which lies outside {range}: look at the `unit` under [time] of the mapping"
+    )]
+    SampleTime {
+        /// The middle one of the steps.
+        sample_time_s: f64,
+        /// What it may be.
+        range: String,
+    },
     /// The run cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -223,10 +255,16 @@ pub(super) enum RowProblem {
     CellCount { found: usize, expected: usize },
     #[error("column {column}: `{found}` is not a finite number")]
     NotANumber { column: String, found: String },
+    #[error(
+        "column {column} is empty; where signals come at different rates, `empty = \"hold\"` under [rows] holds the command until its next value"
+    )]
+    Empty { column: String },
     #[error("time goes from {before} s to {after} s; it must rise from row to row")]
     TimeNotRising { before: f64, after: f64 },
-    #[error("the position, {counts:e} counts, is beyond 64 bits")]
-    CountsTooLarge { counts: f64 },
-    #[error("the {what}, {value:e}, is too large once it is in SI units")]
-    TooLarge { what: &'static str, value: f64 },
+    #[error("the {what} in SI is {value}, which lies outside {range}")]
+    Implausible {
+        what: &'static str,
+        value: String,
+        range: String,
+    },
 }

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::cells::{Cells, Separator};
+use super::cells::{Cells, Separator, number};
 use super::convert::Converter;
 use super::error::RowProblem;
 use super::layout::Layout;
@@ -11,6 +11,7 @@ use super::lines::{Line, Lines, lines};
 use super::map::Map;
 use super::rejected::{Rejected, for_file_name};
 use super::segment::Segment;
+use super::stamp::stamp;
 use super::{BadRow, ImportError, ImportProblem};
 
 pub use super::segment::ImportedRun;
@@ -29,6 +30,8 @@ pub struct Imported {
     pub rows: u64,
     /// Those that could not be used.
     pub bad_rows: u64,
+    /// Those that only set a value that is held (`empty = "hold"`).
+    pub rows_without_position: u64,
     /// The first of them.
     pub first_bad: Vec<BadRow>,
     /// The file with all of them.
@@ -108,6 +111,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             runs: Vec::new(),
             rows: 0,
             bad_rows: 0,
+            rows_without_position: 0,
             first_bad: Vec::new(),
             rejected: None,
             unended: false,
@@ -155,10 +159,12 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             };
             imported.rows += 1;
             match converted {
-                Ok(sample) => {
+                Ok(Some(sample)) => {
                     used += 1;
-                    segment.push(sample)?;
+                    segment.push(line, sample)?;
                 }
+                // A value of another rate, which is held.
+                Ok(None) => imported.rows_without_position += 1,
                 Err(problem) => {
                     bad_in_run += 1;
                     let content = match &next {
@@ -208,18 +214,31 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         if let Next::End = next {
             return Ok(None);
         }
-        if self.map.shape.names {
+        let has_names = self.has_names();
+        if has_names {
             while self.cells.len() > 1 && self.cells.get(self.cells.len() - 1).is_empty() {
                 self.cells.trim_to(self.cells.len() - 1);
             }
         }
-        let layout = Layout::new(self.map, self.lines.number(), &self.cells)?;
-        if self.map.shape.names {
+        let layout = Layout::new(self.map, self.lines.number(), &self.cells, has_names)?;
+        if has_names {
             for _ in 0..=self.map.shape.unit_lines {
                 next = self.next()?;
             }
         }
         Ok(Some((layout, next)))
+    }
+
+    /// Whether the first line has names: where nothing is said and no name is asked for, one of numbers has none.
+    fn has_names(&self) -> bool {
+        let is_number = |at: usize| {
+            let cell = self.cells.get(at);
+            let decimal_comma = self.map.shape.decimal_comma;
+            stamp(cell).is_some() || number(cell, decimal_comma, "").is_ok()
+        };
+        let has_numbers = || (0..self.cells.len()).all(is_number);
+        let guess = || self.map.asks_for_names() || !has_numbers();
+        self.map.shape.names.unwrap_or_else(guess)
     }
 
     fn next(&mut self) -> Result<Next, ImportProblem> {

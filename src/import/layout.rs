@@ -2,7 +2,7 @@
 
 use super::ImportProblem;
 use super::cells::{Cells, shortened};
-use super::map::{ColumnRef, CommandSource, Map, PositionSource, TimeSource};
+use super::map::{ColumnRef, Map};
 
 /// Places of the columns in a row, from 0.
 #[derive(Debug, Clone, Default)]
@@ -27,35 +27,24 @@ pub(super) struct Place {
 }
 
 impl Layout {
-    /// From the line of names, or, where there is none, from the first row.
+    /// From the line of names, or, where there is none (`has_names`), from the first row.
     ///
     /// # Errors
     /// A column is not there.
-    pub fn new(map: &Map, line: u64, cells: &Cells) -> Result<Self, ImportProblem> {
-        let names = map.shape.names.then_some(cells);
+    pub fn new(
+        map: &Map,
+        line: u64,
+        cells: &Cells,
+        has_names: bool,
+    ) -> Result<Self, ImportProblem> {
+        let names = has_names.then_some(cells);
         let find = |column: &ColumnRef| place(column, names, cells.len(), line);
         let optional = |column: Option<&ColumnRef>| column.map(find).transpose();
-        let time = match &map.time {
-            TimeSource::Column(field) => Some(&field.column),
-            TimeSource::RowNumber => None,
-        };
-        let command = match &map.command {
-            CommandSource::Column(field) | CommandSource::OfMeasuredSupply(field) => {
-                Some(&field.column)
-            }
-            CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
-        };
-        let motion = match &map.position {
-            PositionSource::Column(field) | PositionSource::Speed { field, .. } => {
-                Some(&field.column)
-            }
-            PositionSource::NotRecorded => None,
-        };
         Ok(Self {
             columns: cells.len(),
-            time: optional(time)?,
-            command: optional(command)?,
-            motion: optional(motion)?,
+            time: optional(map.time_column())?,
+            command: optional(map.command_column())?,
+            motion: optional(map.motion_column())?,
             current: optional(map.current.as_ref().map(|field| &field.column))?,
             supply: optional(map.supply.as_ref().map(|field| &field.column))?,
             split_by: optional(map.split_by.as_ref())?,

@@ -31,6 +31,8 @@ pub struct Map {
     pub(super) current: Option<Field>,
     pub(super) supply: Option<Field>,
     pub(super) split_by: Option<ColumnRef>,
+    /// An empty cell of the command holds its last value; a row without a position only changes the command.
+    pub(super) holds: bool,
 }
 
 /// How the log is laid out.
@@ -40,7 +42,8 @@ pub(super) struct Shape {
     pub decimal_comma: bool,
     pub comment: String,
     pub skip_lines: u64,
-    pub names: bool,
+    /// `None`: names, unless the first line has numbers only and the mapping asks for no name.
+    pub names: Option<bool>,
     pub unit_lines: u64,
 }
 
@@ -122,6 +125,48 @@ pub(super) enum Integration {
 }
 
 impl Map {
+    /// Whether a column is asked for by its name.
+    pub(super) fn asks_for_names(&self) -> bool {
+        let measured = [&self.current, &self.supply];
+        let columns = [
+            self.time_column(),
+            self.command_column(),
+            self.motion_column(),
+            self.split_by.as_ref(),
+        ];
+        (columns.into_iter().flatten())
+            .chain(measured.into_iter().flatten().map(|field| &field.column))
+            .any(|column| matches!(column, ColumnRef::Name(_)))
+    }
+
+    /// Where the times stand.
+    pub(super) fn time_column(&self) -> Option<&ColumnRef> {
+        match &self.time {
+            TimeSource::Column(field) => Some(&field.column),
+            TimeSource::RowNumber => None,
+        }
+    }
+
+    /// Where the command stands.
+    pub(super) fn command_column(&self) -> Option<&ColumnRef> {
+        match &self.command {
+            CommandSource::Column(field) | CommandSource::OfMeasuredSupply(field) => {
+                Some(&field.column)
+            }
+            CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
+        }
+    }
+
+    /// Where the position or the speed stands.
+    pub(super) fn motion_column(&self) -> Option<&ColumnRef> {
+        match &self.position {
+            PositionSource::Column(field) | PositionSource::Speed { field, .. } => {
+                Some(&field.column)
+            }
+            PositionSource::NotRecorded => None,
+        }
+    }
+
     /// Reads a mapping file.
     ///
     /// # Errors

@@ -4,12 +4,12 @@ use serde::Deserialize;
 
 use super::MapError;
 use super::cells::Separator;
-use super::map::{
-    ColumnRef, CommandSource, Field, Integration, Map, PositionSource, Shape, TimeSource,
-};
-use super::unit::{self, Axis, CommandUnit};
+use super::map::{ColumnRef, Field, Integration, Map, PositionSource, Shape, TimeSource};
+use super::map_command::{CommandSection, TOP};
+use super::map_values::{finite, nonzero, optional_positive, positive, unity, wrong};
+use super::unit::{self, Axis};
 use crate::motor::plausible;
-use crate::recording::{CommandKind, known_differences};
+use crate::recording::known_differences;
 
 /// The mapping file as it is written.
 #[derive(Debug, Deserialize)]
@@ -52,6 +52,15 @@ struct FileSection {
 #[serde(deny_unknown_fields)]
 struct RowsSection {
     split_by: Option<ColumnRef>,
+    empty: Option<Empty>,
+}
+
+/// What an empty cell means.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Empty {
+    /// The value before it.
+    Hold,
 }
 
 #[derive(Debug, Deserialize)]
@@ -61,38 +70,6 @@ struct TimeSection {
     unit: String,
     scale: Option<f64>,
     wrap: Option<f64>,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CommandSection {
-    column: Option<ColumnRef>,
-    unit: Option<String>,
-    full: Option<f64>,
-    supply: Option<SupplyOf>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    points: Option<Vec<(f64, f64)>>,
-    #[serde(default)]
-    between: Between,
-    recorded: Option<bool>,
-}
-
-/// Which supply a share of full drive is a share of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SupplyOf {
-    Nominal,
-    Measured,
-}
-
-/// What a profile is between its points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum Between {
-    #[default]
-    Hold,
-    Line,
 }
 
 #[derive(Debug, Deserialize)]
@@ -126,8 +103,6 @@ struct FieldSection {
     scale: Option<f64>,
     offset: Option<f64>,
 }
-
-const TOP: &str = "the mapping";
 
 impl MapFile {
     /// Takes the text of a mapping file.
@@ -242,6 +217,7 @@ impl MapFile {
             current,
             supply,
             split_by: self.rows.split_by,
+            holds: self.rows.empty == Some(Empty::Hold),
         })
     }
 }
@@ -282,7 +258,7 @@ impl FileSection {
             decimal_comma,
             comment: self.comment.unwrap_or_else(|| "#".to_owned()),
             skip_lines: self.skip_lines,
-            names: self.names.unwrap_or(true),
+            names: self.names,
             unit_lines: self.unit_lines,
         })
     }
@@ -298,112 +274,6 @@ impl TimeSection {
             offset: 0.0,
             wrap: optional_positive(section, "wrap", self.wrap)?,
         }))
-    }
-}
-
-impl CommandSection {
-    fn checked(
-        self,
-        axis: &Axis,
-        supply_v: Option<f64>,
-        supply_measured: bool,
-    ) -> Result<(CommandSource, CommandKind), MapError> {
-        let section = "[command]";
-        if self.recorded == Some(false) {
-            if self.column.is_some() || self.points.is_some() {
-                return Err(MapError::Conflict {
-                    section,
-                    what: "`recorded = false` leaves no room for `column` or `points`",
-                });
-            }
-            let kind = match self.unit.as_deref().map(|unit| unit::command(unit, axis)) {
-                Some(Ok(CommandUnit::Direct(kind, _))) => kind,
-                Some(Err(error)) => return Err(error),
-                Some(Ok(CommandUnit::Share(_))) | None => CommandKind::Voltage,
-            };
-            return Ok((CommandSource::NotRecorded, kind));
-        }
-        let unit = self.unit.as_deref().ok_or(MapError::Missing {
-            section,
-            key: "unit",
-            why: "V, A, N m, pwm and others",
-        })?;
-        let measured = self.supply == Some(SupplyOf::Measured);
-        let (kind, factor) = match unit::command(unit, axis)? {
-            CommandUnit::Direct(kind, factor) => (kind, factor),
-            CommandUnit::Share(full) => {
-                let full = full.or(self.full).ok_or(MapError::Missing {
-                    section,
-                    key: "full",
-                    why: "the number that stands for full drive, such as 255",
-                })?;
-                let full = positive(section, "full", full)?;
-                let supply_v = match (measured, supply_v) {
-                    (true, _) if !supply_measured => {
-                        return Err(MapError::Missing {
-                            section: TOP,
-                            key: "[supply]",
-                            why: "`supply = \"measured\"` takes the supply of each row from there",
-                        });
-                    }
-                    (true, _) => 1.0,
-                    (false, Some(supply_v)) => supply_v,
-                    (false, None) => {
-                        return Err(MapError::Missing {
-                            section: TOP,
-                            key: "supply_v",
-                            why: "a command that is a share of the supply needs it",
-                        });
-                    }
-                };
-                (CommandKind::Voltage, supply_v / full)
-            }
-        };
-        let scale = nonzero(section, self.scale)? * factor;
-        let offset = finite(section, "offset", self.offset)? * factor;
-        let source = match (self.column, self.points) {
-            (Some(column), None) => {
-                let field = Field {
-                    column,
-                    scale,
-                    offset,
-                    wrap: None,
-                };
-                if measured {
-                    CommandSource::OfMeasuredSupply(field)
-                } else {
-                    CommandSource::Column(field)
-                }
-            }
-            (None, Some(points)) if !measured => {
-                let rising = points.windows(2).all(|pair| pair[1].0 > pair[0].0);
-                let finite = points.iter().all(|(t, v)| t.is_finite() && v.is_finite());
-                if points.is_empty() || !rising || !finite {
-                    return Err(MapError::Value {
-                        section,
-                        key: "points",
-                        found: format!("a list of {}", points.len()),
-                        expected: "[[time in s, value], ...] with rising times".to_owned(),
-                    });
-                }
-                let points = points
-                    .into_iter()
-                    .map(|(t_s, value)| (t_s, value * scale + offset))
-                    .collect();
-                CommandSource::Profile {
-                    points,
-                    line: self.between == Between::Line,
-                }
-            }
-            _ => {
-                return Err(MapError::Conflict {
-                    section,
-                    what: "give either `column`, or `points` of a command known from elsewhere \
-                           (of the nominal supply), or `recorded = false`",
-                });
-            }
-        };
-        Ok((source, kind))
     }
 }
 
@@ -457,58 +327,5 @@ impl FieldSection {
             offset: finite(section, "offset", self.offset)? * factor,
             wrap: None,
         })
-    }
-}
-
-/// A factor that is 1 but for rounding is 1, so that counts stay whole.
-fn unity(factor: f64) -> f64 {
-    if (factor - 1.0).abs() < 4.0 * f64::EPSILON {
-        1.0
-    } else {
-        factor
-    }
-}
-
-fn wrong(section: &'static str, key: &'static str, found: f64, expected: &str) -> MapError {
-    MapError::Value {
-        section,
-        key,
-        found: found.to_string(),
-        expected: expected.to_owned(),
-    }
-}
-
-fn positive(section: &'static str, key: &'static str, value: f64) -> Result<f64, MapError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(wrong(section, key, value, "a number above 0"))
-    }
-}
-
-fn optional_positive(
-    section: &'static str,
-    key: &'static str,
-    value: Option<f64>,
-) -> Result<Option<f64>, MapError> {
-    value.map(|value| positive(section, key, value)).transpose()
-}
-
-/// `scale`, 1 where it is not given.
-fn nonzero(section: &'static str, scale: Option<f64>) -> Result<f64, MapError> {
-    let scale = scale.unwrap_or(1.0);
-    if scale.is_finite() && scale != 0.0 {
-        Ok(scale)
-    } else {
-        Err(wrong(section, "scale", scale, "a number other than 0"))
-    }
-}
-
-fn finite(section: &'static str, key: &'static str, value: Option<f64>) -> Result<f64, MapError> {
-    let value = value.unwrap_or(0.0);
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(wrong(section, key, value, "a finite number"))
     }
 }

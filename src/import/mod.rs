@@ -13,9 +13,12 @@ mod file;
 mod layout;
 mod lines;
 mod map;
+mod map_command;
 mod map_file;
+mod map_values;
 mod rejected;
 mod segment;
+mod stamp;
 mod unit;
 
 pub use error::{BadRow, ImportError, ImportProblem, MapError};

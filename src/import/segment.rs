@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use super::ImportProblem;
 use super::convert::Sample;
 use super::map::{CommandSource, Integration, Map, PositionSource, TimeSource};
-use crate::recording::{Columns, Flags, Row, RunWriter, Time};
+use crate::motor::plausible;
+use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, Steps, Time};
 
 /// Rows from whose steps the sample time is taken.
 pub(super) const LOOK_AHEAD: usize = 4096;
@@ -35,6 +36,10 @@ pub(super) struct Segment<'a> {
     writer: Option<RunWriter>,
     sample_time_s: f64,
     before: Option<(u64, f64)>,
+    /// Samples that are missing in pauses so far.
+    lost: u64,
+    /// A longer step in s is a pause.
+    pause_s: f64,
     shortest_s: f64,
     longest_s: f64,
 }
@@ -50,24 +55,35 @@ impl<'a> Segment<'a> {
             writer: None,
             sample_time_s: f64::NAN,
             before: None,
+            lost: 0,
+            pause_s: f64::INFINITY,
             shortest_s: f64::INFINITY,
             longest_s: 0.0,
         }
     }
 
-    /// One more sample.
-    pub fn push(&mut self, sample: Sample) -> Result<(), ImportProblem> {
+    /// One more sample, from this line of the log.
+    ///
+    /// # Errors
+    /// It cannot be written, or the run would be none that can be read; what was written of it is then gone.
+    pub fn push(&mut self, line: u64, sample: Sample) -> Result<(), ImportProblem> {
+        if let Some(problem) = self.unreadable(line, &sample) {
+            self.discard();
+            return Err(problem);
+        }
         if let Some((seq, t_s)) = self.before
             && sample.seq == seq + 1
         {
             self.shortest_s = self.shortest_s.min(sample.t_s - t_s);
             self.longest_s = self.longest_s.max(sample.t_s - t_s);
         }
-        self.before = Some((sample.seq, sample.t_s));
+        let before = self.before.replace((sample.seq, sample.t_s));
         match &mut self.writer {
-            Some(writer) => {
-                append(writer, &sample)?;
-                writer.flush_if_due()?;
+            Some(_) => {
+                self.append(before, sample)?;
+                if let Some(writer) = &mut self.writer {
+                    writer.flush_if_due()?;
+                }
                 Ok(())
             }
             None => {
@@ -86,6 +102,15 @@ impl<'a> Segment<'a> {
             .map
             .sample_time_s
             .unwrap_or_else(|| median_step_s(&self.waiting));
+        if !plausible::SAMPLE_TIME_S.holds(self.sample_time_s) {
+            return Err(ImportProblem::SampleTime {
+                sample_time_s: self.sample_time_s,
+                range: plausible::SAMPLE_TIME_S.to_string(),
+            });
+        }
+        if let Some(usual) = Steps::of_steps(steps_s(&self.waiting)) {
+            self.pause_s = usual.longest_usual_s();
+        }
         let columns = Columns {
             command: self.map.command_kind,
             seq: true,
@@ -94,12 +119,61 @@ impl<'a> Segment<'a> {
             supply: self.map.supply.is_some(),
             current: self.map.current.is_some(),
         };
-        let mut writer = RunWriter::create(&self.path, &self.header(), columns)?;
-        for sample in self.waiting.drain(..) {
-            append(&mut writer, &sample)?;
+        self.writer = Some(RunWriter::create(&self.path, &self.header(), columns)?);
+        let mut before = None;
+        for sample in std::mem::take(&mut self.waiting) {
+            self.append(before.replace((sample.seq, sample.t_s)), sample)?;
         }
-        self.writer = Some(writer);
         Ok(())
+    }
+
+    /// Writes a sample. A pause before it is one of lost samples: its number goes on by as many as have gone by.
+    fn append(&mut self, before: Option<(u64, f64)>, sample: Sample) -> Result<(), ImportProblem> {
+        let Some(writer) = &mut self.writer else {
+            return Ok(());
+        };
+        if let Some((seq, t_s)) = before
+            && sample.t_s - t_s > self.pause_s
+        {
+            let elapsed = ((sample.t_s - t_s) / self.sample_time_s).round() as u64;
+            self.lost += elapsed.saturating_sub(sample.seq - seq);
+        }
+        writer.append(&Row {
+            seq: Some(sample.seq + self.lost),
+            time: Time::Seconds(sample.t_s),
+            host: None,
+            command: sample.command,
+            counts: sample.counts,
+            flags: Flags::default(),
+            supply_v: sample.supply_v,
+            current_a: sample.current_a,
+        })?;
+        Ok(())
+    }
+
+    /// Why a run with this sample could not be read back.
+    fn unreadable(&self, line: u64, sample: &Sample) -> Option<ImportProblem> {
+        let (_, before) = self.before?;
+        if sample.t_s - before > plausible::GAP_S.hi {
+            return Some(ImportProblem::TimeJumps {
+                line,
+                before,
+                after: sample.t_s,
+            });
+        }
+        let rows = MAX_ROWS as u64;
+        let written = self.writer.as_ref().map_or(0, RunWriter::rows);
+        (written >= rows).then_some(ImportProblem::TooLong { line, rows })
+    }
+
+    /// Takes away what was written.
+    fn discard(&mut self) {
+        if let Some(writer) = self.writer.take() {
+            let path = writer.path().to_owned();
+            drop(writer);
+            // It is this run's own file, and the problem that follows is what is said.
+            let _ = std::fs::remove_file(path);
+        }
     }
 
     fn header(&self) -> toml::Table {
@@ -145,6 +219,9 @@ impl<'a> Segment<'a> {
         let mut put = |key: &str, value: toml::Value| summary.insert(key.to_owned(), value);
         put("samples", (samples as i64).into());
         put("bad_rows", (bad_rows as i64).into());
+        if self.lost > 0 {
+            put("lost_in_pauses", (self.lost as i64).into());
+        }
         put("duration_s", duration_s.into());
         if self.shortest_s.is_finite() {
             put("shortest_step_s", rounded(self.shortest_s).into());
@@ -163,33 +240,24 @@ impl<'a> Segment<'a> {
     }
 }
 
-fn append(writer: &mut RunWriter, sample: &Sample) -> Result<(), ImportProblem> {
-    writer.append(&Row {
-        seq: Some(sample.seq),
-        time: Time::Seconds(sample.t_s),
-        host: None,
-        command: sample.command,
-        counts: sample.counts,
-        flags: Flags::default(),
-        supply_v: sample.supply_v,
-        current_a: sample.current_a,
-    })?;
-    Ok(())
-}
-
 /// The median of the steps between neighbours; 1 s for a run of a single sample.
 fn median_step_s(samples: &[Sample]) -> f64 {
-    let mut steps: Vec<f64> = samples
-        .windows(2)
-        .filter(|pair| pair[1].seq == pair[0].seq + 1)
-        .map(|pair| pair[1].t_s - pair[0].t_s)
-        .collect();
+    let mut steps = steps_s(samples);
     if steps.is_empty() {
         return 1.0;
     }
     let middle = steps.len() / 2;
     let (_, median, _) = steps.select_nth_unstable_by(middle, f64::total_cmp);
     rounded(*median)
+}
+
+/// Steps of time between neighbours, in s.
+fn steps_s(samples: &[Sample]) -> Vec<f64> {
+    samples
+        .windows(2)
+        .filter(|pair| pair[1].seq == pair[0].seq + 1)
+        .map(|pair| pair[1].t_s - pair[0].t_s)
+        .collect()
 }
 
 /// To whole nanoseconds.

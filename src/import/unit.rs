@@ -44,13 +44,20 @@ fn unknown(section: &'static str, unit: &str, expected: &str) -> MapError {
 /// Seconds in one of these.
 pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
     Ok(match plain(unit).as_str() {
-        "s" => 1.0,
+        // A time stamp is in seconds, whatever is said.
+        "s" | "stamp" => 1.0,
         "ms" => 1e-3,
         "us" => 1e-6,
         "ns" => 1e-9,
         "min" => 60.0,
         "h" => 3600.0,
-        _ => return Err(unknown("[time]", unit, "s, ms, us, ns, min, h")),
+        _ => {
+            return Err(unknown(
+                "[time]",
+                unit,
+                "s, ms, us, ns, min, h, stamp (12:34:56.789, 2026-04-13 19:03:12)",
+            ));
+        }
     })
 }
 

@@ -100,6 +100,18 @@ pub enum ReadProblem {
         /// What it must be.
         expected: &'static str,
     },
+    /// A number that no motor, encoder or clock gives.
+    #[error("row {row}, column `{column}`: {found} lies outside {range}")]
+    Implausible {
+        /// Line of the file.
+        row: u64,
+        /// The column.
+        column: &'static str,
+        /// The number.
+        found: String,
+        /// What it may be.
+        range: String,
+    },
     /// Time does not rise.
     #[error(
         "row {row}, column `t_s`: time goes from {before} s to {after} s; it must rise from row to row"
@@ -143,6 +155,7 @@ impl ReadProblem {
             Self::MissingColumn { line, .. } | Self::ColumnTwice { line, .. } => Some(*line),
             Self::CellCount { row, .. }
             | Self::BadCell { row, .. }
+            | Self::Implausible { row, .. }
             | Self::TimeNotRising { row, .. }
             | Self::TimeJumps { row, .. } => Some(*row),
             _ => None,

@@ -7,12 +7,10 @@ use super::line_limit::without_byte_order_mark;
 use super::read_error::{ReadNote, ReadProblem};
 use super::reader::shortened;
 use super::{CommandKind, Run};
-use crate::motor::plausible::{COMMAND, TIME_S};
+use crate::motor::plausible;
 
 /// Most rows of a run: four hours at 333 Hz, 400 MB in memory.
-const MAX_ROWS: usize = 5_000_000;
-/// Longest time between two rows in s. Whoever simulates a run simulates its gaps too.
-pub(super) const LONGEST_GAP_S: f64 = 3600.0;
+pub(crate) const MAX_ROWS: usize = 5_000_000;
 
 /// The columns that a run may have, by name.
 const KNOWN: [&str; 11] = [
@@ -115,16 +113,30 @@ impl TextCell<'_> {
 
     /// A time in s.
     fn time(&self) -> Result<f64, ReadProblem> {
-        let time = self.number()?;
-        let can_be = TIME_S.holds(time).then_some(time);
-        can_be.ok_or_else(|| self.bad("a time in s, from -1e10 to 1e10"))
+        self.number_in(plausible::TIME_S)
     }
 
     /// A command, or what is measured beside it.
     fn drive(&self) -> Result<f64, ReadProblem> {
-        let value = self.number()?;
-        let can_be = COMMAND.holds(value).then_some(value);
-        can_be.ok_or_else(|| self.bad("in V, A or N m, from -1e6 to 1e6"))
+        self.number_in(plausible::COMMAND)
+    }
+
+    /// A number that a motor, an encoder or a clock can give.
+    fn number_in(&self, range: plausible::Range) -> Result<f64, ReadProblem> {
+        let number = self.number()?;
+        self.held(number, range).map(|()| number)
+    }
+
+    fn held(&self, number: f64, range: plausible::Range) -> Result<(), ReadProblem> {
+        if range.holds(number) {
+            return Ok(());
+        }
+        Err(ReadProblem::Implausible {
+            row: self.row,
+            column: self.column,
+            found: plausible::Shown(number).to_string(),
+            range: range.to_string(),
+        })
     }
 
     fn whole<T: std::str::FromStr>(&self) -> Result<T, ReadProblem> {
@@ -273,7 +285,9 @@ impl Places {
         };
         let time = cell(self.time, "t_s").time()?;
         let command = cell(self.command, run.command_kind.column()).drive()?;
-        let counts = cell(self.counts, "counts").whole()?;
+        let counted = cell(self.counts, "counts");
+        let counts: i64 = counted.whole()?;
+        counted.held(counts as f64, plausible::COUNTS)?;
         let seq = optional(self.seq, "seq")
             .map(|cell| cell.whole())
             .transpose()?;
@@ -303,7 +317,7 @@ impl Places {
             });
         }
         if let Some(&before) = run.t_s.last()
-            && time - before > LONGEST_GAP_S
+            && time - before > plausible::GAP_S.hi
         {
             return Err(ReadProblem::TimeJumps {
                 row,

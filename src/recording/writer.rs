@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 use super::WriteError;
 use super::free_name::create_free;
 use super::row::{Columns, Row, RowFormatter};
+use super::rows::MAX_ROWS;
 use crate::plain::one_line_table;
 
 /// Value of the `format` key.
@@ -95,6 +96,14 @@ impl RunWriter {
 
     /// Appends one row, with its speed by the one velocity rule, which is returned in rad/s.
     pub fn append(&mut self, row: &Row) -> Result<Option<f64>, WriteError> {
+        if self.rows() >= MAX_ROWS as u64 {
+            self.flush()?;
+            return Err(WriteError::Append {
+                path: self.path.clone(),
+                rows: self.rows,
+                source: io::Error::other("a run has no more rows than that; begin another file"),
+            });
+        }
         let speed = self.formatter.push_row(&mut self.buffer, row);
         self.buffered_rows += 1;
         if self.buffer.len() >= MOST_BUFFERED {

@@ -1,19 +1,23 @@
 //! The steps of time from sample to sample.
 
-use crate::recording::Run;
+use super::Run;
 
 /// The steps of a run's time in order of size.
 #[derive(Debug)]
-pub(super) struct Intervals {
+pub(crate) struct Steps {
     sorted_s: Vec<f64>,
 }
 
-impl Intervals {
+impl Steps {
     /// `None` for a run of fewer than two samples.
     pub fn of(run: &Run) -> Option<Self> {
-        let mut sorted_s: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        sorted_s.sort_by(f64::total_cmp);
-        (!sorted_s.is_empty()).then_some(Self { sorted_s })
+        Self::of_steps(run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect())
+    }
+
+    /// The same of steps in s, in any order.
+    pub fn of_steps(mut steps_s: Vec<f64>) -> Option<Self> {
+        steps_s.sort_by(f64::total_cmp);
+        (!steps_s.is_empty()).then_some(Self { sorted_s: steps_s })
     }
 
     /// How many there are.
@@ -71,7 +75,7 @@ mod tests {
                 t_s += step_s;
                 run.t_s.push(t_s);
             }
-            Intervals::of(&run).expect("steps")
+            Steps::of(&run).expect("steps")
         };
         let even = of(&[0.004; 100]);
         assert!((even.longest_usual_s() - 0.02).abs() < 1e-12);
@@ -80,6 +84,6 @@ mod tests {
             .collect();
         assert!((of(&uneven).longest_usual_s() - 0.031).abs() < 1e-9);
         assert!((of(&uneven).mean_s(0.002) - 0.001).abs() < 1e-9);
-        assert!(Intervals::of(&Run::default()).is_none());
+        assert!(Steps::of(&Run::default()).is_none());
     }
 }

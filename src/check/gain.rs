@@ -1,0 +1,98 @@
+//! Which way the command turns the shaft, whatever else turns it.
+//!
+//! The mean speeds of equal slots follow the mean commands as in [`response`](super::response), and an unbalanced load pulls with
+//! sine and cosine of the angle: `v[k] = a v[k-1] + b u[k] + c u[k-1] + d + e sin(theta) + f cos(theta)`. The gain `b + c` has the
+//! sign of the wiring. A load that falls, a shaft that coasts or a controller that brakes are in `a`, `d`, `e` and `f`. Its
+//! standard error is that of least squares (Ljung, System Identification, 1999, appendix II).
+
+use std::f64::consts::TAU;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::response::{scale, slots};
+use crate::recording::Run;
+
+/// What is fitted: `a`, `b`, `c`, `d`, `e`, `f`.
+const NUMBERS: usize = 6;
+/// Fewest slots, six for each number.
+const LEAST_SLOTS: usize = 40;
+/// The command must take several values: its standard deviation is at least this share of its largest. Under a constant current
+/// that only scatters, the scatter is the shaft's doing (a current controller against the back EMF).
+const VARIES: f64 = 0.2;
+/// Share of the speeds' variance that must be explained.
+const EXPLAINED: f64 = 0.5;
+/// What the columns do not tell apart: directions with less than this share of the largest eigenvalue.
+const TOLD_APART: f64 = 1e-10;
+
+/// The gain from command to speed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Gain {
+    /// The gain over its standard error: how surely it has its sign.
+    pub over_error: f64,
+}
+
+/// The gain of a run, where the run tells it.
+pub(super) fn gain(run: &Run) -> Option<Gain> {
+    let cut = slots(run)?;
+    let rows = cut.speed.len().checked_sub(1)?;
+    if rows < LEAST_SLOTS {
+        return None;
+    }
+    let (by_speed, by_command) = (scale(&cut.speed), scale(&cut.command));
+    let largest = 1.0 / by_command;
+    let mean = cut.command.iter().sum::<f64>() / cut.command.len() as f64;
+    let spread = cut.command.iter().map(|u| (u - mean).powi(2)).sum::<f64>();
+    if (spread / cut.command.len() as f64).sqrt() < VARIES * largest {
+        return None;
+    }
+    let row = |k: usize| {
+        let middle = 0.5 * (cut.position[k - 1] + cut.position[k]);
+        let (sine, cosine) = (middle / run.counts_per_rev * TAU).sin_cos();
+        SVector::<f64, NUMBERS>::from([
+            by_speed * cut.speed[k - 1],
+            by_command * cut.command[k],
+            by_command * cut.command[k - 1],
+            1.0,
+            sine,
+            cosine,
+        ])
+    };
+    let mut normal = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
+    let mut right = SVector::<f64, NUMBERS>::zeros();
+    let mut sum = 0.0;
+    for k in 1..=rows {
+        let (x, y) = (row(k), by_speed * cut.speed[k]);
+        normal += x * x.transpose();
+        right += x * y;
+        sum += y;
+    }
+    if !normal.iter().all(|value| value.is_finite()) {
+        return None;
+    }
+    // Columns that a short travel does not tell apart (angle and constant) share what they explain.
+    let eigen = normal.symmetric_eigen();
+    let least = TOLD_APART * eigen.eigenvalues.max();
+    let mut inverse = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();
+    let of_gain = SVector::<f64, NUMBERS>::from([0.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    for (value, vector) in eigen
+        .eigenvalues
+        .iter()
+        .zip(eigen.eigenvectors.column_iter())
+    {
+        if *value > least {
+            inverse += vector * vector.transpose() / *value;
+        } else if vector.dot(&of_gain).abs() > 1e-3 {
+            return None;
+        }
+    }
+    let fit = inverse * right;
+    let (mut left, mut variance) = (0.0, 0.0);
+    for k in 1..=rows {
+        let y = by_speed * cut.speed[k];
+        left += (y - row(k).dot(&fit)).powi(2);
+        variance += (y - sum / rows as f64).powi(2);
+    }
+    let error = (left / (rows - NUMBERS) as f64 * of_gain.dot(&(inverse * of_gain))).sqrt();
+    let over_error = of_gain.dot(&fit) / error;
+    (left <= (1.0 - EXPLAINED) * variance && over_error.is_finite()).then_some(Gain { over_error })
+}

@@ -1,0 +1,110 @@
+//! Where the command jumps from one held level to another, and how far the counts have gone from where they would have been without.
+//!
+//! Before the jump the shaft rests or turns steadily; a straight line through those positions says where it would be afterwards,
+//! and how surely (linear regression's prediction). What goes beyond it is the answer to the jump.
+
+use crate::recording::Run;
+
+/// A jump is at least this share of the largest command.
+const JUMPS: f64 = 0.2;
+/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+const HOLDS: f64 = 0.02;
+/// Samples before the jump in which the shaft may already answer, where the command is late in its column.
+pub(super) const MOST_LATE: usize = 4;
+/// Positions of the line, at least and at most.
+const LEAST_LINE: usize = 9;
+const MOST_LINE: usize = 41;
+/// Steps after the jump that are looked at, at least and at most.
+const LEAST_AFTER: usize = 4;
+const MOST_AFTER: usize = 60;
+/// The answer passes so many counts, and beside them so many standard errors of the line.
+const ANSWER_COUNTS: f64 = 10.0;
+const ANSWER_ERRORS: f64 = 10.0;
+/// Variance in counts^2 of what is rounded to whole counts.
+pub(super) const ROUNDING: f64 = 1.0 / 12.0;
+/// Most jumps of a run that are looked at.
+const MOST_JUMPS: usize = 200;
+
+/// One jump of the command, and the answer.
+#[derive(Debug)]
+pub(super) struct Jump {
+    /// Number of the first sample with the new command.
+    pub at: usize,
+    /// Of the sample of the jump and those after it: time from the jump in s, and counts beyond the line in the direction of the
+    /// answer.
+    pub answer: Vec<(f64, f64)>,
+    /// Counts beyond the line when the command jumps, and their standard error.
+    pub ahead: (f64, f64),
+    /// Speed before in counts/s, in the direction of the answer.
+    pub speed_counts_s: f64,
+}
+
+/// Every jump of a run from rest or steady turning. Counts that are uncertain by so many samples (`slack`) are ahead only where they
+/// were before.
+pub(super) fn jumps(run: &Run, slack: usize) -> Vec<Jump> {
+    let sizes = run.command.iter().map(|u| u.abs());
+    let largest = sizes.fold(0.0_f64, f64::max);
+    let apart = |a: usize, b: usize| (run.command[a] - run.command[b]).abs();
+    let same = |a: usize, b: usize| apart(a, b) <= HOLDS * largest;
+    (1..run.len())
+        .filter(|&at| largest > 0.0 && apart(at, at - 1) >= JUMPS * largest)
+        .filter_map(|at| {
+            let held_before = (at.saturating_sub(MOST_LATE + MOST_LINE)..at)
+                .rev()
+                .take_while(|&k| same(k, at - 1))
+                .count();
+            let held_after = (at..run.len().min(at + MOST_AFTER))
+                .take_while(|&k| same(k, at))
+                .count();
+            // A command is in force until the sample after it.
+            let end = (at + held_after).min(run.len() - 1);
+            let line = held_before.checked_sub(MOST_LATE)?;
+            let is_long_enough = line >= LEAST_LINE && end - at >= LEAST_AFTER;
+            is_long_enough.then(|| answer(run, at, line, end, slack))?
+        })
+        .take(MOST_JUMPS)
+        .collect()
+}
+
+/// What the counts do from the jump on, against a line through the `line` positions before.
+fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option<Jump> {
+    let position = |k: usize| run.counts[k].saturating_sub(run.counts[at]) as f64;
+    let time_s = |k: usize| run.t_s[k] - run.t_s[at];
+    let last = at - MOST_LATE;
+    let before = last + 1 - line..=last;
+    let n = line as f64;
+    let mean_t = before.clone().map(time_s).sum::<f64>() / n;
+    let mean_p = before.clone().map(position).sum::<f64>() / n;
+    let (mut tt, mut tp, mut t3, mut t4) = (0.0, 0.0, 0.0, 0.0);
+    for k in before.clone() {
+        let t = time_s(k) - mean_t;
+        tt += t * t;
+        tp += t * (position(k) - mean_p);
+        t3 += t.powi(3);
+        t4 += t.powi(4);
+    }
+    let speed = tp / tt;
+    let on_line = |t: f64| mean_p + speed * (t - mean_t);
+    // A bend of the line: the part of t^2 that mean and line do not have, and what it makes at the jump.
+    let square = |t: f64| t * t - tt / n - t3 / tt * t;
+    let (mut left, mut bent) = (0.0, 0.0);
+    for k in before {
+        let rest = position(k) - on_line(time_s(k));
+        left += rest * rest;
+        bent += square(time_s(k) - mean_t) * rest;
+    }
+    let bend = (bent / (t4 - tt * tt / n - t3 * t3 / tt) * square(-mean_t)).abs();
+    let variance = (left / (n - 2.0)).max(ROUNDING);
+    let error = |t: f64| (variance * (1.0 + 1.0 / n + (t - mean_t).powi(2) / tt)).sqrt();
+    let gone = position(end) - on_line(time_s(end));
+    let is_answer = gone.abs() >= ANSWER_COUNTS + ANSWER_ERRORS * error(time_s(end));
+    // A shaft that is still speeding up or running down has no line.
+    let is_straight = bend <= 2.0 * error(0.0);
+    let beyond = |k: usize| gone.signum() * (position(k) - on_line(time_s(k)));
+    (is_answer && is_straight).then(|| Jump {
+        at,
+        answer: (at..=end).map(|k| (time_s(k), beyond(k))).collect(),
+        ahead: (beyond(at - slack), error(time_s(at - slack)) + bend),
+        speed_counts_s: gone.signum() * speed,
+    })
+}

@@ -1,0 +1,48 @@
+//! Numbers of flags, each held against the one table of plausible ranges.
+
+use crate::motor::plausible::{self, Range, Shown};
+
+/// A number in this range, or why it is none.
+pub(super) fn number_in(text: &str, range: Range) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if range.holds(value) => Ok(value),
+        Ok(value) if !value.is_nan() => Err(format!("{} lies outside {range}", Shown(value))),
+        _ => Err(format!("no number; it is one of {range}")),
+    }
+}
+
+pub(super) fn sample_time_s(text: &str) -> Result<f64, String> {
+    number_in(text, plausible::SAMPLE_TIME_S)
+}
+
+pub(super) fn duration_s(text: &str) -> Result<f64, String> {
+    number_in(text, plausible::DURATION_S)
+}
+
+pub(super) fn counts_per_rev(text: &str) -> Result<f64, String> {
+    number_in(text, plausible::COUNTS_PER_REV)
+}
+
+pub(super) fn supply_v(text: &str) -> Result<f64, String> {
+    number_in(text, plausible::SUPPLY_V)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_motor_has_is_said_with_its_range() {
+        assert_eq!(supply_v("4.5"), Ok(4.5));
+        for (text, said) in [
+            ("1e9", "1e9 lies outside 0.001 .. 100000 V"),
+            ("-3", "-3 lies outside"),
+            ("inf", "outside"),
+            ("nan", "no number"),
+            ("4,5", "no number"),
+        ] {
+            let error = supply_v(text).expect_err(text);
+            assert!(error.contains(said), "{error}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, RFC 3339.
+//!
+//! Terminals put them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
+//! `[2026-04-13 19:03:12.345] `.
+
+/// Seconds in a day: a time of day starts again at 0 there.
+pub(super) const DAY_S: f64 = 86_400.0;
+
+/// A time stamp.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stamp {
+    /// Seconds since 1970, or since midnight where there is no date.
+    pub s: f64,
+    /// It has no date.
+    pub is_of_day: bool,
+}
+
+/// A cell that is a time stamp and nothing else.
+pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
+    let (stamp, rest) = begins(cell.trim_ascii())?;
+    rest.is_empty().then_some(stamp)
+}
+
+/// The time stamp that a terminal put before a line, and the line as the board sent it.
+pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
+    let line = line.trim_ascii_start();
+    let (inside, is_bracketed) = match line.strip_prefix(b"[") {
+        Some(inside) => (inside, true),
+        None => (line, false),
+    };
+    let (_, rest) = begins(inside)?;
+    let stamp = &inside[..inside.len() - rest.len()];
+    if is_bracketed {
+        return Some((stamp, rest.strip_prefix(b"]")?.trim_ascii_start()));
+    }
+    let arrow = rest.trim_ascii_start();
+    let content = arrow.strip_prefix(b"->").or(arrow.strip_prefix(b">"))?;
+    Some((stamp, content.trim_ascii_start()))
+}
+
+/// The time stamp at the beginning, and what follows it.
+fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    let (days, text, is_of_day) = match date(text) {
+        Some((days, rest)) => {
+            let time = rest.strip_prefix(b"T").or(rest.strip_prefix(b" "))?;
+            (days, time, false)
+        }
+        None => (0, text, true),
+    };
+    let (hours, rest) = number(text, 1, 2)?;
+    let (minutes, rest) = number(rest.strip_prefix(b":")?, 2, 2)?;
+    let (seconds, rest) = number(rest.strip_prefix(b":")?, 2, 2)?;
+    if hours > 23 || minutes > 59 || seconds > 60 {
+        return None;
+    }
+    let (fraction, rest) = fraction(rest);
+    let (east_s, rest) = if is_of_day { (0, rest) } else { zone(rest) };
+    let whole = days * DAY_S as i64 + 3600 * hours + 60 * minutes + seconds - east_s;
+    let s = whole as f64 + fraction;
+    Some((Stamp { s, is_of_day }, rest))
+}
+
+/// `2026-04-13` or `2026/04/13` as days since 1970, in the Gregorian calendar.
+fn date(text: &[u8]) -> Option<(i64, &[u8])> {
+    let (year, rest) = number(text, 4, 4)?;
+    let between = *rest.first().filter(|byte| matches!(byte, b'-' | b'/'))?;
+    let (month, rest) = number(&rest[1..], 1, 2)?;
+    let (day, rest) = number(rest.strip_prefix(&[between])?, 1, 2)?;
+    let month = time::Month::try_from(u8::try_from(month).ok()?).ok()?;
+    let date = time::Date::from_calendar_date(year as i32, month, u8::try_from(day).ok()?).ok()?;
+    let days = date.to_julian_day() - time::OffsetDateTime::UNIX_EPOCH.date().to_julian_day();
+    Some((i64::from(days), rest))
+}
+
+/// A whole number of so many digits.
+fn number(text: &[u8], least: usize, most: usize) -> Option<(i64, &[u8])> {
+    let digits = text.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    if digits < least || digits > most {
+        return None;
+    }
+    let value = |value, &digit: &u8| 10 * value + i64::from(digit - b'0');
+    Some((text[..digits].iter().fold(0, value), &text[digits..]))
+}
+
+/// `.789` or `,789`.
+fn fraction(text: &[u8]) -> (f64, &[u8]) {
+    let Some(after) = text.strip_prefix(b".").or(text.strip_prefix(b",")) else {
+        return (0.0, text);
+    };
+    let digits = after
+        .iter()
+        .take_while(|byte| byte.is_ascii_digit())
+        .count();
+    let parsed = std::str::from_utf8(&after[..digits]).map(|digits| format!("0.{digits}").parse());
+    match parsed {
+        Ok(Ok(fraction)) if digits > 0 => (fraction, &after[digits..]),
+        _ => (0.0, text),
+    }
+}
+
+/// Seconds east of Greenwich: `Z`, `+02:00`, `-0330`.
+fn zone(text: &[u8]) -> (i64, &[u8]) {
+    if let Some(rest) = text.strip_prefix(b"Z") {
+        return (0, rest);
+    }
+    let offset = || {
+        let sign = match text.first()? {
+            b'+' => 1,
+            b'-' => -1,
+            _ => return None,
+        };
+        let (hours, minutes, rest) = match number(&text[1..], 4, 4) {
+            Some((both, rest)) => (both / 100, both % 100, rest),
+            None => {
+                let (hours, rest) = number(&text[1..], 2, 2)?;
+                let (minutes, rest) = number(rest.strip_prefix(b":")?, 2, 2)?;
+                (hours, minutes, rest)
+            }
+        };
+        Some((sign * (3600 * hours + 60 * minutes), rest))
+    };
+    offset().unwrap_or((0, text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stamps_of_every_kind_are_seconds() {
+        // `date -u -d ... +%s` says the same.
+        for (text, s, is_of_day) in [
+            ("00:00:00", 0.0, true),
+            ("12:34:56.789", 45_296.789, true),
+            ("7:05:09,25", 25_509.25, true),
+            ("1970-01-01 00:00:00", 0.0, false),
+            ("2026-04-13 19:03:12", 1_776_106_992.0, false),
+            ("2026/04/13 19:03:12.5", 1_776_106_992.5, false),
+            ("2026-04-13T21:03:12.5+02:00", 1_776_106_992.5, false),
+            ("2024-02-29T23:59:59Z", 1_709_251_199.0, false),
+            ("2026-04-13T15:33:12-0330", 1_776_106_992.0, false),
+        ] {
+            let found = stamp(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
+            assert!((found.s - s).abs() < 1e-6, "{text}: {}", found.s);
+            assert_eq!(found.is_of_day, is_of_day, "{text}");
+        }
+        for none in [
+            "",
+            "12:34",
+            "12.5",
+            "24:00:00",
+            "12:60:00",
+            "2026-02-30 00:00:00",
+            "12:34:56 -> 1",
+            "1:2:3",
+        ] {
+            assert_eq!(stamp(none.as_bytes()), None, "{none}");
+        }
+    }
+
+    #[test]
+    fn what_a_terminal_puts_before_a_line_is_told_from_the_line() {
+        for (line, expected) in [
+            ("12:34:56.789 -> 255,12", Some(("12:34:56.789", "255,12"))),
+            ("12:34:56.789 > 255 12", Some(("12:34:56.789", "255 12"))),
+            (
+                "[2026-04-13 19:03:12.345] 5",
+                Some(("2026-04-13 19:03:12.345", "5")),
+            ),
+            ("12:34:56.789,255", None),
+            ("12:34:56.789 255", None),
+            ("255,12", None),
+        ] {
+            let found = before_line(line.as_bytes());
+            let expected = expected.map(|(a, b)| (a.as_bytes(), b.as_bytes()));
+            assert_eq!(found, expected, "{line}");
+        }
+    }
+}
