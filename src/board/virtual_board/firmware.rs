@@ -2,10 +2,8 @@
 //!
 //! It answers host messages and takes samples when it is told to. Sample `k` is taken at `k TS` of the
 //! board's own crystal; the bench lives in true time, `k TS / (1 + ppm 1e-6)`. The command of sample
-//! `k` is set when it is taken and holds until sample `k + 1`. A bench whose commands are noted late by `To` has them noted whole samples
-//! after, `n = ceil(To / TS)`, and set so much later, `n TS - To`, that what is noted is late by `To` exactly.
-
-use std::collections::VecDeque;
+//! `k` is set when it is taken and holds until sample `k + 1`. On a bench whose commands are noted late by `To` the motor is ahead of its
+//! samples: the board knows its profile, and gives at `t` what it notes at `t + To`.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, EndReason, Hello, HostMessage, PROTOCOL_VERSION, ProfileSegment,
@@ -62,8 +60,6 @@ struct Recording {
     dropped: u32,
     /// A frame was dropped since the last one that was sent.
     just_dropped: bool,
-    /// Commands in mV that are not noted yet, the oldest first.
-    unnoted_mv: VecDeque<i16>,
     segment: usize,
     samples_in_segment: u32,
 }
@@ -213,7 +209,6 @@ impl<B: Bench> Firmware<B> {
             taken: 0,
             dropped: 0,
             just_dropped: false,
-            unnoted_mv: VecDeque::new(),
             segment: 0,
             samples_in_segment: 0,
         });
@@ -258,20 +253,20 @@ impl<B: Bench> Firmware<B> {
 
         let asked_mv = recording.command_mv(&self.profile);
         let supply_mv = (self.bench.supply_v() * 1000.0).round() as i16;
+        let volts = |mv: i16| f64::from(mv.clamp(-supply_mv, supply_mv)) * 1e-3;
+        self.command_v = volts(asked_mv);
         let late_s = self.bench.notes_late_s();
-        let sample_time_s = f64::from(self.sample_time_us) * 1e-6;
-        let late_samples = (late_s / sample_time_s - WHOLE).ceil().max(0.0);
-        let later_s = late_samples * sample_time_s - late_s;
-        if later_s > WHOLE * sample_time_s {
-            self.until = Some((self.command_v, true_s + later_s));
+        if late_s > 0.0 {
+            let sample_time_s = f64::from(self.sample_time_us) * 1e-6;
+            let ahead = (late_s / sample_time_s - WHOLE).ceil().max(1.0);
+            let later_s = ahead * sample_time_s - late_s;
+            let sample = u64::from(recording.taken) + ahead as u64;
+            if later_s > WHOLE * sample_time_s {
+                let before_v = volts(command_at(&self.profile, sample - 1));
+                self.until = Some((before_v, true_s + later_s));
+            }
+            self.command_v = volts(command_at(&self.profile, sample));
         }
-        self.command_v = f64::from(asked_mv.clamp(-supply_mv, supply_mv)) * 1e-3;
-        recording.unnoted_mv.push_back(asked_mv);
-        let noted_mv = if recording.unnoted_mv.len() > late_samples as usize {
-            recording.unnoted_mv.pop_front().unwrap_or(asked_mv)
-        } else {
-            0
-        };
         let counts = self.bench.counts();
         let sample = Sample {
             sequence: recording.taken as u16,
@@ -284,10 +279,10 @@ impl<B: Bench> Firmware<B> {
             } else {
                 counts as i32
             },
-            command_mv: noted_mv,
+            command_mv: asked_mv,
             flags: SampleFlags {
                 dropped: std::mem::take(&mut recording.just_dropped),
-                saturated: noted_mv.unsigned_abs() > supply_mv.unsigned_abs(),
+                saturated: asked_mv.unsigned_abs() > supply_mv.unsigned_abs(),
                 ..SampleFlags::default()
             },
             current_ma: None,
@@ -318,6 +313,18 @@ impl<B: Bench> Firmware<B> {
     pub(super) fn last_end(&self) -> Option<BoardMessage> {
         self.last_end
     }
+}
+
+/// The command in mV of a sample of a profile.
+fn command_at(profile: &[ProfileSegment], sample: u64) -> i16 {
+    let mut first = 0;
+    for segment in profile {
+        first += u64::from(segment.samples);
+        if sample < first {
+            return segment.command_mv;
+        }
+    }
+    profile.last().map_or(0, |last| last.command_mv)
 }
 
 impl Recording {
