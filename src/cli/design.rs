@@ -159,8 +159,17 @@ pub(super) fn next_line(next: &NextExperiment) -> String {
         [one] => format!("show whether {one} is there"),
         several => format!("tell {} apart", several.join(", ")),
     };
+    let bench = next.change.as_ref();
+    let bench = bench.map_or(String::new(), |change| format!(" with {}", change.words()));
+    let then = next
+        .change
+        .as_ref()
+        .and_then(|change| change.flag("next.csv"));
+    let then = then.map_or(String::new(), |flag| {
+        format!("\n  then: motorlab diagnose RUN... next.csv {flag}")
+    });
     format!(
-        "record this next: {}\n  it is expected to {what} (separation D {:.1})",
+        "record this next{bench}: {}\n  it is expected to {what} (separation D {:.1}){then}",
         next.command, next.expected_separation
     )
 }

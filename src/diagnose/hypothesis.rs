@@ -451,7 +451,7 @@ fn base_free(motor: &Motor, setting: &Setting) -> [bool; BASE] {
 }
 
 /// Relative standard deviation of a nominal value.
-fn tolerance(motor: &Motor, key: &str) -> f64 {
+pub(super) fn tolerance(motor: &Motor, key: &str) -> f64 {
     let given = motor.tolerance.get(key).copied();
     given.unwrap_or(DEFAULT_TOLERANCE).clamp(1e-4, WIDEST)
 }

@@ -99,8 +99,8 @@ pub use despite::despite_findings;
 pub use nominal::{NominalFit, fitted_nominal, nominal_fit};
 pub use other_means::other_means;
 pub use verdict::{
-    Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, NextExperiment, Place, Regime, Region,
-    SHAPE, Verdict,
+    Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, KnownChange, NextExperiment, Place,
+    Regime, Region, SHAPE, Verdict,
 };
 
 /// Levels of the wander as shares of the largest acceleration, strongest first.

@@ -19,8 +19,8 @@ use crate::diagnose::rivals::rivals;
 use crate::diagnose::scales::damping_of;
 use crate::diagnose::setting::Setting;
 use crate::diagnose::ties::TIE;
-use crate::motor::Motor;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior};
+use crate::motor::{KnownDifferences, Motor};
 use crate::recording::CommandKind;
 
 /// An ordinary wander as a share of the largest acceleration.
@@ -97,7 +97,14 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         samples,
     };
     let damping = damping_of(motor, CommandKind::Voltage);
-    let planned = Planned::new(motor, &plan.profile, at, damping, level)?;
+    let planned = Planned::new(
+        motor,
+        &plan.profile,
+        at,
+        damping,
+        level,
+        &KnownDifferences::default(),
+    )?;
     // Effects that the motor file has already are part of its model.
     let kinds: Vec<usize> = rivals()
         .filter(|&index| motor.effects.get(catalogue()[index].id).is_none())

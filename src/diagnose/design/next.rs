@@ -3,20 +3,22 @@
 //! In play are the sets that the runs leave plausible, and those tied with the best of them. Each one's best
 //! fit is simulated on every profile of a small family within supply, duration and sample time; its numbers
 //! may give way as far as the runs so far leave them free (the inverse of its posterior covariance).
-//! Chosen is the profile with the largest smallest separation over the pairs that any of them separates.
+//! Chosen is the profile with the largest smallest separation over the pairs that any of them separates. Where none separates
+//! any, the same is asked with a known change on the bench: a disc of known inertia, a known load, another supply.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
 use super::planned::{Planned, Sampling, View};
 use crate::board::Profile;
-use crate::diagnose::NextExperiment;
 use crate::diagnose::candidate::Candidate;
 use crate::diagnose::conclusions::ids;
 use crate::diagnose::noise::NoiseLevel;
 use crate::diagnose::problem::Problem;
 use crate::diagnose::rank::Ranking;
 use crate::diagnose::ties::{TIE, separation};
+use crate::diagnose::{KnownChange, NextExperiment};
+use crate::motor::{KnownDifferences, Motor};
 use crate::recording::CommandKind;
 
 /// The family: words that `capture --profile` knows.
@@ -101,26 +103,40 @@ pub(in crate::diagnose) fn next_experiment(
         sample_time_s,
         samples,
     };
-    let tried: Vec<(String, Vec<f64>)> = FAMILY
-        .par_iter()
-        .filter_map(|word| {
-            let name = format!("{word},{duration_s}s");
-            let supply_v = motor.parameters.supply_v;
-            let profile = Profile::named(&name, supply_v, duration_s).ok()?;
-            let planned = Planned::new(&motor, &profile, at, problem.damping, level)?;
-            Some((name, separations(problem, &planned, &sets)?))
-        })
-        .collect();
-    choose(&sets, tried).map(|chosen| NextExperiment {
-        command: format!(
-            "motorlab capture PORT --profile {} --ts {sample_time_s} -o next.csv",
-            chosen.0
-        ),
-        profile: chosen.0,
+    let try_all = |changes: &[Change]| -> Vec<Tried> {
+        let words = FAMILY
+            .iter()
+            .flat_map(|word| changes.iter().map(move |change| (word, change)));
+        let words: Vec<(&&str, &Change)> = words.collect();
+        words
+            .into_par_iter()
+            .filter_map(|(word, change)| {
+                let name = format!("{word},{duration_s}s");
+                let known = change.known()?;
+                let supply_v = known.supply_v().unwrap_or(motor.parameters.supply_v);
+                let profile = Profile::named(&name, supply_v, duration_s).ok()?;
+                let planned = Planned::new(&motor, &profile, at, problem.damping, level, &known)?;
+                Some(Tried {
+                    profile: name,
+                    change: *change,
+                    separations: separations(problem, &planned, &sets)?,
+                })
+            })
+            .collect()
+    };
+    let plain = try_all(&[Change::None]);
+    // Nobody takes a bench apart for what another profile tells.
+    let chosen = choose(&sets, &plain, TIE)
+        .or_else(|| choose(&sets, &try_all(&changes(&motor, &sets)), TIE))
+        .or_else(|| choose(&sets, &plain, FAINT))?;
+    Some(NextExperiment {
+        command: chosen.tried.command(sample_time_s),
+        profile: chosen.tried.profile,
         sample_time_s,
         duration_s,
-        tells_apart: chosen.1.into_iter().map(str::to_owned).collect(),
-        expected_separation: chosen.2,
+        change: chosen.tried.change.said(),
+        tells_apart: chosen.told.into_iter().map(str::to_owned).collect(),
+        expected_separation: chosen.separation,
     })
 }
 
@@ -130,6 +146,90 @@ fn whole_seconds(duration_s: f64) -> f64 {
         duration_s
     } else {
         duration_s.floor()
+    }
+}
+
+/// What is changed on the bench.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Change {
+    /// Nothing.
+    None,
+    /// A key of [`KnownDifferences`] has this value.
+    Known(&'static str, f64),
+}
+
+impl Change {
+    fn known(self) -> Option<KnownDifferences> {
+        let mut known = KnownDifferences::default();
+        if let Self::Known(key, value) = self {
+            known.set(key, value).ok()?;
+        }
+        Some(known)
+    }
+
+    fn said(self) -> Option<KnownChange> {
+        match self {
+            Self::None => None,
+            Self::Known(key, value) => Some(KnownChange {
+                key: key.to_owned(),
+                value,
+            }),
+        }
+    }
+}
+
+/// Torque of the load that is proposed, as a share of what the motor has at stall: it lifts it, and feels it.
+const LOAD_SHARE: f64 = 0.3;
+/// The other supply that is proposed, as a share.
+const SUPPLY_SHARE: f64 = 0.5;
+
+/// The known changes that are tried: as much inertia again, a load on an arm (unless something hangs there already), and
+/// another supply. Figures are rounded to one digit: they are to be made.
+fn changes(motor: &Motor, sets: &[&Candidate]) -> Vec<Change> {
+    let p = &motor.parameters;
+    let stall_nm = p.torque_constant_nm_per_a * p.supply_v / p.resistance_ohm;
+    let hangs = sets.iter().any(|set| ids(set).contains(&"gravity_load"));
+    let load = Change::Known("gravity_torque_nm", one_digit(LOAD_SHARE * stall_nm));
+    [
+        Some(Change::Known(
+            "inertia_added_kg_m2",
+            one_digit(p.inertia_kg_m2),
+        )),
+        (!hangs).then_some(load),
+        Some(Change::Known("supply_v", SUPPLY_SHARE * p.supply_v)),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+fn one_digit(value: f64) -> f64 {
+    let unit = 10f64.powi(value.log10().floor() as i32);
+    // By way of text, or it has fifteen digits.
+    let digits = format!("{:e}", (value / unit).round() * unit);
+    digits.parse().unwrap_or(value)
+}
+
+/// An experiment that was simulated.
+#[derive(Debug, Clone)]
+struct Tried {
+    profile: String,
+    change: Change,
+    /// Of every pair of sets.
+    separations: Vec<f64>,
+}
+
+impl Tried {
+    /// The command that records it.
+    fn command(&self, sample_time_s: f64) -> String {
+        let supply = match self.change {
+            Change::Known("supply_v", supply_v) => format!(" --supply {supply_v}"),
+            _ => String::new(),
+        };
+        format!(
+            "motorlab capture PORT --profile {}{supply} --ts {sample_time_s} -o next.csv",
+            self.profile
+        )
     }
 }
 
@@ -173,30 +273,30 @@ fn separations(problem: &Problem<'_>, planned: &Planned, sets: &[&Candidate]) ->
         .collect()
 }
 
-/// The profile with the largest smallest separation over the pairs that some profile separates, what it
+/// What is to be recorded, and what for.
+struct Chosen {
+    tried: Tried,
+    told: Vec<&'static str>,
+    separation: f64,
+}
+
+/// The experiment with the largest smallest separation over the pairs that some experiment separates by `least`, what it
 /// tells apart, and that separation.
-fn choose(
-    sets: &[&Candidate],
-    tried: Vec<(String, Vec<f64>)>,
-) -> Option<(String, Vec<&'static str>, f64)> {
+fn choose(sets: &[&Candidate], tried: &[Tried], least: f64) -> Option<Chosen> {
     let count = pairs(sets.len()).count();
-    let separable = |least: f64| -> Vec<usize> {
-        let some = |k: &usize| tried.iter().any(|(_, d)| d[*k] >= least);
-        (0..count).filter(some).collect()
-    };
     // A pair that every profile leaves tied must not choose for the others.
-    let hopeful = [TIE, FAINT]
-        .map(separable)
-        .into_iter()
-        .find(|k| !k.is_empty())?;
-    let smallest = |d: &[f64]| {
-        let of_pairs = hopeful.iter().map(|&k| d[k]);
+    let separable = |k: &usize| tried.iter().any(|one| one.separations[*k] >= least);
+    let hopeful: Vec<usize> = (0..count).filter(separable).collect();
+    if hopeful.is_empty() {
+        return None;
+    }
+    let smallest = |one: &Tried| {
+        let of_pairs = hopeful.iter().map(|&k| one.separations[k]);
         of_pairs.fold(f64::INFINITY, f64::min)
     };
-    let (name, d) = tried
-        .into_iter()
-        .max_by(|a, b| smallest(&a.1).total_cmp(&smallest(&b.1)))?;
-    let expected = smallest(&d);
+    let best = tried
+        .iter()
+        .max_by(|a, b| smallest(a).total_cmp(&smallest(b)))?;
     let mut told: Vec<&'static str> = Vec::new();
     for (k, (i, j)) in pairs(sets.len()).enumerate() {
         if hopeful.contains(&k) {
@@ -211,5 +311,26 @@ fn choose(
     }
     told.sort_unstable();
     told.dedup();
-    Some((name, told, expected))
+    Some(Chosen {
+        tried: best.clone(),
+        told,
+        separation: smallest(best),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_to_be_made_has_one_digit() {
+        for (value, short) in [
+            (0.002_19, 0.002),
+            (0.0945, 0.09),
+            (7.6e-6, 8e-6),
+            (96.0, 100.0),
+        ] {
+            assert_eq!(one_digit(value), short);
+        }
+    }
 }

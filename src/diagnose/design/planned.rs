@@ -4,13 +4,16 @@ use super::super::rivals::catalogue;
 use crate::board::Profile;
 use crate::diagnose::data::RunData;
 use crate::diagnose::effort::Effort;
-use crate::diagnose::hypothesis::Hypothesis;
+use crate::diagnose::hypothesis::{Hypothesis, tolerance};
 use crate::diagnose::noise::{NoiseLevel, Whitener};
 use crate::diagnose::predict::{predict, predict_with_derivatives};
 use crate::diagnose::response::Response;
 use crate::diagnose::ties::left_after;
-use crate::motor::{Drive, Motor, SimulationOptions, simulate};
+use crate::motor::{Drive, KnownDifferences, Motor, SimulationOptions, simulate};
 use crate::recording::{CommandKind, Run};
+
+/// Step of the difference along [`unseen_twin`].
+const STEP: f64 = 0.01;
 
 /// How a profile is to be sampled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +29,8 @@ pub(super) struct Sampling {
 pub(super) struct Planned {
     /// The run, made ready.
     pub run: RunData,
+    /// Whether something is known to differ in it.
+    changed: bool,
     response: Response,
     level: NoiseLevel,
     whitener: Whitener,
@@ -36,18 +41,22 @@ pub(super) struct Planned {
 pub(super) struct View {
     prediction: Vec<f64>,
     columns: Vec<Vec<f64>>,
+    /// How well the number of the last column is known, where it is that of [`unseen_twin`].
+    unseen: Option<f64>,
     /// Variances of its innovations where it brings noise of its own.
     variances: Option<Vec<f64>>,
 }
 
 impl Planned {
-    /// The run that `motor` would make, speed errors dying away at the rate `damping` in 1/s; `None` where it cannot be simulated.
+    /// The run that `motor` would make with what is known to differ in it, speed errors dying away at the rate `damping` in
+    /// 1/s; `None` where it cannot be simulated.
     pub fn new(
         motor: &Motor,
         profile: &Profile,
         at: Sampling,
         damping: f64,
         level: NoiseLevel,
+        known: &KnownDifferences,
     ) -> Option<Self> {
         let Sampling {
             sample_time_s,
@@ -60,7 +69,12 @@ impl Planned {
             command: &command,
             kind: CommandKind::Voltage,
         };
-        let trajectory = simulate(motor, &drive, &SimulationOptions::default()).ok()?;
+        let trajectory = simulate(
+            &known.applied_to(motor),
+            &drive,
+            &SimulationOptions::default(),
+        )
+        .ok()?;
         let run = Run {
             sample_time_s,
             counts_per_rev: motor.parameters.counts_per_rev,
@@ -69,6 +83,7 @@ impl Planned {
             counts: trajectory.counts,
             t_s,
             command,
+            known: known.clone(),
             ..Run::default()
         };
         let run = RunData::new(&run, 0).ok()?;
@@ -76,6 +91,7 @@ impl Planned {
         let whitener = Whitener::new(&run, &response, &level);
         Some(Self {
             run,
+            changed: !known.is_empty(),
             response,
             level,
             whitener,
@@ -88,12 +104,24 @@ impl Planned {
         let (mut prediction, mut columns) =
             predict_with_derivatives(hypothesis, nominal, p, numbers, &self.run, &effort)?;
         self.whitener.whiten(&mut prediction);
+        let mut unseen = None;
+        if self.changed {
+            let motor = hypothesis.motor(nominal, p);
+            let [less, more] =
+                [-STEP, STEP].map(|by| predict(&unseen_twin(&motor, by), &self.run, &effort));
+            let pairs = less?.into_iter().zip(more?);
+            columns.push(pairs.map(|(a, b)| (b - a) / (2.0 * STEP)).collect());
+            let variance = |key: &str| tolerance(nominal, key).powi(2);
+            let spread = variance("resistance_ohm") + variance("torque_constant_nm_per_a");
+            unseen = Some(1.0 / spread);
+        }
         for column in &mut columns {
             self.whitener.whiten(column);
         }
         Some(View {
             prediction,
             columns,
+            unseen,
             variances: self.variances(hypothesis, p),
         })
     }
@@ -105,6 +133,7 @@ impl Planned {
         Some(View {
             prediction,
             columns: Vec::new(),
+            unseen: None,
             variances: self.variances(hypothesis, p),
         })
     }
@@ -135,7 +164,12 @@ impl Planned {
     ) -> Option<f64> {
         let pairs = truth.prediction.iter().zip(&rival.prediction);
         let difference: Vec<f64> = pairs.map(|(x, y)| x - y).collect();
-        let left = left_after(&difference, &rival.columns, precision)?;
+        let last = rival.columns.len().saturating_sub(1);
+        let known = |i: usize, j: usize| match rival.unseen {
+            Some(known) if i == last || j == last => f64::from(u8::from(i == j)) * known,
+            _ => precision(i, j),
+        };
+        let left = left_after(&difference, &rival.columns, known)?;
         Some(left.hypot(self.scatter(truth, rival).sqrt()))
     }
 
@@ -152,4 +186,30 @@ impl Planned {
             .sum::<f64>()
             .max(0.0)
     }
+}
+
+/// The motor with more resistance and all that is mechanical smaller by the same factor: voltage in and counts out are
+/// those of the motor, so that no recording tells how far it is right. With a known inertia or load they are not.
+fn unseen_twin(motor: &Motor, by: f64) -> Motor {
+    let mut twin = motor.clone();
+    twin.parameters.resistance_ohm *= 1.0 + by;
+    for key in [
+        "inertia_kg_m2",
+        "coulomb_friction_nm",
+        "viscous_friction_nm_s_per_rad",
+    ] {
+        if let Some(value) = twin.parameters.get_mut(key) {
+            *value /= 1.0 + by;
+        }
+    }
+    for effect in twin.effects.iter_mut() {
+        let parameters = effect.kind().parameters;
+        for (value, parameter) in effect.values.iter_mut().zip(parameters) {
+            let mut units = ["N m", "kg m^2"].iter();
+            if units.any(|unit| parameter.unit.starts_with(unit)) {
+                *value /= 1.0 + by;
+            }
+        }
+    }
+    twin
 }

@@ -273,10 +273,21 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
     };
     page.section("What to record next");
     page.paragraph(&format!(
-        "This profile tells {} apart by at least {} standard deviations:",
+        "This profile{} tells {} apart by at least {} standard deviations:",
+        next.change.as_ref().map_or(String::new(), |change| format!(
+            ", with {},",
+            change.words()
+        )),
         next.tells_apart.join(", "),
         figure(next.expected_separation, 2)
     ));
     page.verbatim(&next.command);
-    page.note("PORT is the board's; then diagnose the new run together with the old ones.");
+    let flag = next
+        .change
+        .as_ref()
+        .and_then(|change| change.flag("next.csv"));
+    page.note(&format!(
+        "PORT is the board's; then diagnose the new run together with the old ones{}.",
+        flag.map_or(String::new(), |flag| format!(", with {flag}"))
+    ));
 }
