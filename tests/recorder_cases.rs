@@ -103,3 +103,36 @@ fn headers_that_hold_what_looks_like_a_header_are_read() {
         assert_eq!(said(&["compare", file]).0, 0, "{file}");
     }
 }
+
+#[test]
+fn sample_numbers_that_leap_to_the_end_of_64_bits_and_back_are_counted() {
+    let seed = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/tests/instruments/seeds/step3.csv"
+    );
+    let sound = std::fs::read_to_string(seed).expect("a recording");
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("leaps.csv").display().to_string();
+    let mut row = 0_u32;
+    let leaping: Vec<String> = (sound.lines())
+        .map(|line| match line.split_once(',') {
+            Some((first, rest)) if first.parse::<u64>().is_ok() => {
+                row += 1;
+                let number = if row % 20 == 10 {
+                    u64::MAX
+                } else {
+                    u64::from(row)
+                };
+                format!("{number},{rest}")
+            }
+            _ => line.to_owned(),
+        })
+        .collect();
+    assert!(row > 60, "{row}");
+    std::fs::write(&path, leaping.join("\n") + "\n").expect("a file");
+    for command in ["compare", "check"] {
+        let (status, text) = said(&[command, &path]);
+        assert!((0..=2).contains(&status), "{command}: {status} {text}");
+        assert!(!text.contains("panicked"), "{text}");
+    }
+}

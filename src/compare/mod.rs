@@ -96,7 +96,7 @@ impl Comparison {
 pub fn lost_samples(run: &Run) -> u64 {
     let gaps = run.seq.iter().flat_map(|seq| seq.windows(2));
     gaps.map(|pair| pair[1].saturating_sub(pair[0]).saturating_sub(1))
-        .sum()
+        .fold(0, u64::saturating_add)
 }
 
 /// Simulates the run's command with the motor and lays the two over each other.

@@ -128,7 +128,7 @@ impl StatisticsGatherer {
             None => self.first_us = sample.device_us,
             Some(last) => {
                 let missing = match (last.seq, sample.seq) {
-                    (Some(before), Some(seq)) => seq.saturating_sub(before + 1),
+                    (Some(before), Some(seq)) => seq.saturating_sub(before).saturating_sub(1),
                     _ => 0,
                 };
                 self.lost = self.lost.saturating_add(missing);
@@ -146,7 +146,7 @@ impl StatisticsGatherer {
 
     /// Adds losses that no sample number shows: before the first sample, or after the last.
     pub fn add_lost(&mut self, samples: u64) {
-        self.lost += samples;
+        self.lost = self.lost.saturating_add(samples);
     }
 
     fn end_stretch(&mut self) {
