@@ -30,6 +30,12 @@ impl<S: Scalar> AngleReading<S> {
         }
     }
 
+    /// Reads on from a shaft that has been put to this angle and speed.
+    fn begin_anew(&mut self, angle_rad: f64, speed_rad_s: f64, board_s: f64) {
+        let at_s = self.stretch * board_s + self.late_s;
+        self.mean.begin_anew(angle_rad, speed_rad_s, at_s);
+    }
+
     #[inline(always)]
     fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>, board_s: f64) -> S {
         // A rigid motor has one angle: its place is known when this is compiled.
@@ -58,6 +64,10 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_,
     fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
         (self.emit)(k, self.encoder.read(sample, self.times_s[k]));
     }
+
+    fn begin_anew(&mut self, k: usize, angle_rad: f64, speed_rad_s: f64) {
+        (self.encoder).begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
+    }
 }
 
 /// The reader of many encoders.
@@ -73,6 +83,12 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Enco
     fn read(&mut self, k: usize, _: &Engine<S, N>, sample: &Sample<'_, S, N>) {
         for (m, encoder) in self.encoders.iter_mut().enumerate() {
             (self.emit)(m, k, encoder.read(sample, self.times_s[k]));
+        }
+    }
+
+    fn begin_anew(&mut self, k: usize, angle_rad: f64, speed_rad_s: f64) {
+        for encoder in &mut self.encoders {
+            encoder.begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
         }
     }
 }

@@ -19,6 +19,7 @@ use crate::stages::transmission::ENCODER_SIDE;
 use crate::workspace::{Engines, work_of, work_of_encoders};
 use crate::{KnownDifferences, Model, Motor, Parameters};
 
+pub use crate::integrator::schedule::Reset;
 pub use crate::parameter_id::ParameterId;
 pub use crate::workspace::Workspace;
 
@@ -69,6 +70,15 @@ impl Simulator {
     #[must_use]
     pub fn starting(mut self, angle_rad: f64, speed_rad_s: f64) -> Self {
         self.start = (angle_rad, speed_rad_s);
+        self
+    }
+
+    /// The same with a shaft that is put elsewhere in between: pieces of a run, each from what was measured at its first
+    /// sample (multiple shooting: Bock, 1983). What cannot be measured goes on: heat, current, the side of a gap, a command under
+    /// way. `resets` are in the order of their samples.
+    #[must_use]
+    pub fn resetting(mut self, resets: Vec<Reset>) -> Self {
+        self.schedule = self.schedule.with_resets(resets);
         self
     }
 
@@ -405,6 +415,88 @@ mod tests {
             let (largest, rms) = apart(id, values);
             assert!(largest < 0.01, "{id} {values:?}: {largest} counts");
             assert!(rms < 0.004, "{id} {values:?}: {rms} counts RMS");
+        }
+    }
+
+    /// A piece of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
+    /// encoder that says something else begins anew; times between the ends of steps, too.
+    #[test]
+    fn a_reset_is_a_start() {
+        for late_s in [0.0, 1e-4] {
+            let t_s: Vec<f64> = (0..900)
+                .map(|k| f64::from(k) * 0.003 + late_s * f64::from(k * 7919 % 7) / 7.0)
+                .collect();
+            let command: Vec<f64> = (0..900)
+                .map(|k| [4.5, -1.0, 0.35, -4.0][k / 70 % 4])
+                .collect();
+            let drive = |from: usize, to: usize| Drive {
+                t_s: &t_s[from..to],
+                command: &command[from..to],
+                kind: crate::CommandKind::Voltage,
+            };
+            let whole = Simulator::new(&drive(0, 900), Model::FirstOrder).expect("a drive");
+            let effects: [Option<(&str, &[f64])>; 4] = [
+                None,
+                Some(("resolution_error", &[500.0])),
+                Some(("cogging", &[0.03, 12.0, 1.1])),
+                Some(("encoder_eccentricity", &[0.03, 1.0])),
+            ];
+            for effect in effects {
+                let mut motor = Motor::default();
+                if let Some((id, values)) = effect {
+                    motor
+                        .effects
+                        .set(ActiveEffect::new(id, values).expect("in the catalogue"));
+                }
+                let resets = vec![
+                    Reset {
+                        sample: 300,
+                        angle_rad: 7.0,
+                        speed_rad_s: 2.5,
+                    },
+                    Reset {
+                        sample: 551,
+                        angle_rad: -1.0,
+                        speed_rad_s: 0.0,
+                    },
+                ];
+                let wanted: Vec<ParameterId> = (0..4).map(ParameterId::Nominal).collect();
+                let mut workspace = Workspace::default();
+                let (mut all, mut slopes) = (vec![0.0; 900], vec![0.0; 3600]);
+                (whole.clone().resetting(resets.clone()))
+                    .sensitivities(&motor, &wanted, &mut workspace, &mut all, &mut slopes)
+                    .expect("a motor");
+                for (reset, to) in resets.iter().zip([551, 900]) {
+                    let n = to - reset.sample;
+                    let (mut alone, mut alone_slopes) = (vec![0.0; n], vec![0.0; 4 * n]);
+                    (Simulator::new(&drive(reset.sample, to), Model::FirstOrder).expect("a drive"))
+                        .starting(reset.angle_rad, reset.speed_rad_s)
+                        .sensitivities(
+                            &motor,
+                            &wanted,
+                            &mut workspace,
+                            &mut alone,
+                            &mut alone_slopes,
+                        )
+                        .expect("a motor");
+                    let count = std::f64::consts::TAU / motor.parameters.counts_per_rev;
+                    for (a, b) in all[reset.sample..to].iter().zip(&alone) {
+                        assert!((a - b).abs() < 0.02 * count, "{effect:?} {late_s}: {a} {b}");
+                    }
+                    for j in 0..4 {
+                        let largest = alone_slopes[j * n..(j + 1) * n]
+                            .iter()
+                            .fold(1e-9_f64, |m, x| m.max(x.abs()));
+                        let part = &slopes[j * 900 + reset.sample..j * 900 + to];
+                        for (a, b) in part.iter().zip(&alone_slopes[j * n..(j + 1) * n]) {
+                            assert!(
+                                (a - b).abs() < 0.02 * largest,
+                                "{effect:?} {late_s} slope {j}: {a} {b}"
+                            );
+                        }
+                    }
+                }
+            }
         }
     }
 

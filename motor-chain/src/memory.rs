@@ -50,6 +50,11 @@ impl<S: Scalar> Memory<S> {
         }
     }
 
+    /// The same from this (real) time on.
+    pub(crate) fn begin_at(&mut self, at_s: S) {
+        self.at_s = at_s;
+    }
+
     /// What is said when the shaft has come to this angle and speed at `at_s`, before it is rounded.
     #[inline(never)]
     pub(crate) fn read(

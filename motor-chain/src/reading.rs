@@ -132,6 +132,12 @@ impl<S: Scalar> MeanCounts<S> {
         }
     }
 
+    /// From this angle and speed on, at this (real) time.
+    pub(crate) fn begin_anew(&mut self, angle_rad: f64, speed_rad_s: f64, at_s: S) {
+        *self = Self::new(self.sensor, angle_rad, speed_rad_s);
+        self.memory.begin_at(at_s);
+    }
+
     /// Mean counts when the shaft has come to this angle at this speed and (real) time, which an encoder that counts every edge does
     /// not ask for.
     #[inline(always)]

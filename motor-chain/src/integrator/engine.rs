@@ -11,6 +11,7 @@ use crate::integrator::guards::Guard;
 use crate::integrator::inside::shift;
 use crate::integrator::ladder::FINEST;
 use crate::integrator::ladders::{Key, Ladders};
+use crate::reading::encoder_shaft;
 use crate::scalar::Scalar;
 
 /// Ticks in the longest step.
@@ -193,6 +194,40 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.settle(None);
         if moved {
             // Not further: the rest of the tick is part of this instant's neighbourhood.
+            if offset.value() > 0.0 {
+                self.cross(-offset + 1.0);
+            } else {
+                self.drift(-offset);
+            }
+        }
+        self.remember();
+    }
+
+    /// Puts the encoder's shaft to this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
+    /// side of a transmission is moved along, so that what lies between them, the current and the heat stay as they are.
+    pub(crate) fn put(&mut self, angle_rad: f64, speed_rad_s: f64, offset: S) {
+        let moved = !offset.is_nought();
+        if moved {
+            self.drift(offset);
+        }
+        self.machine.anchor(&mut self.mode, &self.y);
+        let shaft = encoder_shaft::<N>(self.machine.chain.transmission.encoder_on_load);
+        let (by, faster) = (
+            S::from(angle_rad) - self.y[shaft],
+            S::from(speed_rad_s) - self.y[shaft + 1],
+        );
+        self.y[TH1] += by;
+        self.y[W1] += faster;
+        if N > ONE_BODY {
+            self.y[N - 2] += by;
+            self.y[N - 1] += faster;
+        }
+        for anchor in &mut self.mode.anchor {
+            anchor.angle += by;
+        }
+        self.mode.slip = [0.0; 2];
+        self.settle(None);
+        if moved {
             if offset.value() > 0.0 {
                 self.cross(-offset + 1.0);
             } else {

@@ -18,6 +18,20 @@ const COARSER_APART: f64 = 2.0;
 pub(crate) trait Reader<S, const N: usize> {
     /// Of sample `k`.
     fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
+
+    /// The shaft is put to this angle (rad) and speed (rad/s) just before sample `k` is read.
+    fn begin_anew(&mut self, _k: usize, _angle_rad: f64, _speed_rad_s: f64) {}
+}
+
+/// Where the shaft is put in the middle of a run, at the time of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reset {
+    /// Number of the sample.
+    pub sample: usize,
+    /// Angle in rad.
+    pub angle_rad: f64,
+    /// Speed in rad/s.
+    pub speed_rad_s: f64,
 }
 
 impl<S, const N: usize, F> Reader<S, N> for F
@@ -43,6 +57,8 @@ pub(crate) struct Schedule {
     steps_per_sample: u64,
     /// Where samples that are not lie by a clock that is right: whole ticks and the rest.
     places: Vec<(u64, f64)>,
+    /// Where the shaft is put in between, by sample.
+    resets: Vec<Reset>,
 }
 
 impl Schedule {
@@ -83,8 +99,15 @@ impl Schedule {
             step_s: mean_s / steps,
             steps_per_sample: if uniform { steps as u64 } else { 0 },
             places: Vec::new(),
+            resets: Vec::new(),
         };
         Ok(schedule.placed())
+    }
+
+    /// The same with a shaft that is put elsewhere in between.
+    pub(crate) fn with_resets(mut self, resets: Vec<Reset>) -> Self {
+        self.resets = resets;
+        self
     }
 
     fn placed(mut self) -> Self {
@@ -192,6 +215,7 @@ impl Schedule {
         let known = self.steps_per_sample == 0
             && (stretch - 1.0).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
+        let mut resets = self.resets.iter().peekable();
         let mut k = 0;
         while k < self.len() {
             let (tick, offset) = if known {
@@ -207,6 +231,12 @@ impl Schedule {
                 engine.command(command, after);
                 changes.next();
             }
+            if let Some(reset) = resets.next_if(|reset| reset.sample == k) {
+                engine.go_to(tick);
+                engine.put(reset.angle_rad, reset.speed_rad_s, offset);
+                reader.begin_anew(k, reset.angle_rad, reset.speed_rad_s);
+            }
+            let free = resets.peek().map_or(self.len(), |reset| reset.sample);
             engine.reach(tick, offset);
             if engine.steps > budget {
                 return Err(SimulationError::TooStiff {
@@ -221,7 +251,7 @@ impl Schedule {
                     Some(&(at, _)) => self.first_sample_from(at),
                     None => self.len(),
                 };
-                let most = until.saturating_sub(k);
+                let most = until.min(free).saturating_sub(k);
                 k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
                     reader.read(k + n, engine, &Sample::At(y))
                 });
@@ -229,7 +259,7 @@ impl Schedule {
                 let change = changes.peek().map(|&((at, after), _)| (at, after.value()));
                 let first = k;
                 let at = |n: usize| {
-                    let place = self.places.get(first + n).copied();
+                    let place = self.places[..free].get(first + n).copied();
                     place.filter(|place| change.is_none_or(|change| *place < change))
                 };
                 k += engine.cruise_between(at, |n, engine, sample| {
