@@ -13,6 +13,7 @@
 //! The flow: [`Motor`] and effects are drawn from the seed -> profiles -> the plant, stepped -> the
 //! board's samples ([`CaseRun`]) -> [`Case`] with its [`Label`].
 
+pub mod breadth;
 mod case;
 #[cfg(test)]
 mod closed_forms;

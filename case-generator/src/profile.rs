@@ -14,7 +14,7 @@ pub struct Profile {
 }
 
 /// Whole millivolts, as a recorder sends them.
-fn millivolts(volts: f64) -> f64 {
+pub(crate) fn millivolts(volts: f64) -> f64 {
     (volts * 1000.0).round() / 1000.0
 }
 

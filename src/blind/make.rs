@@ -1,5 +1,6 @@
 //! Cases made by the generator, on all cores.
 
+use case_generator::breadth::{generate_bench, plan_breadth};
 use case_generator::{Kind, Options, UnknownKind, generate_with, plan};
 use rand::TryRng;
 use rand::rngs::SysRng;
@@ -15,13 +16,16 @@ pub struct Recipe {
     pub cases: usize,
     /// Seed of all of them.
     pub seed: u64,
-    /// `mixed`, `singles`, `pairs`, `none`, `outside`, an effect's id, or two joined by `+`.
+    /// [`BREADTH`], `mixed`, `singles`, `pairs`, `none`, `outside`, an effect's id, or two joined by `+`.
     pub kind: String,
     /// Motors unlike the handout's.
     pub other_motors: bool,
     /// Multiplies the wander of load and friction.
     pub wander_scale: f64,
 }
+
+/// The kind of a set with many kinds of motor, protocol and sample time.
+pub const BREADTH: &str = "breadth";
 
 /// Seeds below are for tuning: their cases may be looked at, and no figure of theirs is published.
 pub const FIRST_UNTOUCHED_SEED: u64 = 1_000_000;
@@ -52,6 +56,20 @@ pub fn drawn_seed() -> Result<u64, BlindError> {
 /// # Errors
 /// The kind names nothing.
 pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, UnknownKind> {
+    if recipe.kind == BREADTH {
+        let planned = plan_breadth(recipe.cases, recipe.seed);
+        let cases = planned.par_iter().map(|(seed, hides, protocol)| {
+            let bench = generate_bench(*seed, *hides, *protocol);
+            made();
+            NewCase {
+                runs: bench.case.runs.iter().map(|run| run.to_csv()).collect(),
+                motor: bench.motor_file,
+                unseen: Some(bench.case.unseen_run.to_csv()),
+                truth: bench.case.label.into(),
+            }
+        });
+        return Ok(cases.collect());
+    }
     let planned: Vec<(u64, Kind)> = match recipe.kind.parse() {
         Ok(mix) => plan(recipe.cases, recipe.seed, mix),
         Err(_) => {

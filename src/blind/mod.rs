@@ -37,7 +37,7 @@ pub use diagnoser::{Diagnoser, Program, Verdict};
 pub use error::BlindError;
 pub use judge::{Bearing, Judgement, ParameterCheck, judge};
 pub use ledger::{Entry, Ledger};
-pub use make::{FIRST_UNTOUCHED_SEED, Recipe, drawn_seed, make};
+pub use make::{BREADTH, FIRST_UNTOUCHED_SEED, Recipe, drawn_seed, make};
 pub use opening::{Opened, OpenedCase, open};
 pub use page::page;
 pub use run::{Progress, run};

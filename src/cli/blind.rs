@@ -55,6 +55,10 @@ struct Make {
     /// mixed, singles, pairs, none, outside, an effect's id, or two joined by +.
     #[arg(long, default_value = "mixed")]
     kind: String,
+    /// Many kinds of bench: four families of motors, seven protocols (one plain step among them), 1 to 30 ms, and up to three
+    /// effects.
+    #[arg(long, conflicts_with_all = ["kind", "other_motors", "wander"])]
+    breadth: bool,
     /// Motors unlike the lab handout's.
     #[arg(long)]
     other_motors: bool,
@@ -181,7 +185,11 @@ impl Make {
                 Some(seed) => seed,
                 None => blind::drawn_seed().map_err(failure)?,
             },
-            kind: self.kind.clone(),
+            kind: if self.breadth {
+                blind::BREADTH.to_owned()
+            } else {
+                self.kind.clone()
+            },
             other_motors: self.other_motors,
             wander_scale: self.wander,
         };
