@@ -39,8 +39,11 @@ const RIVALS: [&str; 27] = [
     "clock_error",
 ];
 
-/// Ranges that this diagnosis was tuned with, where the catalogue has others: id, key, range in multiples of a scale, prior.
-const TUNED: [(&str, &str, (f64, f64), Scale, Prior); 8] = [
+/// Id, key, range in multiples of a scale, prior.
+type Tuned = (&'static str, &'static str, (f64, f64), Scale, Prior);
+
+/// Ranges that this diagnosis was tuned with, where the catalogue has others.
+const TUNED: [Tuned; 8] = [
     (
         "transport_delay",
         "delay_s",

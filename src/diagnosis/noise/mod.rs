@@ -1,0 +1,7 @@
+//! What no model foresees: rounding, and a load that wanders.
+
+mod wander;
+mod whitener;
+
+pub(crate) use wander::{Noise, likeliest};
+pub(crate) use whitener::{Surroundings, Whitener};
