@@ -7,8 +7,8 @@
 //! ```
 //!
 //! One measure: the position error in counts over a piece of a run, from the piece's own measured start. A model is fitted to it
-//! ([`fit`]), whitened by rounding and a load that wanders ([`noise`]), and scored on pieces that it was not fitted to. Whatever is
-//! said to be there gains more than chance makes of recordings simulated from the smaller model ([`validation`]).
+//! (`fit`), whitened by rounding and a load that wanders (`noise`), and scored on pieces that it was not fitted to. Whatever is
+//! said to be there gains more than chance makes of recordings simulated from the smaller model (`validation`).
 
 mod fit;
 mod noise;
