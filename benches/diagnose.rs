@@ -8,7 +8,7 @@ use case_generator::generate;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use motorlab::board::Profile;
-use motorlab::diagnose::diagnose;
+use motorlab::diagnose::{Options, diagnose};
 use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::{CommandKind, Run, read_run_from};
 
@@ -67,5 +67,5 @@ fn time(bencher: Bencher<'_, '_>, runs: &[Run], motor: &Motor) {
     let samples: usize = runs.iter().map(Run::len).sum();
     bencher
         .counter(ItemsCount::new(samples))
-        .bench_local(|| black_box(diagnose(black_box(runs), motor, &|_| {}).is_ok()));
+        .bench_local(|| black_box(diagnose(black_box(runs), motor, &Options::default()).is_ok()));
 }

@@ -7,7 +7,7 @@
 The motor of benches/peers.py with Stribeck friction, its counts rounded down; fitted are inertia, back EMF, friction,
 damping and the two numbers of the effect, from 5 % off, by finite differences of solve_ivp (RK45, rtol 1e-6,
 max_step = TS), as one would write it without a tool. With MOTORLAB, the program, it then gets the same counts and the
-motor that the fit started from, and is not told the effect: it tries every effect and pairs of them. Times are wall and
+motor that the fit started from, and is not told the effect: it tries every effect and sets of them. Times are wall and
 CPU; where the machine does something else as well, the ratio of CPU times is the one to trust.
 """
 

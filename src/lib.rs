@@ -14,7 +14,6 @@
 //! | [`compare`] | recorded against simulated |
 //! | [`least_squares`] | the plain fit of a first-order motor to recordings |
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
-//! | [`diagnosis`] | the same, rebuilt: not yet what the commands use |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
 //! | [`export`] | a motor or a run in other programs' formats |
@@ -32,7 +31,6 @@ pub mod check;
 pub mod cli;
 pub mod compare;
 pub mod diagnose;
-pub mod diagnosis;
 pub mod effects;
 pub mod export;
 pub mod import;

@@ -19,6 +19,10 @@ pub fn rad_per_count(counts_per_rev: f64) -> f64 {
     TAU / counts_per_rev
 }
 
+/// Variance in counts^2 of what is rounded to whole counts, where it falls anywhere between two (Widrow and Kollar, Quantization
+/// Noise, 2008).
+pub const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
+
 #[cfg(test)]
 mod tests {
     use super::*;

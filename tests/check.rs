@@ -295,7 +295,7 @@ fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
     // All the same: nothing is sure, in numbers and in words.
     let forced = run(&["diagnose", "vs.csv", "--despite-findings", "--json"]);
     let document: serde_json::Value = serde_json::from_slice(&forced.stdout).expect("JSON");
-    assert_eq!(document["shape"], "motorlab-diagnosis/1");
+    assert_eq!(document["shape"], "motorlab-diagnosis/2");
     let causes = document["causes"].as_array().expect("causes");
     let probabilities = || {
         causes

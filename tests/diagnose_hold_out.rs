@@ -1,7 +1,7 @@
 //! Runs kept from every fit, runs that begin in motion, and a nominal motor where nothing is known.
 
 use case_generator::generate;
-use motorlab::diagnose::{Verdict, diagnose_holding_out, fitted_nominal};
+use motorlab::diagnose::{Options, Verdict, diagnose, nominal_fit};
 use motorlab::motor::fit::{Simulator, Workspace};
 use motorlab::motor::{CommandKind, Drive, Model, Motor, SimulationOptions, simulate};
 use motorlab::recording::{Run, read_run_from};
@@ -51,16 +51,15 @@ fn a_run_that_begins_in_motion_accuses_nobody() {
     let from = turning(run).unwrap();
     assert!(run.len() - from > 200, "{from} of {}", run.len());
     let parts = [tail(run, from)];
-    let found = diagnose_holding_out(&parts, &runs, &motor, &|_| {}).unwrap();
+    let options = Options {
+        held_out: &runs,
+        ..Options::default()
+    };
+    let found = diagnose(&parts, &motor, &options).unwrap();
     assert!(
         matches!(found.verdict, Verdict::NoGap | Verdict::Parameters),
         "{}",
         found.sentence
-    );
-    assert!(
-        found.gap.held_out.contains("kept from every fit"),
-        "{}",
-        found.gap.held_out
     );
     // What was not fitted is predicted as well as refitting can.
     assert!(found.gap.after_parameters <= 1.5 * found.gap.before.max(1.0));
@@ -119,8 +118,8 @@ fn a_nominal_motor_is_fitted_where_nothing_is_known() {
         complete: true,
         ..Run::default()
     };
-    let found = fitted_nominal(std::slice::from_ref(&run), &Motor::default()).unwrap();
-    let (found, truth) = (found.parameters, truth.parameters);
+    let found = nominal_fit(std::slice::from_ref(&run), &Motor::default()).unwrap();
+    let (found, truth) = (found.motor.parameters, truth.parameters);
     for (name, found, truth) in [
         ("J", found.inertia_kg_m2, truth.inertia_kg_m2),
         ("Kb", found.back_emf_v_s_per_rad, truth.back_emf_v_s_per_rad),
@@ -135,5 +134,5 @@ fn a_nominal_motor_is_fitted_where_nothing_is_known() {
         counts: vec![0; run.len()],
         ..run
     };
-    assert!(fitted_nominal(&[still], &Motor::default()).is_err());
+    assert!(nominal_fit(&[still], &Motor::default()).is_err());
 }

@@ -33,6 +33,8 @@ fn values(kind: &EffectKind) -> Vec<(&'static str, f64)> {
                 "torque_nm" if kind.id == "static_friction" => hi,
                 // Slips in every reversal of the drive below.
                 "torque_nm" if kind.id == "slipping_clutch" => lo,
+                // The shaft comes to rest near the middle of a count: at rest rounding leaves up to half a count.
+                "gain" => 1.15,
                 // The full level turns at less than what the back EMF allows.
                 "rate_hz" => lo,
                 _ => 0.5 * (hi + p.default(&parameters, SAMPLE_TIME_S)),

@@ -40,7 +40,7 @@ fn read(python: &Path, format: &str, file: &Path) -> Value {
 fn run(folder: &Path) -> (PathBuf, Run) {
     let samples = 5000;
     let seq: Vec<u64> = (0..samples).map(|k| k + 3 * u64::from(k > 100)).collect();
-    let counts = |k: u64| i64::MAX / 2 + (k * k / 7) as i64;
+    let counts = |k: u64| i64::MAX / 4 + (k * k / 7) as i64;
     let mut run = Run {
         sample_time_s: 0.003,
         counts_per_rev: 720.0,

@@ -136,3 +136,29 @@ fn sample_numbers_that_leap_to_the_end_of_64_bits_and_back_are_counted() {
         assert!(!text.contains("panicked"), "{text}");
     }
 }
+
+#[test]
+fn a_motor_that_is_too_stiff_for_a_long_pause_is_said() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, effect) in [
+        (
+            "spring",
+            "[effects.compliance]\nfrequency_hz = 1e4\ndamping_ratio = 0.001",
+        ),
+        (
+            "ripple",
+            "[effects.torque_ripple]\namplitude = 0.2\ncycles_per_rev = 1e5",
+        ),
+        (
+            "cogging",
+            "[effects.cogging]\ntorque_nm = 0.02\ncycles_per_rev = 1e5",
+        ),
+    ] {
+        let motor = folder.path().join(name);
+        std::fs::write(&motor, effect).expect("written");
+        let motor = motor.to_str().expect("a path");
+        let (status, text) = said(&["compare", "gap3500.csv", "--motor", motor]);
+        assert_eq!(status, 2, "{name}: {text}");
+        assert!(text.contains("too stiff to simulate"), "{name}: {text}");
+    }
+}

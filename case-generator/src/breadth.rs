@@ -343,16 +343,7 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
         runs.push(record(&hidden, profile, motor.counts_per_rev, conditions).run);
     }
     let unseen_run = runs.pop().expect("the last is kept");
-    let mut motor_file = nominal.to_toml();
-    if let Some(at) = motor_file.find("[tolerance]") {
-        motor_file.truncate(at);
-    }
-    if is_stated {
-        motor_file += "[tolerance]\n";
-        for key in TOLERANT {
-            motor_file += &format!("{key} = {tolerance:?}\n");
-        }
-    }
+    let motor_file = nominal.to_toml_within(is_stated.then_some(tolerance));
     let kind = match (hides, ids.len()) {
         (Hides::Nothing, _) => "none",
         (Hides::Outside, _) => "outside",
@@ -393,17 +384,6 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
         },
     )
 }
-
-/// Figures of a motor file that are off.
-const TOLERANT: [&str; 7] = [
-    "resistance_ohm",
-    "back_emf_v_s_per_rad",
-    "torque_constant_nm_per_a",
-    "viscous_friction_nm_s_per_rad",
-    "inductance_h",
-    "inertia_kg_m2",
-    "coulomb_friction_nm",
-];
 
 #[cfg(test)]
 mod tests {

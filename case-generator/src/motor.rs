@@ -111,6 +111,11 @@ impl Motor {
 
     /// The motor file, with a tolerance of 5 % on every figure that is off by that much.
     pub fn to_toml(&self) -> String {
+        self.to_toml_within(Some(NOMINAL_SIGMA))
+    }
+
+    /// The motor file, with this tolerance on every figure that is off, or with none stated.
+    pub(crate) fn to_toml_within(self, tolerance: Option<f64>) -> String {
         let keys = [
             ("resistance_ohm", self.resistance_ohm),
             ("back_emf_v_s_per_rad", self.back_emf_v_s_per_rad),
@@ -128,9 +133,12 @@ impl Motor {
             text += &format!("{key} = {value:?}\n");
         }
         text += &format!("counts_per_rev = {:?}\n", self.counts_per_rev);
-        text += &format!("supply_v = {:?}\n\n[tolerance]\n", self.supply_v);
-        for (key, _) in keys {
-            text += &format!("{key} = {NOMINAL_SIGMA:?}\n");
+        text += &format!("supply_v = {:?}\n", self.supply_v);
+        if let Some(tolerance) = tolerance {
+            text += "\n[tolerance]\n";
+            for (key, _) in keys {
+                text += &format!("{key} = {tolerance:?}\n");
+            }
         }
         text
     }

@@ -101,15 +101,25 @@ pub enum MotorFileError {
 
 /// Reads a motor file; keys that it leaves out are the lab handout's.
 pub fn read_motor(path: impl AsRef<Path>) -> Result<Motor, MotorFileError> {
+    read_motor_and_lacking(path).map(|(motor, _)| motor)
+}
+
+/// The same with the keys of [`Parameters`] that the file leaves out.
+pub fn read_motor_and_lacking(
+    path: impl AsRef<Path>,
+) -> Result<(Motor, Vec<&'static str>), MotorFileError> {
     let path = path.as_ref();
     let text = read_bounded(path).map_err(|source| MotorFileError::Io {
         path: path.to_owned(),
         source,
     })?;
-    Motor::from_toml(&text).map_err(|error| MotorFileError::InFile {
+    let motor = Motor::from_toml(&text).map_err(|error| MotorFileError::InFile {
         path: path.to_owned(),
         error: Box::new(error),
-    })
+    })?;
+    let table: toml::Table = text.parse().unwrap_or_default();
+    let lacks = |key: &&str| !table.contains_key(*key);
+    Ok((motor, Parameters::KEYS.into_iter().filter(lacks).collect()))
 }
 
 /// The whole file, unless it is longer than any motor file.

@@ -24,7 +24,7 @@ mod workspace;
 
 pub use catalogue::{ActiveEffect, Effects};
 pub use command_kind::CommandKind;
-pub use file::{Motor, MotorFileError, read_motor};
+pub use file::{Motor, MotorFileError, read_motor, read_motor_and_lacking};
 pub use known::{KnownDifferences, KnownError};
 pub use parameter_id::ParameterId;
 pub use parameters::Parameters;

@@ -149,8 +149,8 @@ impl Plant {
         self.stated_counts_per_rev
     }
 
-    /// By how much the column of the commands is late, in s of the motor's time: no board sees ahead, and whoever logs has to note a
-    /// command so much after it is given.
+    /// By how much the column of the commands is late, in s of the motor's time: a board that plays a profile gives what the profile has
+    /// so much later, and notes what it has now.
     pub fn notes_late_s(&self) -> f64 {
         self.notes_late_s
     }

@@ -9,10 +9,11 @@
 //! A sample late is seen where the shaft passes about a count in the sample after a jump.
 
 use super::finding::{Finding, Kind, Severity};
-use super::jump::{Jump, MOST_LATE, ROUNDING, jumps};
+use super::jump::{Jump, MOST_LATE, jumps};
 use super::subject::Subject;
 use super::words::time;
 use crate::recording::Steps;
+use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
 /// The answer is there before the jump where its mean lies so many standard errors above 0. Sound runs, real ones and simulated ones
 /// with every effect, reach 3.5 (a pendulum that still swings).

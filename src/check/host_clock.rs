@@ -77,7 +77,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
     let interval_s = (last - first) / n.max(2) as f64;
     let samples = |span_s: f64| ((span_s / interval_s) as usize).max(LEAST_SAMPLES);
     let (before, after) = (samples(BEFORE_S), samples(AFTER_S));
-    if n < 3 * before {
+    if n / 3 < before {
         return Vec::new();
     }
     // The earliest of each stretch, the rate of the middle pair of stretches, and how far the middle arrival is behind.

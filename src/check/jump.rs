@@ -4,6 +4,7 @@
 //! and how surely (linear regression's prediction). What goes beyond it is the answer to the jump.
 
 use crate::recording::Run;
+use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
 /// A jump is at least this share of the largest command.
 const JUMPS: f64 = 0.2;
@@ -20,8 +21,6 @@ const MOST_AFTER: usize = 60;
 /// The answer passes so many counts, and beside them so many standard errors of the line.
 const ANSWER_COUNTS: f64 = 10.0;
 const ANSWER_ERRORS: f64 = 10.0;
-/// Variance in counts^2 of what is rounded to whole counts.
-pub(super) const ROUNDING: f64 = 1.0 / 12.0;
 /// Most jumps of a run that are looked at.
 const MOST_JUMPS: usize = 200;
 

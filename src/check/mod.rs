@@ -45,6 +45,7 @@ mod words;
 
 pub use finding::{Finding, Kind, Severity, is_fatal};
 use subject::Subject;
+pub(crate) use too_short::FEWEST_SAMPLES;
 
 use crate::motor::Motor;
 use crate::recording::Run;

@@ -24,7 +24,7 @@ struct Usual {
     deviation: f64,
 }
 
-/// Steps of motor logs in s: 10 ms, and 0.6 to 160 ms for two deviations. The recordings of docs/real.md have 0.4 ms to 2.1 s.
+/// Steps of motor logs in s: 10 ms, and 0.6 to 160 ms for two deviations. The recordings of tests/real have 0.4 ms to 2.1 s.
 const STEPS: Usual = Usual {
     mean: -2.0,
     deviation: 0.6,

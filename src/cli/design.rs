@@ -11,7 +11,7 @@ use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s, supply_v};
 use super::{Failure, Output, Status};
 use crate::board::Profile;
-use crate::diagnose::{BAD_RECORDING, Isolability, NextExperiment, Pair, Plan, isolability};
+use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
 use crate::plain::shown;
 
 /// Say before a recording which effects a profile cannot show and which it cannot tell apart.
@@ -42,10 +42,14 @@ pub struct Design {
 
 /// How long a built-in profile takes in s.
 const DURATION_S: f64 = 4.0;
+/// Effects that are named in a line, of those that a recording tells apart.
+const NAMED: usize = 5;
 /// Most samples of a plan.
 const MOST_SAMPLES: f64 = 200_000.0;
 /// Longest diagnosis that is read, in bytes.
 const MOST_BYTES: u64 = 1 << 26;
+/// Shape of a diagnosis before this version: what it wants recorded next is told alike.
+const EARLIER_SHAPE: &str = "motorlab-diagnosis/1";
 /// From this separation on an effect is told apart plainly.
 const PLAIN: f64 = 10.0;
 
@@ -157,7 +161,13 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
 pub(super) fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
         [one] => format!("show whether {one} is there"),
-        several => format!("tell {} apart", several.join(", ")),
+        several => {
+            let named = several.iter().take(NAMED).map(String::as_str);
+            let others = several.len().saturating_sub(NAMED);
+            let others = (others > 0).then(|| format!("{others} more"));
+            let all: Vec<&str> = named.chain(others.as_deref()).collect();
+            format!("tell {} apart", all.join(", "))
+        }
     };
     let bench = next.change.as_ref();
     let bench = bench.map_or(String::new(), |change| format!(" with {}", change.words()));
@@ -187,13 +197,13 @@ fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
         .read_to_string(&mut text)
         .map_err(|error| wrong(&error))?;
     let diagnosed: Diagnosed = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
-    if diagnosed.verdict == BAD_RECORDING {
+    if diagnosed.verdict == "bad_recording" {
         return Err(wrong(&format!(
             "it is of a recording that has to be mended first: {}",
             diagnosed.sentence
         )));
     }
-    if diagnosed.shape != crate::diagnose::SHAPE {
+    if ![SHAPE, EARLIER_SHAPE].contains(&diagnosed.shape.as_str()) {
         return Err(wrong(&format!("its shape is '{}'", diagnosed.shape)));
     }
     if output.json {

@@ -12,10 +12,7 @@ use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::check::{Finding, is_fatal};
-use crate::diagnose::{
-    BadRecording, NominalFit, despite_findings, diagnose_holding_out, diagnose_thoroughly,
-    nominal_fit,
-};
+use crate::diagnose::{BadRecording, GoodEnough, NominalFit, Options, diagnose, nominal_fit};
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
 use crate::report::diagnosis::page;
@@ -23,7 +20,7 @@ use crate::report::diagnosis::page;
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --thorough"
+    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain"
 )]
 pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more.
@@ -32,18 +29,20 @@ pub struct Diagnose {
     /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
     #[arg(long, value_name = "RUN", num_args = 1..)]
     hold_out: Vec<PathBuf>,
-    /// What the nominal model is: the motor file, or the first-order model's best fit to these runs.
-    #[arg(long, value_enum, default_value_t = Nominal::File)]
-    nominal: Nominal,
+    /// What the nominal model is: the motor file, or the first-order model's best fit to these runs. [default: the motor file;
+    /// without one, fit for imported runs and text boards, else the lab handout's motor]
+    #[arg(long, value_enum)]
+    nominal: Option<Nominal>,
     #[command(flatten)]
     motor: MotorChoice,
     #[command(flatten)]
     with: With,
-    /// Search to the end. Else the search for what explains a voltage-driven motor ends at a limit of work, which keeps 99 in
-    /// 100 diagnoses of three runs of together 6500 samples within 2 s on two cores, and says so: some sets of two and three
-    /// effects are not found then. Recordings of fewer than 4000 samples have no limit.
+    /// Position error that is good enough: counts, or a share of the travel as in 1%. A smaller gap is none.
+    #[arg(long, value_name = "COUNTS|SHARE%", value_parser = good_enough)]
+    good_enough: Option<GoodEnough>,
+    /// Print how the verdict came about: what was tried, kept and dropped at each step of the search.
     #[arg(long)]
-    thorough: bool,
+    explain: bool,
     /// Diagnose recordings in which something fatal is found too (motorlab check); nothing is then said with more
     /// than 90 %.
     #[arg(long)]
@@ -82,7 +81,7 @@ impl Diagnose {
         if is_bad && !self.despite_findings {
             return bad_recording(findings, output);
         }
-        if self.nominal == Nominal::Fit {
+        if self.is_fitted(&runs) {
             let fit = nominal_fit(&runs, &motor).map_err(Failure::input)?;
             output.message(&words_of(&fit));
             motor = fit.motor;
@@ -93,16 +92,16 @@ impl Diagnose {
         }
         spinner.enable_steady_tick(std::time::Duration::from_millis(100));
         let progress = |what: &str| spinner.set_message(what.to_owned());
-        let found = if self.thorough {
-            diagnose_thoroughly(&runs, &held_out, &motor, &progress)
-        } else {
-            diagnose_holding_out(&runs, &held_out, &motor, &progress)
+        let options = Options {
+            held_out: &held_out,
+            good_enough: self.good_enough,
+            is_doubtful: is_bad,
+            progress: &progress,
         };
+        let found = diagnose(&runs, &motor, &options);
         spinner.finish_and_clear();
         let mut diagnosis = found.map_err(Failure::input)?;
-        if is_bad {
-            diagnosis = despite_findings(diagnosis);
-        }
+        diagnosis.data = findings;
         if let Some(path) = &self.model_out {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }
@@ -114,12 +113,45 @@ impl Diagnose {
         if output.json {
             output.document(&diagnosis)?;
         } else {
+            if self.explain {
+                output.line(&diagnosis.to_string())?;
+            }
             show(&diagnosis, output)?;
             if self.html.is_none() {
                 output.message("a page with the pictures: add --html diagnosis.html");
             }
         }
         Ok(Status::Done)
+    }
+}
+
+impl Diagnose {
+    /// Whether the nominal motor is fitted to the runs: as asked, else where nobody says which motor a foreign log is of.
+    fn is_fitted(&self, runs: &[Run]) -> bool {
+        let is_foreign = |run: &Run| {
+            let device = run.header.get("device").and_then(toml::Value::as_str);
+            run.header.contains_key("imported") || device == Some("text lines")
+        };
+        match self.nominal {
+            Some(nominal) => nominal == Nominal::Fit,
+            None => !self.motor.is_given() && runs.iter().any(is_foreign),
+        }
+    }
+}
+
+/// Counts, or a share with a per cent sign.
+fn good_enough(text: &str) -> Result<GoodEnough, String> {
+    let (number, is_share) = match text.strip_suffix('%') {
+        Some(number) => (number, true),
+        None => (text, false),
+    };
+    let value: f64 = number.trim().parse().map_err(|_| {
+        format!("'{text}' is neither counts, as in 5, nor a share of the travel, as in 1%")
+    })?;
+    match (value.is_finite() && value >= 0.0, is_share) {
+        (false, _) => Err("it is 0 or more".to_owned()),
+        (true, true) => Ok(GoodEnough::Share(value / 100.0)),
+        (true, false) => Ok(GoodEnough::Counts(value)),
     }
 }
 

@@ -4,8 +4,8 @@ use super::design::next_line;
 use super::{Failure, Output};
 use crate::diagnose::{Cause, Diagnosis, other_means};
 use crate::report::Bars;
-use crate::report::diagnosis::{cause_words, cut_short, rungs};
-use crate::report::number::{figure, probability};
+use crate::report::diagnosis::{cause_words, rungs};
+use crate::report::number::{figure, percent, probability};
 
 /// How many causes and stretches are listed.
 const LISTED: usize = 5;
@@ -19,11 +19,8 @@ const NUMBERS_FROM: f64 = 0.02;
 /// Writes the short form.
 pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     output.line(&diagnosis.sentence)?;
-    for problem in &diagnosis.data {
-        output.line(&format!(
-            "  recording {}: {} ({})",
-            problem.run, problem.detail, problem.problem
-        ))?;
+    if !diagnosis.note.is_empty() {
+        output.line(&diagnosis.note)?;
     }
     let gap = &diagnosis.gap;
     output.line("\nposition error on data kept from the fit, with 95 % intervals (logarithmic)")?;
@@ -36,6 +33,12 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
         100.0 * gap.closed_lo95,
         100.0 * gap.closed_hi95,
         gap.held_out
+    ))?;
+    output.line(&format!(
+        "  the gap is {} of the travel of a piece, {} counts in {} s",
+        percent(gap.before / gap.travel.max(f64::MIN_POSITIVE)),
+        figure(gap.travel, 4),
+        figure(gap.horizon_s, 3)
     ))?;
     output.line("\ncauses")?;
     let listed = diagnosis.causes.iter().enumerate();
@@ -57,9 +60,6 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
             region.run
         ))?;
     }
-    if let Some(words) = cut_short(diagnosis) {
-        output.line(&format!("\n{words}"))?;
-    }
     if let Some(next) = &diagnosis.next_experiment {
         output.line(&format!("\n{}", next_line(next)))?;
     }
@@ -73,7 +73,7 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
     let mut line = format!(
         "  {:>8}  {}",
         probability(cause.probability),
-        cause_words(cause.effect)
+        cause_words(&cause.effect)
     );
     if cause.inclusion >= BESIDE_FROM && cause.inclusion > cause.probability + 0.01 {
         line.push_str(&format!(
@@ -86,12 +86,6 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
             "; not told from {}",
             cause.indistinguishable_from.join(", ")
         ));
-    }
-    if let Some(separation) = cause.separation {
-        line.push_str(&format!(" (D = {})", figure(separation, 2)));
-    }
-    if !cause.converged {
-        line.push_str("; its fit has not settled");
     }
     output.line(&line)?;
     if cause.inclusion < NUMBERS_FROM {

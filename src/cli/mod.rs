@@ -38,7 +38,6 @@ mod ports;
 mod progress;
 mod reconnect;
 mod replay;
-mod search;
 mod signals;
 mod simulate;
 mod virtual_board;
@@ -83,8 +82,6 @@ enum Command {
     Virtual(virtual_board::Virtual),
     Simulate(simulate::Simulate),
     Check(check::Check),
-    #[command(hide = true)]
-    Search(search::Search),
     Compare(compare::Compare),
     Lab(lab::Lab),
     Diagnose(diagnose::Diagnose),
@@ -221,7 +218,6 @@ impl CommandLine {
             Command::Virtual(command) => command.run(&output),
             Command::Simulate(command) => command.run(&output),
             Command::Check(command) => command.run(&output),
-            Command::Search(command) => command.run(&output),
             Command::Compare(command) => command.run(&output),
             Command::Lab(command) => command.run(&output),
             Command::Diagnose(command) => command.run(&output),

@@ -1,20 +1,16 @@
 //! Reading a motor file that somebody wrote: what it leaves out is the lab handout's, and that is said.
 
-use std::fs::File;
-use std::io::{self, Read};
 use std::path::Path;
 
 use super::{Failure, Output};
-use crate::motor::{Motor, MotorFileError, Parameters};
+use crate::motor::{Motor, Parameters, read_motor_and_lacking};
 use crate::plain::shown;
-
-/// Longest motor file in bytes: a thousand times a whole one.
-const MOST_BYTES: u64 = 1 << 20;
 
 /// Reads a motor file and says which numbers are the handout's because the file lacks them: in a message, and in the
 /// document that the command prints.
 pub(super) fn motor_file(path: &Path, output: &Output) -> Result<Motor, Failure> {
-    let (motor, lacking) = read(path).map_err(|error| Failure::input(error).at(path))?;
+    let (motor, lacking) =
+        read_motor_and_lacking(path).map_err(|error| Failure::input(error).at(path))?;
     say(path, &lacking, output);
     Ok(motor)
 }
@@ -40,31 +36,4 @@ pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
         shown(path),
         said.join(", "),
     ));
-}
-
-/// The motor in a file, and the keys that the file lacks.
-pub(super) fn read(path: &Path) -> Result<(Motor, Vec<&'static str>), MotorFileError> {
-    let text = bounded(path).map_err(|source| MotorFileError::Io {
-        path: path.to_owned(),
-        source,
-    })?;
-    let motor = Motor::from_toml(&text).map_err(|error| MotorFileError::InFile {
-        path: path.to_owned(),
-        error: Box::new(error),
-    })?;
-    let table: toml::Table = text.parse().unwrap_or_default();
-    let lacks = |key: &&str| !table.contains_key(*key);
-    Ok((motor, Parameters::KEYS.into_iter().filter(lacks).collect()))
-}
-
-/// The whole file, unless it is longer than any motor file.
-fn bounded(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    let file = File::open(path)?.take(MOST_BYTES + 1);
-    io::BufReader::new(file).read_to_string(&mut text)?;
-    if text.len() as u64 > MOST_BYTES {
-        let message = format!("it is longer than {MOST_BYTES} bytes: this is no motor file");
-        return Err(io::Error::new(io::ErrorKind::InvalidData, message));
-    }
-    Ok(text)
 }

@@ -107,7 +107,7 @@ impl VirtualSpec {
         // The file first: other keys change what it says.
         if let Some((_, path)) = pairs.iter().find(|(key, _)| key == "motor") {
             let path = PathBuf::from(path);
-            let (motor, lacking) = motor_file::read(&path)?;
+            let (motor, lacking) = crate::motor::read_motor_and_lacking(&path)?;
             spec.motor = motor;
             spec.file = Some((path, lacking));
         }

@@ -1,518 +1,215 @@
-//! Where the gap lies, which effect causes it, how far it shrinks.
+//! Where the gap lies, which effect causes it, how far it shrinks: runs and a motor in, a [`Diagnosis`] out.
 //!
-//! [`diagnose`] weighs every effect of the catalogue, pairs of them, none, and something unknown, by
-//! their evidence on recorded counts: `ln Z = ln p(counts | effect)`, with a load that wanders as part of
-//! the noise. The steps: `checks` look at the recording, `search` finds where fits start, `fit` fits,
-//! `rank` weighs, `unknown` is the rival of all, `ties` says what cannot be told apart, `rungs`
-//! measures the gap on data kept from the fit, `effort` limits the work, `regimes` says where it lies,
-//! `design` what to record next.
+//! ```text
+//! Runs -> Pieces -> base fit -> levels: screening, fits, presence -> unknown -> conclusion -> next experiment
+//! ```
+//!
+//! One measure: the position error in counts over a piece of a run, from the piece's own measured start. A model is fitted to it
+//! (`fit`), whitened by rounding and a load that wanders (`noise`), and scored on pieces that it was not fitted to. Whatever is
+//! said to be there gains more than chance makes of recordings simulated from the smaller model (`validation`). What it comes to is
+//! `conclusion`'s, what to record next `design`'s.
 
-mod anchor;
-mod bad_recording;
-mod bagging;
-mod beside;
-mod candidate;
-mod checks;
-mod come_round;
-mod conclusions;
-mod covariance;
-mod data;
+mod conclusion;
 mod design;
-mod despite;
-mod discrepancy;
-mod disturbance;
-mod effort;
+mod error;
 mod fit;
-mod further;
-mod grid;
-mod growth;
-mod held;
-mod hypothesis;
-mod judged;
-mod jumps;
-mod kept;
-mod kept_filters;
-mod levels;
-mod log_sum;
-mod looks;
-mod marginal;
-mod matter;
-mod nearest;
 mod noise;
-mod noise_numbers;
 mod nominal;
-mod oscillation;
-mod other_law;
-mod other_means;
-mod other_noise;
-mod outlook;
-mod pairs;
-mod periodic;
-mod predict;
-mod problem;
-mod prospect;
-mod rank;
-mod refined;
-mod regimes;
-mod response;
-mod rivals;
-mod rough;
-mod rounds;
-mod rung_intervals;
-mod rungs;
+mod pieces;
+mod report;
 #[cfg(test)]
 mod samples;
-mod scales;
-mod search;
-mod sentence;
-mod setting;
-mod shapes;
-mod sums;
-mod tempered;
-mod ties;
-mod tones;
-mod unknown;
-mod unseen;
-mod verdict;
+mod screening;
+mod selection;
+mod settings;
+mod validation;
 
-use std::sync::Arc;
-use std::time::Instant;
-
-use crate::motor::{Motor, SimulationError};
-use crate::recording::{CommandKind, Run};
-use conclusions::{Ties, base, causes, ids, place, sets, verdict_of};
-use data::{PIECE_S, RunData, pieces, spread};
-use disturbance::{Disturbance, disturbance_of};
-use effort::Effort;
-use fit::Fit;
-use held::is_held;
-use hypothesis::Hypothesis;
-use problem::Problem;
-use rank::{heads, rank};
-use rough::{Rough, held_levels};
-use scales::{damping_of, largest_acceleration};
-use sentence::sentence;
-
-pub use bad_recording::{BAD_RECORDING, BadRecording};
 pub use design::{Isolability, Pair, Plan, isolability};
-pub use despite::despite_findings;
-pub use nominal::{NominalFit, fitted_nominal, nominal_fit};
-pub use other_means::other_means;
-pub use verdict::{
-    Cause, DataProblem, Diagnosis, EffectSet, Gap, Interval, KnownChange, NextExperiment, Place,
-    Regime, Region, SHAPE, Verdict,
+pub use error::DiagnoseError;
+pub use nominal::{NominalFit, nominal_fit};
+pub use report::{
+    BadRecording, Cause, Diagnosis, EffectSet, Evidence, Fitted, FloorParts, Gap, GoodEnough,
+    Interval, KnownChange, NextExperiment, Place, Regime, Region, Rival, SHAPE, Step, Verdict,
+    other_means,
 };
 
-/// Levels of the wander as shares of the largest acceleration, strongest first.
-const WANDER_LEVELS: [f64; 6] = [0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001];
+use crate::check::check;
+use crate::motor::Motor;
+use crate::recording::Run;
+use error::usable;
+use fit::Base;
+use pieces::Pieces;
+use selection::forward;
+use settings::CLOCK_READING_S;
 
-/// Most steps of the fit that tells the variance of rounding.
-const SETTLING_STEPS: usize = 6;
-
-/// Most times that it is told anew beside edges lost by chance.
-const SETTLINGS: usize = 4;
-
-/// A recording of more samples than this, all runs together, is first judged to be rough or not by its beginning, of
-/// [`LOOK`] samples, and diagnosed by pieces of this many samples where it is.
-const ENOUGH: usize = 10_000;
-const LOOK: usize = 2000;
-
-/// Longest mean time between samples in s. Tables of steady speeds have a row a second; three are no motor's log, and a simulation takes
-/// a thousand steps for each.
-const MOST_APART_S: f64 = 3.0;
-
-/// A step of time that is so many times the median is a pause.
-const PAUSE: f64 = 10.0;
-
-/// Why runs cannot be diagnosed.
-#[derive(Debug, thiserror::Error)]
-pub enum DiagnoseError {
-    /// Nothing to look at.
-    #[error("no run: name at least one run file")]
-    NoRuns,
-    /// A run that is too short.
-    #[error("{run}: {samples} samples are too few for a diagnosis, record at least 20")]
-    TooShort {
-        /// Path or number of the run.
-        run: String,
-        /// Its samples.
-        samples: usize,
-    },
-    /// Samples so far apart that no motor's response is seen between them.
-    #[error(
-        "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed; record with a sample time that \
-         sees the motor start (motorlab check names wrong units)"
-    )]
-    TooFarApart {
-        /// Path or number of the run.
-        run: String,
-        /// Mean interval in s.
-        mean_s: f64,
-    },
-    /// More pause than recording.
-    #[error(
-        "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample; cut the file at its pauses and diagnose the parts \
-         together"
-    )]
-    MostlyPauses {
-        /// Path or number of the run.
-        run: String,
-        /// Time in pauses in s.
-        missing_s: f64,
-        /// Time from the first sample to the last in s.
-        lasts_s: f64,
-    },
-    /// A run without what a model is judged by, or driven by.
-    #[error(
-        "{run}: the {what} was not recorded (its header says so under `imported`), without which nothing can be diagnosed{found}"
-    )]
-    NotRecorded {
-        /// Path or number of the run.
-        run: String,
-        /// `position` or `command`.
-        what: &'static str,
-        /// What can be said of the recording all the same.
-        found: String,
-    },
-    /// Runs of different axes.
-    #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart")]
-    Mixed {
-        /// Path or number of the run.
-        run: String,
-        /// Its command column.
-        found: &'static str,
-        /// That of the first.
-        first: &'static str,
-    },
-    /// A run that cannot be simulated.
-    #[error("{run}: {source}")]
-    Simulation {
-        /// Path or number of the run.
-        run: String,
-        /// Why.
-        source: SimulationError,
-    },
-    /// The nominal motor makes no motion at all.
-    #[error("the nominal motor cannot be fitted to these runs: are its numbers and units right?")]
-    NoFit,
-    /// No first-order motor follows these runs.
-    #[error(
-        "no first-order motor fits these runs: the best leaves {left_counts:.1} counts where a shaft that stands still leaves {at_rest_counts:.1}. Does the column of the command belong to this motor, in volts, with the right sign? A motor file with --motor needs no fit"
-    )]
-    FitFailed {
-        /// What the best fit leaves, in counts RMS.
-        left_counts: f64,
-        /// What a shaft that never turns leaves.
-        at_rest_counts: f64,
-    },
+/// What a diagnosis is asked beyond its runs and its motor.
+#[derive(Clone, Copy)]
+pub struct Options<'a> {
+    /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
+    pub held_out: &'a [Run],
+    /// Below this there is no gap.
+    pub good_enough: Option<GoodEnough>,
+    /// Whether something fatal was found in the recordings: nothing is said with more than 90 % then.
+    pub is_doubtful: bool,
+    /// Is told what is being done.
+    pub progress: &'a dyn Fn(&str),
 }
 
-/// Diagnoses runs of one motor against its nominal model; `progress` is told what is being done.
-///
-/// The search for what explains the runs of a motor that is driven by a voltage ends at a limit of work, which
-/// [`Diagnosis::cut_short`] says.
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self {
+            held_out: &[],
+            good_enough: None,
+            is_doubtful: false,
+            progress: &|_| (),
+        }
+    }
+}
+
+/// Says where the gap between runs and motor lies, which effects cause it and how far it shrinks.
 ///
 /// # Errors
 /// No runs, runs that are too short or of different axes, runs or motors that cannot be simulated.
+///
+/// ```
+/// use motorlab::diagnose::{Options, Verdict, diagnose};
+/// use motorlab::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
+/// use motorlab::recording::Run;
+///
+/// let motor = Motor::default();
+/// let t_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();
+/// let command = vec![4.5; 400];
+/// let drive = Drive { t_s: &t_s, command: &command, kind: CommandKind::Voltage };
+/// let counts = simulate(&motor, &drive, &SimulationOptions::default())?.counts;
+/// let run = Run { sample_time_s: 0.01, counts_per_rev: 720.0, t_s, command, counts, ..Run::default() };
+/// let diagnosis = diagnose(&[run], &motor, &Options::default())?;
+/// assert_eq!(diagnosis.verdict, Verdict::NoGap);
+/// println!("{}", diagnosis.sentence);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub fn diagnose(
     runs: &[Run],
     motor: &Motor,
-    progress: &(dyn Fn(&str) + Sync),
+    options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_holding_out(runs, &[], motor, progress)
-}
-
-/// The same with further runs of the motor that nothing is fitted to and nothing is chosen by: the gap is measured
-/// on them.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_holding_out(
-    runs: &[Run],
-    held_out: &[Run],
-    motor: &Motor,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_within(Effort::limited_for, runs, held_out, motor, progress)
-}
-
-/// The same without a limit: some more sets of two and three effects are found, and where nothing explains the runs it takes several
-/// times as long.
-///
-/// # Errors
-/// As [`diagnose`].
-pub fn diagnose_thoroughly(
-    runs: &[Run],
-    held_out: &[Run],
-    motor: &Motor,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    diagnose_within(|_| Effort::default(), runs, held_out, motor, progress)
-}
-
-/// The same with as much work as there may be for so many samples.
-fn diagnose_within(
-    effort: impl Fn(usize) -> Effort,
-    runs: &[Run],
-    held_out: &[Run],
-    motor: &Motor,
-    progress: &(dyn Fn(&str) + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    let begin = Instant::now();
-    let first = runs.first().ok_or(DiagnoseError::NoRuns)?;
-    let mut problems = Vec::new();
-    let (mut names, data) = ready(runs, first.command_kind, &mut problems)?;
-    let (_, mut kept) = ready(held_out, first.command_kind, &mut problems)?;
-    let scale = largest_acceleration(motor, &data);
-    let levels: Vec<f64> = WANDER_LEVELS.iter().map(|share| share * scale).collect();
-    let damping = damping_of(motor, first.command_kind);
-    let samples: usize = data.iter().map(RunData::len).sum();
-    let is_long = samples > ENOUGH;
-    let beginnings = heads(&data, LOOK as f64 / samples as f64);
-    let is_held = is_held(&data);
-    let effort = Arc::new(if first.command_kind == CommandKind::Voltage && !is_held {
-        effort(samples)
-    } else {
-        Effort::default()
-    });
-    let problem_of = |runs| {
-        let levels = levels.clone();
-        let problem = Problem::new(motor, runs, damping, levels, Disturbance::default());
-        settled(problem.with_effort(&effort)).ok_or(DiagnoseError::NoFit)
-    };
-    let simulation = |source| DiagnoseError::Simulation {
-        run: "a piece of a run".to_owned(),
-        source,
-    };
-    let judged_whole = if is_held {
-        problems.push(held::note());
-        progress("looking at an axis that is held by its controller, piece by piece");
-        let pieces = spread(pieces(&data, PIECE_S).map_err(simulation)?, ENOUGH);
-        let problem = Problem::new(
-            motor,
-            &pieces,
-            damping,
-            held_levels(&levels, scale),
-            Disturbance::default(),
-        )
-        .holding(true)
-        .with_effort(&effort);
-        Err(Rough::of_held(&problem, scale).ok_or(DiagnoseError::NoFit)?)
-    } else {
-        let mut problem = problem_of(if is_long { &beginnings } else { &data })?;
-        let mut ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-        let mut noise = disturbance_of(&problem, &ranking, scale);
-        if noise.is_none() && is_long {
-            problem = problem_of(&data)?;
-            ranking = rank(&problem, progress).ok_or(DiagnoseError::NoFit)?;
-            noise = disturbance_of(&problem, &ranking, scale);
-        }
-        match noise {
-            None => Ok((problem, ranking)),
-            Some(noise) => Err(Rough::of(&problem, ranking, noise)),
+    let begun = std::time::Instant::now();
+    let (pieces, base) = made_ready(runs, motor)?;
+    let held = match options.held_out {
+        [] => None,
+        held_out => {
+            let both: Vec<Run> = [&runs[..1], held_out].concat();
+            usable(&both)?;
+            Some(Pieces::new(held_out, motor)?)
         }
     };
-    let is_rough = judged_whole.is_err();
-    let cut;
-    let (mut problem, mut ranking) = match judged_whole {
-        Ok(judged) => judged,
-        Err(rough) => {
-            // A model that forgets within seconds is not judged by where it went in a minute.
-            progress("weighing everything piece by piece with the noise of this recording");
-            kept = pieces(&kept, rough.length_s).map_err(simulation)?;
-            let all = pieces(&data, rough.length_s).map_err(simulation)?;
-            cut = if is_long { spread(all, ENOUGH) } else { all };
-            names = cut
-                .iter()
-                .map(|piece| names[piece.origin].clone())
-                .collect();
-            let levels = if is_held {
-                held_levels(&levels, scale)
-            } else {
-                levels.clone()
-            };
-            // Of a long one only so many samples are weighed that the search may go to its end.
-            let effort = if is_long {
-                Arc::default()
-            } else {
-                effort.clone()
-            };
-            let mut problem = Problem::new(motor, &cut, damping, levels, rough.noise)
-                .holding(is_held)
-                .with_effort(&effort);
-            let ranking = rough
-                .weighed(&mut problem, scale, progress)
-                .ok_or(DiagnoseError::NoFit)?;
-            (problem, ranking)
-        }
+    let found = forward(&pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
+    (options.progress)("looking for something unknown");
+    let unknown = validation::unknown(&pieces, &found.best);
+    (options.progress)("weighing what was found, and what to record next");
+    let grounds = conclusion::Grounds {
+        runs,
+        pieces: &pieces,
+        held: held.as_ref(),
+        base: &base,
+        found: &found,
+        unknown: &unknown,
+        good_enough: options.good_enough,
+        is_doubtful: options.is_doubtful,
+        steps: conclusion::steps(&found, &unknown),
     };
-    if let Some(best) = ranking.candidates.first_mut()
-        && best.fit.hypothesis.loses_by_chance()
-    {
-        problem = resettled(problem, &mut best.fit);
-    }
-    progress("holding data back to measure the gap");
-    let gap = match (ranking.candidates.first(), ranking.null()) {
-        (Some(best), Some(null)) if is_rough => {
-            rungs::by_pieces(&problem, &null.fit, &best.fit, &kept)
-        }
-        (Some(best), Some(null)) if kept.is_empty() => rungs::rungs(&problem, &null.fit, &best.fit),
-        (Some(best), Some(null)) => rungs::held_out(&problem, &null.fit, &best.fit, &kept),
-        _ => return Err(DiagnoseError::NoFit),
-    };
-    let by_chance =
-        (ranking.candidates.first()).map_or(0.0, |best| rungs::lost_by_chance(&problem, &best.fit));
-    let judged = ranking.judge(&gap, by_chance);
-    let alike = if is_rough {
-        let alike = discrepancy::share_out(&problem, &mut ranking);
-        bagging::allow_for_more(&problem, &mut ranking);
-        alike
-    } else {
-        bagging::bag_unknown(&problem, &mut ranking, judged, scale);
-        tempered::temper(&problem, &mut ranking, &gap, by_chance, scale);
-        if !judged::is_explained(&gap, by_chance) {
-            bagging::allow_for_more(&problem, &mut ranking);
-        }
-        Vec::new()
-    };
-    let doubtful = if alike.is_empty() {
-        other_noise::weigh(&problem, &mut ranking)
-            .or_else(|| other_law::weigh(&problem, &mut ranking))
-    } else {
-        None
-    };
-    beside::weigh(&problem, &mut ranking, &gap, scale, is_rough);
-    let (Some(best), Some(null)) = (ranking.candidates.first(), ranking.null()) else {
-        return Err(DiagnoseError::NoFit);
-    };
-    let ties = Ties::among(&problem, &ranking, doubtful, &alike);
-    let verdict = verdict_of(&ranking, &gap, &ties);
-    if matches!(verdict, Verdict::Ambiguous | Verdict::OutsideCatalogue) {
-        problems.extend(unseen::unseen(&data));
-    }
-    let effects = match verdict {
-        Verdict::Effect | Verdict::Ambiguous => ids(best),
-        _ => Vec::new(),
-    };
-    let place = place(&problem, &ranking, &names, scale);
-    let causes = causes(&problem, &ranking, &ties);
-    let mut diagnosis = Diagnosis {
-        shape: SHAPE,
-        verdict,
-        sentence: String::new(),
-        effects,
-        probability: best.probability,
-        causes,
-        sets: sets(&ranking),
-        base: base(&best.fit),
-        place,
-        gap,
-        data: problems,
-        next_experiment: design::next_experiment(&problem, &ranking),
-        model: best.fit.hypothesis.motor(motor, &best.fit.p),
-        refitted: null.fit.hypothesis.motor(motor, &null.fit.p),
-        cut_short: problem.effort.was_cut(),
-        elapsed_s: 0.0,
-    };
-    diagnosis.sentence = sentence(&diagnosis);
-    diagnosis.elapsed_s = begin.elapsed().as_secs_f64();
+    let mut diagnosis = conclusion::conclude(grounds).ok_or(DiagnoseError::NoFit)?;
+    diagnosis.data = check(runs, Some(motor));
+    diagnosis.elapsed_s = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }
 
-/// A problem with rounding of the variance that it has in these runs: what the nominal model leaves on short horizons,
-/// on which any model is right, tells.
-fn settled<'a>(problem: Problem<'a>) -> Option<Problem<'a>> {
-    let nominal = Hypothesis::new(problem.nominal, Vec::new(), &problem.setting);
-    let strongest = problem.levels.first().copied()?;
-    let fit = problem.fit_at(&nominal, &nominal.start(), strongest, SETTLING_STEPS)?;
-    let share = problem.likeliest_rounding(&fit);
-    Some(problem.with_rounding(share))
+/// Runs cut into pieces, and what is the same for all models of them.
+fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseError> {
+    let kind = usable(runs)?;
+    let pieces = Pieces::new(runs, motor)?;
+    let clocks = pieces.runs.iter().filter_map(|run| run.clock);
+    let longest = clocks.max_by(|a, b| a.1.total_cmp(&b.1));
+    let mut motor = motor.clone();
+    motor.parameters.counts_per_rev = runs[0].counts_per_rev;
+    motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
+    let base = Base {
+        motor,
+        kind,
+        sample_time_s: pieces.runs[0].sample_time_s,
+        clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
+        is_host_timed: runs.iter().any(Run::is_host_timed),
+    };
+    Ok((pieces, base))
 }
 
-/// The same once edges lost by chance are told apart from rounding, and the fit's numbers with it.
-fn resettled<'a>(mut problem: Problem<'a>, fit: &mut Fit) -> Problem<'a> {
-    for _ in 0..SETTLINGS {
-        let share = problem.likeliest_rounding(fit);
-        if share == problem.rounding {
-            break;
-        }
-        problem = problem.with_rounding(share);
-        let again = problem.fit_at(&fit.hypothesis, &fit.p, fit.wander, SETTLING_STEPS);
-        if let Some(again) = again {
-            *fit = again;
-        }
-    }
-    problem
-}
+#[cfg(test)]
+mod tests {
+    use super::samples::{motor_with, recording};
+    use super::*;
 
-/// Refuses runs that would take hours to simulate and say nothing: samples too far apart, and mostly pauses.
-fn sampled_enough(name: &str, run: &Run) -> Result<(), DiagnoseError> {
-    let mut steps_s: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let lasts_s: f64 = steps_s.iter().sum();
-    let mean_s = lasts_s / steps_s.len().max(1) as f64;
-    steps_s.sort_by(f64::total_cmp);
-    let median_s = steps_s.get(steps_s.len() / 2).copied().unwrap_or(0.0);
-    let longest_s = PAUSE * median_s;
-    let missing_s: f64 = steps_s.iter().filter(|step| **step > longest_s).sum();
-    if missing_s > 0.5 * lasts_s {
-        return Err(DiagnoseError::MostlyPauses {
-            run: name.to_owned(),
-            missing_s,
-            lasts_s,
-        });
-    }
-    if mean_s > MOST_APART_S {
-        return Err(DiagnoseError::TooFarApart {
-            run: name.to_owned(),
-            mean_s,
-        });
-    }
-    Ok(())
-}
-
-/// Runs made ready, with their names; what is wrong with them goes to `problems`.
-fn ready(
-    runs: &[Run],
-    kind: CommandKind,
-    problems: &mut Vec<DataProblem>,
-) -> Result<(Vec<String>, Vec<RunData>), DiagnoseError> {
-    let mut names = Vec::new();
-    let mut data = Vec::new();
-    for (k, run) in runs.iter().enumerate() {
-        let name = match &run.path {
-            Some(path) => path.display().to_string(),
-            None => (k + 1).to_string(),
-        };
-        if run.len() < 20 {
-            return Err(DiagnoseError::TooShort {
-                run: name,
-                samples: run.len(),
-            });
-        }
-        sampled_enough(&name, run)?;
-        if run.command_kind != kind {
-            return Err(DiagnoseError::Mixed {
-                run: name,
-                found: run.command_kind.column(),
-                first: kind.column(),
-            });
-        }
-        if let Some(what) = checks::not_recorded(run) {
-            let found = checks::of_what_there_is(&name, run);
-            return Err(DiagnoseError::NotRecorded {
-                run: name,
-                what,
-                found,
-            });
-        }
-        problems.extend(checks::problems(&name, run));
-        data.push(
-            RunData::new(run, k).map_err(|source| DiagnoseError::Simulation {
-                run: name.clone(),
-                source,
-            })?,
+    /// A dead zone is named, its rungs fall on what was fitted, and every probability and share adds up.
+    #[test]
+    fn a_dead_zone_is_named_and_its_figures_add_up() {
+        let run = recording(&motor_with(&[("dead_zone", &[0.9])]), 1500);
+        let found = diagnose(&[run], &Motor::default(), &Options::default()).expect("a diagnosis");
+        let likeliest = &found.causes[0];
+        assert!(likeliest.effect.contains("dead_zone"), "{found}");
+        let fitted = found.gap.fitted;
+        assert!(fitted.after_parameters <= fitted.before, "{fitted:?}");
+        assert!(fitted.after_effect <= fitted.after_parameters, "{fitted:?}");
+        assert!(
+            fitted.after_effect < 0.5 * fitted.after_parameters,
+            "{fitted:?}"
         );
-        names.push(name);
+        let sum: f64 = found.causes.iter().map(|cause| cause.probability).sum();
+        assert!((sum - 1.0).abs() < 1e-9, "{sum}");
+        let stages: f64 = found.place.stage_probabilities.values().sum();
+        assert!((stages - 1.0).abs() < 1e-9, "{stages}");
+        let shares: f64 = found.place.regions.iter().map(|region| region.share).sum();
+        assert!(shares > 0.0 && shares < 1.0 + 1e-9, "{shares}");
     }
-    Ok((names, data))
+
+    /// What is good enough is no gap, whatever is significant, and the note says what is visible.
+    #[test]
+    fn what_is_good_enough_is_no_gap() {
+        let run = recording(&motor_with(&[("dead_zone", &[0.9])]), 1500);
+        let options = Options {
+            good_enough: Some(GoodEnough::Share(0.5)),
+            ..Options::default()
+        };
+        let found = diagnose(&[run], &Motor::default(), &options).expect("a diagnosis");
+        assert_eq!(found.verdict, Verdict::NoGap);
+        assert!(found.effects.is_empty());
+        assert!(found.note.contains("dead zone"), "{}", found.note);
+        assert!((found.gap.floor - 0.5 * found.gap.travel).abs() < 1e-9);
+    }
+
+    /// Held-out runs are measured on, and nothing is fitted to them: other held-out runs leave the numbers that were fitted alone.
+    #[test]
+    fn held_out_runs_are_only_measured() {
+        let truth = motor_with(&[("dead_zone", &[0.9])]);
+        let named = [recording(&truth, 1000)];
+        let same = [recording(&truth, 700)];
+        let other = [recording(&Motor::default(), 700)];
+        let of = |held_out: &[Run]| {
+            let options = Options {
+                held_out,
+                ..Options::default()
+            };
+            diagnose(&named, &Motor::default(), &options).expect("a diagnosis")
+        };
+        let (same, other) = (of(&same), of(&other));
+        assert_eq!(same.gap.fitted, other.gap.fitted);
+        assert!(
+            same.gap.before > 2.0 * same.gap.after_effect,
+            "{:?}",
+            same.gap
+        );
+        // The nominal model is right there, and what was fitted elsewhere is not.
+        assert!(
+            other.gap.before < 0.5 * other.gap.after_effect,
+            "{:?}",
+            other.gap
+        );
+    }
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Source;
 use super::recorded::Recorded;
-use crate::diagnose::{Cause, Diagnosis, Interval, diagnose};
+use crate::diagnose::{Cause, Diagnosis, Interval, Options, diagnose};
 use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
@@ -36,7 +36,11 @@ impl Missing {
                 run.host_t_s = None;
             }
         }
-        match diagnose(&runs, motor, progress) {
+        let options = Options {
+            progress,
+            ..Options::default()
+        };
+        match diagnose(&runs, motor, &options) {
             Ok(diagnosis) => Self::Diagnosed(Box::new(diagnosis)),
             Err(why) => Self::Undiagnosed(why.to_string()),
         }
@@ -53,7 +57,7 @@ impl Missing {
 
 /// A cause's name as the report says it.
 pub fn cause_words(cause: &Cause) -> &str {
-    match cause.effect {
+    match cause.effect.as_str() {
         "none" => "no effect: the same model with other numbers",
         "unknown" => "something that no effect of the catalogue explains",
         effect => effect,
@@ -62,7 +66,7 @@ pub fn cause_words(cause: &Cause) -> &str {
 
 /// A cause's numbers with their 95 % intervals.
 pub fn cause_numbers(cause: &Cause) -> String {
-    let number = |(key, interval): (&&str, &Interval)| {
+    let number = |(key, interval): (&String, &Interval)| {
         format!(
             "{key} {} [{}, {}]",
             figure(interval.value, 3),

@@ -12,6 +12,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::Record;
+use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
 /// Samples that tell the speed at the first of them.
 const START_SAMPLES: usize = 6;
@@ -26,8 +27,6 @@ const CLEARLY: f64 = 9.0;
 /// Time constants that are tried, in mean steps between the samples: what is shorter is over before the second, and of what
 /// is longer the parabola is right. A tenth lies between two of them.
 const TIME_CONSTANTS: (f64, f64, usize) = (0.1, 10.0, 48);
-/// Variance of what rounding leaves, in counts^2 (Widrow).
-const ROUNDING: f64 = 1.0 / 12.0;
 
 /// How a recording begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -75,6 +75,8 @@ pub(crate) struct Engine<S, const N: usize> {
     pub(crate) tolerance: f64,
     /// Steps tried: what a simulation costs.
     pub(crate) steps: u64,
+    /// Steps after which it stands still: whoever runs it ends there.
+    pub(crate) most_steps: u64,
     /// Of these, steps of equations that are not affine.
     pub(crate) bent_steps: u64,
 }
@@ -108,6 +110,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             floor: 0,
             tolerance: TOLERANCE,
             steps: 0,
+            most_steps: u64::MAX,
             bent_steps: 0,
         };
         engine.pace();
@@ -185,49 +188,43 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
 
     /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
     pub(crate) fn command(&mut self, command: f64, offset: S) {
-        let moved = !offset.is_nought();
-        if moved {
-            self.drift(offset);
-        }
-        self.machine.anchor(&mut self.mode, &self.y);
-        self.machine.set_command(command);
-        self.settle(None);
-        if moved {
-            // Not further: the rest of the tick is part of this instant's neighbourhood.
-            if offset.value() > 0.0 {
-                self.cross(-offset + 1.0);
-            } else {
-                self.drift(-offset);
-            }
-        }
-        self.remember();
+        self.within_tick(offset, |engine| engine.machine.set_command(command));
     }
 
     /// Puts the encoder's shaft to this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
     /// side of a transmission is moved along, so that what lies between them, the current and the heat stay as they are.
     pub(crate) fn put(&mut self, angle_rad: f64, speed_rad_s: f64, offset: S) {
+        self.within_tick(offset, |engine| {
+            let shaft = encoder_shaft::<N>(engine.machine.chain.transmission.encoder_on_load);
+            let (by, faster) = (
+                S::from(angle_rad) - engine.y[shaft],
+                S::from(speed_rad_s) - engine.y[shaft + 1],
+            );
+            engine.y[TH1] += by;
+            engine.y[W1] += faster;
+            if N > ONE_BODY {
+                engine.y[N - 2] += by;
+                engine.y[N - 1] += faster;
+            }
+            for anchor in &mut engine.mode.anchor {
+                anchor.angle += by;
+            }
+            engine.mode.slip = [0.0; 2];
+        });
+    }
+
+    /// Changes something `offset` ticks (0 .. 1) after the tick that has been reached, and picks the mode that follows.
+    #[inline]
+    fn within_tick(&mut self, offset: S, change: impl FnOnce(&mut Self)) {
         let moved = !offset.is_nought();
         if moved {
             self.drift(offset);
         }
         self.machine.anchor(&mut self.mode, &self.y);
-        let shaft = encoder_shaft::<N>(self.machine.chain.transmission.encoder_on_load);
-        let (by, faster) = (
-            S::from(angle_rad) - self.y[shaft],
-            S::from(speed_rad_s) - self.y[shaft + 1],
-        );
-        self.y[TH1] += by;
-        self.y[W1] += faster;
-        if N > ONE_BODY {
-            self.y[N - 2] += by;
-            self.y[N - 1] += faster;
-        }
-        for anchor in &mut self.mode.anchor {
-            anchor.angle += by;
-        }
-        self.mode.slip = [0.0; 2];
+        change(self);
         self.settle(None);
         if moved {
+            // Not further: the rest of the tick is part of this instant's neighbourhood.
             if offset.value() > 0.0 {
                 self.cross(-offset + 1.0);
             } else {
@@ -270,7 +267,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// Advances to `until` (in ticks).
     #[inline]
     pub(crate) fn advance(&mut self, until: u64) {
-        while self.now < until {
+        while self.now < until && self.steps <= self.most_steps {
             self.step(until);
         }
     }

@@ -19,7 +19,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline]
     pub(crate) fn reach(&mut self, tick: u64, offset: S) {
         let on_tick = offset.value() == 0.0;
-        while self.now < tick || (self.now == tick && !on_tick) {
+        while (self.now < tick || (self.now == tick && !on_tick)) && self.steps <= self.most_steps {
             self.step(u64::MAX);
         }
         if self.is_at_end(tick, offset) && offset.is_nought() {

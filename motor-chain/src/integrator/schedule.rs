@@ -14,6 +14,11 @@ const CLOCK: f64 = 1e-3;
 const COARSER: f64 = 4.0;
 const COARSER_APART: f64 = 2.0;
 
+/// Most steps of a run of any length: so many for each longest one, which is what the quickest spring and ripple that are plausible
+/// take, and beside them so many for one that is rough: some ten seconds.
+const MOST_BY_LENGTH: u64 = 16;
+const MOST_BESIDE: u64 = 30_000_000;
+
 /// Takes what each sample of a run finds. Closures do, but the compiler may choose to call them.
 pub(crate) trait Reader<S, const N: usize> {
     /// Of sample `k`.
@@ -198,7 +203,10 @@ impl Schedule {
         mut late_s: impl FnMut(usize) -> S,
         mut reader: impl Reader<S, N>,
     ) -> Result<(), SimulationError> {
-        let budget = most_steps.saturating_mul(self.base_steps());
+        let budget = most_steps
+            .saturating_mul(self.base_steps())
+            .min(MOST_BY_LENGTH * self.base_steps() + MOST_BESIDE);
+        engine.most_steps = budget;
         let stretch = engine.machine.chain.timing.stretch;
         let command = &engine.machine.chain.command;
         let delay_s = command.delay_s - command.ahead_s;

@@ -240,6 +240,7 @@ impl Effect for SupplyError {
             Prior::Uniform,
         )
         .away_from(1.0, 0.05)
+        .defaulting_to(0.9)
         .possible(-f64::MAX, f64::MAX)],
         random: false,
     };

@@ -1,34 +1,21 @@
 //! The isolability matrix: what a planned profile shows of every effect, and which it tells apart.
 //!
-//! Every effect stands at a typical magnitude (the middle of its range, or well away from the value that
-//! changes nothing) as the truth, and at several magnitudes as the rival; the nearest rival counts, its
-//! numbers free within their ranges and the base within its tolerances.
+//! Every effect stands at a typical magnitude (the middle of its range, or well away from the value that changes nothing) as the
+//! truth, and at several magnitudes as the rival; the nearest rival counts, its numbers free within their ranges and the base
+//! within its tolerances.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::rivals::catalogue;
-use super::planned::{Planned, Sampling, View};
+use super::planned::{ORDINARY, Planned, Sampling, View};
+use super::supposed::{Supposed, as_rivals, typical};
 use crate::board::Profile;
-use crate::diagnose::disturbance::Disturbance;
-use crate::diagnose::hypothesis::{Hypothesis, Member};
-use crate::diagnose::noise::NoiseLevel;
-use crate::diagnose::rivals::rivals;
-use crate::diagnose::scales::damping_of;
-use crate::diagnose::setting::Setting;
-use crate::diagnose::ties::TIE;
-use crate::motor::catalogue::{EffectKind, EffectParameter, Prior};
-use crate::motor::{KnownDifferences, Motor};
-use crate::recording::CommandKind;
-
-/// An ordinary wander as a share of the largest acceleration.
-const ORDINARY_WANDER: f64 = 0.001;
-/// Where in its range a rival's first number is tried.
-const RIVALS: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
-/// Where in its range a number stands whose middle is near the value that changes nothing.
-const AWAY: f64 = 0.8;
+use crate::diagnose::fit::{Base, Member, Model};
+use crate::diagnose::settings::TIE;
+use crate::motor::catalogue::catalogue;
+use crate::motor::{CommandKind, KnownDifferences, Motor};
 
 /// What is to be recorded.
 #[derive(Debug, Clone)]
@@ -81,81 +68,68 @@ pub struct Isolability {
 
 /// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it.
 pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
-    let sample_time_s = plan.sample_time_s;
-    let samples = (plan.duration_s / sample_time_s).round().max(1.0) as usize;
-    let level = NoiseLevel {
-        wander: ORDINARY_WANDER * largest_acceleration(motor, plan.profile.largest_command()),
-        lost_share: 0.0,
-        late_s: 0.0,
-        supply: 0.0,
-        rounding: 1.0,
-        rough: Disturbance::default(),
-        goes_on: false,
+    let samples = (plan.duration_s / plan.sample_time_s).round().max(1.0) as usize;
+    let base = Base {
+        motor: motor.clone(),
+        kind: CommandKind::Voltage,
+        sample_time_s: plan.sample_time_s,
+        clock: None,
+        is_host_timed: false,
     };
     let at = Sampling {
-        sample_time_s,
+        sample_time_s: plan.sample_time_s,
         samples,
+        counts_per_rev: motor.parameters.counts_per_rev,
+        supply_v: motor.parameters.supply_v,
     };
-    let damping = damping_of(motor, CommandKind::Voltage);
-    let planned = Planned::new(
-        motor,
-        &plan.profile,
-        at,
-        damping,
-        level,
-        &KnownDifferences::default(),
-    )?;
-    // Effects that the motor file has already are part of its model.
-    let kinds: Vec<usize> = rivals()
-        .filter(|&index| motor.effects.get(catalogue()[index].id).is_none())
-        .collect();
-    let setting = Setting::new(motor, std::slice::from_ref(&planned.run));
-    let hypothesis = |members| Hypothesis::new(motor, members, &setting);
-    let mut truths = vec![hypothesis(Vec::new())];
-    let mut rivals: Vec<(usize, Hypothesis)> = vec![(0, hypothesis(Vec::new()))];
+    let model = Model::new(&base, Vec::new());
+    let own = model.start();
+    let with = |member| Supposed::beside(&base, (&model, &own), member);
+    let none = with(None);
+    let known = KnownDifferences::default();
+    let planned = Planned::new(&base, none.numbers(), &plan.profile, at, ORDINARY, &known)?;
+    let mut truths = vec![none.clone()];
+    let mut rivals = vec![(0, none)];
     let mut effects = vec!["none"];
     let mut magnitudes = BTreeMap::new();
-    for &index in &kinds {
-        let kind = &catalogue()[index];
-        let typical = typical(kind, motor, sample_time_s);
+    // Effects that the motor file has already are part of its model.
+    let kinds = catalogue().iter().enumerate();
+    for (index, kind) in kinds.filter(|(_, kind)| motor.effects.get(kind.id).is_none()) {
+        let values = typical(kind, &base);
         let keys = kind.parameters.iter().map(|parameter| parameter.key);
-        magnitudes.insert(kind.id, keys.zip(typical.iter().copied()).collect());
-        for values in magnitudes_of(kind, &typical, motor, sample_time_s) {
-            rivals.push((truths.len(), hypothesis(vec![Member { index, values }])));
+        magnitudes.insert(kind.id, keys.zip(values.iter().copied()).collect());
+        for values in as_rivals(kind, &values, &base) {
+            rivals.push((truths.len(), with(Some(Member { index, values }))));
         }
-        let values = typical;
-        truths.push(hypothesis(vec![Member { index, values }]));
+        truths.push(with(Some(Member { index, values })));
         effects.push(kind.id);
     }
     let views: Vec<Option<View>> = truths
         .par_iter()
-        .map(|truth| planned.truth(motor, truth, &truth.start()))
+        .map(|truth| planned.truth(truth.numbers()))
         .collect();
     // A rival at a time: its columns are large.
-    let nearest = rivals
+    let columns: Vec<(usize, Vec<f64>)> = rivals
         .par_iter()
         .map(|(column, rival)| {
-            let mut matrix = vec![vec![f64::INFINITY; truths.len()]; truths.len()];
-            if let Some(seen) = planned.view(motor, rival, &rival.start()) {
-                for (row, truth) in views.iter().enumerate() {
-                    let precision = |i, j| rival.precision(i, j);
-                    let d = truth
-                        .as_ref()
-                        .and_then(|truth| planned.separation(truth, &seen, precision));
-                    matrix[row][*column] = d.unwrap_or(f64::INFINITY);
-                }
-            }
-            matrix
+            let seen = planned.rival(&base, rival.numbers(), rival.precision());
+            let from = |truth: &Option<View>| match (truth, &seen) {
+                (Some(truth), Some(seen)) => planned.separation(truth, seen),
+                _ => f64::INFINITY,
+            };
+            (*column, views.iter().map(from).collect())
         })
-        .reduce_with(|a, b| {
-            let rows = a.into_iter().zip(b);
-            rows.map(|(a, b)| a.into_iter().zip(b).map(|(a, b)| a.min(b)).collect())
-                .collect()
-        })?;
+        .collect();
+    let mut nearest = vec![vec![f64::INFINITY; truths.len()]; truths.len()];
+    for (column, separations) in columns {
+        for (row, separation) in nearest.iter_mut().zip(separations) {
+            row[column] = separation.min(row[column]);
+        }
+    }
     let mut found = Isolability {
         shape: "motorlab-isolability/1",
         profile: plan.profile.name.clone(),
-        sample_time_s,
+        sample_time_s: plan.sample_time_s,
         samples,
         supply_v: motor.parameters.supply_v,
         effects,
@@ -170,8 +144,8 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
 }
 
 impl Isolability {
-    /// The smaller separation of the two ways round; from `none` that of the effect as the truth, because as a
-    /// rival of nothing an effect is as small as it likes.
+    /// The smaller separation of the two ways round; from `none` that of the effect as the truth, because as a rival of nothing an
+    /// effect is as small as it likes.
     pub fn between(&self, i: usize, j: usize) -> f64 {
         match (i, j) {
             (0, effect) | (effect, 0) => self.separation[effect][0],
@@ -181,98 +155,68 @@ impl Isolability {
 
     fn name_classes(&mut self) {
         let n = self.effects.len();
-        let seen: Vec<bool> = (0..n).map(|i| self.between(i, 0) >= TIE).collect();
-        for i in 1..n {
-            if !seen[i] {
-                self.cannot_see.push(Pair {
-                    a: self.effects[i],
-                    b: "none",
-                    separation: self.between(i, 0),
-                });
-                continue;
-            }
-            for (j, _) in seen
-                .iter()
-                .enumerate()
-                .skip(i + 1)
-                .filter(|(_, seen)| **seen)
-            {
-                let separation = self.between(i, j);
-                if separation < TIE {
-                    let (a, b) = (self.effects[i], self.effects[j]);
-                    self.cannot_tell_apart.push(Pair { a, b, separation });
-                }
-            }
-        }
+        let (seen, unseen): (Vec<usize>, Vec<usize>) =
+            (1..n).partition(|&i| self.between(i, 0) >= TIE);
+        let pair = |i: usize, j: usize| Pair {
+            a: self.effects[i],
+            b: self.effects[j],
+            separation: self.between(i, j),
+        };
+        let pairs = seen.iter().enumerate();
+        let pairs = pairs.flat_map(|(k, &i)| seen[k + 1..].iter().map(move |&j| (i, j)));
+        let mut alike: Vec<Pair> = pairs
+            .map(|(i, j)| pair(i, j))
+            .filter(|pair| pair.separation < TIE)
+            .collect();
+        let mut nothing: Vec<Pair> = unseen.iter().map(|&i| pair(i, 0)).collect();
         let by_size = |x: &Pair, y: &Pair| x.separation.total_cmp(&y.separation);
-        self.cannot_see.sort_by(by_size);
-        self.cannot_tell_apart.sort_by(by_size);
+        alike.sort_by(by_size);
+        nothing.sort_by(by_size);
+        (self.cannot_see, self.cannot_tell_apart) = (nothing, alike);
     }
 }
 
-/// Largest acceleration that a voltage asks for, in counts/s^2.
-fn largest_acceleration(motor: &Motor, largest_v: f64) -> f64 {
-    let p = &motor.parameters;
-    let torque_nm = largest_v * p.torque_constant_nm_per_a / p.resistance_ohm;
-    torque_nm / p.inertia_kg_m2 * p.counts_per_rev / std::f64::consts::TAU
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-/// The value a share of the way through a parameter's range.
-fn quantile(parameter: &EffectParameter, motor: &Motor, sample_time_s: f64, share: f64) -> f64 {
-    let (lo, hi) = parameter.range(&motor.parameters, sample_time_s);
-    match parameter.prior {
-        Prior::LogUniform => lo * (hi / lo).powf(share),
-        Prior::OneOf(values) => {
-            let others: Vec<f64> = values
-                .iter()
-                .copied()
-                .filter(|value| *value != motor.parameters.counts_per_rev)
-                .collect();
-            let place = (share * others.len() as f64) as usize;
-            let last = others.len().saturating_sub(1);
-            others.get(place.min(last)).copied().unwrap_or(lo)
-        }
-        _ => lo + share * (hi - lo),
+    fn matrix(profile: &str, sample_time_s: f64) -> Isolability {
+        let plan = Plan {
+            profile: Profile::named(profile, 4.5, 4.0).expect("built in"),
+            sample_time_s,
+            duration_s: 4.0,
+        };
+        isolability(&Motor::default(), &plan).expect("a motor")
     }
-}
 
-/// Typical values of an effect.
-fn typical(kind: &EffectKind, motor: &Motor, sample_time_s: f64) -> Vec<f64> {
-    let parameters = kind.parameters.iter().enumerate();
-    let value = |(k, parameter): (usize, &EffectParameter)| {
-        if k > 0 {
-            return parameter.default(&motor.parameters, sample_time_s);
-        }
-        let middle = quantile(parameter, motor, sample_time_s, 0.5);
-        let distance = parameter
-            .neutral(&motor.parameters)
-            .map(|(neutral, least)| match parameter.prior {
-                Prior::LogUniform => (middle / neutral).ln().abs() / least,
-                _ => (middle - neutral).abs() / least,
-            });
-        if distance.is_some_and(|distance| distance < 2.0) {
-            quantile(parameter, motor, sample_time_s, AWAY)
-        } else {
-            middle
-        }
-    };
-    parameters.map(value).collect()
-}
+    fn between(found: &Isolability, a: &str, b: &str) -> f64 {
+        let place = |id: &str| found.effects.iter().position(|effect| *effect == id);
+        found.between(place(a).expect("an effect"), place(b).expect("an effect"))
+    }
 
-/// The values with which an effect is tried as a rival: the first number through its range.
-fn magnitudes_of(
-    kind: &EffectKind,
-    typical: &[f64],
-    motor: &Motor,
-    sample_time_s: f64,
-) -> Vec<Vec<f64>> {
-    let Some(first) = kind.parameters.first() else {
-        return vec![Vec::new()];
-    };
-    let tried = RIVALS.map(|share| {
-        let mut values = typical.to_vec();
-        values[0] = quantile(first, motor, sample_time_s, share);
-        values
-    });
-    tried.into_iter().collect()
+    /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a drop is friction. A dead zone under the level, and
+    /// what happens at 0 V, leave no trace.
+    #[test]
+    fn one_step_hides_what_theory_says_it_hides() {
+        let step = matrix("step", 0.03);
+        assert!(between(&step, "voltage_drop", "coulomb_friction") < TIE);
+        assert!(between(&step, "constant_load", "coulomb_friction") < TIE);
+        for effect in ["dead_zone", "coast_at_zero", "static_friction"] {
+            assert!(between(&step, "none", effect) < 0.1, "{effect}");
+        }
+        let both = matrix("reversing", 0.03);
+        assert!(between(&both, "none", "coast_at_zero") > TIE);
+        assert!(between(&both, "none", "constant_load") > TIE);
+        // Turning, a load that pushes one way is friction that differs by direction: no profile parts them.
+        assert!(between(&both, "constant_load", "asymmetric_friction") < TIE);
+        assert_eq!(both.effects.len(), catalogue().len() + 1);
+    }
+
+    /// Ten times as many samples of the same motion have a tenth of the rounding's variance.
+    #[test]
+    fn a_shorter_sample_time_separates_more() {
+        let (slow, fast) = (matrix("square", 0.03), matrix("square", 0.003));
+        let ratio = between(&fast, "none", "compliance") / between(&slow, "none", "compliance");
+        assert!(ratio > 1.5, "{ratio}");
+    }
 }

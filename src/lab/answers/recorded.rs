@@ -161,7 +161,7 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
 fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     let gap = &diagnosis.gap;
     let mut sentences = vec![format!(
-        "The gap on data kept from the fit ({}): {} counts RMS with the motor file's numbers, {} with the same model refitted, {} with the likeliest explanation; the encoder's rounding alone leaves {}.",
+        "The gap on data kept from the fit ({}): {} counts RMS with the motor file's numbers, {} with the same model refitted, {} with the likeliest explanation; the floor is {}.",
         gap.held_out,
         figure(gap.before, 3),
         figure(gap.after_parameters, 3),
@@ -183,7 +183,7 @@ fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
         sentences.push(format!(
             "The recording {} itself: {}.",
             file_name(&problem.run),
-            problem.detail
+            problem.message
         ));
     }
     sentences

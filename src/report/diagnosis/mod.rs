@@ -8,13 +8,14 @@ mod words;
 
 use super::number::{figure, percent, probability};
 use super::{Page, Size};
-use crate::diagnose::{Cause, DataProblem, Diagnosis, Interval, other_means};
+use crate::check::Finding;
+use crate::diagnose::{Cause, Diagnosis, Interval, other_means};
 use crate::export::PARAMETERS;
 use crate::motor::{Motor, SimulationError};
 use crate::recording::Run;
 use laid::{LaidRun, lay};
 
-pub use words::{cause_words, cut_short, effects_words, rungs, strongest};
+pub use words::{cause_words, effects_words, rungs, strongest};
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
@@ -42,6 +43,9 @@ pub fn page(
     let laid = lay(diagnosis, runs, nominal)?;
     let mut page = Page::new(title);
     page.lead(&diagnosis.sentence);
+    if !diagnosis.note.is_empty() {
+        page.note(&diagnosis.note);
+    }
     for id in strongest(diagnosis) {
         if let Some(kind) = words::kind(id) {
             page.note(&format!("{id}: {} ({}).", kind.summary, kind.equation));
@@ -61,9 +65,6 @@ pub fn page(
         "The diagnosis took {}\u{a0}s.",
         figure(diagnosis.elapsed_s, 2)
     ));
-    if let Some(words) = cut_short(diagnosis) {
-        page.note(words);
-    }
     Ok(page.finish())
 }
 
@@ -104,12 +105,23 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
         .iter()
         .map(|cause| {
             vec![
-                cause_words(cause.effect),
-                cause.stage.unwrap_or("\u{2013}").to_owned(),
+                cause_words(&cause.effect),
+                cause.stage.clone().unwrap_or_else(|| "\u{2013}".to_owned()),
                 probability(cause.probability),
                 probability(cause.inclusion),
                 tie_words(cause),
-                if cause.converged { "yes" } else { "no" }.to_owned(),
+                cause.evidence.map_or_else(
+                    || "\u{2013}".to_owned(),
+                    |found| {
+                        format!(
+                            "{} \u{b1} {} nats, in {} of {} pieces",
+                            figure(found.gain_nats, 3),
+                            figure(found.error_nats, 2),
+                            found.gaining_pieces,
+                            found.pieces
+                        )
+                    },
+                ),
             ]
         })
         .collect();
@@ -120,27 +132,17 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
             "probability",
             "is there at all",
             "not told from",
-            "fit has settled",
+            "gains on pieces not fitted",
         ],
         &rows,
     );
     page.note(
-        "The probabilities of all causes add to 1; of several effects at once each has an equal share. An effect that is there at all is there alone, with others or beside something unknown. D is the separation in standard deviations of the noise: below 3 these runs cannot tell two causes apart.",
+        "The probabilities of all causes add to 1; several effects at once are one cause. An effect that is there at all is there alone, with others or beside something unknown.",
     );
     if !others.is_empty() {
         let total: f64 = others.iter().map(|cause| cause.probability).sum();
-        let loose: Vec<&str> = others
-            .iter()
-            .filter(|cause| !cause.converged)
-            .map(|cause| cause.effect)
-            .collect();
-        let settled = if loose.is_empty() {
-            "their fits have settled".to_owned()
-        } else {
-            format!("of these the fits of {} have not settled", loose.join(", "))
-        };
         page.note(&format!(
-            "{} further causes together: {}; {settled}.",
+            "{} further causes together: {}.",
             others.len(),
             probability(total)
         ));
@@ -181,23 +183,13 @@ fn tie_words(cause: &Cause) -> String {
     if cause.indistinguishable_from.is_empty() {
         return "\u{2013}".to_owned();
     }
-    let separation = cause
-        .separation
-        .map_or_else(String::new, |d| format!(" (D = {})", figure(d, 2)));
-    format!("{}{separation}", cause.indistinguishable_from.join(", "))
+    cause.indistinguishable_from.join(", ")
 }
 
 fn parameters(page: &mut Page, diagnosis: &Diagnosis, nominal: &Motor) {
     page.section("Parameters");
-    let best = words::best_set(diagnosis);
-    let shown = |cause: &&Cause| {
-        best.contains(&cause.effect)
-            || cause.inclusion >= NUMBERS_FROM
-            || cause
-                .indistinguishable_from
-                .iter()
-                .any(|id| best.contains(id))
-    };
+    let best = words::best_set(diagnosis).join("+");
+    let shown = |cause: &&Cause| cause.effect == best || cause.inclusion >= NUMBERS_FROM;
     let mut rows = Vec::new();
     for cause in diagnosis.causes.iter().filter(shown) {
         for (name, interval) in &cause.parameters {
@@ -242,25 +234,24 @@ fn unit(unit: &str) -> String {
     if unit.is_empty() { "1" } else { unit }.to_owned()
 }
 
-fn checks(page: &mut Page, problems: &[DataProblem]) {
+fn checks(page: &mut Page, findings: &[Finding]) {
     page.section("Checks of the recordings");
-    if problems.is_empty() {
-        page.paragraph(
-            "Nothing wrong was found: losses, sample times, clocks, flags, motion and rest before the start.",
-        );
+    if findings.is_empty() {
+        page.paragraph("motorlab check finds nothing.");
         return;
     }
-    let rows: Vec<Vec<String>> = problems
+    let rows: Vec<Vec<String>> = findings
         .iter()
         .map(|found| {
             vec![
                 found.run.clone(),
-                found.problem.replace('_', " "),
-                found.detail.clone(),
+                found.id().replace('_', " "),
+                found.message.clone(),
+                found.remedy.clone(),
             ]
         })
         .collect();
-    page.table(&["run", "problem", "what was found"], &rows);
+    page.table(&["run", "finding", "what was found", "what to do"], &rows);
 }
 
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {

@@ -22,8 +22,8 @@ struct Sample {
     looks: f64,
 }
 
-/// A picture for each quantity, under the diagnosis' word for it.
-pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<(&'static str, Figure)> {
+/// A picture for each quantity.
+pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
     let kind = laid.first().map(|run| run.run.command_kind);
     let command = match kind {
         Some(CommandKind::Current) => "current (A)",
@@ -43,21 +43,12 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<(&'static str, Figure)> {
         360.0 * turns.rem_euclid(1.0)
     };
     vec![
-        ("speed", figure(laid, "speed (RPM)", BINS, &speed)),
-        (
-            "angle",
-            figure(laid, "angle of the encoder (degrees)", ANGLE_BINS, &angle),
-        ),
-        (
-            "time",
-            figure(laid, "time since the run began (s)", BINS, &|run, k| {
-                run.run.t_s[k]
-            }),
-        ),
-        (
-            "voltage",
-            figure(laid, command, BINS, &|run, k| run.run.command[k]),
-        ),
+        figure(laid, "speed (RPM)", BINS, &speed),
+        figure(laid, "angle of the encoder (degrees)", ANGLE_BINS, &angle),
+        figure(laid, "time since the run began (s)", BINS, &|run, k| {
+            run.run.t_s[k]
+        }),
+        figure(laid, command, BINS, &|run, k| run.run.command[k]),
     ]
 }
 

@@ -6,7 +6,7 @@ use super::overlay::smooth_rpm;
 use crate::diagnose::{Diagnosis, Region};
 use crate::motor::catalogue::Stage;
 use crate::report::comparison::{COMMAND, RECORDED, command_label};
-use crate::report::number::{figure as digits, percent, probability};
+use crate::report::number::{percent, probability};
 use crate::report::{Band, Bar, Bars, Figure, Page, Panel, Scale, Series, Size, Stroke};
 
 /// Opacity of the strongest shade.
@@ -25,27 +25,8 @@ pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_
         "The torque that a model lacks, read off its position gap. A model that lacks nothing stays between the dashed lines.",
     );
     let pictures = ordered::figures(laid);
-    let captions: Vec<String> = pictures
-        .iter()
-        .map(|(word, _)| {
-            let gain = diagnosis.place.ordered_by.get(word);
-            gain.map_or_else(String::new, |gain| evidence(word, *gain))
-        })
-        .collect();
-    let with_captions = pictures.iter().map(|(_, figure)| figure).zip(&captions);
-    page.figures(with_captions.map(|(figure, caption)| (figure, caption.as_str())));
-    page.note(
-        "Evidence: logarithm of the Bayes factor of a gap that depends on this against one without a pattern, for the refitted model. Dashed: 95 % of what chance would do in each bin.",
-    );
-}
-
-fn evidence(word: &str, gain: f64) -> String {
-    let text = digits(gain, 3);
-    if gain > 0.0 {
-        format!("Evidence for an order in {word}: {text} nats.")
-    } else {
-        format!("No evidence for an order in {word} ({text} nats).")
-    }
+    page.figures(pictures.iter().map(|figure| (figure, "")));
+    page.note("Dashed: 95 % of what chance would do in each bin.");
 }
 
 fn stages(diagnosis: &Diagnosis) -> Bars {
@@ -117,7 +98,7 @@ fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
     );
     let listed: f64 = regions.iter().map(|region| region.share).sum();
     page.note(&format!(
-        "What the refitted model leaves beyond the noise, judged on short horizons, so that an error is not counted again in every position after it. Stretches with small shares have the other {}.",
+        "Shares of what the refitted model leaves of the position beyond the floor, each piece from its own measured start. Stretches with small shares have the other {}.",
         percent((1.0 - listed).max(0.0))
     ));
 }

@@ -1,6 +1,6 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
-use crate::diagnose::{Diagnosis, Verdict};
+use crate::diagnose::Diagnosis;
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
@@ -15,7 +15,12 @@ pub fn cause_words(id: &str) -> String {
     match id {
         "none" => "none: the same model with other numbers".to_owned(),
         "unknown" => "unknown: nothing of the catalogue".to_owned(),
-        id => kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary)),
+        ids => {
+            let words = ids.split('+').map(|id| {
+                kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary))
+            });
+            words.collect::<Vec<String>>().join("; ")
+        }
     }
 }
 
@@ -28,22 +33,6 @@ pub fn effects_words(ids: &[&str]) -> String {
     }
 }
 
-/// What is said of a search that ended at its limit of work: most do, and what was left untried is of another weight where nothing
-/// was found that explains the runs.
-pub fn cut_short(diagnosis: &Diagnosis) -> Option<&'static str> {
-    let words = match diagnosis.verdict {
-        Verdict::NoGap | Verdict::Parameters | Verdict::Effect | Verdict::Ambiguous => {
-            "The search ended at its limit of work, with sets of effects left untried that promised less than what was found: \
-             add --thorough to try them."
-        }
-        Verdict::OutsideCatalogue => {
-            "The search ended at its limit of work, before a set of effects was found that explains the runs: add --thorough to \
-             search on, for sets of two and three above all."
-        }
-    };
-    diagnosis.cut_short.then_some(words)
-}
-
 /// The likeliest set of named effects, whatever the verdict.
 pub(super) fn best_set(diagnosis: &Diagnosis) -> &[&'static str] {
     diagnosis.sets.first().map_or(&[], |set| &set.effects)
@@ -52,8 +41,8 @@ pub(super) fn best_set(diagnosis: &Diagnosis) -> &[&'static str] {
 /// The effects that the verdict names, or those that are in play where it cannot.
 pub fn strongest(diagnosis: &Diagnosis) -> Vec<&'static str> {
     let mut ids = diagnosis.effects.clone();
-    let in_play = diagnosis.causes.iter().filter(|c| c.probability > 0.02);
-    ids.extend(in_play.map(|cause| cause.effect));
+    let in_play = diagnosis.sets.iter().filter(|set| set.probability > 0.02);
+    ids.extend(in_play.flat_map(|set| set.effects.iter().copied()));
     let mut seen = Vec::new();
     ids.retain(|id| {
         kind(id).is_some() && !seen.contains(id) && {
@@ -83,7 +72,7 @@ pub fn rungs(diagnosis: &Diagnosis) -> Bars {
         let name = format!("with {}", effects.join(" + "));
         rungs.push((name, gap.after_effect, Some(after_effect), 1));
     }
-    rungs.push(("the encoder's floor".to_owned(), gap.floor, None, 2));
+    rungs.push(("floor".to_owned(), gap.floor, None, 2));
     let most = rungs.iter().fold(gap.floor, |most, rung| {
         most.max(rung.2.map_or(rung.1, |ends| ends.1.max(rung.1)))
     });

@@ -1,0 +1,158 @@
+//! What it comes to: probabilities, verdict, where, how far.
+
+mod causes;
+mod floor;
+mod intervals;
+mod place;
+mod rungs;
+#[cfg(test)]
+mod samples;
+mod sentence;
+mod steps;
+mod verdict;
+mod weights;
+
+use super::design::next_experiment;
+use super::error::name_of;
+use super::fit::{Base, Fit, score_at};
+use super::pieces::Pieces;
+use super::report::{Diagnosis, Gap, GoodEnough, Place, SHAPE, Step, Verdict};
+use super::selection::Forward;
+use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
+use super::validation::Unknown;
+use crate::motor::fit::ParameterId;
+use crate::recording::Run;
+use sentence::Beside;
+use verdict::Asked;
+
+pub(crate) use steps::steps;
+pub(crate) use weights::{Weights, weights};
+
+/// What a conclusion rests on.
+pub(crate) struct Grounds<'a> {
+    pub runs: &'a [Run],
+    pub pieces: &'a Pieces,
+    /// Pieces of runs that nothing was fitted to.
+    pub held: Option<&'a Pieces>,
+    pub base: &'a Base,
+    pub found: &'a Forward,
+    pub unknown: &'a Unknown,
+    pub good_enough: Option<GoodEnough>,
+    /// Whether something fatal was found in the recordings.
+    pub is_doubtful: bool,
+    pub steps: Vec<Step>,
+}
+
+/// Everything that a search comes to; none where a model cannot be simulated.
+pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
+    let Grounds {
+        pieces,
+        base,
+        found,
+        ..
+    } = grounds;
+    let best = &found.best;
+    let is_few = pieces.pieces.len() < FEW_PIECES;
+    let is_unsure = is_few || grounds.is_doubtful;
+    let most_sure = if is_unsure { FEW_PIECES_SURE } else { 1.0 };
+    let weights = weights(found, grounds.unknown).at_most(most_sure);
+    let shown = rungs::Shown::new(pieces, base, &found.refitted, best)?;
+    let floor = floor::floor_parts(grounds.runs, pieces, best, base.kind, grounds.good_enough);
+    let wander = floor::wander(pieces, best);
+    let mut rungs = rungs::rungs(pieces, grounds.held, &shown, floor)?;
+    let asked = Asked {
+        below_floor: [0, 1].map(|rung| rungs.below_floor(rung)),
+        are_numbers_plausible: found.refitted.model.bent(&found.refitted.x) <= WITHIN_TOLERANCES
+            && found.refitted.prior - best.prior <= LEAST_GAIN,
+        is_nominal_right: is_nominal_right(pieces, found, &rungs.gap, wander)?,
+        is_one_piece: pieces.pieces.len() < 2,
+        most_sure,
+    };
+    let said = verdict::verdict(&weights, &found.sets, &rungs.gap, asked);
+    rungs.gap.wander = wander.min(rungs.gap.beyond_rounding(said.verdict));
+    // Where nothing that matters is missing, nobody is asked for more; but few pieces may hide it.
+    let share = |set: &[&'static str]| match set {
+        [] => weights.none,
+        _ => weights.of(&[set.to_vec()]),
+    };
+    let next_experiment = match said.is_by_floor && !is_few {
+        true => None,
+        false => next_experiment(grounds.runs, pieces, base, found, &share),
+    };
+    let mut stages: Vec<Option<String>> =
+        found.sets.iter().map(|set| causes::stages(set)).collect();
+    stages.dedup();
+    let beside = Beside {
+        tied: found.sets.clone(),
+        is_by_direction: causes::tied(found).len() > found.sets.len(),
+        bent: bent(best),
+        wander_share: best.noise.strength,
+        pieces: pieces.pieces.len(),
+        is_by_floor: said.is_by_floor,
+        is_held_out: grounds.held.is_some(),
+        is_doubtful: grounds.is_doubtful,
+        unknown: weights.unknown,
+    };
+    let mut diagnosis = Diagnosis {
+        shape: SHAPE,
+        verdict: said.verdict,
+        sentence: String::new(),
+        probability: said.probability,
+        effects: said.effects,
+        causes: causes::causes(pieces, found, &weights),
+        place: Place {
+            // Of several that are not told apart, the stage that they share.
+            stage: if stages.len() == 1 {
+                stages.remove(0)
+            } else {
+                None
+            },
+            stage_probabilities: weights.stages(),
+            regions: if said.verdict == Verdict::NoGap {
+                Vec::new()
+            } else {
+                place::regions(
+                    pieces,
+                    &|run| name_of(run, &grounds.runs[run]),
+                    &shown.refitted.left.shown,
+                    rungs.gap.floor,
+                )
+            },
+        },
+        gap: rungs.gap,
+        sets: causes::sets(found, &weights),
+        base: causes::base(pieces, best),
+        note: String::new(),
+        data: Vec::new(),
+        next_experiment,
+        steps: grounds.steps,
+        elapsed_s: 0.0,
+        model: shown.with_effects.left.motor,
+        refitted: shown.refitted.left.motor,
+    };
+    diagnosis.note = sentence::note(&diagnosis, &beside);
+    diagnosis.sentence = sentence::sentence(&diagnosis, &beside);
+    Some(diagnosis)
+}
+
+/// Whether refitting gains nothing over the motor file's own numbers: on pieces not fitted, or with numbers as they are stated and an
+/// error that the floor and a load that wanders leave too.
+fn is_nominal_right(pieces: &Pieces, found: &Forward, gap: &Gap, wander: f64) -> Option<bool> {
+    let refitted = &found.refitted;
+    let nominal = score_at(pieces, refitted, refitted.model.mean.as_slice())?;
+    let is_as_stated = refitted.model.bent(&refitted.x) <= AS_IT_IS;
+    let is_at_floor = gap.fitted.before <= gap.floor.hypot(wander);
+    Some(refitted.score() - nominal <= LEAST_GAIN || (is_as_stated && is_at_floor))
+}
+
+/// Base numbers beyond their tolerances, as shares of the motor file's.
+fn bent(fit: &Fit) -> Vec<(&'static str, f64)> {
+    let off = fit.model.off(&fit.x);
+    let beyond = fit.model.numbers.iter().zip(off).enumerate();
+    beyond
+        .filter(|(_, (number, off))| {
+            matches!(number.id, ParameterId::Nominal(_)) && *off > WITHIN_TOLERANCES
+        })
+        .map(|(k, (number, _))| (number.id.key(), fit.x[k]))
+        .collect()
+}

@@ -1,0 +1,271 @@
+//! How far the gap shrinks: nominal, refitted, refitted with effects, floor.
+//!
+//! Position error in counts RMS over pieces, by unweighted fits. Predicted rungs come from fits on the other folds, or from all named
+//! runs where others are held out; their intervals from the Bayesian bootstrap (Rubin, 1981) over pieces, over runs where there are
+//! enough.
+
+use rand::SeedableRng;
+use rand_distr::{Distribution, Exp1};
+use rand_pcg::Pcg64Mcg;
+
+use super::floor::{median, travel};
+use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
+use crate::diagnose::pieces::Pieces;
+use crate::diagnose::report::{Fitted, FloorParts, Gap, Verdict};
+use crate::diagnose::settings::CLUSTERED_RUNS;
+
+/// Draws of the bootstrap.
+const DRAWS: u64 = 1000;
+
+/// Squares of one piece, or run, under the three models, in counts^2, and its samples.
+#[derive(Debug, Clone, Copy, Default)]
+struct Block {
+    squares: [f64; 3],
+    samples: f64,
+}
+
+/// The three models, fitted to what is shown.
+#[derive(Debug)]
+pub(crate) struct Shown {
+    nominal: Left,
+    pub refitted: Unweighted,
+    /// With effects; the refitted model where there are none, or where they leave more.
+    pub with_effects: Unweighted,
+}
+
+impl Shown {
+    /// Fits them. The nominal model is among the starts of the refit, and the refit among those of the model with effects.
+    pub fn new(pieces: &Pieces, base: &Base, refitted: &Fit, best: &Fit) -> Option<Self> {
+        let plain = Model::new(base, Vec::new());
+        let starts = [plain.start(), refitted.x.clone()];
+        let refit = unweighted(pieces, &plain, base.kind, &starts)?;
+        let mut with_effects = refit.clone();
+        if !best.model.members.is_empty() {
+            let found = unweighted(
+                pieces,
+                &best.model,
+                base.kind,
+                std::slice::from_ref(&best.x),
+            );
+            if let Some(found) = found.filter(|found| found.sum() <= refit.sum()) {
+                with_effects = found;
+            }
+        }
+        Some(Self {
+            nominal: Left::new(pieces, &plain, base.kind, &plain.start())?,
+            refitted: refit,
+            with_effects,
+        })
+    }
+}
+
+/// Rungs with their bootstrap.
+#[derive(Debug)]
+pub(crate) struct Rungs {
+    pub gap: Gap,
+    draws: Vec<[f64; 3]>,
+}
+
+impl Rungs {
+    /// Probability that a rung (0 nominal, 1 refitted, 2 with effects) is not above the floor.
+    pub fn below_floor(&self, rung: usize) -> f64 {
+        let below = self
+            .draws
+            .iter()
+            .filter(|draw| draw[rung] <= self.gap.floor);
+        below.count() as f64 / self.draws.len() as f64
+    }
+}
+
+impl Gap {
+    /// What the model of a verdict leaves beyond rounding, in counts RMS: nothing random leaves more than that.
+    pub(crate) fn beyond_rounding(&self, verdict: Verdict) -> f64 {
+        let left = match verdict {
+            Verdict::NoGap => self.fitted.before,
+            Verdict::Parameters => self.fitted.after_parameters,
+            _ => self.fitted.after_effect,
+        };
+        (left.powi(2) - self.floor_parts.rounding.powi(2))
+            .max(0.0)
+            .sqrt()
+    }
+}
+
+/// The rungs of models on the pieces that they were fitted to, or on those that are held out.
+pub(crate) fn rungs(
+    pieces: &Pieces,
+    held: Option<&Pieces>,
+    shown: &Shown,
+    floor_parts: FloorParts,
+) -> Option<Rungs> {
+    let models = [
+        &shown.nominal,
+        &shown.refitted.left,
+        &shown.with_effects.left,
+    ];
+    let (measured, by_model) = match held {
+        Some(held) => {
+            let of = |left: &Left| Left::of(held, &left.motor, left.time_constant_s);
+            (held, [of(models[0])?, of(models[1])?, of(models[2])?])
+        }
+        None => {
+            let predicted = [&shown.refitted, &shown.with_effects].map(|fit| fit.predicted.clone());
+            let [refitted, with_effects] = predicted;
+            (
+                pieces,
+                [shown.nominal.shown.clone(), refitted, with_effects],
+            )
+        }
+    };
+    let blocks = blocks(measured, &by_model);
+    let floor = floor_parts.largest();
+    let rungs = rms(&blocks, &vec![1.0; blocks.len()]);
+    let draws = bootstrap(&blocks);
+    let closed: Vec<f64> = draws.iter().map(|draw| closed(*draw, floor)).collect();
+    // A gap that is no larger beyond the floor than its own error has no share to be closed.
+    let stands_out = quantiles(draws.iter().map(|draw| draw[0]).collect()).0 > floor;
+    let (closed_lo95, closed_hi95) = if stands_out {
+        quantiles(closed)
+    } else {
+        (0.0, 0.0)
+    };
+    let fitted = models.map(|left| {
+        let squares: f64 = left.shown.iter().map(|r| r * r).sum();
+        (squares / left.shown.len().max(1) as f64).sqrt()
+    });
+    let horizon = measured.pieces.iter().map(|piece| {
+        let t_s = &measured.runs[piece.run].t_s;
+        t_s[piece.to - 1] - t_s[piece.from]
+    });
+    let gap = Gap {
+        metric: "position error in counts RMS over pieces, each from its own measured start",
+        horizon_s: median(horizon.collect()),
+        floor,
+        floor_parts,
+        wander: 0.0,
+        travel: travel(measured),
+        before: rungs[0],
+        after_parameters: rungs[1],
+        after_effect: rungs[2],
+        closed: if stands_out {
+            self::closed(rungs, floor)
+        } else {
+            0.0
+        },
+        closed_lo95,
+        closed_hi95,
+        fitted: Fitted {
+            before: fitted[0],
+            after_parameters: fitted[1],
+            after_effect: fitted[2],
+        },
+        held_out: held_out_words(pieces, held),
+        rungs95: [0, 1, 2].map(|k| quantiles(draws.iter().map(|draw| draw[k]).collect())),
+    };
+    Some(Rungs { gap, draws })
+}
+
+/// How the data was kept from the fits.
+fn held_out_words(pieces: &Pieces, held: Option<&Pieces>) -> String {
+    match held {
+        Some(held) if held.runs.len() == 1 => "one run, kept from every fit and choice".to_owned(),
+        Some(held) => format!("{} runs, kept from every fit and choice", held.runs.len()),
+        None if pieces.folds < 2 => {
+            "nothing is held out: the runs are one piece, and these are the figures of the fit"
+                .to_owned()
+        }
+        None => format!(
+            "{} pieces in {} folds, each predicted by a fit on the other folds; the effects are chosen on all",
+            pieces.pieces.len(),
+            pieces.folds
+        ),
+    }
+}
+
+/// Squares by piece; by run where there are runs enough, since pieces of a run are not independent.
+fn blocks(pieces: &Pieces, by_model: &[Vec<f64>; 3]) -> Vec<Block> {
+    let by_run = pieces.runs.len() >= CLUSTERED_RUNS;
+    let count = if by_run {
+        pieces.runs.len()
+    } else {
+        pieces.pieces.len()
+    };
+    let mut blocks = vec![Block::default(); count];
+    for (k, piece) in pieces.pieces.iter().enumerate() {
+        let block = &mut blocks[if by_run { piece.run } else { k }];
+        block.samples += (piece.to - piece.from) as f64;
+        for (sum, left) in block.squares.iter_mut().zip(by_model) {
+            let of_piece = &left[pieces.range(piece)];
+            *sum += of_piece.iter().map(|r| r * r).sum::<f64>();
+        }
+    }
+    blocks
+}
+
+fn rms(blocks: &[Block], weights: &[f64]) -> [f64; 3] {
+    let samples: f64 = blocks.iter().zip(weights).map(|(b, w)| w * b.samples).sum();
+    [0, 1, 2].map(|k| {
+        let squares = blocks.iter().zip(weights).map(|(b, w)| w * b.squares[k]);
+        (squares.sum::<f64>() / samples.max(f64::MIN_POSITIVE)).sqrt()
+    })
+}
+
+fn bootstrap(blocks: &[Block]) -> Vec<[f64; 3]> {
+    let mut random = Pcg64Mcg::seed_from_u64(0x7275_6e67);
+    let draw = |_| {
+        let weights: Vec<f64> = blocks.iter().map(|_| Exp1.sample(&mut random)).collect();
+        rms(blocks, &weights)
+    };
+    (0..DRAWS).map(draw).collect()
+}
+
+/// Share of what lies above the floor that is closed; what falls below the floor is at it.
+fn closed([before, _, after]: [f64; 3], floor: f64) -> f64 {
+    let above = before - floor;
+    if above <= 0.0 {
+        return 0.0;
+    }
+    1.0 - (after - floor).max(0.0) / above
+}
+
+/// The middle 95 %.
+fn quantiles(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_by(f64::total_cmp);
+    let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
+    (at(0.025), at(0.975))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn block(squares: [f64; 3]) -> Block {
+        Block {
+            squares,
+            samples: 100.0,
+        }
+    }
+
+    /// The share that is closed, by hand, and its interval about it; of equal pieces there is none.
+    #[test]
+    fn what_is_closed_is_that_above_the_floor() {
+        assert!((closed([10.0, 5.0, 1.0], 0.5) - (1.0 - 0.5 / 9.5)).abs() < 1e-12);
+        assert_eq!(closed([10.0, 5.0, 0.2], 0.5), 1.0);
+        assert_eq!(closed([0.4, 0.4, 0.3], 0.5), 0.0);
+        let equal = vec![block([400.0, 100.0, 25.0]); 6];
+        for draw in bootstrap(&equal) {
+            assert!(
+                draw.iter()
+                    .zip([2.0, 1.0, 0.5])
+                    .all(|(a, b)| (a - b).abs() < 1e-12)
+            );
+        }
+        let apart = [block([900.0; 3]), block([100.0; 3]), block([400.0; 3])];
+        let (lo, hi) = quantiles(bootstrap(&apart).iter().map(|draw| draw[0]).collect());
+        let rms = rms(&apart, &[1.0; 3])[0];
+        assert!(
+            1.0 < lo && lo < rms && rms < hi && hi < 3.0,
+            "{lo} {rms} {hi}"
+        );
+    }
+}

@@ -1,0 +1,63 @@
+//! The search as the document tells it: a step a level, and the look for something unknown.
+
+use crate::diagnose::report::{Rival, Step};
+use crate::diagnose::selection::{Forward, Judged};
+use crate::diagnose::validation::Unknown;
+
+/// The levels of a search, and the look for something unknown.
+pub(crate) fn steps(found: &Forward, unknown: &Unknown) -> Vec<Step> {
+    let levels = found.levels.iter().enumerate();
+    let mut steps: Vec<Step> = levels.map(|(k, level)| step(k + 1, level)).collect();
+    let (is_there, chance) = (unknown.is_there(), unknown.chance());
+    let as_much = unknown
+        .by_chance
+        .iter()
+        .filter(|gain| **gain >= unknown.gain);
+    steps.push(Step {
+        name: "unknown".to_owned(),
+        from: found.best.model.ids(),
+        left_counts: found.best.rms(),
+        rivals: Vec::new(),
+        screened: Vec::new(),
+        gain: unknown.gain,
+        chance,
+        p_value: (as_much.count() + 1) as f64 / (unknown.by_chance.len() + 1) as f64,
+        closes: 0.0,
+        is_kept: is_there,
+        why: match is_there {
+            true => {
+                "a torque of many shapes, or the piece predicted worst, is beyond chance".to_owned()
+            }
+            false => "a torque of many shapes gains no more than chance makes".to_owned(),
+        },
+    });
+    steps
+}
+
+/// A level as a part of the table.
+fn step(number: usize, level: &Judged) -> Step {
+    let standings = level.fits.iter().zip(&level.standings);
+    Step {
+        name: format!("level {number}"),
+        from: level.from.model.ids(),
+        left_counts: level.from.rms(),
+        rivals: standings
+            .map(|(fit, standing)| Rival {
+                effects: fit.model.ids(),
+                gains: fit.score() - level.from.score(),
+                behind: standing.behind,
+                error: standing.error,
+                is_tied: standing.is_tied,
+                left_counts: fit.rms(),
+                wander: fit.noise.strength,
+            })
+            .collect(),
+        screened: level.screened.clone(),
+        gain: level.presence.gain,
+        chance: level.presence.by_chance.last().copied().unwrap_or(0.0),
+        p_value: level.presence.p_value(),
+        closes: level.closes,
+        is_kept: level.is_kept,
+        why: level.why(),
+    }
+}

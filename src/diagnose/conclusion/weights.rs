@@ -1,0 +1,124 @@
+//! From scores to probabilities: pseudo Bayesian model averaging with a bootstrap (Yao, Vehtari, Simpson, Gelman, 2018), and for
+//! "is there anything" the odds of the gain against the most that chance makes.
+
+use crate::diagnose::selection::{Forward, simpler_of};
+use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
+use crate::diagnose::validation::Unknown;
+
+/// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Weights {
+    /// No effect, and nothing unknown.
+    pub none: f64,
+    /// Something unknown, alone or beside effects.
+    pub unknown: f64,
+    /// Exactly these effects and nothing unknown, likeliest first.
+    pub sets: Vec<(Vec<&'static str>, f64)>,
+}
+
+/// Least probability of nothing unknown.
+const LEAST_LEFT: f64 = 1e-6;
+
+/// Sets that are less probable than this are not listed: nothing can be added to a 1 that it could be read off.
+const LEAST_SHARE: f64 = 1e-12;
+
+/// Probability of odds whose logarithm these nats are.
+fn logistic(nats: f64) -> f64 {
+    1.0 / (1.0 + (-nats).exp())
+}
+
+/// Probabilities after a search.
+pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
+    let mut none = 0.0;
+    let mut sets: Vec<(Vec<&'static str>, f64)> = Vec::new();
+    let mut put =
+        |set: Vec<&'static str>, share: f64| match sets.iter_mut().find(|(other, _)| *other == set)
+        {
+            _ if set.is_empty() => none += share,
+            Some((_, sum)) => *sum += share,
+            None => sets.push((set, share)),
+        };
+    // Of the class that the search goes on from: its members, each with its share.
+    let mut class: Vec<(Vec<&'static str>, f64)> = vec![(Vec::new(), 1.0)];
+    for level in &forward.levels {
+        let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
+        let there = if level.is_kept {
+            logistic(level.presence.gain - chance)
+        } else {
+            // What is not kept has at most even odds, and none where it is not what the gap is.
+            logistic((level.presence.gain - chance).min(0.0)) * f64::from(level.closes > 0.0)
+        };
+        let of_rivals: f64 = level
+            .fits
+            .iter()
+            .zip(&level.standings)
+            .map(|s| s.1.weight)
+            .sum();
+        // Weights add to 1 but for the last digit.
+        let goes_on = (there * of_rivals).min(1.0);
+        let mass: f64 = class.iter().map(|(_, share)| share).sum();
+        for (set, share) in class.drain(..) {
+            put(set, share * (1.0 - goes_on));
+        }
+        let tied: Vec<Vec<&'static str>> = level.tied().map(|(fit, _)| fit.model.ids()).collect();
+        for (fit, tie) in level.fits.iter().zip(&level.standings) {
+            let share = mass * there * tie.weight;
+            let ids = fit.model.ids();
+            if level.is_kept && tie.is_tied {
+                class.push((simpler_of(&ids, &tied).unwrap_or(ids), share));
+            } else {
+                put(ids, share);
+            }
+        }
+    }
+    for (set, share) in class {
+        put(set, share);
+    }
+    // Which sets are there is said beside something unknown too, however sure that is.
+    let left = (1.0 - more(forward, unknown)).max(LEAST_LEFT);
+    for (_, share) in &mut sets {
+        *share *= left;
+    }
+    sets.retain(|(_, share)| *share > LEAST_SHARE);
+    sets.sort_by(|a, b| b.1.total_cmp(&a.1));
+    Weights {
+        none: none * left,
+        unknown: 1.0 - left,
+        sets,
+    }
+}
+
+/// Probability of something more than the best set: a flexible torque that gains, a piece that is predicted worse than chance makes
+/// any, or a motor whose own numbers are beyond their tolerances.
+fn more(forward: &Forward, unknown: &Unknown) -> f64 {
+    let bent = forward.best.model.bent(&forward.best.x);
+    let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
+    let gains = (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond());
+    let shakes = LEAST_GAIN * (forward.best.noise.strength / MOST_WANDER - 1.0);
+    logistic(gains.max(bends).max(shakes))
+}
+
+impl Weights {
+    /// The same with nothing more probable than `most`: what is taken from something unknown goes to the others in proportion, what is
+    /// taken from them goes to something unknown.
+    pub fn at_most(mut self, most: f64) -> Self {
+        let named: f64 = self.sets.iter().map(|(_, share)| share).sum();
+        if self.unknown > most {
+            let times = (1.0 - most) / (self.none + named);
+            self.none *= times;
+            for (_, share) in &mut self.sets {
+                *share *= times;
+            }
+            self.unknown = most;
+        } else if self.none > most {
+            self.unknown += self.none - most;
+            self.none = most;
+        } else if named > most {
+            for (_, share) in &mut self.sets {
+                *share *= most / named;
+            }
+            self.unknown += named - most;
+        }
+        self
+    }
+}

@@ -1,0 +1,154 @@
+//! Why runs cannot be diagnosed, and the looks that find it out before anything is fitted.
+
+use super::settings::{LEAST_SAMPLES, MOST_APART_S, PAUSE};
+use crate::motor::{CommandKind, SimulationError};
+use crate::recording::Run;
+
+/// Why runs cannot be diagnosed.
+#[derive(Debug, thiserror::Error)]
+pub enum DiagnoseError {
+    /// Nothing to look at.
+    #[error("no run: name at least one run file")]
+    NoRuns,
+    /// A run that is too short.
+    #[error(
+        "{run}: {samples} samples are too few for a diagnosis, record at least {LEAST_SAMPLES}"
+    )]
+    TooShort {
+        /// Path or number of the run.
+        run: String,
+        /// Its samples.
+        samples: usize,
+    },
+    /// Samples so far apart that no motor's response is seen between them.
+    #[error(
+        "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed; record with a sample time that \
+         sees the motor start (motorlab check names wrong units)"
+    )]
+    TooFarApart {
+        /// Path or number of the run.
+        run: String,
+        /// Mean interval in s.
+        mean_s: f64,
+    },
+    /// More pause than recording.
+    #[error(
+        "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample; cut the file at its pauses and diagnose the parts \
+         together"
+    )]
+    MostlyPauses {
+        /// Path or number of the run.
+        run: String,
+        /// Time in pauses in s.
+        missing_s: f64,
+        /// Time from the first sample to the last in s.
+        lasts_s: f64,
+    },
+    /// A run without what a model is judged by, or driven by.
+    #[error(
+        "{run}: the {what} was not recorded (its header says so under `imported`), without which nothing can be diagnosed; \
+         motorlab check says what can be told of the rest"
+    )]
+    NotRecorded {
+        /// Path or number of the run.
+        run: String,
+        /// `position` or `command`.
+        what: &'static str,
+    },
+    /// Runs of different axes.
+    #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart")]
+    Mixed {
+        /// Path or number of the run.
+        run: String,
+        /// Its command column.
+        found: &'static str,
+        /// That of the first.
+        first: &'static str,
+    },
+    /// A run that cannot be simulated.
+    #[error("{run}: {source}")]
+    Simulation {
+        /// Path or number of the run.
+        run: String,
+        /// Why.
+        source: SimulationError,
+    },
+    /// The nominal motor makes no motion at all.
+    #[error("the nominal motor cannot be fitted to these runs: are its numbers and units right?")]
+    NoFit,
+    /// No first-order motor follows these runs.
+    #[error(
+        "no first-order motor fits these runs: the best leaves {left_counts:.1} counts where a shaft that stands still leaves {at_rest_counts:.1}. Does the column of the command belong to this motor, in volts, with the right sign? A motor file with --motor needs no fit"
+    )]
+    FitFailed {
+        /// What the best fit leaves, in counts RMS.
+        left_counts: f64,
+        /// What a shaft that never turns leaves.
+        at_rest_counts: f64,
+    },
+}
+
+/// What a run is called: its path, or its number from 1.
+pub(crate) fn name_of(k: usize, run: &Run) -> String {
+    match &run.path {
+        Some(path) => path.display().to_string(),
+        None => (k + 1).to_string(),
+    }
+}
+
+/// What the runs command, where they can be diagnosed together.
+pub(crate) fn usable(runs: &[Run]) -> Result<CommandKind, DiagnoseError> {
+    let first = runs.first().ok_or(DiagnoseError::NoRuns)?;
+    for (k, run) in runs.iter().enumerate() {
+        let name = name_of(k, run);
+        if run.len() < LEAST_SAMPLES {
+            return Err(DiagnoseError::TooShort {
+                run: name,
+                samples: run.len(),
+            });
+        }
+        sampled_enough(&name, run)?;
+        if run.command_kind != first.command_kind {
+            return Err(DiagnoseError::Mixed {
+                run: name,
+                found: run.command_kind.column(),
+                first: first.command_kind.column(),
+            });
+        }
+        if let Some(what) = not_recorded(run) {
+            return Err(DiagnoseError::NotRecorded { run: name, what });
+        }
+    }
+    Ok(first.command_kind)
+}
+
+/// What an imported log did not have, though nothing can be diagnosed without it: the column is nought throughout.
+fn not_recorded(run: &Run) -> Option<&'static str> {
+    let imported = run.header.get("imported")?;
+    ["position", "command"]
+        .into_iter()
+        .find(|what| imported.get(what).and_then(toml::Value::as_str) == Some("not recorded"))
+}
+
+/// Samples close enough to see a motor's response between them, and more recording than pause.
+fn sampled_enough(name: &str, run: &Run) -> Result<(), DiagnoseError> {
+    let mut steps: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let lasts_s = run.t_s[run.len() - 1] - run.t_s[0];
+    let mean_s = lasts_s / steps.len() as f64;
+    steps.sort_by(f64::total_cmp);
+    let median_s = steps[steps.len() / 2];
+    let paused = steps.iter().filter(|step_s| **step_s > PAUSE * median_s);
+    let missing_s: f64 = paused.sum();
+    let run = name.to_owned();
+    if missing_s > 0.5 * lasts_s {
+        return Err(DiagnoseError::MostlyPauses {
+            run,
+            missing_s,
+            lasts_s,
+        });
+    }
+    if mean_s > MOST_APART_S {
+        return Err(DiagnoseError::TooFarApart { run, mean_s });
+    }
+    Ok(())
+}

@@ -1,0 +1,355 @@
+//! A motor with effects, which of its numbers are free, and what is plausible of them.
+//!
+//! Voltage in and counts out identify `J R/Kt`, `Kb` and `Tf R/Kt` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf and b as shares of the
+//! motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady depends on
+//! sums of them, so that where two are not told apart the valley between them is straight.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::diagnose::settings::{DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
+use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
+use crate::motor::fit::ParameterId;
+use crate::motor::{ActiveEffect, CommandKind, Motor};
+
+/// Keys of the base numbers.
+pub(crate) const BASE: [&str; 4] = [
+    "inertia_kg_m2",
+    "back_emf_v_s_per_rad",
+    "coulomb_friction_nm",
+    "viscous_friction_nm_s_per_rad",
+];
+/// Effects that set a base number free, and which.
+const FREEING: [(&str, usize); 3] = [
+    ("inertia", 0),
+    ("coulomb_friction", 2),
+    ("viscous_friction", 3),
+];
+
+/// What is the same for all models of a diagnosis.
+#[derive(Debug, Clone)]
+pub(crate) struct Base {
+    pub motor: Motor,
+    pub kind: CommandKind,
+    pub sample_time_s: f64,
+    /// Error of the clock as the host saw it, with its standard deviation.
+    pub clock: Option<(f64, f64)>,
+    /// Whether the times are those of arrivals at the host.
+    pub is_host_timed: bool,
+}
+
+/// An effect of a model with the values that are not fitted, or to start from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Member {
+    pub index: usize,
+    pub values: Vec<f64>,
+}
+
+impl Member {
+    pub fn id(&self) -> &'static str {
+        catalogue()[self.index].id
+    }
+
+    /// The base number that it sets free.
+    pub fn frees(&self, base: &Base) -> Option<usize> {
+        base.frees(self.id())
+    }
+}
+
+impl Base {
+    /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
+    pub fn frees(&self, id: &str) -> Option<usize> {
+        let k = freed_by(id)?;
+        let value = self.motor.parameters.get(BASE[k])?;
+        (value > 0.0).then_some(k)
+    }
+}
+
+fn freed_by(id: &str) -> Option<usize> {
+    let found = FREEING.iter().find(|(freeing, _)| *freeing == id);
+    found.map(|(_, number)| *number)
+}
+
+/// One free number.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Number {
+    pub id: ParameterId,
+    /// Whether what is fitted is the logarithm.
+    pub log: bool,
+    /// Value in SI of a number of 1.
+    pub unit: f64,
+    pub lo: f64,
+    pub hi: f64,
+    pub smooth: bool,
+}
+
+impl Number {
+    /// Its value in SI.
+    pub fn value(&self, x: f64) -> f64 {
+        self.unit * if self.log { x.exp() } else { x }
+    }
+
+    /// Derivative of its value in SI.
+    pub fn slope(&self, x: f64) -> f64 {
+        self.unit * if self.log { x.exp() } else { 1.0 }
+    }
+}
+
+/// A model.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub members: Vec<Member>,
+    pub numbers: Vec<Number>,
+    /// With the values that are not fitted.
+    motor: Motor,
+    pub precision: DMatrix<f64>,
+    pub mean: DVector<f64>,
+    start: Vec<f64>,
+    /// Relative standard deviation of torques, inertias and currents beside what the runs tell.
+    pub scale: f64,
+    /// Half the square by which the host contradicts a clock that is right, where the model has no other.
+    clock: f64,
+}
+
+impl Model {
+    pub fn new(base: &Base, members: Vec<Member>) -> Self {
+        let mut motor = base.motor.clone();
+        let mut numbers = Vec::new();
+        let mut start = Vec::new();
+        let p = &base.motor.parameters;
+        let used: Vec<usize> = (0..BASE.len())
+            .filter(|&k| p.get(BASE[k]).is_some_and(|value| value > 0.0))
+            .filter(|&k| !(k == 1 && base.kind != CommandKind::Voltage))
+            .collect();
+        for &k in &used {
+            numbers.push(Number {
+                id: ParameterId::nominal(BASE[k]).expect("a key"),
+                log: false,
+                unit: p.get(BASE[k]).unwrap_or(1.0),
+                lo: MOST_CHANGED.recip(),
+                hi: MOST_CHANGED,
+                smooth: true,
+            });
+            start.push(1.0);
+        }
+        let covariance = base_covariance(base, &members);
+        let n_base = used.len();
+        let picked = DMatrix::from_fn(n_base, n_base, |i, j| covariance[(used[i], used[j])]);
+        let base_precision = picked
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::identity(n_base, n_base));
+        let mut mean = start.clone();
+        let mut widths = Vec::new();
+        for member in &members {
+            if member.frees(base).is_some() {
+                continue;
+            }
+            let kind = &catalogue()[member.index];
+            if let Ok(effect) = ActiveEffect::new(kind.id, &member.values) {
+                motor.effects.set(effect);
+            }
+            for (k, parameter) in kind.parameters.iter().enumerate() {
+                if !is_free(parameter)
+                    || (member.values[k] == 0.0 && parameter.key == "max_rate_hz")
+                {
+                    continue;
+                }
+                if parameter.key == "probability" && member.values[k] == 0.0 {
+                    continue;
+                }
+                let (lo, hi) = range_of(parameter, base);
+                let log = matches!(parameter.prior, Prior::LogUniform);
+                let phase = matches!(parameter.prior, Prior::Phase);
+                let x = |value: f64| if log { value.max(1e-300).ln() } else { value };
+                let (lo, hi) = (x(lo), x(hi));
+                numbers.push(Number {
+                    id: ParameterId::Effect(member.index, k),
+                    log,
+                    unit: 1.0,
+                    lo: if phase { f64::NEG_INFINITY } else { lo },
+                    hi: if phase { f64::INFINITY } else { hi },
+                    smooth: parameter.smooth,
+                });
+                start.push(x(member.values[k]));
+                mean.push(0.5 * (lo + hi));
+                let mut width = 0.5 * (hi - lo);
+                if kind.id == "clock_error"
+                    && let Some((seen, sd)) = base.clock
+                {
+                    *mean.last_mut().expect("just pushed") = seen;
+                    width = sd;
+                }
+                widths.push(if phase { f64::INFINITY } else { width });
+            }
+        }
+        let clock = match base.clock {
+            Some((seen, sd)) if !members.iter().any(|member| member.id() == "clock_error") => {
+                0.5 * (seen / sd).powi(2)
+            }
+            _ => 0.0,
+        };
+        let n = numbers.len();
+        let mut precision = DMatrix::zeros(n, n);
+        precision
+            .view_mut((0, 0), (n_base, n_base))
+            .copy_from(&base_precision);
+        for (k, width) in widths.iter().enumerate() {
+            precision[(n_base + k, n_base + k)] = 1.0 / (width * width);
+        }
+        Self {
+            members,
+            numbers,
+            motor,
+            precision,
+            mean: DVector::from_vec(mean),
+            start,
+            scale: scale_variance(base).sqrt(),
+            clock,
+        }
+    }
+
+    pub fn start(&self) -> Vec<f64> {
+        self.start.clone()
+    }
+
+    /// The start with the numbers that another model has too taken from there.
+    pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
+        let mut start = self.start();
+        for (k, number) in self.numbers.iter().enumerate() {
+            if let Some(j) = other.numbers.iter().position(|n| n.id == number.id) {
+                start[k] = x[j];
+            }
+        }
+        start
+    }
+
+    /// Whether another model differs from this one in nothing but the numbers that are fitted.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let neutral = self.start();
+        self.ids() == other.ids()
+            && self.free() == other.free()
+            && self.motor(&neutral) == other.motor(&neutral)
+    }
+
+    /// Which numbers are free.
+    pub fn free(&self) -> Vec<ParameterId> {
+        self.numbers.iter().map(|number| number.id).collect()
+    }
+
+    pub fn motor(&self, x: &[f64]) -> Motor {
+        let mut motor = self.motor.clone();
+        for (number, x) in self.numbers.iter().zip(x) {
+            number.id.set(&mut motor, number.value(*x));
+        }
+        motor
+    }
+
+    pub fn clamp(&self, x: &mut [f64]) {
+        for (number, x) in self.numbers.iter().zip(x) {
+            *x = x.clamp(number.lo, number.hi);
+        }
+    }
+
+    /// Half the squared distance from what is plausible, whitened.
+    pub fn prior(&self, x: &[f64]) -> f64 {
+        let d = DVector::from_column_slice(x) - &self.mean;
+        self.clock + 0.5 * (&self.precision * &d).dot(&d)
+    }
+
+    /// By how many of its tolerances each base number lies off the motor file's; 0 of the others.
+    pub fn off(&self, x: &[f64]) -> Vec<f64> {
+        let covariance = self.precision.clone().pseudo_inverse(f64::MIN_POSITIVE);
+        let Ok(covariance) = covariance else {
+            return vec![0.0; x.len()];
+        };
+        let numbers = self.numbers.iter().enumerate();
+        numbers
+            .map(|(k, number)| match number.id {
+                ParameterId::Nominal(_) => (x[k] - self.mean[k]).abs() / covariance[(k, k)].sqrt(),
+                ParameterId::Effect(..) => 0.0,
+            })
+            .collect()
+    }
+
+    /// By how many of its tolerances the base number that is farthest from the motor file's lies off, those left out that an effect
+    /// sets free.
+    pub fn bent(&self, x: &[f64]) -> f64 {
+        let freed: Vec<usize> = self.members.iter().filter_map(|m| self.frees(m)).collect();
+        let is_freed = |key: &str| freed.iter().any(|number| BASE[*number] == key);
+        let off = self.numbers.iter().zip(self.off(x));
+        off.filter(|(number, _)| !is_freed(number.id.key()))
+            .fold(0.0, |most, (_, off)| f64::max(most, off))
+    }
+
+    /// The base number that a member sets free.
+    pub fn frees(&self, member: &Member) -> Option<usize> {
+        let own = |number: &Number| matches!(number.id, ParameterId::Effect(index, _) if index == member.index);
+        freed_by(member.id()).filter(|_| !self.numbers.iter().any(own))
+    }
+
+    /// Ids of its effects, sorted.
+    pub fn ids(&self) -> Vec<&'static str> {
+        let mut ids: Vec<&str> = self.members.iter().map(Member::id).collect();
+        ids.sort_unstable();
+        ids
+    }
+}
+
+/// Whether a parameter is fitted: what is one of a few values, or a side, is a start of its own.
+pub(crate) fn is_free(parameter: &EffectParameter) -> bool {
+    (!matches!(parameter.prior, Prior::OneOf(_)) || parameter.key == "max_rate_hz")
+        && parameter.key != "encoder_side"
+}
+
+/// Range in SI, for the run's own sample time.
+pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
+    if parameter.key == "max_rate_hz" {
+        let top = Scale::TopRate.of(&base.motor.parameters, base.sample_time_s);
+        return (LEAST_RATE * top, top);
+    }
+    let (lo, hi) = parameter.range(&base.motor.parameters, base.sample_time_s);
+    (lo.min(hi), lo.max(hi))
+}
+
+/// Relative variance of what is held, by the motor file's tolerances: every torque, inertia and current is seen only relative to `R` and
+/// `Kt`.
+fn scale_variance(base: &Base) -> f64 {
+    let tolerance = |key: &str| {
+        let stated = base.motor.tolerance.get(key).copied();
+        stated.unwrap_or(DEFAULT_TOLERANCE)
+    };
+    match base.kind {
+        CommandKind::Voltage => {
+            tolerance("resistance_ohm").powi(2) + tolerance("torque_constant_nm_per_a").powi(2)
+        }
+        CommandKind::Current => tolerance("torque_constant_nm_per_a").powi(2),
+        CommandKind::Torque => 0.0,
+    }
+}
+
+/// Width (one sigma) of a base number that an effect sets free, as a share of the motor file's: half the effect's range.
+fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
+    let parameter = &catalogue()[member.index].parameters[0];
+    let (lo, hi) = range_of(parameter, base);
+    let own = base.motor.parameters.get(BASE[number]).unwrap_or(1.0);
+    0.5 * (hi - lo) / own
+}
+
+fn base_covariance(base: &Base, members: &[Member]) -> DMatrix<f64> {
+    let tolerance = |key: &str| {
+        let stated = base.motor.tolerance.get(key).copied();
+        stated.unwrap_or(DEFAULT_TOLERANCE)
+    };
+    let common = scale_variance(base);
+    let mut covariance = DMatrix::zeros(BASE.len(), BASE.len());
+    for i in 0..BASE.len() {
+        for j in 0..BASE.len() {
+            if i != 1 && j != 1 {
+                covariance[(i, j)] = common;
+            }
+        }
+        let freeing = members.iter().find(|member| member.frees(base) == Some(i));
+        let own = freeing.map_or_else(|| tolerance(BASE[i]), |member| freed_width(base, member, i));
+        covariance[(i, i)] += own * own;
+    }
+    covariance
+}

@@ -1,0 +1,98 @@
+//! The fit of the position error as it is shown: every sample alike, less what the measured starts of the pieces make, with prior rows
+//! only.
+
+use super::levenberg::{dot, minimise, out_of_fold, residual, surroundings, whitened};
+use super::{Model, less_start, response};
+use crate::diagnose::noise::{Noise, Whitener};
+use crate::diagnose::pieces::Pieces;
+use crate::diagnose::settings::ROUNDING;
+use crate::motor::{CommandKind, Motor};
+
+/// What a motor leaves of pieces.
+#[derive(Debug, Clone)]
+pub(crate) struct Left {
+    pub motor: Motor,
+    /// Its time constant in s.
+    pub time_constant_s: f64,
+    /// Recorded less predicted, less what the starts make, in counts.
+    pub shown: Vec<f64>,
+}
+
+impl Left {
+    /// What a model with these numbers leaves.
+    pub fn new(pieces: &Pieces, model: &Model, kind: CommandKind, x: &[f64]) -> Option<Self> {
+        let time_constant_s = surroundings(pieces, model, x, kind).time_constant_s;
+        let motor = model.motor(x);
+        let shown = Self::of(pieces, &motor, time_constant_s)?;
+        Some(Self {
+            motor,
+            time_constant_s,
+            shown,
+        })
+    }
+
+    /// What a motor leaves.
+    pub fn of(pieces: &Pieces, motor: &Motor, time_constant_s: f64) -> Option<Vec<f64>> {
+        let residual = residual(pieces, &response(pieces, motor)?);
+        Some(less_start(pieces, time_constant_s, &residual))
+    }
+
+    fn sum(&self) -> f64 {
+        dot(&self.shown, &self.shown)
+    }
+}
+
+/// A model fitted so.
+#[derive(Debug, Clone)]
+pub(crate) struct Unweighted {
+    pub left: Left,
+    /// The same of each piece predicted by a fit on the other folds.
+    pub predicted: Vec<f64>,
+}
+
+impl Unweighted {
+    /// Sum of the squares as fitted, in counts^2.
+    pub fn sum(&self) -> f64 {
+        self.left.sum()
+    }
+}
+
+/// Fits a model from each of some starts. What is returned leaves no more than any start, nor than any fit.
+pub(crate) fn unweighted(
+    pieces: &Pieces,
+    model: &Model,
+    kind: CommandKind,
+    starts: &[Vec<f64>],
+) -> Option<Unweighted> {
+    let mut tried: Vec<(Vec<f64>, Left)> = Vec::new();
+    for start in starts {
+        let mut x = start.clone();
+        model.clamp(&mut x);
+        let Some(left) = Left::new(pieces, model, kind, &x) else {
+            continue;
+        };
+        let whitener = evenly(pieces, model, kind, &x, &left);
+        tried.push((x.clone(), left));
+        if let Some(x) = minimise(pieces, model, &whitener, x)
+            && let Some(left) = Left::new(pieces, model, kind, &x)
+        {
+            tried.push((x, left));
+        }
+    }
+    let (x, left) = (tried.into_iter()).min_by(|a, b| a.1.sum().total_cmp(&b.1.sum()))?;
+    let around = surroundings(pieces, model, &x, kind);
+    let whitener = evenly(pieces, model, kind, &x, &left);
+    let fit = whitened(pieces, model, x, (Noise::NONE, around), &whitener)?;
+    let predicted = out_of_fold(pieces, &fit, &whitener);
+    Some(Unweighted {
+        predicted: less_start(pieces, left.time_constant_s, &predicted),
+        left,
+    })
+}
+
+/// Weighs every sample alike, in units of what is left.
+fn evenly(pieces: &Pieces, model: &Model, kind: CommandKind, x: &[f64], left: &Left) -> Whitener {
+    let mean_square = left.sum() / left.shown.len().max(1) as f64;
+    let around = surroundings(pieces, model, x, kind);
+    Whitener::even(pieces, &around, mean_square.max(ROUNDING))
+}

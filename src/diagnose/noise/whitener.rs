@@ -1,0 +1,306 @@
+//! The Kalman filter that turns the residual of a piece into independent numbers of variance 1.
+//!
+//! State: error of the angle in counts, of the speed in counts/s, and an acceleration that wanders (Ornstein and Uhlenbeck), in
+//! counts/s^2. The motor's own damping takes errors of the speed away: `v' = -v/tau + d`, `d' = -d/T + noise`. A shaft that rests does
+//! not move for it. The residual is that of the angle, with rounding of variance 1/12 (Widrow).
+
+use super::Noise;
+use crate::diagnose::pieces::Pieces;
+use crate::diagnose::settings::ROUNDING;
+
+/// What the filter has to know of motor and encoder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Surroundings {
+    /// Mechanical time constant in s.
+    pub time_constant_s: f64,
+    /// Acceleration in counts/s^2 that is stall torque.
+    pub stall_counts_s2: f64,
+    /// Samples are late by up to this, in s.
+    pub jitter_s: f64,
+    /// Share of edges lost by chance.
+    pub loss: f64,
+}
+
+impl Surroundings {
+    /// Whether others scatter where these do not, by samples that are late or edges that are lost.
+    pub fn is_stiller_than(&self, others: &Self) -> bool {
+        let begins = |before: f64, then: f64| before == 0.0 && then > 0.0;
+        begins(self.jitter_s, others.jitter_s) || begins(self.loss, others.loss)
+    }
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Step {
+    f01: f64,
+    f02: f64,
+    f11: f64,
+    f12: f64,
+    f22: f64,
+    gain: [f64; 3],
+    /// One over the standard deviation of the innovation; 0 for a piece's first sample.
+    scale: f64,
+}
+
+/// Gains for every sample.
+#[derive(Debug, Clone)]
+pub(crate) struct Whitener {
+    steps: Vec<Step>,
+    /// First sample of each piece.
+    starts: Vec<usize>,
+    /// Logarithm of the determinant of each piece's covariance.
+    pub log_det: Vec<f64>,
+}
+
+impl Whitener {
+    pub fn new(pieces: &Pieces, around: &Surroundings, noise: Noise) -> Self {
+        Self::with(pieces, around, noise, &|speed, weight| {
+            let late = speed * around.jitter_s;
+            ROUNDING / weight + late * late / 12.0
+        })
+    }
+
+    /// Every sample alike, with this variance in counts^2, nothing that wanders, and a start that is measured.
+    pub fn even(pieces: &Pieces, around: &Surroundings, variance: f64) -> Self {
+        let around = Surroundings {
+            loss: 0.0,
+            ..*around
+        };
+        Self::with(pieces, &around, Noise::NONE, &|_, _| variance)
+    }
+
+    /// With the variance of a sample, in counts^2, by its speed in counts/s and its weight.
+    fn with(
+        pieces: &Pieces,
+        around: &Surroundings,
+        noise: Noise,
+        variance: &dyn Fn(f64, f64) -> f64,
+    ) -> Self {
+        let mut steps = Vec::with_capacity(pieces.len);
+        let mut starts = Vec::new();
+        let mut log_det = Vec::new();
+        let sigma = noise.strength * around.stall_counts_s2;
+        for piece in &pieces.pieces {
+            let run = &pieces.runs[piece.run];
+            starts.push(piece.at);
+            let mut p = [
+                [ROUNDING, 0.0, 0.0],
+                [0.0, piece.start_speed_sd.powi(2), 0.0],
+                [0.0, 0.0, sigma * sigma],
+            ];
+            let mut log = 0.0;
+            steps.push(Step {
+                f22: 1.0,
+                f11: 1.0,
+                ..Step::default()
+            });
+            for k in piece.from + 1..piece.to {
+                let dt = run.t_s[k] - run.t_s[k - 1];
+                let decay = (-dt / noise.time_s).exp();
+                let mut step = Step {
+                    f22: decay,
+                    ..Step::default()
+                };
+                if run.moving[k] {
+                    let a = 1.0 / around.time_constant_s;
+                    let e = (-a * dt).exp();
+                    step.f11 = e;
+                    step.f01 = (1.0 - e) / a;
+                    step.f12 = (1.0 - e) / a;
+                    step.f02 = (dt - step.f01) / a;
+                }
+                let f = [
+                    [1.0, step.f01, step.f02],
+                    [0.0, step.f11, step.f12],
+                    [0.0, 0.0, step.f22],
+                ];
+                p = sandwich(&f, &p);
+                p[2][2] += sigma * sigma * (1.0 - decay * decay);
+                let travelled = (run.counts[k] - run.counts[k - 1]).abs();
+                if around.loss > 0.0 {
+                    p[0][0] += around.loss * travelled;
+                }
+                let r = variance(run.speed[k], pieces.weight[piece.at + k - piece.from]);
+                let s = p[0][0] + r;
+                let gain = [p[0][0] / s, p[1][0] / s, p[2][0] / s];
+                let row = p[0];
+                for (i, g) in gain.iter().enumerate() {
+                    for (j, value) in row.iter().enumerate() {
+                        p[i][j] -= g * value;
+                    }
+                }
+                step.gain = gain;
+                step.scale = 1.0 / s.sqrt();
+                log += s.ln();
+                steps.push(step);
+            }
+            log_det.push(log);
+        }
+        Self {
+            steps,
+            starts,
+            log_det,
+        }
+    }
+
+    /// Variance of each innovation in counts^2; 0 for a piece's first sample.
+    pub fn variances(&self) -> impl Iterator<Item = f64> {
+        let scales = self.steps.iter().map(|step| step.scale);
+        scales.map(|scale| if scale > 0.0 { scale.powi(-2) } else { 0.0 })
+    }
+
+    /// The innovations of a column, each over its standard deviation.
+    pub fn whiten(&self, column: &[f64]) -> Vec<f64> {
+        let mut out = Vec::with_capacity(column.len());
+        let mut starts = self.starts.iter().copied().peekable();
+        let mut s = [0.0; 3];
+        for (k, (step, value)) in self.steps.iter().zip(column).enumerate() {
+            if starts.next_if_eq(&k).is_some() {
+                s = [0.0; 3];
+                out.push(0.0);
+                continue;
+            }
+            s = [
+                s[0] + step.f01 * s[1] + step.f02 * s[2],
+                step.f11 * s[1] + step.f12 * s[2],
+                step.f22 * s[2],
+            ];
+            let e = value - s[0];
+            for (s, gain) in s.iter_mut().zip(step.gain) {
+                *s += gain * e;
+            }
+            out.push(e * step.scale);
+        }
+        out
+    }
+}
+
+fn sandwich(f: &[[f64; 3]; 3], p: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let mut fp = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            fp[i][j] = (0..3).map(|k| f[i][k] * p[k][j]).sum();
+        }
+    }
+    let mut out = [[0.0; 3]; 3];
+    for i in 0..3 {
+        for j in 0..3 {
+            out[i][j] = (0..3).map(|k| fp[i][k] * f[j][k]).sum();
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::fit::response;
+    use crate::diagnose::pieces::Pieces;
+    use crate::diagnose::validation::residual_by_chance;
+    use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
+    use crate::recording::Run;
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+
+    /// The handout's motor on levels of both signs, with rests.
+    fn recorded() -> Run {
+        let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.003).collect();
+        let levels = [4.5, 0.0, -2.0, 0.5, 3.0, -4.0, 0.2, 1.5];
+        let command: Vec<f64> = (0..4000).map(|k| levels[k / 170 % 8]).collect();
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let counts = simulate(&Motor::default(), &drive, &SimulationOptions::default())
+            .expect("a motor")
+            .counts;
+        Run {
+            sample_time_s: 0.003,
+            counts_per_rev: 720.0,
+            t_s,
+            command,
+            counts,
+            ..Run::default()
+        }
+    }
+
+    /// What is drawn by the noise's own law comes out white: the mean square where the shaft moves is 1, and so is that of a projection on
+    /// something slow.
+    #[test]
+    fn noise_of_its_own_law_comes_out_white() {
+        let pieces = Pieces::new(&[recorded()], &Motor::default()).expect("a run");
+        let predicted = response(&pieces, &Motor::default()).expect("a motor");
+        let around = Surroundings {
+            time_constant_s: 0.034,
+            stall_counts_s2: 18_000.0,
+            jitter_s: 0.0,
+            loss: 0.0,
+        };
+        for strength in [0.0, 0.003, 0.05] {
+            let noise = Noise {
+                strength,
+                time_s: 0.2,
+            };
+            let whitener = Whitener::new(&pieces, &around, noise);
+            let ramp: Vec<f64> = (pieces.pieces.iter())
+                .flat_map(|piece| (0..piece.to - piece.from).map(|k| k as f64))
+                .collect();
+            let ramp = whitener.whiten(&ramp);
+            let length = ramp.iter().map(|v| v * v).sum::<f64>().sqrt();
+            let (mut square, mut slow, mut looks) = (0.0, 0.0, 0.0);
+            for seed in 0..100 {
+                let mut random = Pcg64Mcg::seed_from_u64(seed);
+                let residual = residual_by_chance(&pieces, &predicted, &around, noise, &mut random);
+                let white = whitener.whiten(&residual);
+                square += white.iter().map(|e| e * e).sum::<f64>();
+                looks += pieces.weight.iter().sum::<f64>();
+                slow += (white.iter().zip(&ramp).map(|(e, r)| e * r).sum::<f64>() / length).powi(2);
+            }
+            assert!(
+                (0.6..1.4).contains(&(square / looks)),
+                "{strength}: {}",
+                square / looks
+            );
+            let slow = slow / 100.0;
+            assert!(slow < 2.0, "{strength}: {slow}");
+            // Rounding alone has less of what is slow than white noise has.
+            assert!(slow > 0.3 || strength == 0.0, "{strength}: {slow}");
+        }
+    }
+
+    /// Rounding alone, no motion to err in: the filter is the mean, and innovation `n` has variance `(1 + 1/(n + 1))/12` (closed form).
+    #[test]
+    fn without_wander_the_filter_is_the_running_mean() {
+        let run = Run {
+            sample_time_s: 0.01,
+            counts_per_rev: 720.0,
+            t_s: (0..60).map(|k| f64::from(k) * 0.01).collect(),
+            command: vec![1.0; 60],
+            counts: (0..60).map(|k| 3 * k).collect(),
+            ..Run::default()
+        };
+        let mut pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
+        pieces.pieces[0].start_speed_sd = 0.0;
+        let around = Surroundings {
+            time_constant_s: 0.034,
+            stall_counts_s2: 18_000.0,
+            jitter_s: 0.0,
+            loss: 0.0,
+        };
+        let whitener = Whitener::new(&pieces, &around, Noise::NONE);
+        let column: Vec<f64> = (0..60).map(|k| f64::from(k % 5)).collect();
+        let white = whitener.whiten(&column);
+        let mut sum = 0.0;
+        for n in 1..60 {
+            let looks = n as f64;
+            // The start of the piece is a look of its own, at 0.
+            let expected = (column[n] - sum / looks) / (ROUNDING * (1.0 + 1.0 / looks)).sqrt();
+            assert!(
+                (white[n] - expected).abs() < 1e-9,
+                "{n}: {} {expected}",
+                white[n]
+            );
+            sum += column[n];
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Runs cut into the pieces that are fitted, predicted and drawn again.
+//!
+//! A piece starts from the angle and the speed measured at its first sample; what cannot be measured (heat, current, the side of a
+//! gap, a command under way) goes on from what came before (multiple shooting: Bock, 1983).
+
+use crate::check::host_clock::host_clock;
+use crate::least_squares::{Record, start_of};
+use crate::motor::fit::{Reset, Simulator};
+use crate::motor::{Drive, Model, Motor, SimulationError};
+use crate::recording::Run;
+
+use super::error::{DiagnoseError, name_of};
+use super::settings::{
+    FOLDS, LONGEST_TIME_CONSTANT_S, PIECE_S, PIECE_SAMPLES, PIECE_TIME_CONSTANTS, REST_SAMPLES,
+    ROUNDING, SPEED_WINDOW_S, START_SPEED_SHARE, START_WINDOW_S,
+};
+
+/// One run made ready.
+#[derive(Debug, Clone)]
+pub(crate) struct Recording {
+    pub t_s: Vec<f64>,
+    pub command: Vec<f64>,
+    /// Counts from the first sample.
+    pub counts: Vec<f64>,
+    /// Counts that the first sample showed.
+    pub first_counts: f64,
+    /// Speed in counts/s, smoothed.
+    pub speed: Vec<f64>,
+    /// Whether the shaft moves.
+    pub moving: Vec<bool>,
+    pub sample_time_s: f64,
+    /// Rad a count.
+    pub rad: f64,
+    /// The supply in V that the run states.
+    pub supply_v: Option<f64>,
+    /// Error of the board's clock as the host saw it, and over how many seconds.
+    pub clock: Option<(f64, f64)>,
+    pub simulator: Simulator,
+}
+
+/// A stretch of one run.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    pub run: usize,
+    pub from: usize,
+    pub to: usize,
+    /// Where its samples begin among those of all pieces.
+    pub at: usize,
+    pub fold: usize,
+    /// Uncertainty of its start speed in counts/s.
+    pub start_speed_sd: f64,
+}
+
+/// All pieces of all runs.
+#[derive(Debug, Clone)]
+pub(crate) struct Pieces {
+    pub runs: Vec<Recording>,
+    pub pieces: Vec<Piece>,
+    /// Samples in all.
+    pub len: usize,
+    /// Counts from the piece's first sample, piece after piece.
+    pub counts: Vec<f64>,
+    /// How much of a look of its own each sample is.
+    pub weight: Vec<f64>,
+    /// By up to how many seconds samples are late by the line alone: of times that are arrivals at the host.
+    pub arrivals_s: f64,
+    pub folds: usize,
+}
+
+impl Recording {
+    fn new(run: &Run) -> Result<Self, SimulationError> {
+        let first = run.counts.first().copied().unwrap_or(0);
+        let counts: Vec<f64> = (run.counts.iter())
+            .map(|&n| (i128::from(n) - i128::from(first)) as f64)
+            .collect();
+        let mut steps: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let sample_time_s = steps
+            .get(steps.len() / 2)
+            .copied()
+            .unwrap_or(run.sample_time_s);
+        let half = ((SPEED_WINDOW_S / sample_time_s).round() as usize).clamp(1, 1000);
+        let last = counts.len().saturating_sub(1);
+        let (mut speed, mut moving) = (Vec::new(), Vec::new());
+        for k in 0..counts.len() {
+            let (from, to) = (k.saturating_sub(half), (k + half).min(last));
+            let span_s = (run.t_s[to] - run.t_s[from]).max(sample_time_s);
+            let travelled = counts[to] - counts[from];
+            speed.push(travelled / span_s);
+            moving.push(travelled.abs() >= 1.5);
+        }
+        let command = run.driving_command();
+        let drive = Drive {
+            t_s: &run.t_s,
+            command: &command,
+            kind: run.command_kind,
+        };
+        let simulator = Simulator::new(&drive, Model::SecondOrder)?.knowing(run.known.clone());
+        Ok(Self {
+            t_s: run.t_s.clone(),
+            command: command.into_owned(),
+            counts,
+            first_counts: first as f64,
+            speed,
+            moving,
+            sample_time_s,
+            rad: std::f64::consts::TAU / run.counts_per_rev,
+            supply_v: run.supply_v,
+            clock: host_clock(run),
+            simulator,
+        })
+    }
+
+    /// Whether the shaft turns by half a turn or more from one sample to the next.
+    pub fn goes_round(&self) -> bool {
+        let half = 0.5 * std::f64::consts::TAU / self.rad;
+        (self.counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half)
+    }
+
+    /// Speed at a sample in counts/s, and its uncertainty. A run begins as its first samples say; later a line through the samples
+    /// around gives the speed, and by how much those before and those behind differ says how far to trust it.
+    fn start_speed(&self, k: usize) -> (f64, f64) {
+        if k == 0 {
+            let counts_per_rev = std::f64::consts::TAU / self.rad;
+            let record = Record::from_rest(&self.t_s, &self.command, &self.counts, counts_per_rev);
+            let start = start_of(&record);
+            return (start.speed_counts_s, start.variance.sqrt());
+        }
+        if !self.moving[k] {
+            return (0.0, 0.0);
+        }
+        let top = self.speed.iter().fold(1.0_f64, |most, v| most.max(v.abs()));
+        let half = ((START_WINDOW_S / self.sample_time_s).ceil() as usize).max(2);
+        let (from, to) = (
+            k.saturating_sub(half),
+            (k + half).min(self.counts.len() - 1),
+        );
+        let line = |from: usize, to: usize| slope(&self.t_s[from..=to], &self.counts[from..=to]);
+        let share = START_SPEED_SHARE * top;
+        match (line(from, to), line(from, k), line(k, to)) {
+            (Some((speed, sd)), Some((before, _)), Some((behind, _))) => {
+                let bend = 0.5 * (behind - before);
+                (speed, sd.hypot(share).hypot(bend))
+            }
+            _ => (self.speed[k], (1.0 / (2.0 * SPEED_WINDOW_S)).hypot(share)),
+        }
+    }
+}
+
+/// Width in s of an even spread of arrivals about even times that makes the intervals scatter as they do.
+fn scatter_s(t_s: &[f64]) -> f64 {
+    let n = (t_s.len() - 1) as f64;
+    let mean = (t_s[t_s.len() - 1] - t_s[0]) / n;
+    let squares = t_s
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0] - mean).powi(2));
+    // An interval has the scatter of two arrivals, and an even spread of width 1 has the variance 1/12.
+    (squares.sum::<f64>() / n / 2.0 * 12.0).sqrt()
+}
+
+/// Slope of a line through samples, with its standard deviation by rounding.
+fn slope(t_s: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    let n = t_s.len() as f64;
+    let (mt, my) = (t_s.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let stt: f64 = t_s.iter().map(|t| (t - mt).powi(2)).sum();
+    let sty: f64 = t_s.iter().zip(y).map(|(t, y)| (t - mt) * (y - my)).sum();
+    (stt > 0.0).then(|| (sty / stt, (ROUNDING / stt).sqrt()))
+}
+
+impl Pieces {
+    /// Cuts runs of a motor.
+    pub fn new(runs: &[Run], motor: &Motor) -> Result<Self, DiagnoseError> {
+        let mut recordings = Vec::new();
+        for (k, run) in runs.iter().enumerate() {
+            let made = Recording::new(run).map_err(|source| DiagnoseError::Simulation {
+                run: name_of(k, run),
+                source,
+            });
+            recordings.push(made?);
+        }
+        let p = &motor.parameters;
+        let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+        let damping = (p.viscous_friction_nm_s_per_rad + coupling).max(f64::MIN_POSITIVE);
+        let time_constant_s = p.inertia_kg_m2 / damping;
+        let length_s =
+            PIECE_S.max(PIECE_TIME_CONSTANTS * time_constant_s.min(LONGEST_TIME_CONSTANT_S));
+        let mut pieces = Vec::new();
+        let mut len = 0;
+        for (number, run) in recordings.iter_mut().enumerate() {
+            let n = run.t_s.len();
+            let least = ((length_s / run.sample_time_s).round() as usize).max(PIECE_SAMPLES);
+            let count = (n / least).max(1);
+            let mut resets = Vec::new();
+            for j in 0..count {
+                let (from, to) = (j * n / count, (j + 1) * n / count);
+                let (speed, sd) = run.start_speed(from);
+                resets.push(Reset {
+                    sample: from,
+                    angle_rad: (run.first_counts + run.counts[from]) * run.rad,
+                    speed_rad_s: speed * run.rad,
+                });
+                pieces.push(Piece {
+                    run: number,
+                    from,
+                    to,
+                    at: len,
+                    fold: 0,
+                    start_speed_sd: sd,
+                });
+                len += to - from;
+            }
+            let first = resets.remove(0);
+            run.simulator = (run.simulator.clone())
+                .starting(first.angle_rad, first.speed_rad_s)
+                .resetting(resets);
+        }
+        let folds = FOLDS.min(pieces.len());
+        for (k, piece) in pieces.iter_mut().enumerate() {
+            piece.fold = k % folds.max(1);
+        }
+        let mut counts = Vec::with_capacity(len);
+        let mut weight = Vec::with_capacity(len);
+        for piece in &pieces {
+            let seen = &recordings[piece.run].counts[piece.from..piece.to];
+            counts.extend(seen.iter().map(|n| n - seen[0]));
+            let mut k = 0;
+            while k < seen.len() {
+                let same = seen[k..].iter().take_while(|n| **n == seen[k]).count();
+                weight.extend(std::iter::repeat_n(
+                    (REST_SAMPLES / same as f64).min(1.0),
+                    same,
+                ));
+                k += same;
+            }
+        }
+        let arrivals_s = (runs.iter().filter(|run| run.is_host_timed()))
+            .map(|run| scatter_s(&run.t_s))
+            .fold(0.0, f64::max);
+        Ok(Self {
+            arrivals_s,
+            runs: recordings,
+            pieces,
+            len,
+            counts,
+            weight,
+            folds,
+        })
+    }
+
+    /// Samples of a piece among those of all.
+    pub fn range(&self, piece: &Piece) -> std::ops::Range<usize> {
+        piece.at..piece.at + (piece.to - piece.from)
+    }
+}

@@ -1,0 +1,53 @@
+//! What to record next, as plain data, and in words for the bench.
+
+use serde::{Deserialize, Serialize};
+
+/// A known change on the bench, as `differs` and `--with` take it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct KnownChange {
+    /// Its key: `inertia_added_kg_m2`, `gravity_torque_nm` or `supply_v`.
+    pub key: String,
+    /// Its value in SI.
+    pub value: f64,
+}
+
+impl KnownChange {
+    /// What is to be done on the bench.
+    pub fn words(&self) -> String {
+        let Self { key, value } = self;
+        match key.as_str() {
+            "inertia_added_kg_m2" => format!("a disc of {value} kg m^2 on the shaft"),
+            "gravity_torque_nm" => format!(
+                "a load on an arm that hangs down at the start, {value} N m where it is level"
+            ),
+            "supply_v" => format!("a supply of {value} V"),
+            _ => format!("{key} = {value}"),
+        }
+    }
+
+    /// What `diagnose` is to be told of the run; nothing where its header says so already.
+    pub fn flag(&self, run: &str) -> Option<String> {
+        let Self { key, value } = self;
+        (key != "supply_v").then(|| format!("--with {run}:{key}={value}"))
+    }
+}
+
+/// A recording that would tell more.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// The profile with its share of the supply and its duration, as `capture --profile` takes it.
+    pub profile: String,
+    /// Sample time in s.
+    pub sample_time_s: f64,
+    /// How long in s.
+    pub duration_s: f64,
+    /// The command that records it; `PORT` is the board's.
+    pub command: String,
+    /// What is to be changed on the bench before, where no profile alone tells apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<KnownChange>,
+    /// What it tells apart.
+    pub tells_apart: Vec<String>,
+    /// By how many standard deviations, at least.
+    pub expected_separation: f64,
+}

@@ -1,0 +1,94 @@
+//! What tells causes apart that no recording of voltage and angle can: a measurement by other means.
+//!
+//! A supply that is another, a resolution that is another and a motor constant that is another are the same run. Which
+//! it is shows on a voltmeter, or in one turn by hand.
+
+use super::{Diagnosis, Verdict};
+
+/// For each effect that others can imitate exactly, or nearly so within tolerances: what to measure instead.
+const MEANS: [(&str, &str); 14] = [
+    (
+        "supply_error",
+        "measure the driver's supply under load with a voltmeter",
+    ),
+    (
+        "voltage_drop",
+        "measure the motor's terminals while it turns, against the duty commanded",
+    ),
+    ("supply_sag", "measure the supply at rest and at full duty"),
+    (
+        "resolution_error",
+        "turn the shaft ten turns by hand and read the count",
+    ),
+    (
+        "missed_counts",
+        "turn to a mark and back, and read the count there",
+    ),
+    (
+        "clock_error",
+        "time a long run with a stopwatch, or record the host's time",
+    ),
+    (
+        "inertia",
+        "weigh and measure what turns, or record with a known disc added",
+    ),
+    (
+        "coulomb_friction",
+        "measure the torque that just starts it, with a string and a weight",
+    ),
+    (
+        "viscous_friction",
+        "let it coast with the motor's leads open",
+    ),
+    (
+        "current_limit",
+        "measure the current at stall; a coupling that slips shows a mark that wanders",
+    ),
+    ("winding_heating", "measure the resistance cold and hot"),
+    (
+        "gravity_load",
+        "turn the motor's axis upright and record again",
+    ),
+    (
+        "encoder_eccentricity",
+        "look at the count over one slow turn against a mark",
+    ),
+    (
+        "asymmetric_friction",
+        "measure the starting torque both ways",
+    ),
+];
+
+/// What to measure where a verdict is ambiguous and no profile is worth recording; `None` where there is nothing to say.
+pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
+    if diagnosis.verdict != Verdict::Ambiguous || diagnosis.next_experiment.is_some() {
+        return None;
+    }
+    let likeliest = diagnosis.causes.first()?;
+    let in_play = std::iter::once(&likeliest.effect).chain(&likeliest.indistinguishable_from);
+    let means: Vec<String> = in_play
+        .filter_map(|id| {
+            let (_, what) = MEANS.iter().find(|(known, _)| known == id)?;
+            Some(format!("{id}: {what}"))
+        })
+        .collect();
+    (!means.is_empty()).then(|| {
+        format!(
+            "No profile within this supply tells them apart well. By other means: {}.",
+            means.join("; ")
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motor::catalogue::catalogue;
+
+    #[test]
+    fn every_name_is_one_of_the_catalogue() {
+        for (id, _) in MEANS {
+            assert!(catalogue().iter().any(|kind| kind.id == id), "{id}");
+        }
+    }
+}

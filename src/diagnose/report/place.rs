@@ -1,0 +1,69 @@
+//! Where the gap lies, as plain data: the stage of the chain, and the stretches of the runs with their regimes.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// Where the gap lies.
+#[derive(Debug, Clone, Serialize)]
+pub struct Place {
+    /// Stage of the named cause, of several joined by `+`; none where none is named.
+    pub stage: Option<String>,
+    /// Probability of each stage, given that a named effect is there.
+    pub stage_probabilities: BTreeMap<&'static str, f64>,
+    /// Stretches of the runs with the largest shares of the gap; the rest is not listed.
+    pub regions: Vec<Region>,
+}
+
+/// A stretch of a run with one regime.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Region {
+    /// Path of the run, or its number from 1.
+    pub run: String,
+    /// From, in s.
+    pub from_s: f64,
+    /// To, in s.
+    pub to_s: f64,
+    /// What the motor does there.
+    pub regime: Regime,
+    /// Its share of the gap, 0 to 1.
+    pub share: f64,
+}
+
+/// What a motor does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Regime {
+    /// At rest.
+    Standstill,
+    /// Leaving rest.
+    Breakaway,
+    /// Turning slowly.
+    LowSpeed,
+    /// Turning evenly.
+    Steady,
+    /// Getting faster.
+    Accelerating,
+    /// Getting slower while driven.
+    Braking,
+    /// Changing direction.
+    Reversal,
+    /// Turning without a command.
+    Coasting,
+}
+
+impl Regime {
+    /// Its words in a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Standstill => "at standstill",
+            Self::Breakaway => "at breakaway",
+            Self::LowSpeed => "at low speed",
+            Self::Steady => "in steady turning",
+            Self::Accelerating => "while accelerating",
+            Self::Braking => "while braking",
+            Self::Reversal => "at reversals",
+            Self::Coasting => "while coasting",
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! Starts of every effect, and how each changes the prediction: simulated with the effect less without.
+
+use rayon::prelude::*;
+
+use super::periodic;
+use crate::diagnose::fit::range_of;
+use crate::diagnose::fit::{Base, Fit, Member, Model, jitter_s, loss, response};
+use crate::diagnose::noise::Surroundings;
+use crate::diagnose::pieces::{Pieces, Recording};
+use crate::diagnose::settings::{FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS};
+use crate::motor::ActiveEffect;
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
+
+/// How a candidate changes what is predicted.
+#[derive(Debug, Clone)]
+pub(crate) enum Shape {
+    /// By this column in counts, times something positive.
+    One(Vec<f64>),
+    /// By any sum of these two: sine and cosine. With what turns the coefficients into amplitude and phase.
+    Pair([Vec<f64>; 2], periodic::Wave),
+    /// By this column in counts, and what scatters about it is another noise.
+    Scatter(Vec<f64>, Surroundings),
+    /// Not at all: a base number becomes free.
+    Frees,
+}
+
+/// An effect with values to start from.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    pub member: Member,
+    pub shape: Shape,
+}
+
+fn starts(parameter: &EffectParameter, kind: &EffectKind, base: &Base) -> Vec<f64> {
+    if let Prior::OneOf(values) = parameter.prior
+        && parameter.key != "max_rate_hz"
+    {
+        return values.to_vec();
+    }
+    if parameter.key == "encoder_side" {
+        return vec![0.0, 1.0];
+    }
+    if let (Some((seen, _)), "clock_error") = (base.clock, kind.id) {
+        return vec![seen];
+    }
+    let (lo, hi) = range_of(parameter, base);
+    if lo < 0.0 {
+        return SIGNED_STARTS.iter().map(|share| share * hi).collect();
+    }
+    let first = &kind.parameters[0];
+    // What is measured as the first number is (volts in both directions) is looked at as closely.
+    let is_like_first = parameter.unit == first.unit && parameter.scale == first.scale;
+    // A nuisance starts where it changes nothing.
+    if let (false, Some((neutral, _))) = (is_like_first, parameter.neutral(&base.motor.parameters))
+    {
+        return vec![neutral];
+    }
+    let shares: &[f64] = if !is_like_first {
+        &FURTHER_STARTS
+    } else if !parameter.smooth && kind.parameters.len() == 1 {
+        &STEPPED_STARTS
+    } else {
+        &STARTS
+    };
+    let at = |share: &f64| match parameter.prior {
+        Prior::LogUniform => (lo.ln() + share * (hi / lo).ln()).exp(),
+        _ => lo + share * (hi - lo),
+    };
+    shares.iter().map(at).collect()
+}
+
+/// Values to start from, of every number of an effect.
+fn grid(kind: &EffectKind, base: &Base) -> Vec<Vec<f64>> {
+    let mut grid = vec![Vec::new()];
+    for parameter in kind.parameters {
+        let values = starts(parameter, kind, base);
+        grid = (grid.into_iter())
+            .flat_map(|begun: Vec<f64>| {
+                values.iter().map(move |value| {
+                    let mut all = begun.clone();
+                    all.push(*value);
+                    all
+                })
+            })
+            .collect();
+    }
+    if kind.id == "missed_counts" {
+        let lost: Vec<f64> = starts(&kind.parameters[0], kind, base);
+        let (lo, hi) = range_of(&kind.parameters[1], base);
+        grid = lost.into_iter().map(|p| vec![p, 0.0]).collect();
+        grid.extend(
+            STEPPED_STARTS
+                .iter()
+                .map(|share| vec![0.0, lo + share * (hi - lo)]),
+        );
+    }
+    grid
+}
+
+/// Everything that might be added to a model.
+pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candidate> {
+    let motor = fit.model.motor(&fit.x);
+    // What the motor file has already is part of its model.
+    let has = |id: &str| {
+        base.motor.effects.get(id).is_some()
+            || fit.model.members.iter().any(|member| member.id() == id)
+    };
+    // Where the shaft goes round between two samples, nothing tells what repeats with the angle; and times that are the host's
+    // arrivals tell of the line, not of the board.
+    let goes_round = pieces.runs.iter().any(Recording::goes_round);
+    let is_hidden = |kind: &EffectKind| {
+        let is_timed = kind.stage == Stage::Timing || kind.id == "transport_delay";
+        let repeats = || (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
+        (base.is_host_timed && is_timed) || (goes_round && repeats())
+    };
+    let mut members = Vec::new();
+    let mut out = Vec::new();
+    for (index, kind) in catalogue().iter().enumerate() {
+        if has(kind.id) || is_hidden(kind) {
+            continue;
+        }
+        if let Some(number) = base.frees(kind.id) {
+            if fit
+                .model
+                .numbers
+                .iter()
+                .any(|n| n.id.key() == crate::diagnose::fit::BASE[number])
+            {
+                out.push(Candidate {
+                    member: Member {
+                        index,
+                        values: vec![0.0],
+                    },
+                    shape: Shape::Frees,
+                });
+            }
+            continue;
+        }
+        if kind
+            .parameters
+            .iter()
+            .any(|p| matches!(p.prior, Prior::Phase))
+        {
+            out.extend(periodic::candidates(pieces, base, fit, index));
+            continue;
+        }
+        let couples = |id: &str| id == "backlash" || id == "compliance";
+        if couples(kind.id) && fit.model.members.iter().any(|m| couples(m.id())) {
+            continue;
+        }
+        members.extend(
+            grid(kind, base)
+                .into_iter()
+                .map(|values| Member { index, values }),
+        );
+    }
+    let Some(without) = response(pieces, &motor) else {
+        return out;
+    };
+    let simulated: Vec<Candidate> = (members.into_par_iter())
+        .filter_map(|member| {
+            let mut with = motor.clone();
+            with.effects
+                .set(ActiveEffect::new(member.id(), &member.values).ok()?);
+            let with = response(pieces, &with)?;
+            let column = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+            let around = scattering(pieces, base, fit, &member);
+            let shape = if around == fit.around {
+                Shape::One(column)
+            } else {
+                Shape::Scatter(column, around)
+            };
+            Some(Candidate { member, shape })
+        })
+        .collect();
+    out.extend(simulated);
+    out
+}
+
+/// What the filter has to know of the motor with one effect more: of edges lost by chance and of samples that are late.
+fn scattering(pieces: &Pieces, base: &Base, fit: &Fit, member: &Member) -> Surroundings {
+    let mut members = fit.model.members.clone();
+    members.push(member.clone());
+    let model = Model::new(base, members);
+    let motor = model.motor(&model.start());
+    Surroundings {
+        jitter_s: jitter_s(&motor).hypot(pieces.arrivals_s),
+        loss: loss(&motor),
+        ..fit.around
+    }
+}

@@ -1,0 +1,126 @@
+//! What repeats with the angle: all orders at once, by regression on the recorded angle.
+
+use super::candidates::{Candidate, Shape};
+use crate::diagnose::fit::{Base, Fit, Member};
+use crate::diagnose::pieces::Pieces;
+use crate::motor::CommandKind;
+use crate::motor::catalogue::catalogue;
+
+/// Turns coefficients of sine and cosine into an effect's amplitude and phase.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wave {
+    /// The effect's amplitude for a coefficient of 1.
+    pub per_unit: f64,
+}
+
+impl Wave {
+    /// Values of the effect with these coefficients.
+    pub fn values(&self, member: &Member, (sine, cosine): (f64, f64)) -> Vec<f64> {
+        let kind = &catalogue()[member.index];
+        let amplitude = sine.hypot(cosine) * self.per_unit.abs();
+        let turned = if self.per_unit < 0.0 {
+            std::f64::consts::PI
+        } else {
+            0.0
+        };
+        let phase = cosine.atan2(sine) + turned;
+        let mut values = member.values.clone();
+        values[0] = amplitude;
+        let last = kind.parameters.len() - 1;
+        values[last] = phase.rem_euclid(std::f64::consts::TAU);
+        values
+    }
+}
+
+/// Candidates of one effect that repeats with the angle, an order each.
+pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit, index: usize) -> Vec<Candidate> {
+    let kind = &catalogue()[index];
+    let orders: Vec<usize> = match kind.parameters.iter().find(|p| p.key == "cycles_per_rev") {
+        Some(order) => (order.lo.ceil() as usize..=order.hi as usize).collect(),
+        None => vec![1],
+    };
+    let motor = fit.model.motor(&fit.x);
+    let p = &motor.parameters;
+    let per_rad = 1.0 / pieces.runs[0].rad;
+    let mut out = Vec::new();
+    for order in orders {
+        let wave = |shift: f64| -> Vec<f64> {
+            let mut out = Vec::with_capacity(pieces.len);
+            for piece in &pieces.pieces {
+                let run = &pieces.runs[piece.run];
+                let angle = |k: usize| (run.first_counts + run.counts[k]) * run.rad;
+                let at = |k: usize| (order as f64 * angle(k) + shift).sin();
+                match kind.id {
+                    "encoder_eccentricity" => {
+                        let first = at(piece.from);
+                        out.extend((piece.from..piece.to).map(|k| at(k) - first));
+                    }
+                    "torque_ripple" => {
+                        let strength = |k: usize| match base.kind {
+                            CommandKind::Voltage => {
+                                (run.command[k]
+                                    - 2.0 * p.back_emf_v_s_per_rad * run.speed[k] * run.rad)
+                                    * p.torque_constant_nm_per_a
+                                    / p.resistance_ohm
+                            }
+                            CommandKind::Current => run.command[k] * p.torque_constant_nm_per_a,
+                            CommandKind::Torque => run.command[k],
+                        };
+                        filter(
+                            pieces,
+                            piece,
+                            fit.around.time_constant_s,
+                            |k| at(k) * strength(k),
+                            &mut out,
+                        );
+                    }
+                    _ => filter(pieces, piece, fit.around.time_constant_s, at, &mut out),
+                }
+            }
+            out
+        };
+        let per_unit = match kind.id {
+            "encoder_eccentricity" => 1.0 / per_rad,
+            "gravity_load" => -p.inertia_kg_m2 / per_rad,
+            _ => p.inertia_kg_m2 / per_rad,
+        };
+        let mut values = vec![0.0; kind.parameters.len()];
+        if kind.parameters.len() == 3 {
+            values[1] = order as f64;
+        }
+        out.push(Candidate {
+            member: Member { index, values },
+            shape: Shape::Pair(
+                [wave(0.0), wave(std::f64::consts::FRAC_PI_2)],
+                Wave { per_unit },
+            ),
+        });
+    }
+    out
+}
+
+/// Angle in counts that an acceleration in counts/s^2 makes in a piece: `v' = -v/tau + a`, where the shaft moves.
+pub(crate) fn filter(
+    pieces: &Pieces,
+    piece: &crate::diagnose::pieces::Piece,
+    time_constant_s: f64,
+    acceleration: impl Fn(usize) -> f64,
+    out: &mut Vec<f64>,
+) {
+    let run = &pieces.runs[piece.run];
+    let (mut x, mut v) = (0.0, 0.0);
+    out.push(0.0);
+    for k in piece.from + 1..piece.to {
+        let dt = run.t_s[k] - run.t_s[k - 1];
+        if run.moving[k] {
+            let e = (-dt / time_constant_s).exp();
+            let a = 0.5 * (acceleration(k) + acceleration(k - 1));
+            let f01 = (1.0 - e) * time_constant_s;
+            x += f01 * v + (dt - f01) * time_constant_s * a;
+            v = e * v + f01 * a;
+        } else {
+            v = 0.0;
+        }
+        out.push(x);
+    }
+}

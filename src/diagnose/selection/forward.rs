@@ -1,0 +1,185 @@
+//! Level after level, until what promises most is not there.
+
+use crate::diagnose::fit::Fit;
+use crate::diagnose::fit::{Base, Model, fit};
+use crate::diagnose::pieces::Pieces;
+use crate::diagnose::settings::{CHANCE, CLOSES, LEAST_GAIN, MOST_EFFECTS, ROUNDING};
+use crate::diagnose::validation::{Presence, Tie, standing};
+
+/// One level as it was judged.
+#[derive(Debug)]
+pub(crate) struct Judged {
+    /// What it adds to.
+    pub from: Fit,
+    /// Rivals of one more effect, best first.
+    pub fits: Vec<Fit>,
+    /// How each stands to the first; the last is that of `from`.
+    pub standings: Vec<Tie>,
+    /// What each effect promised before it was fitted, in nats.
+    pub screened: Vec<(&'static str, f64)>,
+    pub presence: Presence,
+    /// Share of the mean square above rounding that the first closes.
+    pub closes: f64,
+    /// Whether it is there.
+    pub is_kept: bool,
+}
+
+impl Judged {
+    /// Why it is kept or dropped, in words.
+    pub fn why(&self) -> String {
+        if self.is_kept {
+            return "more than chance makes, and part of what the gap is".to_owned();
+        }
+        if self.presence.p_value() > CHANCE {
+            return "chance makes as much".to_owned();
+        }
+        let gained = (self.fits.first()).map_or(0.0, |first| first.score() - self.from.score());
+        if gained < LEAST_GAIN {
+            return format!("gains {gained:.1} nats, {LEAST_GAIN} at least are needed");
+        }
+        format!("closes less than {:.0} % of the gap", 100.0 * CLOSES)
+    }
+
+    /// Rivals that are not told from the first, which is one of them.
+    pub fn tied(&self) -> impl Iterator<Item = (&Fit, &Tie)> {
+        let pairs = self.fits.iter().zip(&self.standings);
+        pairs.filter(|(_, standing)| standing.is_tied)
+    }
+}
+
+/// All levels.
+#[derive(Debug)]
+pub(crate) struct Forward {
+    /// The motor refitted, without any effect.
+    pub refitted: Fit,
+    /// The best set.
+    pub best: Fit,
+    pub levels: Vec<Judged>,
+    /// Sets that are not told from the best, which is the first.
+    pub sets: Vec<Vec<&'static str>>,
+}
+
+/// The whole search; `None` where the motor makes no motion at all.
+pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> Option<Forward> {
+    let model = Model::new(base, Vec::new());
+    let refitted = fit(pieces, &model, base.kind, &[model.start()])?;
+    let mut best = refitted.clone();
+    let mut levels: Vec<Judged> = Vec::new();
+    let mut sets: Vec<Vec<&'static str>> = Vec::new();
+    while best.model.members.len() < MOST_EFFECTS {
+        match sets.first() {
+            None => progress("looking for an effect"),
+            Some(set) => progress(&format!("looking beside {}", set.join(", "))),
+        }
+        let Some(level) = super::level(pieces, base, &best) else {
+            break;
+        };
+        let Some(presence) = level.presence else {
+            break;
+        };
+        // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it.
+        let is_eligible = |fit: &Fit| is_a_cause(&best, fit);
+        let (mut fits, others): (Vec<Fit>, Vec<Fit>) =
+            level.fits.into_iter().partition(is_eligible);
+        let is_any = !fits.is_empty();
+        let standings = if is_any {
+            let rivals: Vec<&Fit> = fits.iter().chain(std::iter::once(&best)).collect();
+            let mut standings = standing(&rivals);
+            let of_none = standings.pop();
+            let score = fits[0].score();
+            standings.extend(others.iter().map(|fit| Tie::apart(score - fit.score())));
+            standings.extend(of_none);
+            standings
+        } else {
+            standing(
+                &others
+                    .iter()
+                    .chain(std::iter::once(&best))
+                    .collect::<Vec<&Fit>>(),
+            )
+        };
+        fits.extend(others);
+        let closes = fits.first().map_or(0.0, |first| closed(&best, first));
+        let is_kept = presence.p_value() <= CHANCE && is_any;
+        let judged = Judged {
+            from: best.clone(),
+            fits,
+            standings,
+            screened: level.screened,
+            presence,
+            closes,
+            is_kept,
+        };
+        if is_kept {
+            let names: Vec<Vec<&'static str>> =
+                judged.tied().map(|(fit, _)| fit.model.ids()).collect();
+            sets = names
+                .iter()
+                .filter(|set| simpler_of(set, &names).is_none())
+                .cloned()
+                .collect();
+            let chosen = (judged.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
+            best = chosen.unwrap_or(&judged.fits[0]).clone();
+        }
+        levels.push(judged);
+        if !is_kept {
+            break;
+        }
+    }
+    Some(Forward {
+        refitted,
+        best,
+        levels,
+        sets,
+    })
+}
+
+/// Whether what a fit has more than the one before it is a cause of the gap.
+fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
+    let gained = fit.score() - before.score();
+    let closes = closed(before, fit);
+    // What frees a bent motor leaves no more than that, but for rounding.
+    let unbends = before.prior - fit.prior > LEAST_GAIN
+        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
+    // It closes a tenth of what rounding leaves; a further one as much as that: where the law of the first is a little other, less is
+    // left.
+    let least = if before.model.members.is_empty() {
+        CLOSES * ROUNDING
+    } else {
+        ROUNDING
+    };
+    let matters = closes * above_rounding(before) >= least;
+    // What scatters is not predicted: it is told by how it does.
+    let scatters = before.around.is_stiller_than(&fit.around);
+    gained >= LEAST_GAIN && (closes >= CLOSES && matters || unbends || scatters)
+}
+
+/// Share of the mean square above what rounding leaves that a fit closes.
+fn closed(before: &Fit, after: &Fit) -> f64 {
+    let above = above_rounding(before);
+    if above <= 0.0 {
+        return 0.0;
+    }
+    (above - above_rounding(after)) / above
+}
+
+/// Mean square above what rounding leaves, in counts^2.
+pub(crate) fn above_rounding(fit: &Fit) -> f64 {
+    fit.rms().powi(2) - ROUNDING
+}
+
+/// The set among these that has the plain effect where this one has the same by direction: what holds for both directions alike.
+pub(crate) fn simpler_of(
+    set: &[&'static str],
+    sets: &[Vec<&'static str>],
+) -> Option<Vec<&'static str>> {
+    set.iter().find_map(|id| {
+        let plain = id.strip_prefix("asymmetric_")?;
+        let mut simpler: Vec<&str> = set
+            .iter()
+            .map(|other| if other == id { plain } else { other })
+            .collect();
+        simpler.sort_unstable();
+        sets.iter().find(|other| **other == simpler).cloned()
+    })
+}

@@ -1,0 +1,9 @@
+//! Whether an effect is there, which of several it is, and whether something unknown is beside it.
+
+mod flexible;
+mod nulls;
+mod which;
+
+pub(crate) use flexible::{Unknown, unknown};
+pub(crate) use nulls::{Presence, presence, residual_by_chance};
+pub(crate) use which::{Tie, standing};
