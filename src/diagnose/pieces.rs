@@ -147,6 +147,22 @@ impl Recording {
     }
 }
 
+/// How many samples from the first on are one look at a shaft that rests: those of one count, or of two beside each other between
+/// which the encoder dithers.
+fn at_rest(seen: &[f64]) -> usize {
+    let first = seen[0];
+    let same = seen.iter().take_while(|n| **n == first).count();
+    let Some(&second) = seen.get(same) else {
+        return same;
+    };
+    let mut after = seen[same..].iter().skip_while(|n| **n == second);
+    if (second - first).abs() == 1.0 && after.next() == Some(&first) {
+        let of_both = seen.iter().take_while(|n| **n == first || **n == second);
+        return of_both.count();
+    }
+    same
+}
+
 /// Width in s of an even spread of arrivals about even times that makes the intervals scatter as they do.
 fn scatter_s(t_s: &[f64]) -> f64 {
     let n = (t_s.len() - 1) as f64;
@@ -225,7 +241,7 @@ impl Pieces {
             counts.extend(seen.iter().map(|n| n - seen[0]));
             let mut k = 0;
             while k < seen.len() {
-                let same = seen[k..].iter().take_while(|n| **n == seen[k]).count();
+                let same = at_rest(&seen[k..]);
                 weight.extend(std::iter::repeat_n(
                     (REST_SAMPLES / same as f64).min(1.0),
                     same,
@@ -250,5 +266,19 @@ impl Pieces {
     /// Samples of a piece among those of all.
     pub fn range(&self, piece: &Piece) -> std::ops::Range<usize> {
         piece.at..piece.at + (piece.to - piece.from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dither_of_one_edge_is_one_look() {
+        assert_eq!(at_rest(&[4.0, 4.0, 4.0, 9.0]), 3);
+        assert_eq!(at_rest(&[4.0, 5.0, 4.0, 4.0, 5.0, 6.0]), 5);
+        // A shaft that turns slowly says something with every edge.
+        assert_eq!(at_rest(&[4.0, 4.0, 5.0, 5.0, 6.0]), 2);
+        assert_eq!(at_rest(&[4.0, 6.0, 4.0]), 1);
     }
 }
