@@ -9,9 +9,7 @@
 use super::error::{DiagnoseError, name_of, usable};
 use super::fit::BASE;
 use super::settings::FITTED_TOLERANCE;
-use crate::least_squares::{
-    FirstOrderMotor, Record, Start, counts_from_first, left_at_rest, plain_fit, start_of,
-};
+use crate::least_squares::{FirstOrderMotor, Record, columns, left_at_rest, plain_fit, records};
 use crate::motor::fit::{Simulator, Workspace};
 use crate::motor::{Drive, Model, Motor};
 use crate::recording::Run;
@@ -58,18 +56,10 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;
     given.parameters.supply_v = runs[0].supply_v.unwrap_or(given.parameters.supply_v);
-    let columns: Vec<_> = runs
-        .iter()
-        .map(|run| (run.driving_command(), counts_from_first(run)))
-        .collect();
-    let records: Vec<Record<'_>> = (runs.iter().zip(&columns))
-        .map(|(run, (command, counts))| {
-            let record = Record::from_rest(&run.t_s, command, counts, run.counts_per_rev);
-            record.starting(start_of(&record).speed_counts_s)
-        })
-        .collect();
+    let columns = columns(runs);
+    let records = records(runs, &columns);
     let at_rest_counts = left_at_rest(&records);
-    let given_left_counts = left_by(&given, runs).ok();
+    let given_left_counts = left_by(&given, runs, &records).ok();
     let starts: Vec<_> = FirstOrderMotor::of(&given, kind).into_iter().collect();
     let found = plain_fit(&records, &starts).ok_or(DiagnoseError::NoFit)?;
     if found.left_counts >= at_rest_counts {
@@ -82,7 +72,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     for key in BASE {
         motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
     }
-    let left_counts = left_by(&motor, runs)?;
+    let left_counts = left_by(&motor, runs, &records)?;
     let is_given = given_left_counts.is_some_and(|left| left < left_counts);
     Ok(NominalFit {
         motor: if is_given { given } else { motor },
@@ -95,27 +85,18 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
 
 /// Position error of a motor in counts RMS over all samples, in open loop from the start of each run; where inside a count it
 /// started is the run's own.
-fn left_by(motor: &Motor, runs: &[Run]) -> Result<f64, DiagnoseError> {
+fn left_by(motor: &Motor, runs: &[Run], records: &[Record<'_>]) -> Result<f64, DiagnoseError> {
     let (mut squares, mut samples) = (0.0, 0);
-    for (k, run) in runs.iter().enumerate() {
-        let command = run.driving_command();
+    for (k, (run, record)) in runs.iter().zip(records).enumerate() {
         let drive = Drive {
-            t_s: &run.t_s,
-            command: &command,
+            t_s: record.t_s,
+            command: record.command,
             kind: run.command_kind,
         };
-        let counts = counts_from_first(run);
-        let rad = std::f64::consts::TAU / run.counts_per_rev;
-        let Start { speed_counts_s, .. } = start_of(&Record::from_rest(
-            &run.t_s,
-            &command,
-            &counts,
-            run.counts_per_rev,
-        ));
-        let first = run.counts[0] as f64 * rad;
+        let first_rad = run.counts[0] as f64 / record.counts_per_rad;
         let simulated = Simulator::new(&drive, Model::SecondOrder).and_then(|simulator| {
             let simulator =
-                (simulator.knowing(run.known.clone())).starting(first, speed_counts_s * rad);
+                (simulator.knowing(run.known.clone())).starting(first_rad, record.start_rad_s);
             let mut angles = vec![0.0; run.len()];
             simulator.angles(motor, &mut Workspace::default(), &mut angles)?;
             Ok(angles)
@@ -125,8 +106,8 @@ fn left_by(motor: &Motor, runs: &[Run]) -> Result<f64, DiagnoseError> {
             source,
         })?;
         let raw = || {
-            let pairs = counts.iter().zip(&angles);
-            pairs.map(|(n, angle)| n - (angle - first) / rad)
+            let pairs = record.counts.iter().zip(&angles);
+            pairs.map(|(n, angle)| n - (angle - first_rad) * record.counts_per_rad)
         };
         let start = (raw().sum::<f64>() / run.len() as f64).clamp(0.0, 1.0);
         squares += raw().map(|r| (r - start).powi(2)).sum::<f64>();

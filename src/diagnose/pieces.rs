@@ -87,6 +87,7 @@ impl Recording {
             let span_s = (run.t_s[to] - run.t_s[from]).max(sample_time_s);
             let travelled = counts[to] - counts[from];
             speed.push(travelled / span_s);
+            // More than the one count that an edge on the boundary dithers by.
             moving.push(travelled.abs() >= 1.5);
         }
         let command = run.driving_command();

@@ -15,6 +15,7 @@ pub use first_order::FirstOrder;
 pub use motor::FirstOrderMotor;
 pub use plain_fit::{PlainFit, plain_fit};
 pub use record::{Record, counts_from_first, left_at_rest};
+pub(crate) use record::{columns, records};
 pub use start::{Start, start_of};
 
 use crate::recording::Run;
@@ -45,16 +46,6 @@ use crate::recording::Run;
 /// assert!(found.left_counts < 0.31);
 /// ```
 pub fn fit_runs(runs: &[Run], starts: &[FirstOrderMotor]) -> Option<PlainFit> {
-    let columns: Vec<_> = runs
-        .iter()
-        .map(|run| (run.driving_command(), counts_from_first(run)))
-        .collect();
-    let records: Vec<Record<'_>> = (runs.iter().zip(&columns))
-        .map(|(run, (command, counts))| {
-            let record = Record::from_rest(&run.t_s, command, counts, run.counts_per_rev);
-            let start = start_of(&record);
-            record.starting(start.speed_counts_s)
-        })
-        .collect();
-    plain_fit(&records, starts)
+    let columns = columns(runs);
+    plain_fit(&records(runs, &columns), starts)
 }

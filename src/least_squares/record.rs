@@ -1,6 +1,8 @@
 //! A recording as the fit needs it, and what a first-order motor leaves of several.
 
-use super::FirstOrder;
+use std::borrow::Cow;
+
+use super::{FirstOrder, start_of};
 use crate::recording::Run;
 
 /// A run as the fit needs it.
@@ -24,6 +26,27 @@ pub fn counts_from_first(run: &Run) -> Vec<f64> {
     let counted = run.counts.iter();
     counted
         .map(|&n| (i128::from(n) - first) as f64 + 0.5)
+        .collect()
+}
+
+/// Command and counts of a run.
+pub(crate) type Columns<'a> = (Cow<'a, [f64]>, Vec<f64>);
+
+/// Command and counts of each run, to make [`records`] of.
+pub(crate) fn columns(runs: &[Run]) -> Vec<Columns<'_>> {
+    let columns = runs.iter();
+    columns
+        .map(|run| (run.driving_command(), counts_from_first(run)))
+        .collect()
+}
+
+/// The runs as the fit needs them, each beginning at rest or in motion, whichever its first samples show.
+pub(crate) fn records<'a>(runs: &'a [Run], columns: &'a [Columns<'a>]) -> Vec<Record<'a>> {
+    (runs.iter().zip(columns))
+        .map(|(run, (command, counts))| {
+            let record = Record::from_rest(&run.t_s, command, counts, run.counts_per_rev);
+            record.starting(start_of(&record).speed_counts_s)
+        })
         .collect()
 }
 

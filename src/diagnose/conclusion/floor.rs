@@ -167,9 +167,7 @@ fn is_repeated(a: &Recording, b: &Recording) -> bool {
 
 /// What a load that wanders leaves beside rounding, in counts RMS, by recordings simulated with the noise that was found.
 pub(crate) fn wander(pieces: &Pieces, fit: &Fit) -> f64 {
-    let predicted: Vec<f64> = (pieces.counts.iter().zip(&fit.residual))
-        .map(|(seen, r)| seen - r)
-        .collect();
+    let predicted = fit.predicted(pieces);
     let mean_square = |noise: Noise| -> f64 {
         let one = |seed: u64| {
             let mut random = Pcg64Mcg::seed_from_u64(0x666c_6f6f ^ seed);

@@ -121,7 +121,11 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
             words(&said.effects)
         ),
         Verdict::Ambiguous if beside.tied.len() < 2 => format!(
-            "It may be {} ({sure}), and one piece is too little to tell it from others.",
+            "It may be {} ({sure}). These runs do not tell it from other causes.",
+            rivals(&beside.tied)
+        ),
+        Verdict::Ambiguous if said.probability <= 0.5 => format!(
+            "It may be {} ({sure}). These runs cannot tell which.",
             rivals(&beside.tied)
         ),
         Verdict::Ambiguous => format!(

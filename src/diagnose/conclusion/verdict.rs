@@ -76,7 +76,10 @@ pub(crate) fn verdict(
                 common(sets),
             )
         }
-        [set] if !asked.is_one_piece => said(Verdict::Effect, weights.of(sets), set.clone()),
+        // What is asserted is likelier than not.
+        [set] if !asked.is_one_piece && weights.of(sets) > 0.5 => {
+            said(Verdict::Effect, weights.of(sets), set.clone())
+        }
         sets => said(Verdict::Ambiguous, weights.of(sets), Vec::new()),
     }
 }
@@ -145,7 +148,7 @@ mod tests {
         assert_eq!(of(&one, &[&[A]], &wide, ASKED), (Verdict::Effect, 0.8, 1));
         assert_eq!(
             of(&one, &[&[A, B]], &wide, ASKED),
-            (Verdict::Effect, 0.1, 2)
+            (Verdict::Ambiguous, 0.1, 0)
         );
         let two = weights(0.0, 0.1, &[(&[A], 0.5), (&[B], 0.4)]);
         assert_eq!(

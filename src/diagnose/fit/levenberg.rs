@@ -8,8 +8,11 @@ use crate::diagnose::pieces::Pieces;
 use crate::motor::fit::ParameterId;
 use crate::motor::{CommandKind, Motor};
 
+/// Most steps of a fit under one noise: a fit that settles takes six.
 const MOST_STEPS: usize = 20;
+/// A fit ends with a step that gains less than so many nats: a fortieth of what decides.
 const ENOUGH: f64 = 0.1;
+/// Most times that the noise is found anew: it stands still after two.
 const ROUNDS: usize = 4;
 
 /// A fitted model.
@@ -50,6 +53,11 @@ impl Fit {
     /// Score of what was not fitted, less what the prior says against the numbers.
     pub fn score(&self) -> f64 {
         self.elpd.iter().sum::<f64>() - self.prior
+    }
+
+    /// What it predicts, in counts from each piece's first sample.
+    pub fn predicted(&self, pieces: &Pieces) -> Vec<f64> {
+        residual(pieces, &self.residual)
     }
 
     /// Position error in counts RMS, less what the measured starts of the pieces make of it.

@@ -74,6 +74,7 @@ fn shapes(pieces: &Pieces, fit: &Fit) -> Vec<Vec<f64>> {
     laws.push(Box::new(|_, w, _, _| w * w.abs()));
     laws.push(Box::new(|_, w, _, _| w * w));
     laws.push(Box::new(|_, w, _, _| w * w * w));
+    // From a crawl to a third of the top speed: where friction bends (Armstrong-Helouvry, Dupont, Canudas de Wit, 1994).
     for speed in [0.02, 0.08, 0.3] {
         laws.push(Box::new(move |_, w, _, _| {
             sign(w) * (-(w / speed).powi(2)).exp()
@@ -200,12 +201,7 @@ pub(crate) fn unknown(pieces: &Pieces, fit: &Fit) -> Unknown {
         (gain, worst)
     };
     let (gain, worst) = ask(&fit.white);
-    let predicted: Vec<f64> = pieces
-        .counts
-        .iter()
-        .zip(&fit.residual)
-        .map(|(seen, r)| seen - r)
-        .collect();
+    let predicted = fit.predicted(pieces);
     let chance: Vec<(f64, f64)> = (0..NULLS as u64)
         .into_par_iter()
         .map(|seed| {

@@ -39,12 +39,7 @@ pub(crate) fn presence(pieces: &Pieces, fit: &Fit, screen: &Screen, noise: Noise
         gains.iter().map(|g| g.nats).fold(0.0, f64::max)
     };
     let gain = best(screen.gains(&fit.residual, &distance, true));
-    let predicted: Vec<f64> = pieces
-        .counts
-        .iter()
-        .zip(&fit.residual)
-        .map(|(seen, r)| seen - r)
-        .collect();
+    let predicted = fit.predicted(pieces);
     let draw = fit
         .model
         .precision
