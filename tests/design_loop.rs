@@ -1,8 +1,8 @@
 //! Capture, diagnose, design, capture, diagnose: what one short step leaves open, the recording asked for settles.
 //!
-//! The virtual board plays each profile as `diagnose` names it. Every case is one of the catalogue's confounded
-//! pairs (`confounded_with`): the first diagnosis must leave the truth open, a recording
-//! be asked for that tells the two apart, and the last diagnosis name the right one.
+//! The virtual board plays each profile as `diagnose` names it, with the disc, load or supply that it asks for. Every case is one of
+//! the catalogue's confounded pairs (`confounded_with`): the first diagnosis must leave the truth open, a recording be asked for that
+//! tells the two apart, and the last diagnosis name the right one.
 #![cfg(unix)]
 
 #[path = "support/command.rs"]
@@ -29,16 +29,32 @@ fn json(done: &command::Finished) -> Value {
     serde_json::from_str(&done.output).expect("one JSON document")
 }
 
-fn capture(here: &Path, case: &Case, arguments: &[&str]) {
-    let board = format!("virtual:?effect={}{}&speed=max", case.truth, case.numbers);
+fn capture(here: &Path, case: &Case, change: &str, arguments: &[&str]) {
+    let (truth, numbers) = (case.truth, case.numbers);
+    let board = format!("virtual:?effect={truth}{numbers}{change}&speed=max");
     let done = run(here, &[&["capture", &board], arguments].concat());
     assert_eq!(done.status, Some(0), "{}", done.messages);
 }
 
-fn diagnosis(here: &Path, runs: &[String]) -> Value {
+/// `known` has what is known to differ, as RUN:KEY=VALUE.
+fn diagnosis(here: &Path, runs: &[String], known: &[String]) -> Value {
     let mut arguments = vec!["diagnose", "--json", "--motor", "nominal.toml"];
     arguments.extend(runs.iter().map(String::as_str));
+    arguments.extend(known.iter().flat_map(|known| ["--with", known.as_str()]));
     json(&run(here, &arguments))
+}
+
+/// What a change that is asked for is on the virtual board: keys of its motor.
+fn on_the_board(change: &Value) -> String {
+    let value = change["value"].as_f64().expect("a figure");
+    match change["key"].as_str().expect("a key") {
+        "inertia_added_kg_m2" => {
+            let own = motorlab::motor::Parameters::default().inertia_kg_m2;
+            format!("&inertia_kg_m2={}", own + value)
+        }
+        "gravity_torque_nm" => format!("&effect=gravity_load&torque_nm={value}"),
+        key => format!("&{key}={value}"),
+    }
 }
 
 fn probability(diagnosis: &Value, effect: &str) -> f64 {
@@ -60,8 +76,9 @@ fn settles(case: &Case) {
         "-o",
         &runs[0],
     ];
-    capture(here, case, &first);
-    let mut found = diagnosis(here, &runs);
+    capture(here, case, "", &first);
+    let mut known = Vec::new();
+    let mut found = diagnosis(here, &runs, &known);
     let before = probability(&found, case.truth);
     assert_ne!(found["verdict"], "effect", "{} was never open", case.truth);
     for round in 1..=ROUNDS {
@@ -70,13 +87,22 @@ fn settles(case: &Case) {
         let (profile, file) = (word("profile"), format!("run-{round}.csv"));
         let sample_time_s = next["sample_time_s"].to_string();
         assert!(word("command").contains(&format!("--profile {profile} ")));
+        let change = &next["change"];
+        let board = if change.is_null() {
+            String::new()
+        } else {
+            let key = change["key"].as_str().expect("a key");
+            known.push(format!("{file}:{key}={}", change["value"]));
+            on_the_board(change)
+        };
         capture(
             here,
             case,
+            &board,
             &["--profile", &profile, "--ts", &sample_time_s, "-o", &file],
         );
         runs.push(file);
-        found = diagnosis(here, &runs);
+        found = diagnosis(here, &runs, &known);
         if found["verdict"] == "effect" {
             break;
         }

@@ -46,7 +46,7 @@ pub(crate) fn floor_parts(
     FloorParts {
         // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
         rounding: rounding(runs, pieces, of_best, kind).unwrap_or(ROUNDING.sqrt()),
-        repeats: repeats(pieces),
+        repeats: repeats(runs, pieces),
         good_enough: good_enough.map(|good| match good {
             GoodEnough::Counts(counts) => counts,
             GoodEnough::Share(share) => share * travel(pieces),
@@ -120,12 +120,12 @@ fn simulated(
 }
 
 /// What runs of the same commands differ by, as one run's share, in counts RMS over pieces: the median of the pairs, so that one pair
-/// does not decide. None where no commands repeat.
-pub(crate) fn repeats(pieces: &Pieces) -> Option<f64> {
+/// does not decide. None where no commands repeat. Runs with another known disc, load or supply do not repeat each other.
+pub(crate) fn repeats(runs: &[Run], pieces: &Pieces) -> Option<f64> {
     let mut found = Vec::new();
     for (i, a) in pieces.runs.iter().enumerate() {
-        for b in &pieces.runs[i + 1..] {
-            if !is_repeated(a, b) {
+        for (j, b) in pieces.runs.iter().enumerate().skip(i + 1) {
+            if runs[i].known != runs[j].known || !is_repeated(a, b) {
                 continue;
             }
             let (mut sum, mut samples) = (0.0, 0);
@@ -188,7 +188,7 @@ mod tests {
     use crate::diagnose::samples::recording;
 
     fn floor(runs: &[Run]) -> Option<f64> {
-        repeats(&Pieces::new(runs, &Motor::default()).expect("runs"))
+        repeats(runs, &Pieces::new(runs, &Motor::default()).expect("runs"))
     }
 
     /// Two runs that differ by 2 counts at every other sample differ by 2/sqrt(2) RMS, of which one run's share is 1 (by hand).
@@ -205,6 +205,9 @@ mod tests {
         b.command.rotate_right(1);
         b.command[0] = b.command[1];
         assert!(floor(&[a.clone(), b.clone()]).is_some());
+        let mut with_a_disc = a.clone();
+        (with_a_disc.known.set("inertia_added_kg_m2", 0.002)).expect("a known key");
+        assert_eq!(floor(&[a.clone(), with_a_disc]), None);
         b.command.iter_mut().for_each(|u| *u *= 0.9);
         assert_eq!(floor(&[a, b]), None);
     }
