@@ -57,19 +57,27 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
         // Weights add to 1 but for the last digit.
         let goes_on = (there * of_rivals).min(1.0);
         let mass: f64 = class.iter().map(|(_, share)| share).sum();
-        for (set, share) in class.drain(..) {
-            put(set, share * (1.0 - goes_on));
-        }
         let tied: Vec<Vec<&'static str>> = level.tied().map(|(fit, _)| fit.model.ids()).collect();
+        // What a level does not keep is beside the class that it was looked for beside.
+        let mut next = Vec::new();
+        for (set, share) in class.drain(..) {
+            let left = share * (1.0 - goes_on);
+            if level.is_kept {
+                put(set, left);
+            } else {
+                next.push((set, left));
+            }
+        }
         for (fit, tie) in level.fits.iter().zip(&level.standings) {
             let share = mass * there * tie.weight;
             let ids = fit.model.ids();
             if level.is_kept && tie.is_tied {
-                class.push((simpler_of(&ids, &tied).unwrap_or(ids), share));
+                next.push((simpler_of(&ids, &tied).unwrap_or(ids), share));
             } else {
                 put(ids, share);
             }
         }
+        class = next;
     }
     for (set, share) in class {
         put(set, share);

@@ -211,6 +211,17 @@ impl Model {
         self.start.clone()
     }
 
+    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`].
+    pub fn start_with(&self, shares: [f64; 4]) -> Vec<f64> {
+        let mut start = self.start();
+        for (number, x) in self.numbers.iter().zip(&mut start) {
+            if let Some(k) = BASE.iter().position(|key| number.id.key() == *key) {
+                *x = shares[k].clamp(number.lo, number.hi);
+            }
+        }
+        start
+    }
+
     /// The start with the numbers that another model has too taken from there.
     pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
         let mut start = self.start();

@@ -3,8 +3,14 @@
 use crate::diagnose::fit::Fit;
 use crate::diagnose::fit::{Base, Model, fit};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::{CHANCE, CLOSES, LEAST_GAIN, MOST_EFFECTS, ROUNDING};
+use crate::diagnose::screening::{Pick, picks};
+use crate::diagnose::settings::{
+    CHANCE, CLOSES, INVERSE_DECIDES, LEAST_GAIN, MOST_EFFECTS, MOST_WANDER, ROUNDING,
+    WITHIN_TOLERANCES,
+};
 use crate::diagnose::validation::{Presence, Tie, standing};
+
+use super::Sought;
 
 /// One level as it was judged.
 #[derive(Debug)]
@@ -22,22 +28,26 @@ pub(crate) struct Judged {
     pub closes: f64,
     /// Whether it is there.
     pub is_kept: bool,
+    /// Whether the inverse form decides it, not the simulation.
+    pub is_inverse: bool,
 }
 
 impl Judged {
     /// Why it is kept or dropped, in words.
     pub fn why(&self) -> String {
+        if self.is_inverse {
+            return "no simulation explains the runs: the inverse form decides".to_owned();
+        }
         if self.is_kept {
             return "more than chance makes, and part of what the gap is".to_owned();
         }
         if self.presence.p_value() > CHANCE {
             return "chance makes as much".to_owned();
         }
-        let gained = (self.fits.first()).map_or(0.0, |first| first.score() - self.from.score());
-        if gained < LEAST_GAIN {
-            return format!("gains {gained:.1} nats, {LEAST_GAIN} at least are needed");
-        }
-        format!("closes less than {:.0} % of the gap", 100.0 * CLOSES)
+        format!(
+            "nothing predicts better and closes {:.0} % of the gap",
+            100.0 * CLOSES
+        )
     }
 
     /// Rivals that are not told from the first, which is one of them.
@@ -66,12 +76,21 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     let mut best = refitted.clone();
     let mut levels: Vec<Judged> = Vec::new();
     let mut sets: Vec<Vec<&'static str>> = Vec::new();
+    let mut sought = Sought::Predicting;
+    let inverse = picks(pieces, base);
+    let pick = inverse.first().filter(|pick| pick.is_seen());
     while best.model.members.len() < MOST_EFFECTS {
         match sets.first() {
             None => progress("looking for an effect"),
             Some(set) => progress(&format!("looking beside {}", set.join(", "))),
         }
-        let Some(level) = super::level(pieces, base, &best) else {
+        let Some(level) = super::level(
+            pieces,
+            base,
+            &best,
+            sought,
+            pick.filter(|_| best.model.members.is_empty()),
+        ) else {
             break;
         };
         let Some(presence) = level.presence else {
@@ -109,6 +128,7 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             presence,
             closes,
             is_kept,
+            is_inverse: false,
         };
         if is_kept {
             let names: Vec<Vec<&'static str>> =
@@ -121,16 +141,72 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             let chosen = (judged.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
             best = chosen.unwrap_or(&judged.fits[0]).clone();
         }
+        // Where no simulation bears the first level out, the inverse form decides it, and the search goes on beside that.
+        let decided = match best.model.members.len() {
+            1 if !is_usable(&best) => by_inverse(&judged, &inverse),
+            _ => None,
+        };
+        let judged = match decided {
+            Some(decided) => {
+                best = decided.fits[0].clone();
+                sets = decided.tied().map(|(fit, _)| fit.model.ids()).collect();
+                decided
+            }
+            None => judged,
+        };
         levels.push(judged);
-        if !is_kept {
-            break;
-        }
+        sought = match (is_kept, sought) {
+            (true, _) => Sought::Predicting,
+            (false, Sought::Predicting) => Sought::Scattering,
+            (false, Sought::Scattering) => break,
+        };
+    }
+    // What is found beside a motor that no simulation bears out is found in its errors.
+    if levels.first().is_some_and(|first| first.is_inverse) && !is_usable(&best) {
+        levels.truncate(1);
+        best = levels[0].fits[0].clone();
+        sets = levels[0].tied().map(|(fit, _)| fit.model.ids()).collect();
     }
     Some(Forward {
         refitted,
         best,
         levels,
         sets,
+    })
+}
+
+/// Whether a simulation explains a recording by more than a load that shakes as no bench does, and a motor as no file has it.
+fn is_usable(best: &Fit) -> bool {
+    best.noise.strength <= MOST_WANDER && best.model.bent(&best.x) <= WITHIN_TOLERANCES
+}
+
+/// A level as the inverse form decides it: kept are the effects that it points at, and those that it does not tell from them. None where
+/// it is not sure, or where none of them can be simulated.
+fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
+    let best = picks
+        .first()
+        .filter(|pick| pick.gain >= INVERSE_DECIDES && pick.is_seen())?;
+    let tied = picks.iter().filter(|pick| best.is_tied_with(pick));
+    let ids: Vec<&str> = tied.flat_map(|pick| pick.form.ids()).copied().collect();
+    let is_meant = |fit: &&Fit| matches!(&fit.model.ids()[..], [id] if ids.contains(id));
+    let fits: Vec<Fit> = level.fits.iter().filter(is_meant).cloned().collect();
+    let rivals: Vec<&Fit> = fits.iter().collect();
+    if rivals.is_empty() {
+        return None;
+    }
+    let mut standings = standing(&rivals);
+    standings
+        .iter_mut()
+        .for_each(|standing| standing.is_tied = true);
+    Some(Judged {
+        from: level.from.clone(),
+        closes: closed(&level.from, &fits[0]),
+        fits,
+        standings,
+        screened: level.screened.clone(),
+        presence: level.presence.clone(),
+        is_kept: true,
+        is_inverse: true,
     })
 }
 
@@ -149,9 +225,11 @@ fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
         ROUNDING
     };
     let matters = closes * above_rounding(before) >= least;
-    // What scatters is not predicted: it is told by how it does.
-    let scatters = before.around.is_stiller_than(&fit.around);
-    gained >= LEAST_GAIN && (closes >= CLOSES && matters || unbends || scatters)
+    // What scatters is not predicted: it is told by how it does. It leaves no more, either.
+    let scatters = before.around.is_stiller_than(&fit.around)
+        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
+    let predicts = gained > 0.0 && closes >= CLOSES && matters;
+    predicts || gained >= LEAST_GAIN && (unbends || scatters)
 }
 
 /// Share of the mean square above what rounding leaves that a fit closes.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::fit::{Base, Fit, Member, Model, finished, fit, sensitivities};
 use super::noise::Noise;
 use super::pieces::Pieces;
-use super::screening::{Candidate, Screen, Shape, candidates};
+use super::screening::{Candidate, Pick, Screen, Shape, candidates, shares};
 use super::settings::{CHANCE, FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WANDER_SHARES};
 use super::validation::{Presence, presence};
 use crate::motor::fit::ParameterId;
@@ -26,18 +26,34 @@ pub(crate) struct Level {
     pub presence: Option<Presence>,
 }
 
+/// What is looked for: effects that predict something, or those that only scatter (edges lost by chance, late samples). A noise takes
+/// up any error in part, so what scatters is looked for where nothing that predicts is left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sought {
+    Predicting,
+    Scattering,
+}
+
 /// All rivals of one more effect, best first.
-pub(crate) fn level(pieces: &Pieces, base: &Base, from: &Fit) -> Option<Level> {
-    let mut points = vec![Point::new(pieces, base, from)?];
+/// Beside them, those of the inverse form's `pick` are fitted from the whole motor that it has found.
+pub(crate) fn level(
+    pieces: &Pieces,
+    base: &Base,
+    from: &Fit,
+    sought: Sought,
+    pick: Option<&Pick>,
+) -> Option<Level> {
+    let mut points = vec![Point::new(pieces, base, from, sought)?];
     // A base that is bent by what is missing hides it: candidates are looked at from the motor file's numbers too.
     if from.prior >= LEAST_GAIN
         && let Some(unbent) = unbent(pieces, base, from)
     {
-        points.extend(Point::new(pieces, base, &unbent));
+        points.extend(Point::new(pieces, base, &unbent, sought));
     }
-    // What is missing makes the load seem to wander: what stands out where it wanders less is looked at too.
+    // What is missing makes the load seem to wander: what stands out where it wanders less is looked at too. What scatters would take
+    // the place of any wander.
     let mut noises = vec![from.noise];
-    if from.noise.strength > 0.0 {
+    if from.noise.strength > 0.0 && sought == Sought::Predicting {
         noises.extend(WANDER_SHARES.map(|share| Noise {
             strength: share * from.noise.strength,
             ..from.noise
@@ -66,12 +82,13 @@ pub(crate) fn level(pieces: &Pieces, base: &Base, from: &Fit) -> Option<Level> {
         }
     }
     let mut fits = Vec::new();
-    add(pieces, base, from, &chosen, &mut fits);
+    let seeds = pick.map_or(Vec::new(), |pick| points[0].seeds(pieces, base, pick));
+    add(pieces, base, from, &chosen, &seeds, &mut fits);
     // Once more with the noise that the best of them leaves.
     if let Some(noise) = fits.first().map(|best: &Fit| best.noise) {
         let before = chosen.len();
         points[0].promising(pieces, base, noise, &mut chosen);
-        add(pieces, base, from, &chosen[before..], &mut fits);
+        add(pieces, base, from, &chosen[before..], &[], &mut fits);
     }
     let presence = fits.first().map(|best| present(best.noise));
     Some(Level {
@@ -81,19 +98,39 @@ pub(crate) fn level(pieces: &Pieces, base: &Base, from: &Fit) -> Option<Level> {
     })
 }
 
+/// A member with the base numbers to start from beside it, as shares of the motor file's.
+type Seed = (Member, [f64; 4]);
+
 /// Fits a model with each of some members more, and keeps the best of each name.
-fn add(pieces: &Pieces, base: &Base, from: &Fit, chosen: &[Member], fits: &mut Vec<Fit>) {
+fn add(
+    pieces: &Pieces,
+    base: &Base,
+    from: &Fit,
+    chosen: &[Member],
+    seeds: &[Seed],
+    fits: &mut Vec<Fit>,
+) {
     let mut models: Vec<(Model, Vec<Vec<f64>>)> = Vec::new();
-    for member in chosen {
+    let mut whole = Vec::new();
+    let chosen = chosen.iter().map(|member| (member, None));
+    let seeds = seeds.iter().map(|(member, shares)| (member, Some(*shares)));
+    for (member, shares) in chosen.chain(seeds) {
         let mut members = from.model.members.clone();
         members.push(member.clone());
         let model = Model::new(base, members);
-        let starts = [model.start_from(&from.model, &from.x), model.start()];
-        match models.iter_mut().find(|(other, _)| other.is_like(&model)) {
-            Some((_, others)) => others.extend(starts),
-            None => models.push((model, starts.to_vec())),
-        }
+        // A whole motor is fitted from itself, whatever another start promises.
+        let Some(shares) = shares else {
+            let starts = [model.start_from(&from.model, &from.x), model.start()];
+            match models.iter_mut().find(|(other, _)| other.is_like(&model)) {
+                Some((_, others)) => others.extend(starts),
+                None => models.push((model, starts.to_vec())),
+            }
+            continue;
+        };
+        let start = model.start_with(shares);
+        whole.push((model, vec![start]));
     }
+    models.extend(whole);
     let fitted: Vec<Fit> = (models.par_iter())
         .filter_map(|(model, starts)| fit(pieces, model, base.kind, starts))
         .collect();
@@ -117,13 +154,39 @@ struct Point {
 }
 
 impl Point {
-    fn new(pieces: &Pieces, base: &Base, fit: &Fit) -> Option<Self> {
+    fn new(pieces: &Pieces, base: &Base, fit: &Fit, sought: Sought) -> Option<Self> {
         let (_, columns) = sensitivities(pieces, &fit.model, &fit.x)?;
+        let mut all = candidates(pieces, base, fit);
+        all.retain(|one| matches!(one.shape, Shape::Scatter(..)) == (sought == Sought::Scattering));
         Some(Self {
-            all: candidates(pieces, base, fit),
+            all,
             fit: fit.clone(),
             columns,
         })
+    }
+
+    /// Starts of the effects that the inverse form points at, beside the motor that it has found with them.
+    fn seeds(&self, pieces: &Pieces, base: &Base, pick: &Pick) -> Vec<Seed> {
+        let shares = shares(base, pick.own);
+        let screen = Screen::new(
+            pieces,
+            base,
+            &self.fit,
+            &self.columns,
+            &self.all,
+            self.fit.noise,
+        );
+        let distance = DVector::from_column_slice(&self.fit.x) - &self.fit.model.mean;
+        let gains = screen.gains(&self.fit.residual, &distance, true);
+        let start = |id: &&str| {
+            let of_it = (0..self.all.len()).filter(|&k| {
+                let member = &self.all[k].member;
+                member.id() == *id && pick.is_of_order(member)
+            });
+            let best = of_it.max_by(|&a, &b| gains[a].nats.total_cmp(&gains[b].nats))?;
+            Some((pick.started(base, &self.all[best].member), shares))
+        };
+        pick.form.ids().iter().filter_map(start).collect()
     }
 
     /// Adds the start of each effect that promises most under a noise; returns what each promises.
@@ -141,12 +204,10 @@ impl Point {
         order.sort_by(|a, b| gains[*b].nats.total_cmp(&gains[*a].nats));
         let first = order.first().copied().unwrap_or(0);
         let mut found = Vec::new();
-        let mut effects: Vec<(usize, bool)> = Vec::new();
+        let mut effects: Vec<usize> = Vec::new();
         for k in order {
             let candidate = &self.all[k];
-            // What an effect does by chance and what it does always are looked at apart.
-            let scatters = matches!(candidate.shape, Shape::Scatter(..));
-            if effects.contains(&(candidate.member.index, scatters)) {
+            if effects.contains(&candidate.member.index) {
                 continue;
             }
             let best = gains[first].nats;
@@ -154,7 +215,7 @@ impl Point {
             if is_enough || gains[k].nats < LEAST_PROMISE {
                 break;
             }
-            effects.push((candidate.member.index, scatters));
+            effects.push(candidate.member.index);
             found.push((candidate.member.id(), gains[k].nats));
             let member = started(candidate, gains[k].coefficients);
             if !chosen.contains(&member) {
