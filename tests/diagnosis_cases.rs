@@ -250,3 +250,67 @@ fn sound_steps_and_first_order_motors_have_no_finding_above_a_note() {
     assert_eq!(done.status, Some(0), "{}", done.messages);
     assert!(!done.output.contains("warning"), "{}", done.output);
 }
+
+/// The logs of the cases as a new user has them: no mapping, and what they do not say said by flags.
+#[test]
+fn the_logs_of_the_cases_are_read_without_a_mapping() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path();
+    let import = |log: &str, flags: &[&str], status: i32| {
+        let _ = fs::remove_file(path.join("run.csv"));
+        let log = format!("{FOLDER}/{log}");
+        let done = run(path, &[&["import", &log, "-o", "run.csv"], flags].concat());
+        assert_eq!(done.status, Some(status), "{log}: {}", done.messages);
+        RunFile::read(&path.join("run.csv"))
+    };
+    let flags = [
+        "--command",
+        "2:pwm",
+        "--position",
+        "3:counts",
+        "--supply",
+        "9",
+        "--counts-per-rev",
+        "720",
+    ];
+    let file = import("monitor_log_import/ard.txt", &flags, 0);
+    assert_eq!(file.column("t_s"), [0.0, 0.02, 0.04]);
+    assert_eq!(file.column("counts"), [0.0, 12.0, 40.0]);
+    assert_eq!(file.column("command_v"), [0.0, 9.0, 9.0]);
+    let file = import(
+        "monitor_log_import/date.csv",
+        &["--command", "v:V", "--counts-per-rev", "720"],
+        0,
+    );
+    assert_eq!(file.column("t_s"), [0.0, 2.0]);
+    let flags = [
+        "--command",
+        "/cmd/data:share",
+        "--position",
+        "/joint_states/left_wheel_joint/position:rad",
+        "--supply",
+        "12",
+        "--counts-per-rev",
+        "4096",
+    ];
+    let file = import("multirate_csv/pj.csv", &flags, 0);
+    assert_eq!(file.column("command_v"), [0.0, 6.0, 6.0, 6.0]);
+    assert_eq!(file.column("counts"), [0.0, 65.0, 130.0, 196.0]);
+    let file = import(
+        "wrap_over_gap/gap.csv",
+        &["--command", "u:V", "--counts-per-rev", "3600"],
+        1,
+    );
+    assert_eq!(file.summary("lost_in_pauses"), 199);
+    // A clock that goes on by 3 counts ms: nothing has to be said of it, and nothing is wrong.
+    let flags = [
+        "--command",
+        "u:V",
+        "--position",
+        "c:counts",
+        "--counts-per-rev",
+        "720",
+    ];
+    let file = import("ms_as_s/vs_ms.csv", &flags, 0);
+    assert_eq!(file.header["sample_time_s"].as_float(), Some(0.003));
+}

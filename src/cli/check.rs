@@ -6,6 +6,7 @@ use clap::Args;
 use serde::Serialize;
 
 use super::findings::words;
+use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
@@ -46,7 +47,7 @@ impl Check {
         };
         let mut runs = Vec::new();
         for path in &self.runs {
-            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            let (run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
             for note in notes {
                 output.message(&format!("{}: {note}", shown(path)));
             }

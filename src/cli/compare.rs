@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::findings::check_and_say;
+use super::foreign::unreadable;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form, Outputs};
@@ -54,7 +55,7 @@ impl Compare {
         let mut runs = Vec::new();
         let mut overlays = Vec::new();
         for path in &self.runs {
-            let (mut run, notes) = read_run(path).map_err(Failure::input)?;
+            let (mut run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
             self.with.apply(path, &mut run)?;
             let mut overlay = compare(&run, &motor, self.motor.model())
                 .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;

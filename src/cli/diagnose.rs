@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::diagnose_text::show;
 use super::findings::check_and_say;
+use super::foreign::unreadable;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
@@ -199,7 +200,7 @@ fn read<'a>(
 ) -> Result<Vec<Run>, Failure> {
     let mut runs = Vec::new();
     for path in paths {
-        let (mut run, notes) = read_run(path).map_err(Failure::input)?;
+        let (mut run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
         with.apply(path, &mut run)?;
         for note in notes {
             output.message(&format!("{}: {note}", shown(path)));

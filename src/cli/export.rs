@@ -6,6 +6,7 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 
 use super::export_run::RunFile;
+use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::{Failure, Output, Status};
@@ -164,7 +165,7 @@ impl Matlab {
     fn read_runs(&self, output: &Output) -> Result<Vec<Run>, Failure> {
         let mut runs = Vec::new();
         for path in &self.runs {
-            let (run, notes) = read_run(path).map_err(Failure::input)?;
+            let (run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
             for note in notes {
                 output.message(&format!("{}: {note}", shown(path)));
             }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use super::foreign::unreadable;
 use super::output_file::Force;
 use super::{Failure, Output};
 #[cfg(any(feature = "parquet", feature = "mcap"))]
@@ -64,7 +65,7 @@ impl RunFile {
         let path = path.unwrap_or_else(|| self.run.with_extension(ending));
         let outputs = self.force.outputs("export", [&self.run]);
         outputs.check([&path])?;
-        let (run, notes) = read_run(&self.run).map_err(Failure::input)?;
+        let (run, notes) = read_run(&self.run).map_err(|error| unreadable(&self.run, error))?;
         for note in notes {
             output.message(&format!("{}: {note}", shown(&self.run)));
         }

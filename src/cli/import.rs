@@ -1,7 +1,7 @@
 //! `motorlab import`: turn a log that another program wrote into a run file.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,51 +9,51 @@ use serde::Serialize;
 
 use super::capture::capture_failure;
 use super::findings::check_written;
+use super::import_flags::Flags;
+use super::import_words::{say, say_understood};
+use super::output_file::{Force, Form, Outputs};
 use super::{Failure, Output, Status};
 use crate::check::Finding;
-use crate::import::{ImportProblem, Imported, Map, import};
+use crate::import::{
+    HEAD_BYTES, ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over, quoted,
+    understand,
+};
 use crate::plain::shown;
 use crate::recording::{next_free_name, refuse_no_file};
 
-/// Turn a log that another program wrote into a run file, by a small mapping file.
+/// Turn a log that another program wrote into a run file: by the names of its columns, by flags, or by a mapping file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Import {
     /// The log: text in columns, plain or gzipped; - is standard input.
     log: PathBuf,
-    /// Mapping file: which column is what, and in which unit.
+    /// Mapping file: which column is what, and in which unit. A flag takes the place of what it says.
     #[arg(long, value_name = "MAP.toml")]
-    map: PathBuf,
+    map: Option<PathBuf>,
+    #[command(flatten)]
+    said: Flags,
+    /// Write the mapping file that does the same for the next log of this kind.
+    #[arg(long, value_name = "FILE")]
+    save_map: Option<PathBuf>,
     /// Where the run goes. An existing file is not overwritten: the next free name is taken.
     /// [default: the log's name with .run.csv, in the working directory]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
 }
 
-const EXAMPLE: &str = r#"Example: a log with the line of names `millis;pwm;angle_deg`, and map.toml:
+const EXAMPLE: &str = "Examples:
+  motorlab import log.csv                               # names and units are recognised, and shown
+  motorlab import log.csv --supply 12 --counts-per-rev 720
+  motorlab import log.csv --speed rpm_left --supply 12  # which of two motors
+  motorlab import step_12V.csv --speed 2:rpm --command 12V@0.5s   # no names; 12 V from 0.5 s on
+  motorlab import log.csv --supply 12 --save-map map.toml
+  motorlab import next.csv.gz --map map.toml -o run.csv
 
-  counts_per_rev = 720            # of the run: the encoder's, x4 decoded
-  supply_v = 7.4
-
-  [time]
-  column = "millis"
-  unit = "ms"                     # s, ms, us, ns, min, h; 12:34:56.789 and dates: stamp
-
-  [command]
-  column = "pwm"
-  unit = "pwm"                    # or V, mV, A, mA, N m, percent, share
-  full = 255                      # this number is full drive, supply_v
-
-  [position]                      # or [speed]: integrated, and marked so
-  column = "angle_deg"            # or its number, the first is 1
-  unit = "deg"                    # counts, rev, rad, deg; m, mm with m_per_rev
-  wrap = 360                      # the angle starts again at 0 there
-
-  motorlab import log.csv.gz --map map.toml -o run.csv
-
-Delimiter, decimal commas, header lines, scales, currents, measured supplies, linear axes, signals of
-different rates and logs of many runs: docs/import.md. Rows that cannot be used are named by their line and kept in
-run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check)."#;
+What the log does not say is asked for in one message, with the finished command line. Every key of a
+mapping file: docs/import.md. Rows that cannot be used are named by their line and kept in
+run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check).";
 
 /// For `--json`.
 #[derive(Debug, Serialize)]
@@ -61,16 +61,53 @@ struct Document<'a> {
     shape: &'static str,
     #[serde(flatten)]
     imported: &'a Imported,
+    /// Empty with a mapping file.
+    understood: &'a [Understood],
+    notes: &'a [String],
     findings: &'a [Finding],
 }
 
 impl Import {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
-        let map = Map::read(&self.map).map_err(Failure::input)?;
+        let outputs = self
+            .force
+            .outputs("import", [&self.log].into_iter().chain(&self.map));
+        outputs.check(&self.save_map)?;
         let standard_input = self.log.as_os_str() == "-";
         let name = match self.log.file_name() {
             Some(name) if !standard_input => name.to_string_lossy().into_owned(),
             _ => "standard input".to_owned(),
+        };
+        let mut source: Box<dyn Read> = if standard_input {
+            Box::new(io::stdin().lock())
+        } else {
+            Box::new(open(&self.log)?)
+        };
+        let mut reading = None;
+        let map = match &self.map {
+            Some(map) => self.mapping_file(map)?,
+            None => {
+                let (head, is_whole) = head(&mut source, &name)?;
+                source = Box::new(Cursor::new(head.clone()).chain(source));
+                let found = understand(&head, is_whole, &name, &self.said.said(), &self.line());
+                say_understood(output, &name, &found);
+                let Reading {
+                    understood,
+                    notes,
+                    map,
+                } = found;
+                let at = |failure: Failure| {
+                    if standard_input {
+                        failure
+                    } else {
+                        failure.at(&self.log)
+                    }
+                };
+                let ready =
+                    map.map_err(|unclear| at(Failure::input(format!("{name}: {unclear}"))))?;
+                reading = Some((understood, notes));
+                ready
+            }
         };
         let target = self.target();
         refuse_no_file(&target).map_err(capture_failure)?;
@@ -82,24 +119,23 @@ impl Import {
                 shown(&free)
             ));
         }
-        let source: Box<dyn Read> = if standard_input {
-            Box::new(io::stdin().lock())
-        } else {
-            Box::new(open(&self.log)?)
-        };
         let imported =
-            import(source, &name, &map, &target).map_err(|error| match error.problem {
+            import(source, &name, &map.map, &target).map_err(|error| match error.problem {
                 ImportProblem::Write(_) | ImportProblem::Rejected { .. } => Failure::device(error),
                 _ if standard_input => Failure::input(error),
                 _ => Failure::input(error).at(&self.log),
             })?;
         say(output, &name, &imported);
+        self.save(&outputs, &map.toml, output)?;
         let paths: Vec<&Path> = imported.runs.iter().map(|run| run.path.as_path()).collect();
         let (findings, contradicts) = check_written(&paths, output);
         if output.json {
+            let (understood, notes) = reading.unwrap_or_default();
             output.document(&Document {
                 shape: "motorlab-import/1",
                 imported: &imported,
+                understood: &understood,
+                notes: &notes,
                 findings: &findings,
             })?;
         } else {
@@ -114,68 +150,75 @@ impl Import {
         })
     }
 
+    /// The mapping file, and what flags say instead of it.
+    fn mapping_file(&self, path: &Path) -> Result<Ready, Failure> {
+        let text = Map::text(path).map_err(Failure::input)?;
+        let in_file = |error| Failure::input(Map::in_file(path, error));
+        if self.said.is_given() || self.save_map.is_some() {
+            let failed = |unclear| match unclear {
+                crate::import::Unclear::Map(error) => in_file(error),
+                unclear => Failure::input(unclear),
+            };
+            return map_over(&text, &self.said.said()).map_err(failed);
+        }
+        let map = Map::from_toml(&text).map_err(in_file)?;
+        Ok(Ready { map, toml: text })
+    }
+
+    /// The command line so far, for the message about what is missing.
+    fn line(&self) -> String {
+        let path = |path: &Path| quoted(&path.display().to_string());
+        let mut line = format!("motorlab import {}", path(&self.log));
+        for (flag, value) in [("-o", &self.output), ("--save-map", &self.save_map)] {
+            if let Some(value) = value {
+                line.push_str(&format!(" {flag} {}", path(value)));
+            }
+        }
+        line
+    }
+
+    fn save(&self, outputs: &Outputs, toml: &str, output: &Output) -> Result<(), Failure> {
+        match &self.save_map {
+            Some(path) => outputs.write(path, toml, Form::Toml, output),
+            None => Ok(()),
+        }
+    }
+
     fn target(&self) -> PathBuf {
         if let Some(output) = &self.output {
             return output.clone();
         }
-        let name = match self.log.file_name() {
-            Some(name) if self.log.as_os_str() != "-" => Path::new(name),
-            _ => Path::new("log"),
-        };
-        let name = match name.extension() {
-            Some(extension) if extension == "gz" => Path::new(name.file_stem().unwrap_or_default()),
-            _ => name,
-        };
-        name.with_extension("run.csv")
+        run_name(&self.log)
     }
 }
 
-fn open(path: &Path) -> Result<File, Failure> {
+/// Where the run of a log goes by itself.
+pub(super) fn run_name(log: &Path) -> PathBuf {
+    let name = match log.file_name() {
+        Some(name) if log.as_os_str() != "-" => Path::new(name),
+        _ => Path::new("log"),
+    };
+    let name = match name.extension() {
+        Some(extension) if extension == "gz" => Path::new(name.file_stem().unwrap_or_default()),
+        _ => name,
+    };
+    name.with_extension("run.csv")
+}
+
+/// The beginning of a log, and whether that is all of it.
+pub(super) fn head(source: &mut impl Read, name: &str) -> Result<(Vec<u8>, bool), Failure> {
+    let mut head = Vec::new();
+    let read = source.take(HEAD_BYTES).read_to_end(&mut head);
+    read.map_err(|error| Failure::input(format!("{name}: {error}")))?;
+    let is_whole = (head.len() as u64) < HEAD_BYTES;
+    Ok((head, is_whole))
+}
+
+pub(super) fn open(path: &Path) -> Result<File, Failure> {
     let failed = |error: io::Error| Failure::input(format!("{}: {error}", shown(path)));
     let file = File::open(path).map_err(failed)?;
     if file.metadata().map_err(failed)?.is_dir() {
         return Err(failed(io::ErrorKind::IsADirectory.into()));
     }
     Ok(file)
-}
-
-/// What became of the log, for people.
-fn say(output: &Output, name: &str, imported: &Imported) {
-    for run in &imported.runs {
-        let (shortest_s, longest_s) = run.steps_s;
-        output.message(&format!(
-            "wrote {}: {} samples in {:.3} s, sample time {} s (steps {shortest_s} to {longest_s} s)",
-            shown(&run.path),
-            run.samples,
-            run.duration_s,
-            run.sample_time_s,
-        ));
-    }
-    if imported.rows_without_position > 0 {
-        output.message(&format!(
-            "{name}: {} of {} rows have no position and only set what is held",
-            imported.rows_without_position, imported.rows
-        ));
-    }
-    if imported.unended {
-        output.message(&format!(
-            "{name}: the last line has no line end; if the log was cut off there, its last number may be short"
-        ));
-    }
-    let Some(rejected) = &imported.rejected else {
-        return;
-    };
-    output.message(&format!(
-        "{name}: {} of {} rows cannot be used and count as lost; all of them are in {}:",
-        imported.bad_rows,
-        imported.rows,
-        shown(rejected)
-    ));
-    for row in &imported.first_bad {
-        output.message(&format!("  {row}"));
-    }
-    let listed = imported.first_bad.len() as u64;
-    if imported.bad_rows > listed {
-        output.message(&format!("  and {} more", imported.bad_rows - listed));
-    }
 }

@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::demo::{begin, take_place};
+use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::signals::StopSignal;
@@ -238,7 +239,7 @@ impl Lab {
 fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)>, Failure> {
     let mut runs = Vec::new();
     for path in paths {
-        let (run, notes) = read_run(path).map_err(Failure::input)?;
+        let (run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
         let notes: Vec<String> = notes.iter().map(ToString::to_string).collect();
         for note in &notes {
             output.message(&format!("{}: {note}", shown(path)));

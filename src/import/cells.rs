@@ -146,6 +146,19 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
     }
 }
 
+/// The number after a word in a comment, as in `# Step 2/5 | PWM = 120` after `PWM`. The case of letters is no matter.
+pub(super) fn number_after(comment: &str, word: &str) -> Option<f64> {
+    let (text, word) = (comment.to_lowercase(), word.trim().to_lowercase());
+    text.match_indices(&word).find_map(|(at, _)| {
+        let is_whole = !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        let after = text[at + word.len()..].trim_start();
+        let after = after.strip_prefix(['=', ':']).unwrap_or(after).trim_start();
+        let end = after.find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+'));
+        let digits = after[..end.unwrap_or(after.len())].trim_end_matches('.');
+        digits.parse::<f64>().ok().filter(|_| is_whole)
+    })
+}
+
 /// For messages.
 pub(super) fn shortened(text: &str) -> String {
     let mut found: String = text.chars().take(40).collect();
@@ -185,6 +198,20 @@ mod tests {
             ["a, b", "say \"x\"", "3"]
         );
         assert_eq!(Separator::guess(b"1,5 2,5", true), Separator::Blanks);
+    }
+
+    #[test]
+    fn the_number_after_a_word_is_found() {
+        for (comment, expected) in [
+            ("# Step 2/5 | PWM = 120", Some(120.0)),
+            ("# pwm: -80.5, left", Some(-80.5)),
+            ("# PWM 30.", Some(30.0)),
+            ("# RPWM = 3", None),
+            ("# PWM off", None),
+            ("", None),
+        ] {
+            assert_eq!(number_after(comment, "PWM"), expected, "{comment}");
+        }
     }
 
     #[test]

@@ -1,15 +1,21 @@
 //! From the cells of a row to a sample in SI.
 //!
 //! Position in counts is `(number + turns * wrap) * scale + offset`, rounded; `turns` goes up or down
-//! by one whenever the number jumps by more than half of `wrap`. A speed-only log is integrated:
+//! by one whenever the number jumps by more than half of `wrap`. Increments are summed up. A speed-only log is integrated:
 //! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid),
 //! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
+//!
+//! An encoder of one channel has no sign. With `unsigned` what came since the row before has the sign of the command that was in
+//! force meanwhile, of the last one that was not 0 while the motor coasts.
 
 use super::cells::{Cells, number};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
-use super::map::{CommandSource, Field, Integration, Map, PositionSource, TimeSource};
+use super::map::{
+    CommandNumber, CommandSource, Field, Integration, Map, NumberFrom, PositionSource, TimeSource,
+};
 use super::stamp::{DAY_S, stamp};
+use super::straight::{Unwrapped, profile};
 use crate::motor::plausible;
 
 /// One row in SI.
@@ -24,28 +30,8 @@ pub(super) struct Sample {
     pub counts: i64,
     pub current_a: Option<f64>,
     pub supply_v: Option<f64>,
-}
-
-/// A counter that goes round, made straight.
-#[derive(Debug, Clone, Copy, Default)]
-struct Unwrapped {
-    before: Option<f64>,
-    turns: f64,
-}
-
-impl Unwrapped {
-    /// This and the state after it, which is kept only if the row is good.
-    fn next(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
-        let Some(wrap) = wrap else {
-            return (number, self);
-        };
-        let jump = self.before.map_or(0.0, |before| number - before);
-        let after = Self {
-            before: Some(number),
-            turns: self.turns - (jump / wrap).round(),
-        };
-        (number + after.turns * wrap, after)
-    }
+    /// The command was this many times full drive, more than there is, and is held to it.
+    pub beyond_full: Option<f64>,
 }
 
 /// Converts row after row of one run.
@@ -58,6 +44,8 @@ pub(super) struct Converter<'a> {
     position: Unwrapped,
     first_time_s: Option<f64>,
     before: Option<Before>,
+    /// Of the last command that was not 0; 1 before the first.
+    sign: f64,
     held: Held,
 }
 
@@ -76,6 +64,8 @@ struct Before {
     /// Where the log has speeds only.
     speed: f64,
     position: f64,
+    /// The position before its sign was the command's.
+    unsigned: f64,
 }
 
 /// Time before the first row is taken off: since 1970 in microseconds, in seconds a run's own range.
@@ -95,6 +85,7 @@ impl<'a> Converter<'a> {
             position: Unwrapped::default(),
             first_time_s: None,
             before: None,
+            sign: 1.0,
             held: Held::default(),
         }
     }
@@ -106,25 +97,35 @@ impl<'a> Converter<'a> {
 
     /// The sample of a row; a bad row changes nothing but the numbers of those that follow. `None` for a row that has no position
     /// and only sets what is held.
-    pub fn convert(&mut self, cells: &Cells) -> Result<Option<Sample>, RowProblem> {
+    pub fn convert(
+        &mut self,
+        cells: &Cells,
+        commented: Option<f64>,
+    ) -> Result<Option<Sample>, RowProblem> {
         let seq = self.rows;
         self.rows += 1;
-        let sample = self.sample(cells, seq)?;
+        let sample = self.sample(cells, seq, commented)?;
         if sample.is_none() {
             self.rows = seq;
         }
         Ok(sample)
     }
 
-    fn sample(&mut self, cells: &Cells, seq: u64) -> Result<Option<Sample>, RowProblem> {
+    fn sample(
+        &mut self,
+        cells: &Cells,
+        seq: u64,
+        commented: Option<f64>,
+    ) -> Result<Option<Sample>, RowProblem> {
         if cells.len() != self.layout.columns {
             return Err(RowProblem::CellCount {
                 found: cells.len(),
                 expected: self.layout.columns,
             });
         }
-        let held = self.held(cells)?;
-        if self.map.holds && self.is_empty(cells, &self.layout.motion) {
+        let held = self.held(cells, commented)?;
+        let motion = self.layout.motion.as_ref();
+        if self.map.holds && motion.is_some_and(|place| is_empty(cells, place)) {
             self.held = held;
             return Ok(None);
         }
@@ -143,12 +144,25 @@ impl<'a> Converter<'a> {
             .measured(cells, &self.map.supply, &self.layout.supply, "supply")?
             .or(held.supply_v);
         let current_a = self.measured(cells, &self.map.current, &self.layout.current, "current")?;
-        let command = self.command(cells, t_s, supply_v, held.command)?;
+        let number = match self.map.holds {
+            true => held.command,
+            false => self.command_number(cells, commented)?,
+        };
+        let (command, beyond_full) = self.command(number, t_s, supply_v)?;
         let command = within("command", command, plausible::COMMAND)?;
-        let (counts, position, before) = self.position(cells, t_s)?;
+        let sign = match command {
+            0.0 => self.sign,
+            command => command.signum(),
+        };
+        let meanwhile = match self.before {
+            Some(_) => self.sign,
+            None => sign,
+        };
+        let (counts, position, before) = self.position(cells, t_s, meanwhile)?;
         self.time = time;
         self.position = position;
         self.before = Some(before);
+        self.sign = sign;
         self.first_time_s.get_or_insert(time_s);
         self.held = held;
         Ok(Some(Sample {
@@ -158,36 +172,51 @@ impl<'a> Converter<'a> {
             counts,
             current_a,
             supply_v,
+            beyond_full,
         }))
     }
 
-    fn is_empty(&self, cells: &Cells, place: &Option<Place>) -> bool {
-        place
-            .as_ref()
-            .is_some_and(|place| cells.get(place.at).is_empty())
-    }
-
     /// What is held from this row on.
-    fn held(&self, cells: &Cells) -> Result<Held, RowProblem> {
+    fn held(&self, cells: &Cells, commented: Option<f64>) -> Result<Held, RowProblem> {
         let mut held = self.held;
         if !self.map.holds {
             return Ok(held);
         }
-        if !self.is_empty(cells, &self.layout.command) {
-            held.command = self.number(cells, &self.layout.command)?;
+        let places = &self.layout.command;
+        if !places.iter().any(|place| is_empty(cells, place)) {
+            held.command = self.command_number(cells, commented)?;
         }
         let supply_v = self.measured(cells, &self.map.supply, &self.layout.supply, "supply")?;
         held.supply_v = supply_v.or(held.supply_v);
         Ok(held)
     }
 
-    fn number(&self, cells: &Cells, place: &Option<Place>) -> Result<f64, RowProblem> {
-        match place {
-            Some(place) => {
-                let cell = cells.get(place.at);
-                number(cell, self.map.shape.decimal_comma, &place.name)
+    fn number(&self, cells: &Cells, place: &Place) -> Result<f64, RowProblem> {
+        let cell = cells.get(place.at);
+        number(cell, self.map.shape.decimal_comma, &place.name)
+    }
+
+    /// What the row, or the comment before it, says of the command.
+    fn command_number(&self, cells: &Cells, commented: Option<f64>) -> Result<f64, RowProblem> {
+        let CommandSource::Number(CommandNumber { from, .. }) = &self.map.command else {
+            return Ok(0.0);
+        };
+        let places = &self.layout.command;
+        match from {
+            NumberFrom::Column(_) => match places.first() {
+                Some(place) => self.number(cells, place),
+                None => Ok(0.0),
+            },
+            NumberFrom::Sum { terms, limit } => {
+                let mut sum = 0.0;
+                for (term, place) in terms.iter().zip(places) {
+                    sum += term.factor * self.number(cells, place)?;
+                }
+                Ok(limit.map_or(sum, |limit| sum.clamp(-limit, limit)))
             }
-            None => Ok(0.0),
+            NumberFrom::Comment(word) => {
+                commented.ok_or_else(|| RowProblem::NoComment(word.clone()))
+            }
         }
     }
 
@@ -206,7 +235,10 @@ impl<'a> Converter<'a> {
             let (straight, state) = self.time.next(stamp.s, wrap);
             return Ok((within("time", straight, plausible::TIME_S)?, state));
         }
-        let raw = self.number(cells, &self.layout.time)?;
+        let raw = match &self.layout.time {
+            Some(place) => self.number(cells, place)?,
+            None => 0.0,
+        };
         let (straight, state) = self.time.next(raw, field.wrap);
         let time_s = within("time", field.value(straight), ANY_TIME)?;
         Ok((time_s, state))
@@ -222,55 +254,79 @@ impl<'a> Converter<'a> {
     ) -> Result<Option<f64>, RowProblem> {
         match (field, place) {
             (Some(field), Some(at)) if !cells.get(at.at).is_empty() => {
-                let value = field.value(self.number(cells, place)?);
+                let value = field.value(self.number(cells, at)?);
                 within(what, value, plausible::COMMAND).map(Some)
             }
             _ => Ok(None),
         }
     }
 
+    /// The command in SI, and how many times full drive it would have been.
     fn command(
         &self,
-        cells: &Cells,
+        number: f64,
         t_s: f64,
         supply_v: Option<f64>,
-        held: f64,
-    ) -> Result<f64, RowProblem> {
-        let number = || match self.map.holds {
-            true => Ok(held),
-            false => self.number(cells, &self.layout.command),
-        };
+    ) -> Result<(f64, Option<f64>), RowProblem> {
         match &self.map.command {
-            CommandSource::Column(field) => Ok(field.value(number()?)),
-            CommandSource::OfMeasuredSupply(field) => {
-                let share = field.value(number()?);
-                let supply_v = supply_v.ok_or_else(|| RowProblem::Empty {
-                    column: self
-                        .layout
-                        .supply
-                        .as_ref()
-                        .map_or_else(String::new, |p| p.name.clone()),
-                })?;
-                Ok(share * supply_v)
+            CommandSource::Number(by) => {
+                let supply_v = match (by.of_measured_supply, supply_v) {
+                    (false, _) => 1.0,
+                    (true, Some(supply_v)) => supply_v,
+                    (true, None) => {
+                        let column = self.layout.supply.as_ref().map(|place| place.name.clone());
+                        return Err(RowProblem::Empty {
+                            column: column.unwrap_or_default(),
+                        });
+                    }
+                };
+                let value = number * by.scale + by.offset;
+                Ok(match by.most {
+                    Some(most) if value.abs() > most * (1.0 + ROUNDING) => (
+                        value.clamp(-most, most) * supply_v,
+                        Some(value.abs() / most),
+                    ),
+                    _ => (value * supply_v, None),
+                })
             }
-            CommandSource::Profile { points, line } => Ok(profile(points, *line, t_s)),
-            CommandSource::NotRecorded => Ok(0.0),
+            CommandSource::Profile { points, line } => Ok((profile(points, *line, t_s), None)),
+            CommandSource::NotRecorded => Ok((0.0, None)),
         }
     }
 
-    fn position(&self, cells: &Cells, t_s: f64) -> Result<(i64, Unwrapped, Before), RowProblem> {
-        let raw = self.number(cells, &self.layout.motion)?;
+    /// `sign` is the direction since the row before, for an encoder that has none.
+    fn position(
+        &self,
+        cells: &Cells,
+        t_s: f64,
+        sign: f64,
+    ) -> Result<(i64, Unwrapped, Before), RowProblem> {
+        let raw = match &self.layout.motion {
+            Some(place) => self.number(cells, place)?,
+            None => 0.0,
+        };
+        let directed = |value: f64| {
+            if self.map.unsigned {
+                value.abs() * sign
+            } else {
+                value
+            }
+        };
         let mut before = Before {
             t_s,
             speed: 0.0,
             position: 0.0,
+            unsigned: 0.0,
         };
         let mut state = self.position;
         match &self.map.position {
             PositionSource::NotRecorded => {}
             PositionSource::Column(field) => {
                 // Whole numbers are kept as they are, beyond what a float can hold.
-                let plain = field.wrap.is_none() && field.scale == 1.0 && field.offset == 0.0;
+                let plain = field.wrap.is_none()
+                    && !self.map.unsigned
+                    && field.scale == 1.0
+                    && field.offset == 0.0;
                 let cell = self.layout.motion.as_ref().map(|place| cells.get(place.at));
                 let text = cell.and_then(|cell| std::str::from_utf8(cell).ok());
                 let whole = text
@@ -281,11 +337,23 @@ impl<'a> Converter<'a> {
                     return Ok((whole, state, before));
                 }
                 let (straight, after) = self.position.next(raw, field.wrap);
-                before.position = field.value(straight);
+                before.unsigned = field.value(straight);
+                before.position = match self.before {
+                    Some(last) if self.map.unsigned => {
+                        last.position + directed(before.unsigned - last.unsigned)
+                    }
+                    _ => before.unsigned,
+                };
                 state = after;
             }
+            PositionSource::Increments(field) => {
+                // What the first row counts came before the run.
+                if let Some(last) = self.before {
+                    before.position = last.position + directed(field.value(raw));
+                }
+            }
             PositionSource::Speed { field, rule } => {
-                before.speed = field.value(raw);
+                before.speed = directed(field.value(raw));
                 if let Some(last) = self.before {
                     let mean = match rule {
                         Integration::Trapezoid => (last.speed + before.speed) / 2.0,
@@ -299,6 +367,13 @@ impl<'a> Converter<'a> {
         let counts = within("position", before.position, plausible::COUNTS)?;
         Ok((counts.round() as i64, state, before))
     }
+}
+
+/// A command that is full drive but for the rounding of its digits is full drive.
+const ROUNDING: f64 = 1e-6;
+
+fn is_empty(cells: &Cells, place: &Place) -> bool {
+    cells.get(place.at).is_empty()
 }
 
 /// Time to whole nanoseconds: what subtraction leaves beyond that is rounding.
@@ -316,20 +391,5 @@ fn within(what: &'static str, value: f64, range: plausible::Range) -> Result<f64
             value: plausible::Shown(value).to_string(),
             range: range.to_string(),
         })
-    }
-}
-
-/// The value of a profile at a time: the first point's before it, the last one's after it.
-fn profile(points: &[(f64, f64)], line: bool, t_s: f64) -> f64 {
-    // A point at the very time of a row holds from that row on, whatever the rounding.
-    let after = points.partition_point(|&(at, _)| at <= t_s + 1e-9);
-    let Some(&(from_s, from)) = after.checked_sub(1).and_then(|k| points.get(k)) else {
-        return points.first().map_or(0.0, |&(_, value)| value);
-    };
-    match points.get(after) {
-        Some(&(to_s, to)) if line => {
-            from + (to - from) * ((t_s - from_s) / (to_s - from_s)).max(0.0)
-        }
-        _ => from,
     }
 }

@@ -180,7 +180,7 @@ pub enum ImportProblem {
     },
     /// More rows than a run file may have.
     #[error(
-        "line {line} is beyond {rows} rows, as many as a run has: cut the log into pieces, or give [rows] a `split_by`"
+        "line {line} is beyond {rows} rows, as many as a run has: cut the log into pieces, or give [rows] a `split_by` or `every`"
     )]
     TooLong {
         /// The line.
@@ -259,6 +259,8 @@ pub(super) enum RowProblem {
         "column {column} is empty; where signals come at different rates, `empty = \"hold\"` under [rows] holds the command until its next value"
     )]
     Empty { column: String },
+    #[error("no comment line before it has a number after `{0}`")]
+    NoComment(String),
     #[error("time goes from {before} s to {after} s; it must rise from row to row")]
     TimeNotRising { before: f64, after: f64 },
     #[error("the {what} in SI is {value}, which lies outside {range}")]

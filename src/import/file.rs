@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::cells::{Cells, Separator, number};
+use super::cells::{Cells, Separator, decode, number, number_after};
 use super::convert::Converter;
 use super::error::RowProblem;
 use super::layout::Layout;
@@ -11,7 +11,7 @@ use super::lines::{Line, Lines, lines};
 use super::map::Map;
 use super::rejected::{Rejected, for_file_name};
 use super::segment::Segment;
-use super::stamp::stamp;
+use super::stamp::{before_line, stamp};
 use super::{BadRow, ImportError, ImportProblem};
 
 pub use super::segment::ImportedRun;
@@ -36,6 +36,10 @@ pub struct Imported {
     pub first_bad: Vec<BadRow>,
     /// The file with all of them.
     pub rejected: Option<PathBuf>,
+    /// Rows whose command was more than full drive, and was held to it.
+    pub beyond_full_drive: u64,
+    /// The largest of them, in full drives.
+    pub most_full_drives: Option<f64>,
     /// The last line has no line end, so its last number may have been cut off.
     pub unended: bool,
 }
@@ -80,6 +84,12 @@ struct Log<'a, R> {
     map: &'a Map,
     cells: Cells,
     separator: Separator,
+    /// The line of names, which may come again between blocks of rows.
+    names: Vec<String>,
+    /// A comment or the names again: from here the clock may begin anew.
+    is_new_block: bool,
+    /// The command that the last comment line gives.
+    commented: Option<f64>,
 }
 
 /// What a line of the log gave.
@@ -98,6 +108,9 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             map,
             cells: Cells::default(),
             separator: map.shape.separator.unwrap_or(Separator::Blanks),
+            names: Vec::new(),
+            is_new_block: false,
+            commented: None,
         }
     }
 
@@ -114,6 +127,8 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             rows_without_position: 0,
             first_bad: Vec::new(),
             rejected: None,
+            beyond_full_drive: 0,
+            most_full_drives: None,
             unended: false,
         };
         let Some((layout, mut next)) = self.layout()? else {
@@ -127,10 +142,16 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         let mut segment = Segment::new(self.map, name, output);
         let mut bad_in_run = 0;
         let mut used = 0_u64;
+        self.is_new_block = false;
         loop {
             let line = self.lines.number();
             let converted = match &next {
                 Next::End => break,
+                Next::Row if self.is_names_again() => {
+                    self.is_new_block = true;
+                    next = self.next()?;
+                    continue;
+                }
                 Next::TooLong(_) => {
                     converter.skip();
                     Err(RowProblem::TooLong)
@@ -142,10 +163,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
                         && split_value.as_deref() != Some(&*self.cells.text(place.at))
                     {
                         let value = self.cells.text(place.at).into_owned();
-                        if imported.runs.len() >= MOST_RUNS {
-                            let runs = imported.runs.len() + 1;
-                            return Err(ImportProblem::TooManyRuns { line, runs });
-                        }
+                        one_more_run(&imported, line)?;
                         let path = split_name(output, &value);
                         let ended =
                             std::mem::replace(&mut segment, Segment::new(self.map, name, &path));
@@ -154,13 +172,35 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
                         bad_in_run = 0;
                         split_value = Some(value);
                     }
-                    converter.convert(&self.cells)
+                    converter.convert(&self.cells, self.commented)
                 }
+            };
+            let converted = match converted {
+                // The clock of a new block began again: a run of its own.
+                Err(RowProblem::TimeNotRising { .. })
+                    if self.is_new_block && layout.split_by.is_none() =>
+                {
+                    one_more_run(&imported, line)?;
+                    let path = split_name(output, &(imported.runs.len() + 2).to_string());
+                    let ended =
+                        std::mem::replace(&mut segment, Segment::new(self.map, name, &path));
+                    imported.runs.extend(ended.finish(bad_in_run)?);
+                    converter = Converter::new(self.map, &layout);
+                    bad_in_run = 0;
+                    converter.convert(&self.cells, self.commented)
+                }
+                converted => converted,
             };
             imported.rows += 1;
             match converted {
                 Ok(Some(sample)) => {
                     used += 1;
+                    self.is_new_block = false;
+                    if let Some(share) = sample.beyond_full {
+                        imported.beyond_full_drive += 1;
+                        let most = imported.most_full_drives.unwrap_or(1.0);
+                        imported.most_full_drives = Some(most.max(share));
+                    }
                     segment.push(line, sample)?;
                 }
                 // A value of another rate, which is held.
@@ -201,8 +241,12 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
     /// Reads up to the first row: its layout, and the row itself.
     fn layout(&mut self) -> Result<Option<(Layout, Next)>, ImportProblem> {
         for _ in 0..self.map.shape.skip_lines {
-            if self.lines.next()?.is_none() {
-                return Ok(None);
+            match self.lines.next()? {
+                None => return Ok(None),
+                Some(Line::Whole(line)) => {
+                    self.commented = commented(self.map, line).or(self.commented);
+                }
+                Some(Line::TooLong(_)) => {}
             }
         }
         let mut next = self.next_guessing(self.map.shape.separator.is_none())?;
@@ -222,6 +266,9 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         }
         let layout = Layout::new(self.map, self.lines.number(), &self.cells, has_names)?;
         if has_names {
+            self.names = (0..self.cells.len())
+                .map(|at| self.cells.text(at).into_owned())
+                .collect();
             for _ in 0..=self.map.shape.unit_lines {
                 next = self.next()?;
             }
@@ -241,6 +288,19 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         self.map.shape.names.unwrap_or_else(guess)
     }
 
+    /// Whether the present row is the line of names once more; a terminal's stamp before it does not count.
+    fn is_names_again(&mut self) -> bool {
+        if self.names.is_empty() {
+            return false;
+        }
+        self.cells.trim_to(self.names.len());
+        let is_same = |(at, name): (usize, &String)| {
+            let cell = self.cells.get(at);
+            cell == name.as_bytes() || (at == 0 && stamp(cell).is_some())
+        };
+        self.cells.len() == self.names.len() && self.names.iter().enumerate().all(is_same)
+    }
+
     fn next(&mut self) -> Result<Next, ImportProblem> {
         self.next_guessing(false)
     }
@@ -253,9 +313,12 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
                 None => return Ok(Next::End),
                 Some(Line::TooLong(beginning)) => return Ok(Next::TooLong(beginning.to_vec())),
                 Some(Line::Whole(line)) => {
-                    let start = line.trim_ascii_start();
-                    let comment = shape.comment.as_bytes();
-                    if start.is_empty() || (!comment.is_empty() && start.starts_with(comment)) {
+                    if line.trim_ascii_start().is_empty() {
+                        continue;
+                    }
+                    if is_comment(self.map, line) {
+                        self.is_new_block = true;
+                        self.commented = commented(self.map, line).or(self.commented);
                         continue;
                     }
                     if guess {
@@ -267,6 +330,28 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
             }
         }
     }
+}
+
+/// Whether a line is a comment; a terminal's stamp before it does not count.
+fn is_comment(map: &Map, line: &[u8]) -> bool {
+    let content = before_line(line).map_or(line, |(_, rest)| rest);
+    let mark = map.shape.comment.as_bytes();
+    !mark.is_empty() && content.trim_ascii_start().starts_with(mark)
+}
+
+/// The command that a comment line gives.
+fn commented(map: &Map, line: &[u8]) -> Option<f64> {
+    let word = map.command_word().filter(|_| is_comment(map, line))?;
+    number_after(&decode(line), word)
+}
+
+/// Refuses more runs than any log has.
+fn one_more_run(imported: &Imported, line: u64) -> Result<(), ImportProblem> {
+    let runs = imported.runs.len() + 1;
+    if runs > MOST_RUNS {
+        return Err(ImportProblem::TooManyRuns { line, runs });
+    }
+    Ok(())
 }
 
 /// `spinup-3.csv` for the value 3 of the split column and `spinup.csv`.

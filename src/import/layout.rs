@@ -10,7 +10,8 @@ pub(super) struct Layout {
     /// Cells of a row.
     pub columns: usize,
     pub time: Option<Place>,
-    pub command: Option<Place>,
+    /// Of the command, or of every term of its sum.
+    pub command: Vec<Place>,
     pub motion: Option<Place>,
     pub current: Option<Place>,
     pub supply: Option<Place>,
@@ -43,7 +44,9 @@ impl Layout {
         Ok(Self {
             columns: cells.len(),
             time: optional(map.time_column())?,
-            command: optional(map.command_column())?,
+            command: (map.command_columns().into_iter())
+                .map(find)
+                .collect::<Result<_, _>>()?,
             motion: optional(map.motion_column())?,
             current: optional(map.current.as_ref().map(|field| &field.column))?,
             supply: optional(map.supply.as_ref().map(|field| &field.column))?,

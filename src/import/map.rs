@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::MapError;
 use super::cells::Separator;
@@ -33,6 +33,10 @@ pub struct Map {
     pub(super) split_by: Option<ColumnRef>,
     /// An empty cell of the command holds its last value; a row without a position only changes the command.
     pub(super) holds: bool,
+    /// One row of so many is a sample.
+    pub(super) every: u64,
+    /// The encoder knows no direction: the sign of the motion is the command's.
+    pub(super) unsigned: bool,
 }
 
 /// How the log is laid out.
@@ -48,7 +52,7 @@ pub(super) struct Shape {
 }
 
 /// A column, by its name or its number (the first is 1).
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(
     untagged,
     expecting = "a column is a name, or a number (the first is 1)"
@@ -88,9 +92,7 @@ pub(super) enum TimeSource {
 /// Where the command comes from, in V, A or N m.
 #[derive(Debug, Clone)]
 pub(super) enum CommandSource {
-    Column(Field),
-    /// A share of full drive times the supply measured in the same row.
-    OfMeasuredSupply(Field),
+    Number(CommandNumber),
     /// Known from elsewhere: value by time.
     Profile {
         points: Vec<(f64, f64)>,
@@ -99,10 +101,56 @@ pub(super) enum CommandSource {
     NotRecorded,
 }
 
+/// A command that stands in the log.
+#[derive(Debug, Clone)]
+pub(super) struct CommandNumber {
+    pub from: NumberFrom,
+    pub scale: f64,
+    pub offset: f64,
+    /// Full drive, where the command is a share of it: V, or 1 of a measured supply.
+    pub most: Option<f64>,
+    /// A share of full drive times the supply measured in the same row.
+    pub of_measured_supply: bool,
+}
+
+/// Where a number of a row comes from.
+#[derive(Debug, Clone)]
+pub(super) enum NumberFrom {
+    Column(ColumnRef),
+    /// A sum of factors times columns, its magnitude held to `limit`.
+    Sum {
+        terms: Vec<Term>,
+        limit: Option<f64>,
+    },
+    /// The number after this word in the comment line that was read last.
+    Comment(String),
+}
+
+/// One term of a sum.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Term {
+    pub column: ColumnRef,
+    pub factor: f64,
+}
+
+impl NumberFrom {
+    /// The columns that it takes.
+    pub fn columns(&self) -> Vec<&ColumnRef> {
+        match self {
+            Self::Column(column) => vec![column],
+            Self::Sum { terms, .. } => terms.iter().map(|term| &term.column).collect(),
+            Self::Comment(_) => Vec::new(),
+        }
+    }
+}
+
 /// Where the position comes from, in counts.
 #[derive(Debug, Clone)]
 pub(super) enum PositionSource {
     Column(Field),
+    /// Counts since the row before, summed up.
+    Increments(Field),
     /// Speed, in counts a second, summed up.
     Speed {
         field: Field,
@@ -112,7 +160,7 @@ pub(super) enum PositionSource {
 }
 
 /// How a speed becomes a position.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Integration {
     /// The mean of two neighbours holds between them: for a speed of the instant.
@@ -130,11 +178,11 @@ impl Map {
         let measured = [&self.current, &self.supply];
         let columns = [
             self.time_column(),
-            self.command_column(),
             self.motion_column(),
             self.split_by.as_ref(),
         ];
         (columns.into_iter().flatten())
+            .chain(self.command_columns())
             .chain(measured.into_iter().flatten().map(|field| &field.column))
             .any(|column| matches!(column, ColumnRef::Name(_)))
     }
@@ -147,22 +195,31 @@ impl Map {
         }
     }
 
-    /// Where the command stands.
-    pub(super) fn command_column(&self) -> Option<&ColumnRef> {
+    /// Where the command, or what it is made of, stands.
+    pub(super) fn command_columns(&self) -> Vec<&ColumnRef> {
         match &self.command {
-            CommandSource::Column(field) | CommandSource::OfMeasuredSupply(field) => {
-                Some(&field.column)
-            }
-            CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
+            CommandSource::Number(number) => number.from.columns(),
+            CommandSource::Profile { .. } | CommandSource::NotRecorded => Vec::new(),
+        }
+    }
+
+    /// The word of comment lines after which the command stands.
+    pub(super) fn command_word(&self) -> Option<&str> {
+        match &self.command {
+            CommandSource::Number(CommandNumber {
+                from: NumberFrom::Comment(word),
+                ..
+            }) => Some(word),
+            _ => None,
         }
     }
 
     /// Where the position or the speed stands.
     pub(super) fn motion_column(&self) -> Option<&ColumnRef> {
         match &self.position {
-            PositionSource::Column(field) | PositionSource::Speed { field, .. } => {
-                Some(&field.column)
-            }
+            PositionSource::Column(field)
+            | PositionSource::Increments(field)
+            | PositionSource::Speed { field, .. } => Some(&field.column),
             PositionSource::NotRecorded => None,
         }
     }
@@ -172,14 +229,26 @@ impl Map {
     /// # Errors
     /// It cannot be read, is not TOML, or says what cannot be; the message names section and key.
     pub fn read(path: &Path) -> Result<Self, MapError> {
-        let text = read_bounded(path).map_err(|source| MapError::Io {
+        Self::from_toml(&Self::text(path)?).map_err(|error| Self::in_file(path, error))
+    }
+
+    /// The text of a mapping file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is longer than any mapping.
+    pub fn text(path: &Path) -> Result<String, MapError> {
+        read_bounded(path).map_err(|source| MapError::Io {
             path: path.to_owned(),
             source,
-        })?;
-        Self::from_toml(&text).map_err(|error| MapError::InFile {
+        })
+    }
+
+    /// The error with the file that it is in.
+    pub fn in_file(path: &Path, error: MapError) -> MapError {
+        MapError::InFile {
             path: path.to_owned(),
             error: Box::new(error),
-        })
+        }
     }
 
     /// Takes the text of a mapping file.

@@ -1,49 +1,73 @@
 //! The section `[command]` of a mapping file.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::MapError;
-use super::map::{ColumnRef, CommandSource, Field};
-use super::map_values::{finite, nonzero, positive};
+use super::map::{ColumnRef, CommandNumber, CommandSource, NumberFrom, Term};
+use super::map_values::{finite, nonzero, optional_positive, positive};
 use super::unit::{self, Axis, CommandUnit};
 use crate::recording::CommandKind;
 
 /// What stands for the mapping itself in messages.
 pub(super) const TOP: &str = "the mapping";
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct CommandSection {
-    column: Option<ColumnRef>,
-    unit: Option<String>,
-    full: Option<f64>,
-    supply: Option<SupplyOf>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    points: Option<Vec<(f64, f64)>>,
-    #[serde(default)]
-    between: Between,
-    recorded: Option<bool>,
+    pub column: Option<ColumnRef>,
+    /// The word of comment lines after which the command stands.
+    pub comment: Option<String>,
+    pub unit: Option<String>,
+    pub full: Option<f64>,
+    pub supply: Option<SupplyOf>,
+    pub scale: Option<f64>,
+    pub offset: Option<f64>,
+    /// Most magnitude of `sum`.
+    pub limit: Option<f64>,
+    pub sum: Option<Vec<Term>>,
+    pub points: Option<Vec<(f64, f64)>>,
+    #[serde(default, skip_serializing_if = "Between::is_hold")]
+    pub between: Between,
+    pub recorded: Option<bool>,
 }
 
 /// Which supply a share of full drive is a share of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum SupplyOf {
+pub(super) enum SupplyOf {
     Nominal,
     Measured,
 }
 
 /// What a profile is between its points.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Between {
+pub(super) enum Between {
     #[default]
     Hold,
     Line,
 }
 
+impl Between {
+    fn is_hold(&self) -> bool {
+        *self == Self::Hold
+    }
+}
+
 impl CommandSection {
+    /// How many of the keys that say where the command comes from are given.
+    fn sources(&self) -> usize {
+        [
+            self.column.is_some(),
+            self.comment.is_some(),
+            self.sum.is_some(),
+            self.points.is_some(),
+        ]
+        .into_iter()
+        .filter(|is_given| *is_given)
+        .count()
+    }
+
     /// Where the command comes from, and what it commands.
     pub fn checked(
         self,
@@ -53,10 +77,10 @@ impl CommandSection {
     ) -> Result<(CommandSource, CommandKind), MapError> {
         let section = "[command]";
         if self.recorded == Some(false) {
-            if self.column.is_some() || self.points.is_some() {
+            if self.sources() > 0 {
                 return Err(MapError::Conflict {
                     section,
-                    what: "`recorded = false` leaves no room for `column` or `points`",
+                    what: "`recorded = false` leaves no room for `column`, `sum`, `comment` or `points`",
                 });
             }
             let kind = match self.unit.as_deref().map(|unit| unit::command(unit, axis)) {
@@ -72,8 +96,8 @@ impl CommandSection {
             why: "V, A, N m, pwm and others",
         })?;
         let measured = self.supply == Some(SupplyOf::Measured);
-        let (kind, factor) = match unit::command(unit, axis)? {
-            CommandUnit::Direct(kind, factor) => (kind, factor),
+        let (kind, factor, most) = match unit::command(unit, axis)? {
+            CommandUnit::Direct(kind, factor) => (kind, factor, None),
             CommandUnit::Share(full) => {
                 let full = full.or(self.full).ok_or(MapError::Missing {
                     section,
@@ -99,26 +123,46 @@ impl CommandSection {
                         });
                     }
                 };
-                (CommandKind::Voltage, supply_v / full)
+                (CommandKind::Voltage, supply_v / full, Some(supply_v))
             }
         };
         let scale = nonzero(section, self.scale)? * factor;
         let offset = finite(section, "offset", self.offset)? * factor;
-        let source = match (self.column, self.points) {
-            (Some(column), None) => {
-                let field = Field {
-                    column,
-                    scale,
-                    offset,
-                    wrap: None,
-                };
-                if measured {
-                    CommandSource::OfMeasuredSupply(field)
-                } else {
-                    CommandSource::Column(field)
+        let is_one = self.sources() == 1;
+        let limit = optional_positive(section, "limit", self.limit)?;
+        if limit.is_some() && self.sum.is_none() {
+            return Err(MapError::Conflict {
+                section,
+                what: "`limit` is of a `sum`; a share of full drive is held to `full` by itself",
+            });
+        }
+        let number = match (self.column, self.sum, self.comment) {
+            (Some(column), None, None) => Some(NumberFrom::Column(column)),
+            (None, Some(terms), None) => {
+                let is_good = |term: &Term| term.factor.is_finite() && term.factor != 0.0;
+                if terms.is_empty() || !terms.iter().all(is_good) {
+                    return Err(MapError::Value {
+                        section,
+                        key: "sum",
+                        found: format!("a list of {}", terms.len()),
+                        expected: "[{column = ..., factor = a number other than 0}, ...]"
+                            .to_owned(),
+                    });
                 }
+                Some(NumberFrom::Sum { terms, limit })
             }
-            (None, Some(points)) if !measured => {
+            (None, None, Some(word)) if !word.trim().is_empty() => Some(NumberFrom::Comment(word)),
+            _ => None,
+        };
+        let source = match (number, self.points) {
+            (Some(from), None) if is_one => CommandSource::Number(CommandNumber {
+                from,
+                scale,
+                offset,
+                most,
+                of_measured_supply: measured,
+            }),
+            (None, Some(points)) if !measured && is_one => {
                 let rising = points.windows(2).all(|pair| pair[1].0 > pair[0].0);
                 let finite = points.iter().all(|(t, v)| t.is_finite() && v.is_finite());
                 if points.is_empty() || !rising || !finite {
@@ -141,8 +185,9 @@ impl CommandSection {
             _ => {
                 return Err(MapError::Conflict {
                     section,
-                    what: "give either `column`, or `points` of a command known from elsewhere \
-                           (of the nominal supply), or `recorded = false`",
+                    what: "give one of `column`, `sum` (of columns), `comment` (the word before the number in \
+                           comment lines), `points` of a command known from elsewhere (of the nominal \
+                           supply), and `recorded = false`",
                 });
             }
         };

@@ -1,6 +1,6 @@
 //! The mapping file: its sections and keys as they are written, and what they mean together.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::MapError;
 use super::cells::Separator;
@@ -12,96 +12,105 @@ use crate::motor::plausible;
 use crate::recording::known_differences;
 
 /// The mapping file as it is written.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct MapFile {
-    counts_per_rev: f64,
-    m_per_rev: Option<f64>,
-    supply_v: Option<f64>,
-    sample_time_s: Option<f64>,
-    #[serde(default)]
-    header: toml::Table,
-    #[serde(default)]
-    differs: toml::Table,
-    #[serde(default)]
-    file: FileSection,
-    time: Option<TimeSection>,
-    command: Option<CommandSection>,
-    position: Option<PositionSection>,
-    speed: Option<SpeedSection>,
-    current: Option<FieldSection>,
-    supply: Option<FieldSection>,
-    #[serde(default)]
-    rows: RowsSection,
+    pub counts_per_rev: f64,
+    pub m_per_rev: Option<f64>,
+    pub supply_v: Option<f64>,
+    pub sample_time_s: Option<f64>,
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub header: toml::Table,
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    pub differs: toml::Table,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub file: FileSection,
+    pub time: Option<TimeSection>,
+    pub command: Option<CommandSection>,
+    pub position: Option<PositionSection>,
+    pub speed: Option<SpeedSection>,
+    pub current: Option<FieldSection>,
+    pub supply: Option<FieldSection>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub rows: RowsSection,
 }
 
-#[derive(Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FileSection {
-    delimiter: Option<String>,
-    decimal: Option<String>,
-    comment: Option<String>,
-    #[serde(default)]
-    skip_lines: u64,
-    names: Option<bool>,
-    #[serde(default)]
-    unit_lines: u64,
+/// What is left out of a mapping file that is written.
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }
 
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct RowsSection {
-    split_by: Option<ColumnRef>,
-    empty: Option<Empty>,
+pub(super) struct FileSection {
+    pub delimiter: Option<String>,
+    pub decimal: Option<String>,
+    pub comment: Option<String>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub skip_lines: u64,
+    pub names: Option<bool>,
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub unit_lines: u64,
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RowsSection {
+    pub split_by: Option<ColumnRef>,
+    pub empty: Option<Empty>,
+    pub every: Option<u64>,
+    pub unsigned: Option<bool>,
 }
 
 /// What an empty cell means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-enum Empty {
+pub(super) enum Empty {
     /// The value before it.
     Hold,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct TimeSection {
-    column: ColumnRef,
-    unit: String,
-    scale: Option<f64>,
-    wrap: Option<f64>,
+pub(super) struct TimeSection {
+    pub column: ColumnRef,
+    pub unit: String,
+    pub scale: Option<f64>,
+    pub wrap: Option<f64>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct PositionSection {
-    column: Option<ColumnRef>,
-    unit: Option<String>,
-    counts_per_rev: Option<f64>,
-    scale: Option<f64>,
-    offset: Option<f64>,
-    wrap: Option<f64>,
-    recorded: Option<bool>,
+pub(super) struct PositionSection {
+    pub column: Option<ColumnRef>,
+    pub unit: Option<String>,
+    pub counts_per_rev: Option<f64>,
+    pub scale: Option<f64>,
+    pub offset: Option<f64>,
+    pub wrap: Option<f64>,
+    /// Counts since the row before.
+    pub increments: Option<bool>,
+    pub recorded: Option<bool>,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct SpeedSection {
-    column: ColumnRef,
-    unit: String,
-    scale: Option<f64>,
-    offset: Option<f64>,
+pub(super) struct SpeedSection {
+    pub column: ColumnRef,
+    pub unit: String,
+    pub scale: Option<f64>,
+    pub offset: Option<f64>,
     #[serde(default)]
-    integrate: Integration,
+    pub integrate: Integration,
 }
 
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Clone, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct FieldSection {
-    column: ColumnRef,
-    unit: String,
-    scale: Option<f64>,
-    offset: Option<f64>,
+pub(super) struct FieldSection {
+    pub column: ColumnRef,
+    pub unit: String,
+    pub scale: Option<f64>,
+    pub offset: Option<f64>,
 }
 
 impl MapFile {
@@ -218,6 +227,18 @@ impl MapFile {
             supply,
             split_by: self.rows.split_by,
             holds: self.rows.empty == Some(Empty::Hold),
+            every: match self.rows.every {
+                Some(0) => {
+                    return Err(wrong(
+                        "[rows]",
+                        "every",
+                        0.0,
+                        "a whole number of 1 and more",
+                    ));
+                }
+                every => every.unwrap_or(1),
+            },
+            unsigned: self.rows.unsigned == Some(true),
         })
     }
 }
@@ -265,6 +286,16 @@ impl FileSection {
 }
 
 impl TimeSection {
+    /// A column in this unit, which begins again at 0 after `wrap`.
+    pub fn of(column: ColumnRef, unit: &str, wrap: Option<f64>) -> Self {
+        Self {
+            column,
+            unit: unit.to_owned(),
+            scale: None,
+            wrap,
+        }
+    }
+
     fn checked(self) -> Result<TimeSource, MapError> {
         let section = "[time]";
         let scale = positive(section, "scale", self.scale.unwrap_or(1.0))?;
@@ -289,12 +320,20 @@ impl PositionSection {
             .as_deref()
             .ok_or(missing("unit", "counts, rad, deg and others"))?;
         let factor = unit::angle_rev(unit, axis)? * counts_per_rev;
-        Ok(PositionSource::Column(Field {
+        let field = Field {
             column: self.column.ok_or(missing("column", "its name or number"))?,
             scale: nonzero(section, self.scale)? * unity(factor),
             offset: finite(section, "offset", self.offset)? * unity(factor),
             wrap: optional_positive(section, "wrap", self.wrap)?,
-        }))
+        };
+        match (self.increments, field.wrap) {
+            (Some(true), Some(_)) => Err(MapError::Conflict {
+                section,
+                what: "`increments` do not go round, so leave `wrap` out",
+            }),
+            (Some(true), None) => Ok(PositionSource::Increments(field)),
+            _ => Ok(PositionSource::Column(field)),
+        }
     }
 }
 
@@ -315,6 +354,16 @@ impl SpeedSection {
 }
 
 impl FieldSection {
+    /// A column in this unit.
+    pub fn of(column: ColumnRef, unit: &str) -> Self {
+        Self {
+            column,
+            unit: unit.to_owned(),
+            scale: None,
+            offset: None,
+        }
+    }
+
     fn field(
         self,
         section: &'static str,

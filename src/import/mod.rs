@@ -19,9 +19,15 @@ mod map_values;
 mod rejected;
 mod segment;
 mod stamp;
+mod straight;
+mod thin;
 mod unit;
+mod unmapped;
 
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::Map;
+pub use unmapped::{
+    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, quoted, understand,
+};

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::ImportProblem;
 use super::convert::Sample;
-use super::map::{CommandSource, Integration, Map, PositionSource, TimeSource};
+use super::map::{CommandSource, Integration, Map, NumberFrom, PositionSource, TimeSource};
+use super::thin::Thin;
 use crate::motor::plausible;
 use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, Steps, Time};
 
@@ -36,6 +37,9 @@ pub(super) struct Segment<'a> {
     writer: Option<RunWriter>,
     sample_time_s: f64,
     before: Option<(u64, f64)>,
+    thin: Thin,
+    /// Rows whose command was held to full drive.
+    beyond_full: u64,
     /// Samples that are missing in pauses so far.
     lost: u64,
     /// A longer step in s is a pause.
@@ -55,6 +59,8 @@ impl<'a> Segment<'a> {
             writer: None,
             sample_time_s: f64::NAN,
             before: None,
+            thin: Thin::new(map.every),
+            beyond_full: 0,
             lost: 0,
             pause_s: f64::INFINITY,
             shortest_s: f64::INFINITY,
@@ -67,6 +73,14 @@ impl<'a> Segment<'a> {
     /// # Errors
     /// It cannot be written, or the run would be none that can be read; what was written of it is then gone.
     pub fn push(&mut self, line: u64, sample: Sample) -> Result<(), ImportProblem> {
+        self.beyond_full += u64::from(sample.beyond_full.is_some());
+        match self.thin.push(line, sample) {
+            Some((line, sample)) => self.take(line, sample),
+            None => Ok(()),
+        }
+    }
+
+    fn take(&mut self, line: u64, sample: Sample) -> Result<(), ImportProblem> {
         if let Some(problem) = self.unreadable(line, &sample) {
             self.discard();
             return Err(problem);
@@ -98,10 +112,11 @@ impl<'a> Segment<'a> {
 
     /// Opens the file and writes what waited.
     fn begin(&mut self) -> Result<(), ImportProblem> {
-        self.sample_time_s = self
-            .map
-            .sample_time_s
-            .unwrap_or_else(|| median_step_s(&self.waiting));
+        let every = self.map.every as f64;
+        self.sample_time_s = match self.map.sample_time_s {
+            Some(sample_time_s) => sample_time_s * every,
+            None => median_step_s(&self.waiting),
+        };
         if !plausible::SAMPLE_TIME_S.holds(self.sample_time_s) {
             return Err(ImportProblem::SampleTime {
                 sample_time_s: self.sample_time_s,
@@ -198,7 +213,13 @@ impl<'a> Segment<'a> {
         {
             imported.insert("wrap_counts".into(), (wrap * field.scale.abs()).into());
         }
-        if matches!(map.command, CommandSource::OfMeasuredSupply(_)) {
+        if map.every > 1 {
+            imported.insert("every".into(), (map.every as i64).into());
+        }
+        if map.unsigned {
+            imported.insert("sign".into(), "the command's".into());
+        }
+        if matches!(&map.command, CommandSource::Number(number) if number.of_measured_supply) {
             imported.insert("command_supply".into(), "measured".into());
         }
         header.insert("imported".into(), imported.into());
@@ -207,6 +228,9 @@ impl<'a> Segment<'a> {
 
     /// Ends the file. `None` if the run has no sample.
     pub fn finish(mut self, bad_rows: u64) -> Result<Option<ImportedRun>, ImportProblem> {
+        if let Some((line, sample)) = self.thin.finish() {
+            self.take(line, sample)?;
+        }
         if self.writer.is_none() && !self.waiting.is_empty() {
             self.begin()?;
         }
@@ -221,6 +245,9 @@ impl<'a> Segment<'a> {
         put("bad_rows", (bad_rows as i64).into());
         if self.lost > 0 {
             put("lost_in_pauses", (self.lost as i64).into());
+        }
+        if self.beyond_full > 0 {
+            put("beyond_full_drive", (self.beyond_full as i64).into());
         }
         put("duration_s", duration_s.into());
         if self.shortest_s.is_finite() {
@@ -273,9 +300,17 @@ fn time_words(map: &Map) -> &'static str {
 }
 
 fn command_words(map: &Map) -> &'static str {
-    match map.command {
-        CommandSource::Column(_) => "column",
-        CommandSource::OfMeasuredSupply(_) => "column, share of the measured supply",
+    match &map.command {
+        CommandSource::Number(number) if number.of_measured_supply => match number.from {
+            NumberFrom::Column(_) => "column, share of the measured supply",
+            NumberFrom::Sum { .. } => "sum of columns, share of the measured supply",
+            NumberFrom::Comment(_) => "comment lines, share of the measured supply",
+        },
+        CommandSource::Number(number) => match number.from {
+            NumberFrom::Column(_) => "column",
+            NumberFrom::Sum { .. } => "sum of columns",
+            NumberFrom::Comment(_) => "comment lines",
+        },
         CommandSource::Profile { .. } => "profile from the mapping",
         CommandSource::NotRecorded => "not recorded",
     }
@@ -284,6 +319,7 @@ fn command_words(map: &Map) -> &'static str {
 fn position_words(map: &Map) -> &'static str {
     match map.position {
         PositionSource::Column(_) => "column",
+        PositionSource::Increments(_) => "increments, summed up",
         PositionSource::Speed {
             rule: Integration::Trapezoid,
             ..

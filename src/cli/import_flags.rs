@@ -1,0 +1,85 @@
+//! The flags with which everything about a log can be said.
+
+use clap::Args;
+
+use super::numbers::{counts_per_rev, number_in};
+use crate::import::Said;
+use crate::motor::plausible;
+
+/// What the log does not say of itself.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "What is what in the log")]
+pub(super) struct Flags {
+    /// The clock: its column and unit (s, ms, us, ns, min); or 10ms for rows 10 ms apart.
+    #[arg(long, value_name = "COL:UNIT")]
+    time: Option<String>,
+    /// The command: its column and unit (pwm, percent, share, V, mV, A, mA, N m); or 7V@0.95s for 0 before and 7 V from
+    /// there on; or none.
+    #[arg(long, value_name = "COL:UNIT", allow_hyphen_values = true)]
+    command: Option<String>,
+    /// The position: its column and unit (counts, rev, rad, mrad, deg); or none.
+    #[arg(long, value_name = "COL:UNIT")]
+    position: Option<String>,
+    /// The speed, where there is no position: its column and unit (rpm, rev/s, rad/s, deg/s, counts/s).
+    #[arg(long, value_name = "COL:UNIT")]
+    speed: Option<String>,
+    /// The measured current: its column and unit (A, mA).
+    #[arg(long, value_name = "COL:UNIT")]
+    current: Option<String>,
+    /// The driver's supply in V, of which a PWM is a share; or the column and unit of a measured one.
+    #[arg(long, value_name = "V")]
+    supply: Option<String>,
+    /// Counts of the encoder in one turn, all four edges counted.
+    #[arg(long, value_name = "N", value_parser = counts_per_rev)]
+    counts_per_rev: Option<f64>,
+    /// Travel of a linear axis in one turn in m, for positions in m and mm.
+    #[arg(long, value_name = "M", value_parser = positive)]
+    m_per_rev: Option<f64>,
+    /// The PWM that is full drive, such as 255. What is beyond it is full drive.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    pwm_full: Option<f64>,
+    /// The range after which the position begins anew, in its own unit: 360, 65536.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    wrap: Option<f64>,
+    /// The position column holds the counts since the row before (readAndReset).
+    #[arg(long)]
+    increments: bool,
+    /// The encoder has one channel and no sign: the sign of the motion is the command's.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    unsigned: Option<bool>,
+    /// Take one row of N; the command is the mean until the next.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    every: Option<u64>,
+}
+
+impl Flags {
+    pub fn said(&self) -> Said {
+        Said {
+            time: self.time.clone(),
+            command: self.command.clone(),
+            position: self.position.clone(),
+            speed: self.speed.clone(),
+            current: self.current.clone(),
+            supply: self.supply.clone(),
+            counts_per_rev: self.counts_per_rev,
+            m_per_rev: self.m_per_rev,
+            pwm_full: self.pwm_full,
+            wrap: self.wrap,
+            increments: self.increments,
+            unsigned: self.unsigned,
+            every: self.every,
+        }
+    }
+
+    /// Whether any of them is given.
+    pub fn is_given(&self) -> bool {
+        self.said() != Said::default()
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match number_in(text, plausible::SCALE)? {
+        number if number > 0.0 => Ok(number),
+        _ => Err("it is above 0".to_owned()),
+    }
+}

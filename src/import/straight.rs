@@ -1,0 +1,38 @@
+//! Counters that go round made straight, and commands that are known by their points.
+
+/// A counter that goes round, made straight.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Unwrapped {
+    before: Option<f64>,
+    turns: f64,
+}
+
+impl Unwrapped {
+    /// This and the state after it, which is kept only if the row is good.
+    pub fn next(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
+        let Some(wrap) = wrap else {
+            return (number, self);
+        };
+        let jump = self.before.map_or(0.0, |before| number - before);
+        let after = Self {
+            before: Some(number),
+            turns: self.turns - (jump / wrap).round(),
+        };
+        (number + after.turns * wrap, after)
+    }
+}
+
+/// The value of a profile at a time: the first point's before it, the last one's after it.
+pub(super) fn profile(points: &[(f64, f64)], line: bool, t_s: f64) -> f64 {
+    // A point at the very time of a row holds from that row on, whatever the rounding.
+    let after = points.partition_point(|&(at, _)| at <= t_s + 1e-9);
+    let Some(&(from_s, from)) = after.checked_sub(1).and_then(|k| points.get(k)) else {
+        return points.first().map_or(0.0, |&(_, value)| value);
+    };
+    match points.get(after) {
+        Some(&(to_s, to)) if line => {
+            from + (to - from) * ((t_s - from_s) / (to_s - from_s)).max(0.0)
+        }
+        _ => from,
+    }
+}

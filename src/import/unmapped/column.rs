@@ -1,0 +1,115 @@
+//! What one column of a log holds, by its numbers.
+
+use super::super::cells::number;
+use super::super::stamp::stamp;
+use super::grid::step_of;
+
+/// Share of the cells that are not empty which must be numbers: words in between are messages.
+const NUMBERS: f64 = 0.9;
+/// More digits after the point than a print has by choice: a float's own.
+const MOST_DIGITS: usize = 9;
+
+/// A column under the survey.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Column {
+    pub name: Option<String>,
+    /// The import can ask for it by its name.
+    pub is_by_name: bool,
+    pub unit_line: Option<String>,
+    /// NaN where a cell is none.
+    pub numbers: Vec<f64>,
+    pub empty: usize,
+    pub stamps: usize,
+    pub has_comma: bool,
+    words: usize,
+    digits: usize,
+}
+
+impl Column {
+    /// One more cell.
+    pub fn take(&mut self, cell: &[u8], is_decimal_comma: bool) {
+        let parsed = number(cell, is_decimal_comma, "");
+        match &parsed {
+            Ok(_) => {
+                self.has_comma |= cell.contains(&b',');
+                let point = cell.iter().position(|byte| matches!(byte, b'.' | b','));
+                let digits = point.map_or(0, |at| cell.len() - at - 1);
+                let has_power = cell.iter().any(|byte| matches!(byte, b'e' | b'E'));
+                self.digits = self.digits.max(if has_power { usize::MAX } else { digits });
+            }
+            Err(_) if cell.is_empty() => self.empty += 1,
+            Err(_) if stamp(cell).is_some() => self.stamps += 1,
+            Err(_) => self.words += 1,
+        }
+        self.numbers.push(parsed.unwrap_or(f64::NAN));
+    }
+
+    fn finite(&self) -> impl Iterator<Item = f64> + Clone + '_ {
+        self.numbers.iter().copied().filter(|x| x.is_finite())
+    }
+
+    pub fn is_numeric(&self) -> bool {
+        let count = self.finite().count();
+        count > 0 && count as f64 >= NUMBERS * (count + self.words + self.stamps) as f64
+    }
+
+    pub fn is_stamps(&self) -> bool {
+        self.stamps > 0 && self.stamps as f64 >= NUMBERS * (self.numbers.len() - self.empty) as f64
+    }
+
+    pub fn is_whole(&self) -> bool {
+        self.digits == 0 || self.finite().all(|x| x.fract() == 0.0)
+    }
+
+    pub fn lowest(&self) -> f64 {
+        self.finite().fold(f64::INFINITY, f64::min)
+    }
+
+    pub fn highest(&self) -> f64 {
+        self.finite().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Largest magnitude.
+    pub fn most(&self) -> f64 {
+        self.highest().max(-self.lowest())
+    }
+
+    /// Differences of neighbours.
+    pub fn steps(&self) -> Vec<f64> {
+        let numbers: Vec<f64> = self.finite().collect();
+        numbers.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    /// Median of the steps; NaN where there are none.
+    pub fn median_step(&self) -> f64 {
+        let mut steps = self.steps();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Whether it rises as a clock does: from every row to the next, but for a new start in a thousand.
+    pub fn is_clock(&self) -> bool {
+        let steps = self.steps();
+        let falls = steps.iter().filter(|step| **step <= 0.0).count();
+        !steps.is_empty() && self.is_numeric() && falls * 1000 <= steps.len()
+    }
+
+    /// Half of the last digit; 0 where the digits are a float's own.
+    pub fn rounding(&self) -> f64 {
+        if self.digits > MOST_DIGITS {
+            return 0.0;
+        }
+        0.5 * 0.1_f64.powi(self.digits as i32)
+    }
+
+    /// The step that its numbers come in.
+    pub fn step(&self) -> Option<f64> {
+        let numbers: Vec<f64> = self.finite().collect();
+        step_of(&numbers, self.rounding())
+    }
+
+    /// Whether its digits are fine enough that steps would show: a hundred of them in the range.
+    pub fn is_fine(&self) -> bool {
+        self.rounding() * 2.0 * 1000.0 < self.most()
+    }
+}

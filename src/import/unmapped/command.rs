@@ -1,0 +1,315 @@
+//! Where the command is, what it commands, and what is full drive.
+
+use super::super::cells::number_after;
+use super::super::map_command::CommandSection;
+use super::decide::{Decision, short};
+use super::said::{Steps, expected, number_and_rest};
+use super::unclear::Unclear;
+use super::units::Role;
+
+/// Numbers that are full drive: timers of 8, 10, 12 and 16 bits.
+pub(super) const FULL_DRIVES: [f64; 4] = [255.0, 1023.0, 4095.0, 65_535.0];
+/// Up to here a number may be per cent as well as a share of 255.
+pub(super) const PERCENT: f64 = 100.0;
+/// A voltage of motors in V is less, in mV more than ten times this.
+pub(super) const MOST_VOLTS: f64 = 100.0;
+/// A rest before the motion that is shorter than this share of the log is the motor's own dead time.
+const SHORT_REST: f64 = 0.1;
+/// Words of comment lines that may stand before a command.
+const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
+
+/// What is a command, and its unit.
+struct Found {
+    section: CommandSection,
+    unit: &'static str,
+    /// The largest number.
+    most: f64,
+    full: Option<f64>,
+    column: Option<usize>,
+    words: String,
+}
+
+impl Decision<'_> {
+    pub(super) fn command(&mut self, motion: Option<usize>) -> Result<(), Unclear> {
+        let questions = self.missing.len();
+        let Some(found) = self.find_command(motion)? else {
+            return Ok(());
+        };
+        let Found {
+            mut section,
+            unit,
+            most,
+            full,
+            column,
+            mut words,
+        } = found;
+        if section.recorded == Some(false) {
+            self.understand("command", None, None, words);
+            self.map.command = Some(section);
+            return Ok(());
+        }
+        let is_asked = self.missing.len() > questions;
+        section.unit = Some(unit.to_owned());
+        if unit == "pwm" {
+            match self.full_drive(most, full) {
+                Some((full, how)) => {
+                    section.full = Some(full);
+                    words.push_str(&format!("; {} is full drive{how}", short(full)));
+                }
+                None => {
+                    let proposed = FULL_DRIVES
+                        .into_iter()
+                        .find(|full| *full >= most)
+                        .unwrap_or(most);
+                    let why = format!(
+                        "the number that is full drive (255 of analogWrite); the largest of the log is {}",
+                        short(most)
+                    );
+                    self.ask("--pwm-full", short(proposed), why);
+                }
+            }
+        }
+        if matches!(unit, "pwm" | "percent" | "share") {
+            if let Some(supply) = self.supply()? {
+                words.push_str(&format!("; a share of {supply}"));
+            }
+        } else if self.said.supply.is_some() {
+            self.supply()?;
+        }
+        if is_asked {
+            self.used.extend(column);
+        } else {
+            self.understand("command", column, Some(unit), words);
+        }
+        self.map.command = Some(section);
+        if let (Some(command), Some(motion)) = (column, motion) {
+            self.sign(command, motion);
+        } else if self.said.unsigned == Some(true) {
+            self.map.rows.unsigned = Some(true);
+        }
+        Ok(())
+    }
+
+    /// The command as it is said, else the one column that is named so, else what comment lines say.
+    fn find_command(&mut self, motion: Option<usize>) -> Result<Option<Found>, Unclear> {
+        let said = self.said;
+        if let Some(text) = &said.command {
+            if text == "none" {
+                let section = CommandSection {
+                    recorded: Some(false),
+                    ..CommandSection::default()
+                };
+                let words = "neither logged nor known".to_owned();
+                return Ok(Some(Found {
+                    section,
+                    unit: "V",
+                    most: 0.0,
+                    full: None,
+                    column: None,
+                    words,
+                }));
+            }
+            if let Some(steps) = Steps::parse(text)? {
+                let most = steps
+                    .points
+                    .iter()
+                    .fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
+                let section = CommandSection {
+                    points: Some(steps.points),
+                    ..CommandSection::default()
+                };
+                let words = format!("{text}, as said");
+                return Ok(Some(Found {
+                    section,
+                    unit: steps.unit,
+                    most,
+                    full: None,
+                    column: None,
+                    words,
+                }));
+            }
+            let (at, unit) = self.said_column("--command", Role::Command, text)?;
+            return Ok(self.command_column(at, unit));
+        }
+        let candidates = self.beside_used(self.candidates(Role::Command));
+        match candidates.as_slice() {
+            [at] => return Ok(self.command_column(*at, None)),
+            [] => {}
+            several => {
+                let first = several[0];
+                self.which("--command", "command", several);
+                return Ok(self.tentatively(|decision| decision.command_column(first, None)));
+            }
+        }
+        if let Some(found) = self.commented() {
+            return Ok(Some(found));
+        }
+        let unclear = self.candidates(Role::CommandOrSupply);
+        let doubt = match unclear.first() {
+            Some(&at) => format!(
+                "{} may be what was commanded or the supply; ",
+                self.name(at)
+            ),
+            None => String::new(),
+        };
+        let proposed = self.command_of_file_name(motion);
+        let from = match &proposed {
+            Some(_) => "the file's name says how much, and the first motion when; ",
+            None => "",
+        };
+        let current = (self.candidates(Role::Current).first()).map_or_else(String::new, |&at| {
+            format!("; of a current loop: {}:A", self.flag_name(at))
+        });
+        let why = format!(
+            "{doubt}no column is named as a command; {from}a column: COLUMN:UNIT; known steps: 6V@0.5s{current}; not known: none; \
+             a share of full drive (pwm, percent) needs --supply too"
+        );
+        let is_share = proposed.as_ref().is_some_and(|steps| steps.contains('%'));
+        self.ask(
+            "--command",
+            proposed.unwrap_or_else(|| "COLUMN:UNIT".to_owned()),
+            why,
+        );
+        if is_share {
+            self.tentatively(|decision| decision.supply())?;
+        }
+        Ok(None)
+    }
+
+    fn command_column(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<Found> {
+        let column = self.column(at);
+        let (name, most) = (self.name(at), column.most());
+        let says = &self.says[at];
+        let is_word = |list: &[&str]| says.words.iter().any(|word| list.contains(&word.as_str()));
+        let is_share = most <= 1.0 && !column.is_whole();
+        let by_numbers = || {
+            let is_drive = is_word(&["pwm", "duty", "dutycycle"]);
+            if is_drive && is_share {
+                Some("share")
+            } else if says.full.is_some() || (is_drive && column.is_whole() && most > PERCENT) {
+                Some("pwm")
+            } else if is_word(&["voltage", "spannung"]) && most <= MOST_VOLTS {
+                Some("V")
+            } else if is_word(&["voltage", "spannung"]) && most > 10.0 * MOST_VOLTS {
+                Some("mV")
+            } else {
+                None
+            }
+        };
+        let named = says.unit.map(|unit| {
+            if unit == "pwm" && is_share {
+                "share"
+            } else {
+                unit
+            }
+        });
+        let full = says.full.or(self.said.pwm_full);
+        let by_full = self.said.pwm_full.map(|_| "pwm");
+        let Some(unit) = said_unit.or(named).or_else(by_numbers).or(by_full) else {
+            let flag = self.flag_name(at);
+            let proposed = match (
+                is_word(&["duty", "dutycycle"]),
+                column.is_whole() && most > MOST_VOLTS,
+            ) {
+                (true, false) => "percent",
+                (_, true) => "pwm",
+                (false, false) => "V",
+            };
+            let why = format!("{name} names no unit; {}", expected(Role::Command));
+            self.ask("--command", format!("{flag}:{proposed}"), why);
+            return self.tentatively(|decision| decision.command_column(at, Some(proposed)));
+        };
+        let section = CommandSection {
+            column: Some(self.column_ref(at)),
+            ..CommandSection::default()
+        };
+        let words = format!("{name} in {unit}");
+        Some(Found {
+            section,
+            unit,
+            most,
+            full,
+            column: Some(at),
+            words,
+        })
+    }
+
+    /// `# Step 2/5 | PWM = 120`.
+    fn commented(&self) -> Option<Found> {
+        let comments = &self.survey.comments;
+        let (word, most) = WORDS.into_iter().find_map(|word| {
+            let numbers = comments
+                .iter()
+                .filter_map(|comment| number_after(comment, word));
+            let most = numbers.map(f64::abs).reduce(f64::max)?;
+            Some((word, most))
+        })?;
+        let unit = match word {
+            "pwm" => "pwm",
+            "voltage" if most <= MOST_VOLTS => "V",
+            _ => return None,
+        };
+        let section = CommandSection {
+            comment: Some(word.to_owned()),
+            ..CommandSection::default()
+        };
+        let words = format!("the number after `{word}` in comment lines, in {unit}");
+        Some(Found {
+            section,
+            unit,
+            most,
+            full: None,
+            column: None,
+            words,
+        })
+    }
+
+    /// `first_12V.csv`: 12 V from the last row at rest on.
+    fn command_of_file_name(&self, motion: Option<usize>) -> Option<String> {
+        let stem = self.file_name.split('.').next().unwrap_or_default();
+        let stem = self.file_name.strip_suffix(".gz").map_or(stem, |name| {
+            name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+        });
+        let parts: Vec<&str> = stem.split(['_', ' ']).collect();
+        let volts = parts
+            .iter()
+            .rev()
+            .find_map(|part| match number_and_rest(part) {
+                Some((number, "V" | "v")) => Some(format!("{}V", short(number))),
+                _ => None,
+            });
+        let duty = || {
+            let at = parts
+                .iter()
+                .position(|part| matches!(part.to_lowercase().as_str(), "duty" | "percent"))?;
+            match number_and_rest(parts.get(at + 1)?) {
+                Some((number, "" | "%")) if number.abs() <= PERCENT => {
+                    Some(format!("{}%", short(number)))
+                }
+                _ => None,
+            }
+        };
+        let command = volts.or_else(duty)?;
+        let onset_s = self.onset_s(motion?).unwrap_or(0.0);
+        Some(format!(
+            "{command}@{}s",
+            (onset_s * 1000.0).floor() / 1000.0
+        ))
+    }
+
+    /// Time of the last row before the motion begins, from the first row in s; 0 where the log begins with the step.
+    fn onset_s(&self, motion: usize) -> Option<f64> {
+        let numbers = &self.column(motion).numbers;
+        let first = numbers.first()?;
+        let moves = numbers.iter().position(|number| number != first)?;
+        let (clock, seconds) = self.clock?;
+        let times = &self.column(clock).numbers;
+        let onset_s = (times[moves - 1] - times[0]) * seconds;
+        let length_s = (times.last()? - times[0]) * seconds;
+        Some(if onset_s < SHORT_REST * length_s {
+            0.0
+        } else {
+            onset_s
+        })
+    }
+}

@@ -1,0 +1,335 @@
+//! From what a log shows and what is said of it to a mapping, or to what has still to be said.
+//!
+//! A quantity is where its flag says; else in the one column whose name says so. A unit is what the flag says; else what the name
+//! says; else what the numbers leave no choice about. Everything else is asked for.
+
+use super::super::map::ColumnRef;
+use super::super::map_file::{Empty, FieldSection, MapFile};
+use super::column::Column;
+use super::names::{NameSays, says};
+use super::said::{ColumnSaid, Said, expected};
+use super::survey::Survey;
+use super::unclear::{Missing, Unclear};
+use super::units::Role;
+
+/// Words for a column of directions.
+const DIRECTIONS: [&str; 4] = ["dir", "direction", "richtung", "sign"];
+
+/// One thing as it was understood.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Understood {
+    /// time, command, position, speed, supply, current, counts_per_rev, rows or unused.
+    pub what: &'static str,
+    /// The column, by its name or number.
+    pub column: Option<String>,
+    /// Its unit.
+    pub unit: Option<String>,
+    /// In words, with what the numbers show.
+    pub words: String,
+}
+
+/// A decision under way.
+pub(super) struct Decision<'a> {
+    pub survey: &'a Survey,
+    pub said: &'a Said,
+    /// Of the log, without its folder.
+    pub file_name: &'a str,
+    pub says: Vec<NameSays>,
+    pub map: MapFile,
+    pub understood: Vec<Understood>,
+    pub notes: Vec<String>,
+    pub missing: Vec<Missing>,
+    /// The flags of the finished command line.
+    pub line: Vec<(&'static str, String)>,
+    /// Columns in use.
+    pub used: Vec<usize>,
+    /// The clock, and the seconds in one of its units.
+    pub clock: Option<(usize, f64)>,
+}
+
+impl<'a> Decision<'a> {
+    pub fn new(survey: &'a Survey, said: &'a Said, file_name: &'a str) -> Self {
+        let says = (survey.columns.iter())
+            .map(|column| {
+                let name = column.name.as_deref().unwrap_or_default();
+                says(name, column.unit_line.as_deref())
+            })
+            .collect();
+        let mut map = MapFile {
+            file: survey.file.clone(),
+            ..MapFile::default()
+        };
+        map.rows.every = said.every;
+        map.m_per_rev = said.m_per_rev;
+        Self {
+            survey,
+            said,
+            file_name,
+            says,
+            map,
+            understood: Vec::new(),
+            notes: Vec::new(),
+            missing: Vec::new(),
+            line: said.flags(),
+            used: Vec::new(),
+            clock: None,
+        }
+    }
+
+    /// Decides everything.
+    pub fn decide(&mut self) -> Result<(), Unclear> {
+        let step_s = self.time()?;
+        let motion = self.motion(step_s)?;
+        self.command(motion)?;
+        self.current()?;
+        self.rows();
+        Ok(())
+    }
+
+    pub fn column(&self, at: usize) -> &'a Column {
+        &self.survey.columns[at]
+    }
+
+    /// A column for people: its name, or its number.
+    pub fn name(&self, at: usize) -> String {
+        match &self.column(at).name {
+            Some(name) => format!("`{name}`"),
+            None => format!("column {}", at + 1),
+        }
+    }
+
+    /// As the mapping asks for it.
+    pub fn column_ref(&self, at: usize) -> ColumnRef {
+        match &self.column(at).name {
+            Some(name) if self.column(at).is_by_name => ColumnRef::Name(name.clone()),
+            _ => ColumnRef::Number(at + 1),
+        }
+    }
+
+    /// As a flag names it: by its number where its name is no name.
+    pub fn flag_name(&self, at: usize) -> String {
+        match self.column_ref(at) {
+            ColumnRef::Name(name) => name,
+            ColumnRef::Number(number) => number.to_string(),
+        }
+    }
+
+    /// Every column with the range of its numbers, for messages.
+    pub fn all_names(&self) -> String {
+        let name = |at: usize| {
+            let column = self.column(at);
+            let range = match column.is_numeric() {
+                true => format!(
+                    " ({} to {})",
+                    short(column.lowest()),
+                    short(column.highest())
+                ),
+                false => String::new(),
+            };
+            let name = (column.name.as_ref()).map_or(String::new(), |name| format!(" `{name}`"));
+            format!("{}{name}{range}", at + 1)
+        };
+        let names: Vec<String> = (0..self.survey.columns.len()).map(name).collect();
+        names.join(", ")
+    }
+
+    /// The column that a flag names, and its unit.
+    pub fn said_column(
+        &self,
+        flag: &'static str,
+        role: Role,
+        text: &str,
+    ) -> Result<(usize, Option<&'static str>), Unclear> {
+        let found = ColumnSaid::parse(flag, role, text, |whole| self.find(whole).is_some())?;
+        let at = self.find(&found.column).ok_or_else(|| Unclear::NoColumn {
+            flag,
+            column: found.column.clone(),
+            found: self.all_names(),
+        })?;
+        if !self.column(at).is_numeric() && !(role == Role::Time && self.column(at).is_stamps()) {
+            let column = found.column;
+            return Err(Unclear::NoNumbers { flag, column });
+        }
+        Ok((at, found.unit))
+    }
+
+    pub fn find(&self, column: &str) -> Option<usize> {
+        let columns = &self.survey.columns;
+        let by = |is: &dyn Fn(&str) -> bool| {
+            let mut found =
+                (0..columns.len()).filter(|&at| columns[at].name.as_deref().is_some_and(is));
+            found.next().filter(|_| found.next().is_none())
+        };
+        let number = || {
+            column
+                .parse::<usize>()
+                .ok()
+                .filter(|n| (1..=columns.len()).contains(n))
+        };
+        by(&|name| name == column)
+            .or_else(|| by(&|name| name.eq_ignore_ascii_case(column)))
+            .or_else(|| number().map(|n| n - 1))
+    }
+
+    /// Columns of numbers whose names say this.
+    pub fn candidates(&self, role: Role) -> Vec<usize> {
+        (0..self.survey.columns.len())
+            .filter(|&at| self.says[at].role == Some(role) && self.column(at).is_numeric())
+            .filter(|at| !self.used.contains(at))
+            .collect()
+    }
+
+    /// Of several columns those that share a word with what is in use and the others lack: `left_duty` with `left_rpm`.
+    pub fn beside_used(&self, candidates: Vec<usize>) -> Vec<usize> {
+        if candidates.len() < 2 {
+            return candidates;
+        }
+        let is_common = |word: &String| {
+            candidates
+                .iter()
+                .all(|&at| self.says[at].words.contains(word))
+        };
+        let belongs = |&at: &usize| {
+            self.says[at].words.iter().any(|word| {
+                let is_used = self
+                    .used
+                    .iter()
+                    .any(|&used| self.says[used].words.contains(word));
+                is_used && !is_common(word)
+            })
+        };
+        let beside: Vec<usize> = candidates.iter().copied().filter(belongs).collect();
+        match beside.is_empty() {
+            true => candidates,
+            false => beside,
+        }
+    }
+
+    pub fn understand(
+        &mut self,
+        what: &'static str,
+        at: Option<usize>,
+        unit: Option<&str>,
+        words: String,
+    ) {
+        let column = at.map(|at| self.flag_name(at));
+        self.understood.push(Understood {
+            what,
+            column,
+            unit: unit.map(str::to_owned),
+            words,
+        });
+        self.used.extend(at);
+    }
+
+    /// Something has to be said: the flag, an example of its value for the finished line, and why.
+    pub fn ask(&mut self, flag: &'static str, value: String, why: String) {
+        self.missing.push(Missing {
+            flag: format!("{flag} {value}").trim().to_owned(),
+            why,
+        });
+        match self.line.iter_mut().find(|(said, _)| *said == flag) {
+            Some(said) => said.1 = value,
+            None => self.line.push((flag, value)),
+        }
+    }
+
+    /// Goes on with what a question proposes, so that all questions come at once; it is not understood thereby.
+    pub fn tentatively<T>(&mut self, go_on: impl FnOnce(&mut Self) -> T) -> T {
+        let (understood, notes) = (self.understood.len(), self.notes.len());
+        let found = go_on(self);
+        self.understood.truncate(understood);
+        self.notes.truncate(notes);
+        found
+    }
+
+    fn current(&mut self) -> Result<(), Unclear> {
+        let found = match &self.said.current {
+            Some(text) => Some(self.said_column("--current", Role::Current, text)?),
+            None => match self.beside_used(self.candidates(Role::Current)).as_slice() {
+                [one] => Some((*one, None)),
+                _ => None,
+            },
+        };
+        let Some((at, said_unit)) = found else {
+            return Ok(());
+        };
+        let name = self.name(at);
+        let Some(unit) = said_unit.or(self.says[at].unit) else {
+            let flag = self.flag_name(at);
+            if self.said.current.is_some() {
+                let why = format!("{name} names no unit; {}", expected(Role::Current));
+                self.ask("--current", format!("{flag}:A"), why);
+            } else {
+                self.notes.push(format!(
+                    "{name} names no unit, so no current is read; --current {flag}:A says it"
+                ));
+            }
+            return Ok(());
+        };
+        self.map.current = Some(FieldSection::of(self.column_ref(at), unit));
+        self.understand(
+            "current",
+            Some(at),
+            Some(unit),
+            format!("{name} in {unit}, measured"),
+        );
+        Ok(())
+    }
+
+    /// Rows without values, decimation, and what is left.
+    fn rows(&mut self) {
+        let holes: Vec<usize> = (self.used.iter().copied())
+            .filter(|&at| self.column(at).empty > 0)
+            .collect();
+        if !holes.is_empty() {
+            self.map.rows.empty = Some(Empty::Hold);
+            let names: Vec<String> = holes.iter().map(|&at| self.name(at)).collect();
+            let words = format!(
+                "{} with empty cells: the command holds its last value",
+                names.join(", ")
+            );
+            self.understand("rows", None, None, words);
+        }
+        if let Some(every) = self.said.every.filter(|every| *every > 1) {
+            let words = format!("one of {every}, with the mean of the command until the next");
+            self.understand("rows", None, None, words);
+        }
+        let rest: Vec<String> = (0..self.survey.columns.len())
+            .filter(|at| !self.used.contains(at))
+            .map(|at| self.name(at))
+            .collect();
+        let is_direction = |at: &usize| {
+            let words = &self.says[*at].words;
+            words.iter().any(|word| DIRECTIONS.contains(&word.as_str()))
+        };
+        let has_sign =
+            |at: &usize| self.column(*at).is_numeric() && self.column(*at).lowest() < 0.0;
+        if let Some(at) = (0..self.survey.columns.len()).find(is_direction)
+            && !self.used.iter().any(has_sign)
+        {
+            let name = self.name(at);
+            self.notes.push(format!(
+                "{name} is not used, so command and motion have no sign"
+            ));
+        }
+        if !rest.is_empty() {
+            self.understand("unused", None, None, rest.join(", "));
+        }
+    }
+}
+
+/// A number as people read it.
+pub(super) fn short(number: f64) -> String {
+    if number == 0.0 || !number.is_finite() {
+        return number.to_string();
+    }
+    // Six digits, and none that are 0 at the end.
+    let digits = 5 - number.abs().log10().floor() as i32;
+    let factor = 10_f64.powi(digits);
+    let rounded = (number * factor).round() / factor;
+    format!("{:.*}", digits.clamp(0, 12) as usize, rounded)
+        .trim_end_matches(|c| c == '0' && digits > 0)
+        .trim_end_matches('.')
+        .to_owned()
+}

@@ -1,0 +1,150 @@
+//! What a command is a share of, and whether the encoder knows a direction.
+
+use super::super::map_file::FieldSection;
+use super::column::Column;
+use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
+use super::decide::{Decision, short};
+use super::said::{expected, number_and_rest};
+use super::unclear::Unclear;
+use super::units::Role;
+
+/// Rows in which a motor is driven backwards and counted forwards that are no accident.
+const BACKWARDS: usize = 5;
+
+impl Decision<'_> {
+    /// The number that is full drive, and how that is known.
+    pub(super) fn full_drive(&self, most: f64, named: Option<f64>) -> Option<(f64, &'static str)> {
+        if let Some(full) = self.said.pwm_full.or(named) {
+            return Some((full, ""));
+        }
+        if FULL_DRIVES.contains(&most) {
+            return Some((most, ", the largest there is"));
+        }
+        let is_byte = most > PERCENT && most < FULL_DRIVES[0];
+        is_byte.then_some((
+            FULL_DRIVES[0],
+            ", as of analogWrite (--pwm-full says another)",
+        ))
+    }
+
+    /// The supply that a share is of: in words, or asked for.
+    pub(super) fn supply(&mut self) -> Result<Option<String>, Unclear> {
+        if let Some(text) = &self.said.supply
+            && let Some((volts, "" | "V" | "v")) = number_and_rest(text)
+            && self.said_column("--supply", Role::Supply, text).is_err()
+        {
+            self.map.supply_v = Some(volts);
+            if let [one] = self.candidates(Role::Supply).as_slice() {
+                self.measured_supply(*one, None);
+            }
+            return Ok(Some(format!("{} V", short(volts))));
+        }
+        let (at, unit) = match &self.said.supply {
+            Some(text) => self.said_column("--supply", Role::Supply, text)?,
+            None => match self.candidates(Role::Supply).as_slice() {
+                [one] => (*one, None),
+                _ => {
+                    let why = "supply of the driver in V: the command is a share of it".to_owned();
+                    self.ask("--supply", "VOLTS".to_owned(), why);
+                    return Ok(None);
+                }
+            },
+        };
+        let Some(factor) = self.measured_supply(at, unit) else {
+            let flag = self.flag_name(at);
+            let why = format!(
+                "{} names no unit; {}",
+                self.name(at),
+                expected(Role::Supply)
+            );
+            self.ask("--supply", format!("{flag}:V"), why);
+            return Ok(None);
+        };
+        let mut volts: Vec<f64> = self
+            .column(at)
+            .numbers
+            .iter()
+            .map(|x| x * factor)
+            .filter(|x| x.is_finite())
+            .collect();
+        volts.sort_by(f64::total_cmp);
+        let middle = volts[volts.len() / 2];
+        self.map.supply_v = Some(middle);
+        Ok(Some(format!(
+            "{}, {} V in the middle",
+            self.name(at),
+            short(middle)
+        )))
+    }
+
+    /// Takes a column as the measured supply; V in one of its units, where that is known.
+    fn measured_supply(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<f64> {
+        let column = self.column(at);
+        let by_numbers = || match column.most() {
+            most if most <= MOST_VOLTS => Some("V"),
+            most if most > 10.0 * MOST_VOLTS => Some("mV"),
+            _ => None,
+        };
+        let unit = said_unit.or(self.says[at].unit).or_else(by_numbers)?;
+        self.map.supply = Some(FieldSection::of(self.column_ref(at), unit));
+        self.understand(
+            "supply",
+            Some(at),
+            Some(unit),
+            format!("{} in {unit}, measured", self.name(at)),
+        );
+        Some(if unit == "mV" { 1e-3 } else { 1.0 })
+    }
+
+    /// Whether the encoder knows a direction.
+    pub(super) fn sign(&mut self, command: usize, motion: usize) {
+        match self.said.unsigned {
+            Some(unsigned) => {
+                self.map.rows.unsigned = unsigned.then_some(true);
+                if unsigned {
+                    self.understand(
+                        "rows",
+                        None,
+                        None,
+                        "the sign of the motion is the command's".to_owned(),
+                    );
+                }
+            }
+            None if self.is_without_sign(command, motion) => {
+                let why = format!(
+                    "{} never goes backwards, though the command does: an encoder of one channel, whose sign is the command's; \
+                     or --unsigned=false",
+                    self.name(motion)
+                );
+                self.ask("--unsigned", String::new(), why);
+            }
+            None => {}
+        }
+    }
+
+    fn is_without_sign(&self, command: usize, motion: usize) -> bool {
+        let (command, column) = (self.column(command), self.column(motion));
+        let is_position = self.map.speed.is_none()
+            && self
+                .map
+                .position
+                .as_ref()
+                .is_some_and(|p| p.increments.is_none());
+        let rates: Vec<f64> = match is_position {
+            true => std::iter::once(0.0).chain(differences(column)).collect(),
+            false => column.numbers.clone(),
+        };
+        let never_back = rates.iter().all(|rate| !(*rate < 0.0));
+        let against = command
+            .numbers
+            .iter()
+            .zip(&rates)
+            .filter(|(u, rate)| **u < 0.0 && **rate > 0.0)
+            .count();
+        never_back && against >= BACKWARDS && command.highest() > 0.0
+    }
+}
+
+fn differences(column: &Column) -> impl Iterator<Item = f64> + '_ {
+    column.numbers.windows(2).map(|pair| pair[1] - pair[0])
+}

@@ -1,0 +1,118 @@
+//! A log without a mapping: what its names, its numbers and a few flags say makes the mapping.
+//!
+//! [`understand`] looks at the beginning of a log and gives a mapping of the same kind that a mapping file holds, or one message
+//! with all that has to be said and the finished command line. What changes a verdict and neither name nor numbers say is asked for.
+
+mod clock;
+mod column;
+mod command;
+mod decide;
+mod drive;
+mod grid;
+mod motion;
+mod names;
+mod over;
+mod said;
+mod speed;
+mod survey;
+mod table;
+mod unclear;
+mod units;
+
+pub use decide::Understood;
+pub use over::map_over;
+pub use said::Said;
+pub use unclear::{Missing, Unclear};
+
+use super::Map;
+use super::map_file::MapFile;
+
+/// A log's beginning in bytes that is looked at.
+pub const HEAD_BYTES: u64 = 4 << 20;
+
+/// What was understood of a log.
+#[derive(Debug)]
+pub struct Reading {
+    /// One thing after the other.
+    pub understood: Vec<Understood>,
+    /// What else is to be known.
+    pub notes: Vec<String>,
+    /// The mapping, or what has to be said.
+    pub map: Result<Ready, Unclear>,
+}
+
+/// A mapping that is ready.
+#[derive(Debug)]
+pub struct Ready {
+    /// As it is used.
+    pub map: Map,
+    /// As a mapping file says it.
+    pub toml: String,
+}
+
+impl Ready {
+    /// Of a mapping file's content.
+    fn of(file: MapFile) -> Result<Self, Unclear> {
+        let toml = toml::to_string(&file).map_err(|error| Unclear::Unwritten(error.to_string()))?;
+        let map = file.checked()?;
+        Ok(Self { map, toml })
+    }
+}
+
+/// Makes a mapping of a log's beginning (`is_whole`: that is all of it) and what is said of it. `command` is the command line
+/// so far, to which the message about what is missing adds flags.
+pub fn understand(
+    head: &[u8],
+    is_whole: bool,
+    file_name: &str,
+    said: &Said,
+    command: &str,
+) -> Reading {
+    let survey = match survey::survey(head, is_whole) {
+        Ok(survey) => survey,
+        Err(survey) => {
+            return Reading {
+                understood: Vec::new(),
+                notes: Vec::new(),
+                map: Err(Unclear::NoTable(survey.first_lines)),
+            };
+        }
+    };
+    let mut decision = decide::Decision::new(&survey, said, file_name);
+    let decided = decision.decide();
+    let map = decided.and_then(|()| match decision.missing.is_empty() {
+        true => Ready::of(decision.map.clone()),
+        false => Err(Unclear::Missing {
+            missing: decision.missing.clone(),
+            line: finished(command, &decision.line),
+        }),
+    });
+    Reading {
+        understood: decision.understood,
+        notes: decision.notes,
+        map,
+    }
+}
+
+/// The command line with its flags.
+fn finished(command: &str, flags: &[(&'static str, String)]) -> String {
+    let mut line = command.to_owned();
+    for (flag, value) in flags {
+        line.push(' ');
+        line.push_str(flag);
+        if !value.is_empty() {
+            line.push(' ');
+            line.push_str(&quoted(value));
+        }
+    }
+    line
+}
+
+/// A word of a command line, in quotes where a shell would take it apart.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=,-~".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}

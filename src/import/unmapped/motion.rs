@@ -1,0 +1,303 @@
+//! Where the position or the speed is, and how fine it is.
+
+use std::f64::consts::TAU;
+
+use super::super::map_file::PositionSection;
+use super::column::Column;
+use super::decide::{Decision, short};
+use super::said::expected;
+use super::unclear::Unclear;
+use super::units::Role;
+
+/// Finest position in counts a turn that is read off a column's digits: beyond it they are a float's own.
+pub(super) const FINEST: f64 = 1e6;
+/// A count of counts a turn is whole within this share: the rest is rounding.
+pub(super) const WHOLE: f64 = 0.005;
+
+/// What counts a turn are.
+pub(super) const COUNTED: &str = "counts of the encoder in one turn, all four edges counted";
+
+/// Counters of 16 and 32 bits.
+const COUNTERS: [f64; 2] = [65_536.0, 4_294_967_296.0];
+
+impl Decision<'_> {
+    /// The column of the motion, where it is known.
+    pub(super) fn motion(&mut self, step_s: Option<f64>) -> Result<Option<usize>, Unclear> {
+        let said = self.said;
+        match (&said.position, &said.speed) {
+            (Some(_), Some(_)) => Err(Unclear::Conflict(
+                "--position and --speed exclude each other; a speed is read only where there is no position",
+            )),
+            (Some(text), None) if text == "none" => {
+                self.map.position = Some(PositionSection {
+                    recorded: Some(false),
+                    ..PositionSection::default()
+                });
+                self.counts_per_rev(
+                    None,
+                    "there is no position, but a run file has the number".to_owned(),
+                );
+                self.understand("position", None, None, "not recorded".to_owned());
+                Ok(None)
+            }
+            (Some(text), None) => {
+                let (at, unit) = self.said_column("--position", Role::Position, text)?;
+                self.position(at, unit);
+                Ok(Some(at))
+            }
+            (None, Some(text)) => {
+                let (at, unit) = self.said_column("--speed", Role::Speed, text)?;
+                self.speed(at, unit, step_s);
+                Ok(Some(at))
+            }
+            (None, None) => Ok(self.named_motion(step_s)),
+        }
+    }
+
+    /// By the names: a position before a speed, counts before an angle.
+    fn named_motion(&mut self, step_s: Option<f64>) -> Option<usize> {
+        let mut positions = self.candidates(Role::Position);
+        positions.extend(self.candidates(Role::Increments));
+        positions = self.beside_said(positions);
+        let in_counts: Vec<usize> = (positions.iter().copied())
+            .filter(|&at| self.says[at].unit == Some("counts"))
+            .collect();
+        if in_counts.len() == 1 {
+            positions = in_counts;
+        }
+        let speeds = self.beside_said(self.candidates(Role::Speed));
+        match (positions.as_slice(), speeds.as_slice()) {
+            ([at], _) => {
+                self.position(*at, None);
+                return Some(*at);
+            }
+            ([], [at]) => {
+                self.speed(*at, None, step_s);
+                return Some(*at);
+            }
+            ([], []) => {}
+            ([], several) => {
+                let first = several[0];
+                self.which("--speed", "speed", several);
+                self.tentatively(|decision| decision.speed(first, None, step_s));
+                return Some(first);
+            }
+            (several, _) => {
+                let first = several[0];
+                self.which("--position", "position", several);
+                self.tentatively(|decision| decision.position(first, None));
+                return Some(first);
+            }
+        }
+        let rest: Vec<usize> = (0..self.survey.columns.len())
+            .filter(|&at| self.says[at].role.is_none() && self.column(at).is_numeric())
+            .filter(|at| !self.used.contains(at))
+            .collect();
+        if let [one] = rest.as_slice() {
+            let flag = self.flag_name(*one);
+            let name = self.name(*one);
+            let why = format!(
+                "{name} may be a position ({}) or a speed ({}): --position {flag}:UNIT or --speed {flag}:UNIT",
+                expected(Role::Position),
+                expected(Role::Speed)
+            );
+            let one = *one;
+            let in_metres = self.says[one].words.len() > 1
+                && self.says[one].words.last().is_some_and(|word| word == "m");
+            let is_speed = !in_metres && self.column(one).steps().iter().any(|step| *step < 0.0);
+            if is_speed {
+                self.ask("--speed", format!("{flag}:rpm"), why);
+                self.tentatively(|decision| decision.speed(one, Some("rpm"), step_s));
+            } else {
+                let unit = if in_metres { "m" } else { "counts" };
+                self.ask("--position", format!("{flag}:{unit}"), why);
+                self.tentatively(|decision| decision.position(one, Some(unit)));
+            }
+            return Some(one);
+        }
+        let why = format!(
+            "no column is named as a position or a speed; the columns are {}; --speed COLUMN:UNIT for a speed",
+            self.all_names()
+        );
+        self.ask("--position", "COLUMN:UNIT".to_owned(), why);
+        self.counts_per_rev(None, COUNTED.to_owned());
+        None
+    }
+
+    /// Of several columns those that belong to the command that is said.
+    fn beside_said(&self, candidates: Vec<usize>) -> Vec<usize> {
+        let command = self
+            .said
+            .command
+            .as_deref()
+            .and_then(|text| self.said_column("--command", Role::Command, text).ok());
+        let Some((at, _)) = command.filter(|_| candidates.len() > 1) else {
+            return candidates;
+        };
+        let is_common = |word: &String| {
+            candidates
+                .iter()
+                .all(|&one| self.says[one].words.contains(word))
+        };
+        let belongs = |&one: &usize| {
+            let words = &self.says[one].words;
+            words
+                .iter()
+                .any(|word| !is_common(word) && self.says[at].words.contains(word))
+        };
+        let beside: Vec<usize> = candidates.iter().copied().filter(belongs).collect();
+        if beside.is_empty() {
+            candidates
+        } else {
+            beside
+        }
+    }
+
+    /// Several columns for one quantity: which one has to be said.
+    pub(super) fn which(&mut self, flag: &'static str, quantity: &str, several: &[usize]) {
+        let names: Vec<String> = several.iter().map(|&at| self.name(at)).collect();
+        let first = self.flag_name(several[0]);
+        let others: Vec<String> = several[1..]
+            .iter()
+            .map(|&at| format!("{flag} {}", self.flag_name(at)))
+            .collect();
+        let why = format!(
+            "{} columns hold a {quantity}: {}; or {}",
+            several.len(),
+            names.join(", "),
+            others.join(", ")
+        );
+        self.used.extend(several.first());
+        self.ask(flag, first, why);
+    }
+
+    fn position(&mut self, at: usize, said_unit: Option<&'static str>) {
+        let column = self.column(at);
+        let name = self.name(at);
+        let is_increments = self.said.increments || self.says[at].role == Some(Role::Increments);
+        let words = &self.says[at].words;
+        let is_encoder = words
+            .iter()
+            .any(|word| matches!(word.as_str(), "enc" | "encoder" | "encoders"));
+        let named = said_unit.or(self.says[at].unit);
+        let counted = (is_encoder && column.is_whole()).then_some("counts");
+        let Some(unit) = named.or(counted).or_else(|| unit_of_round(column)) else {
+            let flag = self.flag_name(at);
+            let is_angle = words
+                .iter()
+                .any(|word| matches!(word.as_str(), "angle" | "theta" | "phi" | "winkel"));
+            let unit = match (is_angle, column.is_whole(), column.most() > 2.0 * TAU) {
+                (false, true, true) => "counts",
+                (_, _, true) => "deg",
+                _ => "rad",
+            };
+            let why = format!("{name} names no unit; {}", expected(Role::Position));
+            self.ask("--position", format!("{flag}:{unit}"), why);
+            self.tentatively(|decision| decision.position(at, Some(unit)));
+            return;
+        };
+        if matches!(unit, "m" | "mm" | "um") && self.said.m_per_rev.is_none() {
+            let why = format!("travel of a linear axis in one turn in m: {name} is in {unit}");
+            self.ask("--m-per-rev", "METRES".to_owned(), why);
+        }
+        let turn = match unit {
+            "deg" => Some(360.0),
+            "rad" => Some(TAU),
+            "mrad" => Some(1000.0 * TAU),
+            "rev" => Some(1.0),
+            _ => None,
+        };
+        // Whole degrees are whole in the next log too, whatever this one has of them.
+        let digit = Some(2.0 * column.rounding()).filter(|digit| *digit > 0.0);
+        let step = match column.is_whole() {
+            true => Some(1.0),
+            false => column.step().or(digit),
+        };
+        let by_steps = turn.zip(step).map(|(turn, step)| whole(turn / step));
+        let found = by_steps.filter(|counts| *counts <= FINEST);
+        let why = match turn {
+            None => COUNTED.to_owned(),
+            Some(_) => format!(
+                "{name} shows no steps; counts of the encoder in one turn, or any finer number"
+            ),
+        };
+        let counts_per_rev = self.counts_per_rev(found, why);
+        let counters = COUNTERS.into_iter().chain(counts_per_rev);
+        let wraps: Vec<f64> = match turn {
+            Some(turn) => vec![turn],
+            None => counters.collect(),
+        };
+        let wrap = self.said.wrap.or_else(|| {
+            let found = wraps.into_iter().find(|wrap| goes_round(column, *wrap));
+            found.filter(|_| !is_increments)
+        });
+        self.map.position = Some(PositionSection {
+            column: Some(self.column_ref(at)),
+            unit: Some(unit.to_owned()),
+            wrap,
+            increments: is_increments.then_some(true),
+            ..PositionSection::default()
+        });
+        let mut words = format!("{name} in {unit}");
+        if is_increments {
+            words.push_str(", each counted since the row before");
+        }
+        if let Some(wrap) = wrap {
+            words.push_str(&format!(", begins anew after {}", short(wrap)));
+        }
+        self.understand("position", Some(at), Some(unit), words);
+        if let (Some(counts), None, None) = (
+            found,
+            self.said.counts_per_rev,
+            self.says[at].counts_per_rev,
+        ) {
+            let words = format!(
+                "{} counts a turn, read off the steps of {name} of {} {unit}",
+                short(counts),
+                short(step.unwrap_or_default())
+            );
+            self.understand("counts_per_rev", None, None, words);
+        }
+    }
+
+    /// Counts a turn of the run: said, in a name, or read off (`found`); else they are asked for.
+    pub(super) fn counts_per_rev(&mut self, found: Option<f64>, why: String) -> Option<f64> {
+        let named = self.says.iter().find_map(|says| says.counts_per_rev);
+        let counts = self.said.counts_per_rev.or(named).or(found);
+        match counts {
+            Some(counts) => self.map.counts_per_rev = counts,
+            None => self.ask("--counts-per-rev", "COUNTS".to_owned(), why),
+        }
+        counts
+    }
+}
+
+/// A number that is whole but for rounding.
+pub(super) fn whole(number: f64) -> f64 {
+    let whole = number.round();
+    if whole > 0.0 && (number / whole - 1.0).abs() < WHOLE {
+        whole
+    } else {
+        number
+    }
+}
+
+/// Whether a column is one that begins anew after `wrap`: it stays within, jumps by more than half of it, and is smooth without.
+fn goes_round(column: &Column, wrap: f64) -> bool {
+    let steps = column.steps();
+    let is_within = column.highest() - column.lowest() <= wrap * 1.001;
+    let jumps = steps.iter().filter(|step| step.abs() > wrap / 2.0).count();
+    let is_smooth = |step: &&f64| (**step - wrap * (**step / wrap).round()).abs() < wrap / 4.0;
+    let smooth = steps.iter().filter(is_smooth).count();
+    is_within && jumps > 0 && smooth * 100 >= steps.len() * 98
+}
+
+/// The unit of an angle that goes round: after 360 it is degrees, after 2 pi radians.
+fn unit_of_round(column: &Column) -> Option<&'static str> {
+    let spans =
+        |wrap: f64| column.highest() - column.lowest() > 0.9 * wrap && goes_round(column, wrap);
+    [(360.0, "deg"), (TAU, "rad")]
+        .into_iter()
+        .find(|(wrap, _)| spans(*wrap))
+        .map(|(_, unit)| unit)
+}

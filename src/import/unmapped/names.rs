@@ -1,0 +1,348 @@
+//! What a column's name says: which quantity it holds, and in which unit.
+//!
+//! A name is taken apart into words at everything that is no letter and no digit, and where a capital follows a small letter.
+//! The words tell the quantity; a unit stands in brackets or at the end.
+
+use super::units::{Role, unit_of};
+
+/// What a name says.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct NameSays {
+    pub role: Option<Role>,
+    /// In the spelling of mapping files.
+    pub unit: Option<&'static str>,
+    /// `duty_255`, `pwm_885max`.
+    pub full: Option<f64>,
+    /// `counts_8192_per_rev`.
+    pub counts_per_rev: Option<f64>,
+    /// The words, to find what belongs to it: `left` of `rpm_left`.
+    pub words: Vec<String>,
+    /// The quantity is said by a word of its own, not by a unit alone.
+    pub is_named: bool,
+}
+
+/// Least number in a name that is a full scale and not the number of a motor.
+const LEAST_FULL: f64 = 50.0;
+
+const TIMES: &[&str] = &[
+    "time",
+    "t",
+    "timestamp",
+    "timestamps",
+    "stamp",
+    "clock",
+    "elapsed",
+    "uptime",
+    "zeit",
+    "datetime",
+    "date",
+];
+const POSITIONS: &[&str] = &[
+    "counts", "count", "cnt", "enc", "encoder", "encoders", "ticks", "tick", "pulses", "pos",
+    "position", "angle", "theta", "phi", "winkel",
+];
+const INCREMENTS: &[&str] = &[
+    "increment",
+    "increments",
+    "inc",
+    "delta",
+    "dcounts",
+    "dticks",
+];
+const SPEEDS: &[&str] = &[
+    "speed", "vel", "velocity", "omega", "rpm", "rps", "dps", "drehzahl",
+];
+const COMMANDS: &[&str] = &[
+    "pwm",
+    "duty",
+    "dutycycle",
+    "cmd",
+    "command",
+    "u",
+    "voltage",
+    "volts",
+    "volt",
+    "spannung",
+];
+const CURRENTS: &[&str] = &["current", "amps", "strom", "iq"];
+const SUPPLIES: &[&str] = &[
+    "battery", "batt", "bat", "vbat", "vbatt", "supply", "vin", "vcc", "vdd", "vsupply",
+];
+const REFERENCES: &[&str] = &[
+    "goal",
+    "target",
+    "setpoint",
+    "set",
+    "sp",
+    "ref",
+    "reference",
+    "desired",
+    "soll",
+    "error",
+    "err",
+];
+
+/// What a name, and a unit that stands beneath it, say.
+pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
+    let (outside, inside) = bracketed(name);
+    let words = words(&outside);
+    let mut found = NameSays {
+        words: words.clone(),
+        ..NameSays::default()
+    };
+    let per_rev = words.windows(3).position(|three| {
+        let is_number = three[0].parse::<f64>().is_ok();
+        is_number && three[1] == "per" && matches!(three[2].as_str(), "rev" | "turn")
+    });
+    let mut words = words;
+    if let Some(at) = per_rev {
+        found.counts_per_rev = words[at].parse().ok();
+        words.drain(at..at + 3);
+    }
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    let role = if has(REFERENCES) {
+        Some(Role::Reference)
+    } else if has(SUPPLIES) {
+        Some(Role::Supply)
+    } else if has(CURRENTS) && !has(SPEEDS) && !has(POSITIONS) {
+        Some(Role::Current)
+    } else if has(SPEEDS) || (has(POSITIONS) && is_per_time(&words)) {
+        // `speed_cmd` is what a controller was to reach.
+        let is_asked = has(&["cmd", "command", "u"]);
+        Some(if is_asked {
+            Role::Reference
+        } else {
+            Role::Speed
+        })
+    } else if has(INCREMENTS) && !has(TIMES) {
+        Some(Role::Increments)
+    } else if has(POSITIONS) && !has(&["pwm", "duty", "voltage"]) {
+        let is_asked = has(&["cmd", "command"]);
+        Some(if is_asked {
+            Role::Reference
+        } else {
+            Role::Position
+        })
+    } else if has(COMMANDS) {
+        let is_input = has(&["input", "in"]) && has(&["voltage", "volts", "volt"]);
+        Some(if is_input {
+            Role::CommandOrSupply
+        } else {
+            Role::Command
+        })
+    } else if has(TIMES) && !has(&["delta", "dt"]) {
+        Some(Role::Time)
+    } else {
+        None
+    };
+    found.is_named = role.is_some();
+    let beside: Vec<&str> = inside.iter().map(String::as_str).chain(unit_line).collect();
+    found.role = role.or_else(|| role_of_unit(&words, &beside));
+    let Some(role) = found.role else {
+        return found;
+    };
+    found.unit = beside
+        .iter()
+        .find_map(|text| unit_of(role, text))
+        .or_else(|| unit_at_end(role, &words));
+    if role == Role::Command {
+        found.full = words.iter().find_map(|word| {
+            let digits = word.strip_suffix("max").unwrap_or(word);
+            digits.parse().ok().filter(|full| *full >= LEAST_FULL)
+        });
+    }
+    found
+}
+
+/// A name that is nothing but a unit tells the quantity by it, as `millis`, `vir_V` and `x [rad]` do.
+fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
+    let by_text = |text: &str| {
+        let roles = [Role::Time, Role::Speed, Role::Position, Role::Command];
+        let is_clear = |unit: &str| !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s");
+        roles
+            .into_iter()
+            .find(|role| unit_of(*role, text).is_some_and(is_clear))
+    };
+    let alone = match words {
+        [one] if one.len() > 1 => by_text(one),
+        _ => None,
+    };
+    let at_end = || {
+        let roles = [Role::Speed, Role::Position];
+        let by_last = match words.last().map(String::as_str) {
+            Some("v" | "volts") if words.len() > 1 => Some(Role::Command),
+            Some("a") if words.len() > 1 => Some(Role::Current),
+            _ => None,
+        };
+        let by_unit = roles.into_iter().find(|role| {
+            let unit = unit_at_end(*role, words);
+            words.len() > 1 && unit.is_some_and(|unit| !matches!(unit, "m" | "m/s" | "rev/s"))
+        });
+        by_last.or(by_unit)
+    };
+    alone
+        .or_else(|| beside.iter().find_map(|text| by_text(text)))
+        .or_else(at_end)
+}
+
+/// Whether the last words are a unit of speed: `angle_deg_s`.
+fn is_per_time(words: &[String]) -> bool {
+    (2..=words.len().min(3)).any(|count| {
+        let last = words[words.len() - count..].join("_");
+        unit_of(Role::Speed, &last).is_some()
+    })
+}
+
+/// The unit that the last words make together: `rad_per_s`, `rad_s`, `ms`.
+fn unit_at_end(role: Role, words: &[String]) -> Option<&'static str> {
+    (1..=words.len().min(3))
+        .rev()
+        .find_map(|count| {
+            let last = words[words.len() - count..].join("_");
+            unit_of(role, &last)
+        })
+        .or_else(|| {
+            words
+                .iter()
+                .find_map(|word| unit_of(role, word).filter(|_| word.len() > 1))
+        })
+}
+
+/// A name without its brackets, and what stands in them.
+fn bracketed(name: &str) -> (String, Option<String>) {
+    let open = name.find(['(', '[', '{']);
+    let close = name.rfind([')', ']', '}']);
+    match (open, close) {
+        (Some(open), Some(close)) if open < close => {
+            let inside = name[open + 1..close].to_owned();
+            (
+                format!("{} {}", &name[..open], &name[close + 1..]),
+                Some(inside),
+            )
+        }
+        _ => (name.to_owned(), None),
+    }
+}
+
+/// The words of a name in small letters.
+fn words(name: &str) -> Vec<String> {
+    let name = name
+        .replace(['µ', 'μ'], "u")
+        .replace('°', "deg")
+        .replace('%', " percent ");
+    let mut words: Vec<String> = vec![String::new()];
+    let mut before = ' ';
+    for c in name.chars() {
+        let is_new = c.is_uppercase() && before.is_lowercase();
+        if is_new || !c.is_alphanumeric() {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric()
+            && let Some(word) = words.last_mut()
+        {
+            word.extend(c.to_lowercase());
+        }
+        before = c;
+    }
+    words.retain(|word| !word.is_empty());
+    // `enc1`, `pwm2`: the number of a motor is a word of its own.
+    words
+        .into_iter()
+        .flat_map(|word| {
+            let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
+            let digits = &word[letters.len()..];
+            match (letters.is_empty(), digits.is_empty()) {
+                (false, false) => vec![letters.to_owned(), digits.to_owned()],
+                _ => vec![word],
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_the_field_are_understood() {
+        use Role::{Command, Current, Increments, Position, Reference, Speed, Supply, Time};
+        for (name, role, unit) in [
+            ("time", Time, None),
+            ("t", Time, None),
+            ("millis", Time, Some("ms")),
+            ("micros()", Time, Some("us")),
+            ("t_us", Time, Some("us")),
+            ("time_ms", Time, Some("ms")),
+            ("timeMs", Time, Some("ms")),
+            ("Time (ms)", Time, Some("ms")),
+            ("Time[s]", Time, Some("s")),
+            ("ms", Time, Some("ms")),
+            ("timestamp", Time, None),
+            ("Zeit [s]", Time, Some("s")),
+            ("__time", Time, None),
+            ("counts", Position, Some("counts")),
+            ("left_counts", Position, Some("counts")),
+            ("EncoderCount", Position, Some("counts")),
+            ("enc", Position, None),
+            ("enc1", Position, None),
+            ("angle_deg", Position, Some("deg")),
+            ("Winkel [°]", Position, Some("deg")),
+            ("theta (rad)", Position, Some("rad")),
+            ("pos_rad", Position, Some("rad")),
+            ("rpm", Speed, Some("rpm")),
+            ("rpm_left", Speed, Some("rpm")),
+            ("speed [rpm]", Speed, Some("rpm")),
+            ("encoder_rpm", Speed, Some("rpm")),
+            ("motorSpeed", Speed, None),
+            ("vel_rad_s", Speed, Some("rad/s")),
+            ("omega (rad/s)", Speed, Some("rad/s")),
+            ("wheel_speed_rad_per_s", Speed, Some("rad/s")),
+            ("counts_per_s", Speed, Some("counts/s")),
+            ("angle_deg_s", Speed, Some("deg/s")),
+            ("current_position", Position, None),
+            ("Drehzahl [U/min]", Speed, Some("rpm")),
+            ("pwm", Command, Some("pwm")),
+            ("duty %", Command, Some("percent")),
+            ("duty_cycle", Command, None),
+            ("u", Command, None),
+            ("voltage", Command, None),
+            ("motor voltage (V)", Command, Some("V")),
+            ("cmd_V", Command, Some("V")),
+            ("vir_V", Command, Some("V")),
+            ("battery_mV", Supply, Some("mV")),
+            ("vin_V", Supply, Some("V")),
+            ("current", Current, None),
+            ("iq_measured_A", Current, Some("A")),
+            ("goal_rad", Reference, None),
+            ("target_rpm", Reference, None),
+            ("speed_cmd", Reference, None),
+            ("increments", Increments, None),
+            ("delta_counts", Increments, Some("counts")),
+        ] {
+            let found = says(name, None);
+            assert_eq!(found.role, Some(role), "{name}");
+            if role != Reference {
+                assert_eq!(found.unit, unit, "{name}");
+            }
+        }
+        for name in ["direction", "temp_C", "trial", "mode", "dt", "x"] {
+            assert_eq!(says(name, None).role, None, "{name}");
+        }
+    }
+
+    #[test]
+    fn full_scales_and_counts_per_turn_stand_in_names() {
+        assert_eq!(says("left_duty_255", None).full, Some(255.0));
+        assert_eq!(says("pwm_counts_885max", None).full, Some(885.0));
+        assert_eq!(says("pwm2", None).full, None);
+        let found = says("position_counts_8192_per_rev", None);
+        assert_eq!(found.counts_per_rev, Some(8192.0));
+        assert_eq!(found.unit, Some("counts"));
+    }
+
+    #[test]
+    fn a_line_of_units_is_read_with_the_names() {
+        assert_eq!(says("angle", Some("deg")).unit, Some("deg"));
+        assert_eq!(says("x", Some("rad/s")).role, Some(Role::Speed));
+    }
+}

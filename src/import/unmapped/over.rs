@@ -1,0 +1,113 @@
+//! Flags beside a mapping file: each takes the place of what the file says.
+
+use super::super::map_command::CommandSection;
+use super::super::map_file::{FieldSection, MapFile, PositionSection, SpeedSection, TimeSection};
+use super::names::says;
+use super::said::{ColumnSaid, Said, Steps, expected, number_and_rest};
+use super::units::Role;
+use super::{Ready, Unclear};
+
+/// The mapping of a mapping file's text, with what is said in place of what it says; and the text of that.
+///
+/// # Errors
+/// A flag cannot be read, or the whole is no mapping.
+pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
+    let mut map = MapFile::parse(text)?;
+    if let Some(text) = &said.time {
+        let (column, unit) = column("--time", Role::Time, text)?;
+        map.time = Some(TimeSection::of(column.column_ref(), unit, None));
+    }
+    if let Some(text) = &said.command {
+        map.command = Some(command(text, said)?);
+    } else if let (Some(command), Some(full)) = (&mut map.command, said.pwm_full) {
+        command.full = Some(full);
+    }
+    if let Some(text) = &said.position {
+        let (column, unit) = column("--position", Role::Position, text)?;
+        map.speed = None;
+        map.position = Some(PositionSection {
+            column: Some(column.column_ref()),
+            unit: Some(unit.to_owned()),
+            ..PositionSection::default()
+        });
+    }
+    if let Some(text) = &said.speed {
+        let (column, unit) = column("--speed", Role::Speed, text)?;
+        map.position = None;
+        map.speed = Some(SpeedSection {
+            column: column.column_ref(),
+            unit: unit.to_owned(),
+            scale: None,
+            offset: None,
+            integrate: Default::default(),
+        });
+    }
+    if let Some(position) = &mut map.position {
+        position.wrap = said.wrap.or(position.wrap);
+        position.increments = said.increments.then_some(true).or(position.increments);
+    }
+    if let Some(text) = &said.current {
+        let (column, unit) = column("--current", Role::Current, text)?;
+        map.current = Some(FieldSection::of(column.column_ref(), unit));
+    }
+    if let Some(text) = &said.supply {
+        match number_and_rest(text) {
+            Some((volts, "" | "V" | "v")) => map.supply_v = Some(volts),
+            _ => {
+                let (column, unit) = column("--supply", Role::Supply, text)?;
+                map.supply = Some(FieldSection::of(column.column_ref(), unit));
+            }
+        }
+    }
+    map.counts_per_rev = said.counts_per_rev.unwrap_or(map.counts_per_rev);
+    map.m_per_rev = said.m_per_rev.or(map.m_per_rev);
+    map.rows.every = said.every.or(map.rows.every);
+    map.rows.unsigned = said.unsigned.or(map.rows.unsigned);
+    Ready::of(map)
+}
+
+fn command(text: &str, said: &Said) -> Result<CommandSection, Unclear> {
+    let full = said.pwm_full;
+    if let Some(steps) = Steps::parse(text)? {
+        return Ok(CommandSection {
+            points: Some(steps.points),
+            unit: Some(steps.unit.to_owned()),
+            full,
+            ..CommandSection::default()
+        });
+    }
+    if text == "none" {
+        return Ok(CommandSection {
+            recorded: Some(false),
+            ..CommandSection::default()
+        });
+    }
+    let (column, unit) = column("--command", Role::Command, text)?;
+    Ok(CommandSection {
+        column: Some(column.column_ref()),
+        unit: Some(unit.to_owned()),
+        full,
+        ..CommandSection::default()
+    })
+}
+
+/// A column and its unit: said, or in its name.
+fn column(
+    flag: &'static str,
+    role: Role,
+    text: &str,
+) -> Result<(ColumnSaid, &'static str), Unclear> {
+    let found = ColumnSaid::parse(flag, role, text, |_| false)?;
+    let named = || says(&found.column, None);
+    let unit = found
+        .unit
+        .or_else(|| named().unit.filter(|_| named().role == Some(role)));
+    match unit {
+        Some(unit) => Ok((found, unit)),
+        None => Err(Unclear::NoUnit {
+            flag,
+            column: found.column,
+            expected: expected(role),
+        }),
+    }
+}

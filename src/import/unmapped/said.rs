@@ -1,0 +1,233 @@
+//! What the user says of a log: one flag a quantity.
+
+use super::super::map::ColumnRef;
+use super::unclear::Unclear;
+use super::units::{Role, unit_of};
+
+/// The flags of `motorlab import`, as they were written.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Said {
+    /// `COL:UNIT`, or `10ms`: time from row to row.
+    pub time: Option<String>,
+    /// `COL:UNIT`, `7V@0.95s`, `none`.
+    pub command: Option<String>,
+    /// `COL:UNIT`.
+    pub position: Option<String>,
+    /// `COL:UNIT`.
+    pub speed: Option<String>,
+    /// `COL:UNIT`.
+    pub current: Option<String>,
+    /// Volts, or `COL:UNIT` of a measured supply.
+    pub supply: Option<String>,
+    /// Counts of the encoder in one turn.
+    pub counts_per_rev: Option<f64>,
+    /// Travel of a linear axis in one turn in m.
+    pub m_per_rev: Option<f64>,
+    /// The number that is full drive.
+    pub pwm_full: Option<f64>,
+    /// Range after which the position begins anew.
+    pub wrap: Option<f64>,
+    /// The position column holds what was counted since the row before.
+    pub increments: bool,
+    /// The encoder knows no direction, or does.
+    pub unsigned: Option<bool>,
+    /// One row of so many.
+    pub every: Option<u64>,
+}
+
+impl Said {
+    /// The flags as they are written, in the order of the help.
+    pub(super) fn flags(&self) -> Vec<(&'static str, String)> {
+        let texts = [
+            ("--time", &self.time),
+            ("--command", &self.command),
+            ("--position", &self.position),
+            ("--speed", &self.speed),
+            ("--current", &self.current),
+            ("--supply", &self.supply),
+        ];
+        let numbers = [
+            ("--counts-per-rev", self.counts_per_rev),
+            ("--m-per-rev", self.m_per_rev),
+            ("--pwm-full", self.pwm_full),
+            ("--wrap", self.wrap),
+        ];
+        let mut flags: Vec<(&'static str, String)> = texts
+            .into_iter()
+            .filter_map(|(flag, text)| Some((flag, text.clone()?)))
+            .collect();
+        flags.extend(
+            (numbers.into_iter()).filter_map(|(flag, number)| Some((flag, number?.to_string()))),
+        );
+        if self.increments {
+            flags.push(("--increments", String::new()));
+        }
+        match self.unsigned {
+            Some(true) => flags.push(("--unsigned", String::new())),
+            Some(false) => flags.push(("--unsigned=false", String::new())),
+            None => {}
+        }
+        flags.extend(self.every.map(|every| ("--every", every.to_string())));
+        flags
+    }
+}
+
+/// A column and, where it is said, its unit.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ColumnSaid {
+    pub column: String,
+    pub unit: Option<&'static str>,
+}
+
+impl ColumnSaid {
+    /// From `COL:UNIT` or `COL`. What stands after the last colon is the unit, unless the whole is a column (`is_column`).
+    pub fn parse(
+        flag: &'static str,
+        role: Role,
+        text: &str,
+        is_column: impl Fn(&str) -> bool,
+    ) -> Result<Self, Unclear> {
+        let text = text.trim();
+        let plain = |column: &str, unit| Self {
+            column: column.trim().to_owned(),
+            unit,
+        };
+        match text.rsplit_once(':') {
+            _ if is_column(text) => Ok(plain(text, None)),
+            Some((column, unit)) => match unit_of(role, unit) {
+                Some(unit) => Ok(plain(column, Some(unit))),
+                None => Err(Unclear::Unit {
+                    flag,
+                    unit: unit.to_owned(),
+                    expected: expected(role),
+                }),
+            },
+            None => Ok(plain(text, None)),
+        }
+    }
+
+    /// As a mapping file asks for it where no log is at hand: digits are a number.
+    pub fn column_ref(&self) -> ColumnRef {
+        match self.column.parse() {
+            Ok(number) => ColumnRef::Number(number),
+            Err(_) => ColumnRef::Name(self.column.clone()),
+        }
+    }
+}
+
+/// The units that a quantity can have, for messages.
+pub(super) fn expected(role: Role) -> &'static str {
+    match role {
+        Role::Time => "s, ms, us, ns, min",
+        Role::Position | Role::Increments => "counts, rev, rad, mrad, deg, m, mm",
+        Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s",
+        Role::Current => "A, mA",
+        Role::Supply => "V, mV",
+        Role::Command | Role::CommandOrSupply | Role::Reference => {
+            "pwm, percent, share, V, mV, A, mA, N m"
+        }
+    }
+}
+
+/// A command that is known and not logged: `7V@0.95s`, or several with commas between.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Steps {
+    pub unit: &'static str,
+    /// Time in s, value in the unit.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Steps {
+    /// `None` where the text has no `@`.
+    pub fn parse(text: &str) -> Result<Option<Self>, Unclear> {
+        if !text.contains('@') {
+            return Ok(None);
+        }
+        let wrong = || Unclear::Form {
+            flag: "--command",
+            text: text.to_owned(),
+            expected: "such as 7V@0.95s: 0 before, 7 V from then on; more steps after commas, all of one unit",
+        };
+        let mut found: Option<Self> = None;
+        for part in text.split(',') {
+            let (value, time) = part.split_once('@').ok_or_else(wrong)?;
+            let (value, unit) = number_and_rest(value).ok_or_else(wrong)?;
+            let unit = unit_of(Role::Command, unit).ok_or_else(wrong)?;
+            let (time, time_unit) = number_and_rest(time).ok_or_else(wrong)?;
+            let t_s = match time_unit {
+                "" | "s" => time,
+                "ms" => time * 1e-3,
+                _ => return Err(wrong()),
+            };
+            let steps = found.get_or_insert(Self {
+                unit,
+                points: Vec::new(),
+            });
+            let is_later = steps.points.last().is_none_or(|(before, _)| t_s > *before);
+            if steps.unit != unit || !is_later || t_s < 0.0 {
+                return Err(wrong());
+            }
+            steps.points.push((t_s, value));
+        }
+        let mut steps = found.ok_or_else(wrong)?;
+        if steps.points[0].0 > 0.0 {
+            steps.points.insert(0, (0.0, 0.0));
+        }
+        Ok(Some(steps))
+    }
+}
+
+/// A number and what follows it: `10ms` is 10 and `ms`.
+pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let end = text
+        .find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+'))
+        .unwrap_or(text.len());
+    let number: f64 = text[..end].parse().ok()?;
+    number.is_finite().then_some((number, text[end..].trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_and_units_are_said_in_one_word() {
+        let none = |_: &str| false;
+        let parse = |text| ColumnSaid::parse("--time", Role::Time, text, none);
+        let found = parse("t_us:us").expect("good");
+        assert_eq!((found.column.as_str(), found.unit), ("t_us", Some("us")));
+        assert_eq!(parse("time").expect("good").unit, None);
+        assert!(parse("time:furlong").is_err());
+        let whole = ColumnSaid::parse("--speed", Role::Speed, "a:rpm", |name| name == "a:rpm");
+        assert_eq!(whole.expect("good").column, "a:rpm");
+    }
+
+    #[test]
+    fn steps_that_are_known_are_said_in_one_word() {
+        let steps = Steps::parse("7V@0.95s").expect("good").expect("steps");
+        assert_eq!(
+            (steps.unit, steps.points),
+            ("V", vec![(0.0, 0.0), (0.95, 7.0)])
+        );
+        let steps = Steps::parse("-10%@0,0%@1500ms")
+            .expect("good")
+            .expect("steps");
+        assert_eq!(
+            (steps.unit, steps.points),
+            ("percent", vec![(0.0, -10.0), (1.5, 0.0)])
+        );
+        assert_eq!(Steps::parse("pwm").expect("good"), None);
+        for wrong in [
+            "7@1s",
+            "V@1s",
+            "7V@",
+            "7V@1h",
+            "7V@2s,3V@1s",
+            "7V@0s,3A@1s",
+            "@",
+        ] {
+            assert!(Steps::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! A look at the beginning of a log: how it is laid out, and what its columns hold.
+
+use super::super::cells::{Cells, Separator, decode, number};
+use super::super::lines::{Line, lines};
+use super::super::map_file::FileSection;
+use super::super::stamp::{before_line, stamp};
+use super::column::Column;
+use super::table::{BANNER_LINES, Layout, Numbered, layout};
+use super::units::unit_of;
+
+/// Rows that are looked at: a minute at 3 ms.
+const ROWS: usize = 20_000;
+/// Comment lines that are kept.
+const COMMENTS: usize = 50;
+/// What begins a comment.
+const COMMENT_MARKS: [&str; 3] = ["#", "%", "//"];
+
+/// What a log looks like.
+#[derive(Debug, Default)]
+pub(super) struct Survey {
+    /// As the mapping file says it.
+    pub file: FileSection,
+    pub columns: Vec<Column>,
+    /// Comment lines among and before the rows, without the mark.
+    pub comments: Vec<String>,
+    pub rows: usize,
+    /// The first lines as they are, for a message where there is no table.
+    pub first_lines: Vec<String>,
+}
+
+/// Looks at the first bytes of a log; `None` where there is no table of numbers.
+pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Survey> {
+    let all = lines_of(head, is_whole);
+    let mut found = Survey {
+        first_lines: (all.iter().take(3))
+            .map(|(_, line)| decode(line).into_owned())
+            .collect(),
+        ..Survey::default()
+    };
+    let content = |line: &[u8]| {
+        before_line(line)
+            .map_or(line, |(_, rest)| rest)
+            .trim_ascii()
+            .to_vec()
+    };
+    let mark = COMMENT_MARKS
+        .into_iter()
+        .find(|mark| {
+            all.iter()
+                .any(|(_, line)| content(line).starts_with(mark.as_bytes()))
+        })
+        .unwrap_or("#");
+    let is_comment = |line: &[u8]| content(line).starts_with(mark.as_bytes());
+    let (comments, table): (Vec<Numbered>, Vec<Numbered>) = all
+        .into_iter()
+        .filter(|(_, line)| !content(line).is_empty())
+        .partition(|(_, line)| is_comment(line));
+    let text = |line: &[u8]| {
+        decode(&content(line))
+            .trim_start_matches(mark)
+            .trim()
+            .to_owned()
+    };
+    found.comments = comments
+        .iter()
+        .take(COMMENTS)
+        .map(|(_, line)| text(line))
+        .collect();
+    let Some(layout) = layout(&table) else {
+        return Err(found);
+    };
+    if mark != "#" {
+        found.file.comment = Some(mark.to_owned());
+    }
+    found.file.delimiter = match layout.separator {
+        Separator::Byte(b'\t') => Some("tab".to_owned()),
+        Separator::Byte(byte) => Some(char::from(byte).to_string()),
+        Separator::Blanks => Some("space".to_owned()),
+    };
+    found.columns = vec![Column::default(); layout.columns];
+    let first_row = table[layout.first].0;
+    name_columns(&mut found, &table, &layout);
+    if found.file.names == Some(false) {
+        // Names in the comment above the rows, as numpy writes them.
+        let above = comments.iter().rev().find(|(at, _)| *at < first_row);
+        let names = above.map(|(_, line)| cells_of(text(line).as_bytes(), layout.separator));
+        if let Some(names) = names.filter(|names| names.len() == layout.columns && all_words(names))
+        {
+            for (column, name) in found.columns.iter_mut().zip(names) {
+                column.name = Some(name);
+            }
+        }
+    }
+    let mut cells = Cells::default();
+    for (_, line) in table[layout.first..].iter().take(ROWS) {
+        cells.split(line, layout.separator);
+        cells.trim_to(layout.columns);
+        if cells.len() != layout.columns || is_names(&cells) {
+            continue;
+        }
+        found.rows += 1;
+        for (at, column) in found.columns.iter_mut().enumerate() {
+            column.take(cells.get(at), layout.is_decimal_comma);
+        }
+    }
+    if layout.is_decimal_comma && found.columns.iter().any(|column| column.has_comma) {
+        found.file.decimal = Some(",".to_owned());
+    }
+    Ok(found)
+}
+
+fn lines_of(head: &[u8], is_whole: bool) -> Vec<Numbered> {
+    let mut found = Vec::new();
+    let Ok(mut lines) = lines(head) else {
+        return found;
+    };
+    // What was cut off in the middle of compressed data ends the look, and is read in full by the import.
+    while let Ok(Some(line)) = lines.next() {
+        if let Line::Whole(line) = line {
+            let line = line.to_vec();
+            found.push((lines.number(), line));
+        }
+        if found.len() >= ROWS + BANNER_LINES {
+            return found;
+        }
+    }
+    if !is_whole && !lines.ended() {
+        found.pop();
+    }
+    found
+}
+
+fn cells_of(line: &[u8], separator: Separator) -> Vec<String> {
+    let mut cells = Cells::default();
+    cells.split(line, separator);
+    let mut found: Vec<String> = (0..cells.len())
+        .map(|at| cells.text(at).into_owned())
+        .collect();
+    while found.len() > 1 && found.last().is_some_and(String::is_empty) {
+        found.pop();
+    }
+    found
+}
+
+fn is_name(cell: &str) -> bool {
+    !cell.is_empty() && number(cell.as_bytes(), true, "").is_err()
+}
+
+/// Whether no cell is a number; a terminal's stamp before the line does not count.
+fn all_words(cells: &[String]) -> bool {
+    let from = usize::from(
+        cells
+            .first()
+            .is_some_and(|cell| stamp(cell.as_bytes()).is_some()),
+    );
+    cells.len() > from && cells[from..].iter().all(|cell| is_name(cell))
+}
+
+fn is_names(cells: &Cells) -> bool {
+    let texts: Vec<String> = (0..cells.len())
+        .map(|at| cells.text(at).into_owned())
+        .collect();
+    all_words(&texts)
+}
+
+/// A line of units between names and rows, such as `ms;V;deg`.
+fn is_units(cells: &[String]) -> bool {
+    use super::units::Role::{Command, Current, Position, Speed, Time};
+    let is_unit = |cell: &String| {
+        let cell = cell.trim_matches(['[', ']', '(', ')']);
+        let roles = [Time, Position, Speed, Command, Current];
+        let is_known = || roles.into_iter().any(|role| unit_of(role, cell).is_some());
+        cell.is_empty() || matches!(cell, "-" | "1" | "PWM") || is_known()
+    };
+    cells.iter().any(|cell| !cell.is_empty()) && cells.iter().all(is_unit)
+}
+
+/// Names, units and the lines before them, from what stands above the first row.
+fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
+    let above = |back: usize| {
+        let at = layout.first.checked_sub(back)?;
+        let (line, text) = &table[at];
+        Some((*line, cells_of(text, layout.separator)))
+    };
+    let is_header = |cells: &[String]| all_words(cells) && cells.len() == layout.columns;
+    let fits = |header: &Option<(u64, Vec<String>)>| {
+        header.as_ref().is_some_and(|(_, cells)| is_header(cells))
+    };
+    let (first, second) = (above(1), above(2));
+    let has_units = fits(&second)
+        && first
+            .as_ref()
+            .is_some_and(|(_, cells)| cells.len() <= layout.columns && is_units(cells));
+    let (header, units) = if has_units {
+        (second, first)
+    } else {
+        (first, None)
+    };
+    let lines_before_rows = table[layout.first].0 - 1;
+    match header {
+        Some((line, cells)) if is_header(&cells) => {
+            found.file.skip_lines = line - 1;
+            found.file.names = Some(true);
+            found.file.unit_lines = u64::from(units.is_some());
+            for (column, name) in found.columns.iter_mut().zip(cells) {
+                column.name = Some(name).filter(|name| stamp(name.as_bytes()).is_none());
+                column.is_by_name = column.name.is_some();
+            }
+            for (column, unit) in found
+                .columns
+                .iter_mut()
+                .zip(units.into_iter().flat_map(|(_, cells)| cells))
+            {
+                column.unit_line = Some(unit.trim_matches(['[', ']', '(', ')']).to_owned());
+            }
+        }
+        // A line of names without the stamp that the terminal put before the rows.
+        Some((_, cells)) if all_words(&cells) && cells.len() + 1 == layout.columns => {
+            found.file.skip_lines = lines_before_rows;
+            found.file.names = Some(false);
+            for (column, name) in found.columns.iter_mut().skip(1).zip(cells) {
+                column.name = Some(name);
+            }
+        }
+        Some(_) => {
+            found.file.skip_lines = lines_before_rows;
+            found.file.names = Some(false);
+        }
+        None => found.file.names = Some(false),
+    }
+    // A name that stands twice is no name: the number tells.
+    let names: Vec<Option<String>> = found
+        .columns
+        .iter()
+        .map(|column| column.name.clone())
+        .collect();
+    for column in &mut found.columns {
+        let twice = names.iter().filter(|name| **name == column.name).count() > 1;
+        column.is_by_name &= !twice;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(survey: &Survey) -> Vec<&str> {
+        survey
+            .columns
+            .iter()
+            .map(|column| column.name.as_deref().unwrap_or("-"))
+            .collect()
+    }
+
+    #[test]
+    fn layouts_of_many_kinds_are_found() {
+        for (log, expected, skip, units, delimiter) in [
+            ("t,n\n0,5\n3,6\n6,9\n", vec!["t", "n"], 0, 0, ","),
+            (
+                "Scope 3\n\nt,n\nms,-\n0,5\n3,6\n6,9\n",
+                vec!["t", "n"],
+                2,
+                1,
+                ",",
+            ),
+            ("t;n\n0,0;5\n3,0;6\n6,0;9\n", vec!["t", "n"], 0, 0, ";"),
+            ("0 5\n3 6\n6 9\n", vec!["-", "-"], 0, 0, "space"),
+            (
+                "# t_ms n\n0 5\n3 6\n6 9\n",
+                vec!["t_ms", "n"],
+                0,
+                0,
+                "space",
+            ),
+            (
+                "t\tn\t\r\n0\t5\t\r\n3\t6\t\r\n6\t9\t\r\n",
+                vec!["t", "n"],
+                0,
+                0,
+                "tab",
+            ),
+            (
+                "t, n, d\n0, 5, up\n3, 6, up\n6, 9, up\n",
+                vec!["t", "n", "d"],
+                0,
+                0,
+                ",",
+            ),
+            (
+                "12:34:56.7 -> t,n\n12:34:56.8 -> 0,5\n12:34:56.9 -> 3,6\n12:34:57.0 -> 6,9\n",
+                vec!["-", "t", "n"],
+                0,
+                0,
+                ",",
+            ),
+            (
+                "t,n\n12:34:56.8 -> 0,5\n12:34:56.9 -> 3,6\n12:34:57.0 -> 6,9\n",
+                vec!["-", "t", "n"],
+                1,
+                0,
+                ",",
+            ),
+        ] {
+            let survey = survey(log.as_bytes(), true).unwrap_or_else(|_| panic!("{log}"));
+            assert_eq!(names(&survey), expected, "{log}");
+            assert_eq!(survey.file.skip_lines, skip, "{log}");
+            assert_eq!(survey.file.unit_lines, units, "{log}");
+            assert_eq!(survey.file.delimiter.as_deref(), Some(delimiter), "{log}");
+            assert_eq!(survey.rows, 3, "{log}");
+        }
+    }
+
+    #[test]
+    fn a_text_without_numbers_is_no_table() {
+        assert!(survey(b"Dear reader,\nthis is a letter,\nand no log\n", true).is_err());
+        assert!(survey(b"", true).is_err());
+    }
+}

@@ -1,0 +1,102 @@
+//! Where in a log the rows of numbers begin, and by what their cells are separated.
+
+use super::super::cells::{Cells, Separator, number};
+use super::super::stamp::{before_line, stamp};
+
+/// A line of the log, and its number from 1.
+pub(super) type Numbered = (u64, Vec<u8>);
+
+/// So many rows alike, one after the other, are the table.
+const ALIKE: usize = 3;
+/// Lines among which the first row of numbers is looked for: a banner is shorter.
+pub(super) const BANNER_LINES: usize = 400;
+
+/// Where the table of numbers begins, and how its cells are separated.
+pub(super) struct Layout {
+    pub separator: Separator,
+    pub columns: usize,
+    /// Index of the first row.
+    pub first: usize,
+    pub is_decimal_comma: bool,
+}
+
+/// The separator by which the earliest and most of the lines are rows of numbers.
+pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
+    let separators = [
+        Separator::Byte(b'\t'),
+        Separator::Byte(b';'),
+        Separator::Byte(b','),
+        Separator::Blanks,
+    ];
+    let mut best: Option<(f64, Layout)> = None;
+    for separator in separators {
+        let is_decimal_comma = separator != Separator::Byte(b',');
+        let looks: Vec<Look> = (table.iter().take(BANNER_LINES))
+            .map(|(_, line)| Look::at(line, separator, is_decimal_comma))
+            .collect();
+        // A separator at the end of every row ends it; at the end of some it stands before an empty cell.
+        let mut rows = looks
+            .iter()
+            .filter(|look| look.share >= 0.5 && look.cells > 1);
+        let surplus = usize::from(rows.clone().count() > 0 && rows.all(|look| look.is_open));
+        let alike = ALIKE.min(looks.len().saturating_sub(1)).max(1);
+        let first = looks.windows(alike).position(|window| {
+            let cells = window[0].cells;
+            let is_row = |look: &Look| look.cells == cells && look.share >= 0.5;
+            cells > surplus && window.iter().all(is_row)
+        });
+        let Some(first) = first else { continue };
+        let look = &looks[first];
+        let columns = look.cells - surplus;
+        // Columns count for more than a better share: a list of one column is all numbers too. A stamp before the line is no column.
+        let own = columns - usize::from(look.is_stamped);
+        let score = look.share * if own > 1 { 1.0 } else { 0.4 };
+        if best
+            .as_ref()
+            .is_none_or(|(before, _)| score > *before + 1e-9)
+        {
+            best = Some((
+                score,
+                Layout {
+                    separator,
+                    columns,
+                    first,
+                    is_decimal_comma,
+                },
+            ));
+        }
+    }
+    best.map(|(_, layout)| layout)
+}
+
+/// What one line looks like, taken apart by one separator.
+struct Look {
+    cells: usize,
+    /// Of the cells that are not empty, the share of numbers and stamps.
+    share: f64,
+    /// The last cell is empty.
+    is_open: bool,
+    /// A terminal's stamp stands before the line.
+    is_stamped: bool,
+}
+
+impl Look {
+    fn at(line: &[u8], separator: Separator, is_decimal_comma: bool) -> Self {
+        let mut cells = Cells::default();
+        cells.split(line, separator);
+        let count = cells.len();
+        let filled: Vec<&[u8]> = (0..count)
+            .map(|at| cells.get(at))
+            .filter(|cell| !cell.is_empty())
+            .collect();
+        let is_number =
+            |cell: &&&[u8]| number(cell, is_decimal_comma, "").is_ok() || stamp(cell).is_some();
+        let numbers = filled.iter().filter(is_number).count();
+        Self {
+            cells: count,
+            share: numbers as f64 / filled.len().max(1) as f64,
+            is_open: count > 1 && cells.get(count - 1).is_empty(),
+            is_stamped: before_line(line).is_some(),
+        }
+    }
+}

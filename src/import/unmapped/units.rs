@@ -1,0 +1,137 @@
+//! Quantities, and their units as people write them in names and brackets.
+
+/// What a column holds, by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Role {
+    Time,
+    Position,
+    /// Counts since the row before.
+    Increments,
+    Speed,
+    Command,
+    Current,
+    Supply,
+    /// What a controller was to reach: neither commanded to the motor nor measured.
+    Reference,
+    /// `input_volts`: the supply of a servo, or what was commanded.
+    CommandOrSupply,
+}
+
+/// A unit as names write it, and as mapping files do.
+type Spelling = (&'static str, &'static str);
+
+const TIME_UNITS: &[Spelling] = &[
+    ("s", "s"),
+    ("sec", "s"),
+    ("secs", "s"),
+    ("second", "s"),
+    ("seconds", "s"),
+    ("sekunden", "s"),
+    ("ms", "ms"),
+    ("msec", "ms"),
+    ("millis", "ms"),
+    ("millisecond", "ms"),
+    ("milliseconds", "ms"),
+    ("us", "us"),
+    ("usec", "us"),
+    ("micros", "us"),
+    ("microsecond", "us"),
+    ("microseconds", "us"),
+    ("ns", "ns"),
+    ("nanoseconds", "ns"),
+    ("min", "min"),
+];
+const POSITION_UNITS: &[Spelling] = &[
+    ("counts", "counts"),
+    ("count", "counts"),
+    ("cnt", "counts"),
+    ("ticks", "counts"),
+    ("tick", "counts"),
+    ("pulses", "counts"),
+    ("rev", "rev"),
+    ("revs", "rev"),
+    ("revolutions", "rev"),
+    ("turn", "rev"),
+    ("turns", "rev"),
+    ("rad", "rad"),
+    ("rads", "rad"),
+    ("radians", "rad"),
+    ("mrad", "mrad"),
+    ("deg", "deg"),
+    ("degree", "deg"),
+    ("degrees", "deg"),
+    ("grad", "deg"),
+    ("m", "m"),
+    ("mm", "mm"),
+    ("um", "um"),
+];
+const SPEED_UNITS: &[Spelling] = &[
+    ("rpm", "rpm"),
+    ("revmin", "rpm"),
+    ("umin", "rpm"),
+    ("1min", "rpm"),
+    ("rps", "rev/s"),
+    ("revs", "rev/s"),
+    ("hz", "rev/s"),
+    ("rads", "rad/s"),
+    ("radsec", "rad/s"),
+    ("degs", "deg/s"),
+    ("degsec", "deg/s"),
+    ("dps", "deg/s"),
+    ("countss", "counts/s"),
+    ("countssec", "counts/s"),
+    ("cps", "counts/s"),
+    ("tickss", "counts/s"),
+    ("tickssec", "counts/s"),
+    ("ms", "m/s"),
+    ("mms", "mm/s"),
+];
+const COMMAND_UNITS: &[Spelling] = &[
+    ("v", "V"),
+    ("volt", "V"),
+    ("volts", "V"),
+    ("mv", "mV"),
+    ("a", "A"),
+    ("ma", "mA"),
+    ("nm", "N m"),
+    ("mnm", "mN m"),
+    ("pwm", "pwm"),
+    ("percent", "percent"),
+    ("pct", "percent"),
+    ("prozent", "percent"),
+    ("share", "share"),
+];
+const CURRENT_UNITS: &[Spelling] = &[("a", "A"), ("amp", "A"), ("amps", "A"), ("ma", "mA")];
+const SUPPLY_UNITS: &[Spelling] = &[("v", "V"), ("volt", "V"), ("volts", "V"), ("mv", "mV")];
+
+/// The units that a quantity can have.
+fn spellings(role: Role) -> &'static [Spelling] {
+    match role {
+        Role::Time => TIME_UNITS,
+        Role::Position | Role::Increments => POSITION_UNITS,
+        Role::Speed => SPEED_UNITS,
+        Role::Command | Role::Reference => COMMAND_UNITS,
+        Role::Current => CURRENT_UNITS,
+        Role::Supply | Role::CommandOrSupply => SUPPLY_UNITS,
+    }
+}
+
+/// A unit as people write it, in the spelling of mapping files.
+pub(super) fn unit_of(role: Role, text: &str) -> Option<&'static str> {
+    let text = text
+        .trim()
+        .replace(['µ', 'μ'], "u")
+        .replace('°', "deg")
+        .replace('%', "percent");
+    let letters: String = (text.to_lowercase().replace("per", "\u{0}").chars())
+        .filter(|c| c.is_alphanumeric())
+        .collect();
+    let whole = match text.to_lowercase().as_str() {
+        "percent" => "percent".to_owned(),
+        _ => letters,
+    };
+    let found = spellings(role)
+        .iter()
+        .find(|(spelling, _)| *spelling == whole);
+    found.map(|(_, unit)| *unit)
+}

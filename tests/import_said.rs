@@ -1,0 +1,295 @@
+//! What can be said of a log by a flag or in a mapping, and what becomes of it.
+
+#[path = "support/command.rs"]
+mod command;
+#[path = "support/foreign_logs.rs"]
+mod foreign_logs;
+
+use std::fs;
+
+use command::{RunFile, run};
+use foreign_logs::{Truth, asked, counts, import, imported, log, near};
+
+#[test]
+fn a_pwm_beyond_full_scale_is_full_drive_and_said() {
+    let truth = Truth::of(0.01, (0..300).map(|k| if k < 20 { 0 } else { 312 }));
+    let n = |k: usize| truth.counts[k].to_string();
+    let text = log(
+        "time_ms,pwm,counts",
+        truth.rows(),
+        &[
+            &|k| truth.ms(k).to_string(),
+            &|k| truth.pwm[k].to_string(),
+            &n,
+        ],
+    );
+    let flags = ["--supply", "12", "--counts-per-rev", "720"];
+    let said = asked("log.csv", &text, &flags);
+    assert!(said.contains("the largest of the log is 312"), "{said}");
+    let (file, said) = imported(
+        "log.csv",
+        &text,
+        &[&flags[..], &["--pwm-full", "255"]].concat(),
+    );
+    assert!(
+        said.contains("280 of 300 rows command more than full drive, up to 1.224"),
+        "{said}"
+    );
+    assert_eq!(file.column("command_v")[299], 12.0);
+    assert_eq!(file.summary("beyond_full_drive"), 280);
+}
+
+#[test]
+fn counters_that_wrap_increments_and_one_channel() {
+    let truth = Truth::of(
+        0.01,
+        (0..600).map(|k| {
+            if k < 20 {
+                0
+            } else if k < 400 {
+                250
+            } else {
+                -250
+            }
+        }),
+    );
+    let ms = |k: usize| truth.ms(k).to_string();
+    let pwm = |k: usize| truth.pwm[k].to_string();
+    let flags = ["--supply", "12", "--counts-per-rev", "720"];
+    let signed = |k: usize| (truth.counts[k] * 50 + 30_000) as i16;
+    let (file, said) = imported(
+        "log.csv",
+        &log(
+            "time_ms,pwm,counts",
+            truth.rows(),
+            &[&ms, &pwm, &|k| signed(k).to_string()],
+        ),
+        &flags,
+    );
+    assert!(said.contains("begins anew after 65536"), "{said}");
+    let fifty: Vec<i64> = truth.counts.iter().map(|n| 50 * n + 30_000).collect();
+    assert_eq!(counts(&file), fifty);
+    let change = |k: usize| truth.counts[k] - truth.counts[k.saturating_sub(1)];
+    let text = log(
+        "time_ms,pwm,enc",
+        truth.rows(),
+        &[&ms, &pwm, &|k| change(k).to_string()],
+    );
+    let (file, _) = imported("log.csv", &text, &[&flags[..], &["--increments"]].concat());
+    assert_eq!(counts(&file), truth.counts);
+    // One channel: the sign is the command's, so what turns on forwards after the command is counted backwards.
+    let text = log(
+        "time_ms,pwm,pulses",
+        truth.rows(),
+        &[&ms, &pwm, &|k| change(k).abs().to_string()],
+    );
+    let said = asked("log.csv", &text, &[&flags[..], &["--increments"]].concat());
+    assert!(
+        said.contains("--unsigned") && said.contains("never goes backwards"),
+        "{said}"
+    );
+    let (file, _) = imported(
+        "log.csv",
+        &text,
+        &[&flags[..], &["--increments", "--unsigned"]].concat(),
+    );
+    let found = counts(&file);
+    assert_eq!(found[..401], truth.counts[..401]);
+    let expected: Vec<i64> = (401..600).map(|k| -change(k).abs()).collect();
+    let changes: Vec<i64> = found[400..]
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .collect();
+    assert_eq!(changes, expected);
+    assert_eq!(
+        file.header["imported"]["sign"].as_str(),
+        Some("the command's")
+    );
+}
+
+#[test]
+fn a_filtered_speed_is_found_by_its_missing_steps() {
+    let truth = Truth::steps(0.01, 400);
+    let mut filtered = vec![0.0];
+    for k in 1..400 {
+        let rpm = truth.rpm(k).parse::<f64>().expect("rpm");
+        let before = filtered[k - 1];
+        filtered.push(before + 0.15 * (rpm - before));
+    }
+    let text = log(
+        "time_ms,pwm,rpm",
+        truth.rows(),
+        &[
+            &|k| truth.ms(k).to_string(),
+            &|k| truth.pwm[k].to_string(),
+            &|k| format!("{:.3}", filtered[k]),
+        ],
+    );
+    let (_, said) = imported(
+        "log.csv",
+        &text,
+        &["--supply", "12", "--counts-per-rev", "720"],
+    );
+    assert!(said.contains("speed_filter"), "{said}");
+    let (_, said) = imported(
+        "log.csv",
+        &truth.rpm_log("time_ms,pwm,rpm"),
+        &["--supply", "12"],
+    );
+    assert!(!said.contains("speed_filter"), "{said}");
+}
+
+#[test]
+fn one_row_of_many_keeps_the_volt_seconds() {
+    let truth = Truth::steps(0.002, 1000);
+    let n = |k: usize| truth.counts[k].to_string();
+    let text = log(
+        "time_ms,pwm,counts",
+        truth.rows(),
+        &[
+            &|k| truth.ms(k).to_string(),
+            &|k| truth.pwm[k].to_string(),
+            &n,
+        ],
+    );
+    let flags = ["--supply", "12", "--counts-per-rev", "720", "--every", "7"];
+    let (file, _) = imported("log.csv", &text, &flags);
+    let seventh: Vec<i64> = truth.counts.iter().copied().step_by(7).collect();
+    assert_eq!(counts(&file), seventh);
+    let t_s = file.column("t_s");
+    let found: f64 = (file.column("command_v").iter().zip(t_s.windows(2)))
+        .map(|(u, pair)| u * (pair[1] - pair[0]))
+        .sum();
+    let last = 7 * (seventh.len() - 1);
+    let wanted: f64 = truth.commands()[..last].iter().map(|u| u * 0.002).sum();
+    assert!((found - wanted).abs() < 1e-6, "{found} for {wanted}");
+    assert_eq!(file.header["sample_time_s"].as_float(), Some(0.014));
+}
+
+#[test]
+fn a_command_of_columns_is_their_sum_within_its_limit() {
+    let map = "counts_per_rev = 4096\nsupply_v = 12\n[time]\ncolumn = \"t\"\nunit = \"s\"\n\
+        [command]\nsum = [{ column = \"goal\", factor = 2.0 }, { column = \"pos\", factor = -2.0 }]\nlimit = 1.0\nunit = \"share\"\n\
+        [position]\ncolumn = \"pos\"\nunit = \"rad\"\n";
+    let directory = tempfile::tempdir().expect("a directory");
+    fs::write(directory.path().join("map.toml"), map).expect("written");
+    let text = "t,goal,pos\n0,0,0\n0.01,0.1,0\n0.02,2,0\n0.03,-2,0.5\n";
+    let finished = import(directory.path(), "log.csv", text, &["--map", "map.toml"]);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    near(&file.column("command_v"), &[0.0, 2.4, 12.0, -12.0], 1e-12);
+    assert_eq!(
+        file.header["imported"]["command"].as_str(),
+        Some("sum of columns")
+    );
+}
+
+#[test]
+fn a_saved_mapping_does_the_same() {
+    let truth = Truth::steps(0.02, 200);
+    let directory = tempfile::tempdir().expect("a directory");
+    let path = directory.path();
+    let text = truth.rpm_log("time_ms,pwm,rpm");
+    let finished = import(
+        path,
+        "log.csv",
+        &text,
+        &["--supply", "12", "--save-map", "map.toml"],
+    );
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let again = run(
+        path,
+        &["import", "log.csv", "--map", "map.toml", "-o", "again.csv"],
+    );
+    assert_eq!(again.status, Some(0), "{}", again.messages);
+    let read = |name: &str| fs::read_to_string(path.join(name)).expect("a run");
+    assert_eq!(read("run.csv"), read("again.csv"));
+    // A flag takes the place of what the mapping says.
+    let flags = [
+        "import", "log.csv", "--map", "map.toml", "--supply", "6", "-o", "six.csv",
+    ];
+    assert_eq!(run(path, &flags).status, Some(0));
+    let half: Vec<f64> = truth.commands().iter().map(|u| u / 2.0).collect();
+    near(
+        &RunFile::read(&path.join("six.csv")).column("command_v"),
+        &half,
+        1e-9,
+    );
+    // A file that was not written so is not replaced.
+    fs::write(path.join("mine.toml"), "a = 1\n").expect("written");
+    let flags = [
+        "import",
+        "log.csv",
+        "--supply",
+        "12",
+        "--save-map",
+        "mine.toml",
+        "-o",
+        "seven.csv",
+    ];
+    assert_eq!(run(path, &flags).status, Some(2));
+    assert!(!path.join("seven.csv").exists());
+}
+
+#[test]
+fn other_commands_say_how_a_foreign_log_is_imported() {
+    let truth = Truth::steps(0.02, 100);
+    let directory = tempfile::tempdir().expect("a directory");
+    let text = truth.rpm_log("time_ms,pwm,rpm");
+    fs::write(directory.path().join("log.csv"), text).expect("written");
+    for command in ["diagnose", "compare", "check"] {
+        let finished = run(directory.path(), &[command, "log.csv"]);
+        assert_eq!(finished.status, Some(2), "{command}");
+        let line = "motorlab import log.csv --supply VOLTS";
+        assert!(
+            finished.messages.contains(line),
+            "{command}: {}",
+            finished.messages
+        );
+        assert!(
+            finished.messages.contains("log.run.csv"),
+            "{command}: {}",
+            finished.messages
+        );
+    }
+    // A letter is no log, and a run without its header no foreign one.
+    for other in [
+        "Dear reader,\nno log\n",
+        "t_s,command_v,counts\n0,0,0\n0.01,0,0\n0.02,1,1\n",
+    ] {
+        fs::write(directory.path().join("other.csv"), other).expect("written");
+        let finished = run(directory.path(), &["check", "other.csv"]);
+        assert_eq!(finished.status, Some(2));
+        assert!(
+            !finished.messages.contains("motorlab import other.csv"),
+            "{}",
+            finished.messages
+        );
+    }
+}
+
+#[test]
+fn flags_that_fit_nothing_are_refused_with_what_there_is() {
+    let truth = Truth::steps(0.02, 100);
+    let text = truth.rpm_log("time_ms,pwm,rpm");
+    for (flags, wanted) in [
+        (&["--speed", "rmp"][..], "there is no such column"),
+        (&["--speed", "rpm:furlong"], "`furlong` is no unit"),
+        (
+            &["--speed", "rpm", "--position", "pwm:counts"],
+            "exclude each other",
+        ),
+        (&["--command", "7V@"], "7V@0.95s"),
+        (&["--every", "0"], "0"),
+        (&["--pwm-full", "0"], "above 0"),
+    ] {
+        let said = asked("log.csv", &text, flags);
+        assert!(said.contains(wanted), "{flags:?}: {said}");
+    }
+    let said = asked("letter.txt", "Dear reader,\nthis is no log\n", &[]);
+    assert!(
+        said.contains("no table of numbers") && said.contains("Dear reader"),
+        "{said}"
+    );
+    let _ = asked("empty.csv", "", &[]);
+}
