@@ -2,7 +2,7 @@
 //!
 //! `cargo bench --bench diagnose`; `items/s` is samples a second. `three_runs` is a step at 0.03 s, one at 0.003 s and
 //! 15 s of reversing at 0.003 s, of a motor with one effect, from the generator of the blind cases; `longer` is one
-//! reversing run of so many seconds. `benches/diagnose_peer.py` fits one effect to as many samples with SciPy.
+//! reversing run of so many seconds, `hours` one of 1.2 million samples. `benches/diagnose_peer.py` fits one effect to as many samples with SciPy.
 
 use case_generator::generate;
 use divan::counter::ItemsCount;
@@ -34,17 +34,41 @@ fn three_runs(bencher: Bencher<'_, '_>, kind: &str) {
 
 #[divan::bench(args = [15, 30, 60, 120], sample_count = 1)]
 fn longer(bencher: Bencher<'_, '_>, seconds: u32) {
-    let sample_time_s = 0.003;
-    let duration_s = f64::from(seconds);
-    let samples = (duration_s / sample_time_s) as u32;
-    let t_s: Vec<f64> = (0..samples).map(|k| f64::from(k) * sample_time_s).collect();
     let profile = Profile::named("reversing", 4.5, 15.0).expect("a profile");
-    let command: Vec<f64> = t_s
-        .iter()
-        .map(|t_s| profile.command_at(t_s % 15.0))
-        .collect();
+    let samples = (f64::from(seconds) / 0.003) as usize;
+    let command_at = |t_s: f64| profile.command_at(t_s % 15.0);
+    let run = recording("stribeck", (0.003, samples), command_at);
+    time(bencher, &[run], &Motor::default());
+}
+
+/// An hour at 3 ms and ten at 30 ms, of levels between which a dead zone does nothing but in 2 % of the time.
+#[divan::bench(args = [0.003, 0.03], sample_count = 1)]
+fn hours(bencher: Bencher<'_, '_>, sample_time_s: f64) {
+    let samples = 1_200_000;
+    let large = [4.5, 2.0, -3.0, 3.0, -4.5, -2.0, 3.7, -2.5];
+    let small = [0.5, 1.2, 0.7, -0.4, -1.1, 0.9, -0.8, 0.3];
+    let lasts_s = samples as f64 * sample_time_s;
+    let level = |t_s: f64| {
+        let levels = match (0.66..0.68).contains(&(t_s / lasts_s)) {
+            true => small,
+            false => large,
+        };
+        levels[(t_s / 0.7) as usize % 8]
+    };
+    let run = recording("dead_zone", (sample_time_s, samples), level);
+    time(bencher, &[run], &Motor::default());
+}
+
+/// The handout's motor with an effect, under a command.
+fn recording(
+    effect: &str,
+    (sample_time_s, samples): (f64, usize),
+    command_at: impl Fn(f64) -> f64,
+) -> Run {
+    let t_s: Vec<f64> = (0..samples).map(|k| k as f64 * sample_time_s).collect();
+    let command: Vec<f64> = t_s.iter().map(|t_s| command_at(*t_s)).collect();
     let mut truth = Motor::default();
-    let effect = ActiveEffect::from_keys("stribeck", [], &truth.parameters);
+    let effect = ActiveEffect::from_keys(effect, [], &truth.parameters);
     truth.effects.set(effect.expect("in the catalogue"));
     let drive = Drive {
         t_s: &t_s,
@@ -52,15 +76,14 @@ fn longer(bencher: Bencher<'_, '_>, seconds: u32) {
         kind: CommandKind::Voltage,
     };
     let simulated = simulate(&truth, &drive, &SimulationOptions::default()).expect("a motor");
-    let run = Run {
+    Run {
         sample_time_s,
         counts_per_rev: 720.0,
         counts: simulated.counts,
         t_s,
         command,
         ..Run::default()
-    };
-    time(bencher, &[run], &Motor::default());
+    }
 }
 
 fn time(bencher: Bencher<'_, '_>, runs: &[Run], motor: &Motor) {

@@ -19,7 +19,7 @@ use crate::stages::transmission::ENCODER_SIDE;
 use crate::workspace::{Engines, work_of, work_of_encoders};
 use crate::{KnownDifferences, Model, Motor, Parameters};
 
-pub use crate::integrator::schedule::Reset;
+pub use crate::integrator::schedule::{Reset, Skipped};
 pub use crate::parameter_id::ParameterId;
 pub use crate::workspace::Workspace;
 
@@ -79,6 +79,14 @@ impl Simulator {
     #[must_use]
     pub fn resetting(mut self, resets: Vec<Reset>) -> Self {
         self.schedule = self.schedule.with_resets(resets);
+        self
+    }
+
+    /// The same of a run of which stretches are left out: what is long against all that happens in a motor but its warming up. The
+    /// drive goes on after each as if nothing had been before, with a reset there. `skipped` is in the order of the samples.
+    #[must_use]
+    pub fn skipping(mut self, skipped: Vec<Skipped>) -> Self {
+        self.schedule = self.schedule.with_skipped(skipped);
         self
     }
 
@@ -498,6 +506,66 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// What is left out warms the winding as it does where it is simulated.
+    #[test]
+    fn a_winding_goes_on_warming_through_what_is_left_out() {
+        let mut motor = Motor::default();
+        let values = [("resistance_rise_per_w", 0.5), ("time_constant_s", 8.0)];
+        let heating = ActiveEffect::from_keys("winding_heating", values, &motor.parameters);
+        motor.effects.set(heating.expect("in the catalogue"));
+        let t_s: Vec<f64> = (0..8000).map(|k| f64::from(k) * 0.003).collect();
+        let command: Vec<f64> = (0..8000).map(|k| [4.5, 1.5, -4.0][k / 90 % 3]).collect();
+        let drive = |range: std::ops::Range<usize>| Drive {
+            t_s: &t_s[range.clone()],
+            command: &command[range],
+            kind: crate::CommandKind::Voltage,
+        };
+        let whole = simulate(&motor, &drive(0..8000), &SimulationOptions::default());
+        let whole = whole.expect("a motor");
+        // The last piece is all that is simulated, after 24 samples before what is left out.
+        let (until, from) = (24, 7290);
+        let shorter: Vec<f64> = (0..until + 8000 - from).map(|k| t_s[k]).collect();
+        let their_command = [&command[..until], &command[from..]].concat();
+        let reset = Reset {
+            sample: until,
+            angle_rad: whole.angle_rad[from],
+            speed_rad_s: whole.speed_rad_s[from],
+        };
+        let blocks = (until..from).step_by(300).map(|k| {
+            let block = k..(k + 300).min(from);
+            let n = block.len() as f64;
+            let mean = |of: &dyn Fn(usize) -> f64| block.clone().map(of).sum::<f64>() / n;
+            let (u, w) = (&command, &whole.speed_rad_s);
+            Skipped {
+                before: until,
+                span_s: 0.003 * n,
+                means: [
+                    mean(&|k| u[k] * u[k]),
+                    mean(&|k| u[k] * w[k]),
+                    mean(&|k| w[k] * w[k]),
+                ],
+            }
+        });
+        let blocks: Vec<Skipped> = blocks.collect();
+        let apart = |skipped: Vec<Skipped>| {
+            let drive = Drive {
+                t_s: &shorter,
+                command: &their_command,
+                kind: crate::CommandKind::Voltage,
+            };
+            let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+            let simulator = simulator.resetting(vec![reset]).skipping(skipped);
+            let mut angles = vec![0.0; shorter.len()];
+            (simulator.angles(&motor, &mut Workspace::default(), &mut angles)).expect("a motor");
+            let apart = (angles[until..].iter().zip(&whole.angle_rad[from..]))
+                .map(|(a, b)| (a - b).abs())
+                .fold(0.0, f64::max);
+            apart * motor.parameters.counts_per_rev / std::f64::consts::TAU
+        };
+        let (cold, warm) = (apart(Vec::new()), apart(blocks));
+        assert!(cold > 10.0 * warm && warm < 0.5, "{cold} {warm}");
     }
 
     /// One motion read by encoders with and without effects of their own, on either side of a spring and of a gap: to the bit

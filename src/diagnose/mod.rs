@@ -38,7 +38,7 @@ use crate::motor::Motor;
 use crate::recording::Run;
 use error::usable;
 use fit::Base;
-use pieces::Pieces;
+use pieces::{Pieces, Thinned};
 use selection::forward;
 use settings::CLOCK_READING_S;
 
@@ -93,7 +93,9 @@ pub fn diagnose(
     options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
     let begun = std::time::Instant::now();
-    let (pieces, base) = made_ready(runs, motor)?;
+    let (all, base) = made_ready(runs, motor)?;
+    let thinned = Thinned::new(&all, runs)?;
+    let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
     let held = match options.held_out {
         [] => None,
         held_out => {
@@ -102,13 +104,20 @@ pub fn diagnose(
             Some(Pieces::new(held_out, motor)?)
         }
     };
-    let found = forward(&pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
+    let found = forward(pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
     (options.progress)("looking for something unknown");
-    let unknown = validation::unknown(&pieces, &found.best);
+    let mut unknown = validation::unknown(pieces, &found.best);
+    if thinned.is_some() {
+        unknown = unknown
+            .with_worst_of(&all, &found.best)
+            .ok_or(DiagnoseError::NoFit)?;
+    }
     (options.progress)("weighing what was found, and what to record next");
     let grounds = conclusion::Grounds {
         runs,
-        pieces: &pieces,
+        all: &all,
+        pieces,
+        thinned: thinned.as_ref(),
         held: held.as_ref(),
         base: &base,
         found: &found,

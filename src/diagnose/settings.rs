@@ -6,6 +6,13 @@ pub(crate) const PIECE_S: f64 = 1.0;
 pub(crate) const PIECE_TIME_CONSTANTS: f64 = 10.0;
 /// Fewest samples of a piece. Convention.
 pub(crate) const PIECE_SAMPLES: usize = 40;
+/// Samples that are searched at most; of longer recordings some pieces are drawn. At 3 ms they are fifty pieces, so that each of some
+/// forty regimes and levels has one at least.
+pub(crate) const SEARCHED_SAMPLES: usize = 16_000;
+/// Seconds that are simulated before a piece whose past is left out: the longest delay in play.
+pub(crate) const LEAD_S: f64 = 0.3;
+/// Parts of the command's range, either way, that pieces are drawn from alike. Convention.
+pub(crate) const COMMAND_LEVELS: f64 = 4.0;
 /// Folds of the cross-validation. Convention (Hastie, Tibshirani, Friedman, 7.10).
 pub(crate) const FOLDS: usize = 5;
 /// Half width in s of the window in which the speed at a sample is measured.

@@ -6,11 +6,12 @@
 //! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
 //! their alignment allows, and then run many in a row (`cruise.rs`).
 
-use crate::integrator::dynamics::{Anchor, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{Anchor, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
 use crate::integrator::guards::Guard;
 use crate::integrator::inside::shift;
 use crate::integrator::ladder::FINEST;
 use crate::integrator::ladders::{Key, Ladders};
+use crate::integrator::schedule::Skipped;
 use crate::reading::encoder_shaft;
 use crate::scalar::Scalar;
 
@@ -192,9 +193,25 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     }
 
     /// Puts the encoder's shaft to this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
-    /// side of a transmission is moved along, so that what lies between them, the current and the heat stay as they are.
-    pub(crate) fn put(&mut self, angle_rad: f64, speed_rad_s: f64, offset: S) {
+    /// side of a transmission is moved along, so that what lies between them and the current stay as they are. So does the heat, but
+    /// for what is left out just before.
+    pub(crate) fn put(
+        &mut self,
+        angle_rad: f64,
+        speed_rad_s: f64,
+        offset: S,
+        left_out: &[Skipped],
+    ) {
         self.within_tick(offset, |engine| {
+            if let Some(heating) = engine.machine.chain.electrical.heating {
+                let chain = engine.machine.chain;
+                for stretch in left_out {
+                    let before_w = engine.y[HEAT];
+                    let loss_w = (chain.electrical).mean_loss(chain.kind, stretch.means, before_w);
+                    let kept = (S::from(-stretch.span_s) / heating.time_constant_s).exp();
+                    engine.y[HEAT] = loss_w + (before_w - loss_w) * kept;
+                }
+            }
             let shaft = encoder_shaft::<N>(engine.machine.chain.transmission.encoder_on_load);
             let (by, faster) = (
                 S::from(angle_rad) - engine.y[shaft],

@@ -39,6 +39,17 @@ pub struct Reset {
     pub speed_rad_s: f64,
 }
 
+/// A stretch of a run that is left out of the drive, just before a [`Reset`]: the winding alone goes on through it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skipped {
+    /// Number of the sample that comes after it: that of a reset.
+    pub before: usize,
+    /// How long it lasts, in s.
+    pub span_s: f64,
+    /// Means over it: of the squared command, of the command times the speed (rad/s), and of the squared speed.
+    pub means: [f64; 3],
+}
+
 impl<S, const N: usize, F> Reader<S, N> for F
 where
     F: FnMut(usize, &Engine<S, N>, &Sample<'_, S, N>),
@@ -64,6 +75,8 @@ pub(crate) struct Schedule {
     places: Vec<(u64, f64)>,
     /// Where the shaft is put in between, by sample.
     resets: Vec<Reset>,
+    /// What is left out before some of them, in order.
+    skipped: Vec<Skipped>,
 }
 
 impl Schedule {
@@ -105,6 +118,7 @@ impl Schedule {
             steps_per_sample: if uniform { steps as u64 } else { 0 },
             places: Vec::new(),
             resets: Vec::new(),
+            skipped: Vec::new(),
         };
         Ok(schedule.placed())
     }
@@ -112,6 +126,12 @@ impl Schedule {
     /// The same with a shaft that is put elsewhere in between.
     pub(crate) fn with_resets(mut self, resets: Vec<Reset>) -> Self {
         self.resets = resets;
+        self
+    }
+
+    /// The same of a run of which this is left out.
+    pub(crate) fn with_skipped(mut self, skipped: Vec<Skipped>) -> Self {
+        self.skipped = skipped;
         self
     }
 
@@ -224,6 +244,7 @@ impl Schedule {
             && (stretch - 1.0).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
         let mut resets = self.resets.iter().peekable();
+        let mut skipped = self.skipped.as_slice();
         let mut k = 0;
         while k < self.len() {
             let (tick, offset) = if known {
@@ -241,7 +262,10 @@ impl Schedule {
             }
             if let Some(reset) = resets.next_if(|reset| reset.sample == k) {
                 engine.go_to(tick);
-                engine.put(reset.angle_rad, reset.speed_rad_s, offset);
+                let until = skipped.partition_point(|stretch| stretch.before <= k);
+                let (left_out, others) = skipped.split_at(until);
+                engine.put(reset.angle_rad, reset.speed_rad_s, offset, left_out);
+                skipped = others;
                 reader.begin_anew(k, reset.angle_rad, reset.speed_rad_s);
             }
             let free = resets.peek().map_or(self.len(), |reset| reset.sample);

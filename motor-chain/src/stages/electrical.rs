@@ -3,6 +3,7 @@
 //! `L di/dt = v - R (1 + k P) i - Kb f(theta) w`, `tau_m = Kt f(theta) i`, with the ripple
 //! `f = 1 + A sin(n theta + phi)` (a second wave beside the first where there are two) in both so that power is kept, and the filtered copper loss `P` of winding heating.
 
+use crate::CommandKind;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -101,6 +102,30 @@ impl<S: Scalar> Electrical<S> {
     #[inline(always)]
     pub(crate) fn left_when_warm(&self, per_w: S, loss_w: S) -> S {
         -(per_w * loss_w) + 1.0
+    }
+
+    /// Mean copper loss in W, as heat counts it, over a stretch with these means of the squared command, of the command times the speed
+    /// and of the squared speed, at a filtered loss before it.
+    pub(crate) fn mean_loss(&self, kind: CommandKind, means: [f64; 3], before_w: S) -> S {
+        let [command, both, speed] = means;
+        let weak = match self.weakening_per_w {
+            Some(per_w) => self.left_when_warm(per_w, before_w),
+            None => S::from(1.0),
+        };
+        let squared_current = match kind {
+            CommandKind::Voltage => {
+                let back_emf = self.back_emf_v_s_per_rad * weak;
+                let resistance = self.resistance(before_w);
+                (back_emf * back_emf * speed - back_emf * (2.0 * both) + command)
+                    / (resistance * resistance)
+            }
+            CommandKind::Current => S::from(command),
+            CommandKind::Torque => {
+                let constant = self.torque_constant_nm_per_a * weak;
+                S::from(command) / (constant * constant)
+            }
+        };
+        squared_current * self.resistance_ohm
     }
 
     /// Resistance of the winding at this filtered copper loss.

@@ -5,9 +5,10 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
+use super::Grounds;
 use crate::diagnose::fit::{Fit, Left, less_start};
 use crate::diagnose::noise::Noise;
-use crate::diagnose::pieces::{Pieces, Recording};
+use crate::diagnose::pieces::{Pieces, Recording, Thinned};
 use crate::diagnose::report::{FloorParts, GoodEnough};
 use crate::diagnose::settings::{NULLS, REPEATED_SHARE, ROUNDING, SAME_COMMAND, START_PHASES};
 use crate::diagnose::validation::residual_by_chance;
@@ -34,22 +35,22 @@ impl FloorParts {
 }
 
 /// The floor of these runs, for the fit that explains them best.
-pub(crate) fn floor_parts(
-    runs: &[Run],
-    pieces: &Pieces,
-    best: &Fit,
-    kind: CommandKind,
-    good_enough: Option<GoodEnough>,
-) -> FloorParts {
+pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
     let motor = best.model.motor(&best.x);
     let of_best = (&motor, best.around.time_constant_s);
+    let kind = grounds.base.kind;
+    let rounding = match grounds.thinned {
+        None => rounding(grounds.runs, grounds.all, of_best, kind),
+        Some(Thinned { runs, .. }) => (Pieces::new(runs, &motor).ok())
+            .and_then(|pieces| rounding(runs, &pieces, of_best, kind)),
+    };
     FloorParts {
         // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
-        rounding: rounding(runs, pieces, of_best, kind).unwrap_or(ROUNDING.sqrt()),
-        repeats: repeats(runs, pieces),
-        good_enough: good_enough.map(|good| match good {
+        rounding: rounding.unwrap_or(ROUNDING.sqrt()),
+        repeats: repeats(grounds.runs, grounds.all),
+        good_enough: grounds.good_enough.map(|good| match good {
             GoodEnough::Counts(counts) => counts,
-            GoodEnough::Share(share) => share * travel(pieces),
+            GoodEnough::Share(share) => share * travel(grounds.all),
         }),
     }
 }

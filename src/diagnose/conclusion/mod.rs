@@ -14,8 +14,8 @@ mod weights;
 
 use super::design::next_experiment;
 use super::error::name_of;
-use super::fit::{Base, Fit, score_at};
-use super::pieces::Pieces;
+use super::fit::{Base, Fit, Left, score_at};
+use super::pieces::{Pieces, Thinned};
 use super::report::{Diagnosis, Gap, GoodEnough, Place, SHAPE, Step, Verdict};
 use super::selection::Forward;
 use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
@@ -31,7 +31,11 @@ pub(crate) use weights::{Weights, weights};
 /// What a conclusion rests on.
 pub(crate) struct Grounds<'a> {
     pub runs: &'a [Run],
+    pub all: &'a Pieces,
+    /// Those that were searched.
     pub pieces: &'a Pieces,
+    /// Where these are not all.
+    pub thinned: Option<&'a Thinned>,
     /// Pieces of runs that nothing was fitted to.
     pub held: Option<&'a Pieces>,
     pub base: &'a Base,
@@ -46,7 +50,9 @@ pub(crate) struct Grounds<'a> {
 /// Everything that a search comes to; none where a model cannot be simulated.
 pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let Grounds {
+        all,
         pieces,
+        thinned,
         base,
         found,
         ..
@@ -57,9 +63,19 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let most_sure = if is_unsure { FEW_PIECES_SURE } else { 1.0 };
     let weights = weights(found, grounds.unknown).at_most(most_sure);
     let shown = rungs::Shown::new(pieces, base, &found.refitted, best)?;
-    let floor = floor::floor_parts(grounds.runs, pieces, best, base.kind, grounds.good_enough);
+    let floor = floor::floor_parts(&grounds, best);
     let wander = floor::wander(pieces, best);
-    let mut rungs = rungs::rungs(pieces, grounds.held, &shown, floor)?;
+    let mut rungs = rungs::rungs(
+        (all, pieces),
+        grounds.held.or(thinned.map(|_| all)),
+        &shown,
+        floor,
+    )?;
+    let refitted = &shown.refitted.left;
+    let left_of_all = match thinned {
+        Some(_) => Left::of(all, &refitted.motor, refitted.time_constant_s)?,
+        None => refitted.shown.clone(),
+    };
     let asked = Asked {
         below_floor: [0, 1].map(|rung| rungs.below_floor(rung)),
         are_numbers_plausible: found.refitted.model.bent(&found.refitted.x) <= WITHIN_TOLERANCES
@@ -88,6 +104,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         bent: bent(best),
         wander_share: best.noise.strength,
         pieces: pieces.pieces.len(),
+        all_pieces: all.pieces.len(),
         is_by_floor: said.is_by_floor,
         is_held_out: grounds.held.is_some(),
         is_doubtful: grounds.is_doubtful,
@@ -112,9 +129,9 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
                 Vec::new()
             } else {
                 place::regions(
-                    pieces,
+                    all,
                     &|run| name_of(run, &grounds.runs[run]),
-                    &shown.refitted.left.shown,
+                    &left_of_all,
                     rungs.gap.floor,
                 )
             },

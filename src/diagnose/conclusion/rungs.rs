@@ -91,9 +91,9 @@ impl Gap {
     }
 }
 
-/// The rungs of models on the pieces that they were fitted to, or on those that are held out.
+/// The rungs of models on the pieces that they were fitted to, or on others: those that are held out, or all where some were searched.
 pub(crate) fn rungs(
-    pieces: &Pieces,
+    (all, pieces): (&Pieces, &Pieces),
     held: Option<&Pieces>,
     shown: &Shown,
     floor_parts: FloorParts,
@@ -159,15 +159,20 @@ pub(crate) fn rungs(
             after_parameters: fitted[1],
             after_effect: fitted[2],
         },
-        held_out: held_out_words(pieces, held),
+        held_out: held_out_words((all, pieces), held),
         rungs95: [0, 1, 2].map(|k| quantiles(draws.iter().map(|draw| draw[k]).collect())),
     };
     Some(Rungs { gap, draws })
 }
 
 /// How the data was kept from the fits.
-fn held_out_words(pieces: &Pieces, held: Option<&Pieces>) -> String {
+fn held_out_words((all, pieces): (&Pieces, &Pieces), held: Option<&Pieces>) -> String {
     match held {
+        Some(held) if std::ptr::eq(held, all) => format!(
+            "{} pieces, predicted by a fit on {} of them",
+            all.pieces.len(),
+            pieces.pieces.len()
+        ),
         Some(held) if held.runs.len() == 1 => "one run, kept from every fit and choice".to_owned(),
         Some(held) => format!("{} runs, kept from every fit and choice", held.runs.len()),
         None if pieces.folds < 2 => {

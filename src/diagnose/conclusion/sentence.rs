@@ -15,8 +15,9 @@ pub(crate) struct Beside {
     pub bent: Vec<(&'static str, f64)>,
     /// Strength of a load that wanders, one sigma as a share of the stall torque.
     pub wander_share: f64,
-    /// Pieces that were predicted.
+    /// Pieces that were searched, and all.
     pub pieces: usize,
+    pub all_pieces: usize,
     /// Whether the floor says so, with something significant below it.
     pub is_by_floor: bool,
     /// Whether the predicted rungs are those of runs held out.
@@ -54,6 +55,12 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
         notes.push(format!(
             "The runs are {pieces}, fewer than {FEW_PIECES}: nothing is said with more than {:.0} %.",
             100.0 * FEW_PIECES_SURE
+        ));
+    }
+    if beside.pieces < beside.all_pieces {
+        notes.push(format!(
+            "Searched were {} of {} pieces, drawn evenly over what the motor does; the rungs are those of all.",
+            beside.pieces, beside.all_pieces
         ));
     }
     if beside.is_doubtful {
@@ -320,6 +327,7 @@ mod tests {
             bent: vec![("inertia_kg_m2", 1.7), ("coulomb_friction_nm", 0.41)],
             wander_share: 0.0123,
             pieces: 6,
+            all_pieces: 6,
             is_by_floor,
             is_held_out: is_by_floor,
             is_doubtful: is_by_floor,

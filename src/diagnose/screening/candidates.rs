@@ -6,7 +6,7 @@ use super::periodic;
 use crate::diagnose::fit::range_of;
 use crate::diagnose::fit::{Base, Fit, Member, Model, jitter_s, loss, response};
 use crate::diagnose::noise::Surroundings;
-use crate::diagnose::pieces::{Pieces, Recording};
+use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS};
 use crate::motor::ActiveEffect;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
@@ -107,7 +107,7 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
     };
     // Where the shaft goes round between two samples, nothing tells what repeats with the angle; and times that are the host's
     // arrivals tell of the line, not of the board.
-    let goes_round = pieces.runs.iter().any(Recording::goes_round);
+    let goes_round = pieces.runs.iter().any(|run| run.goes_round);
     let is_hidden = |kind: &EffectKind| {
         let is_timed = kind.stage == Stage::Timing || kind.id == "transport_delay";
         let repeats = || (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));

@@ -6,9 +6,9 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::nulls::residual_by_chance;
-use crate::diagnose::fit::{Fit, dot};
+use crate::diagnose::fit::{Fit, dot, residual, response};
 use crate::diagnose::noise::Whitener;
-use crate::diagnose::pieces::Pieces;
+use crate::diagnose::pieces::{Piece, Pieces};
 use crate::diagnose::screening::filter;
 use crate::diagnose::settings::{LEAST_GAIN, NULLS, RIDGE, SHAPE_ORDERS};
 
@@ -31,6 +31,33 @@ impl Unknown {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// The same with the piece predicted worst of others than those that were searched.
+    pub fn with_worst_of(self, pieces: &Pieces, fit: &Fit) -> Option<Self> {
+        let whitener = Whitener::new(pieces, &fit.around, fit.noise);
+        let predicted = response(pieces, &fit.model.motor(&fit.x))?;
+        let worst = |residual: &[f64]| {
+            let white = whitener.whiten(residual);
+            let of_piece = |piece| mean_square(pieces, piece, &white);
+            pieces.pieces.iter().map(of_piece).fold(0.0, f64::max)
+        };
+        let by_chance = |seed: u64| {
+            let mut random = Pcg64Mcg::seed_from_u64(0x776f_7273 ^ seed);
+            let (around, noise) = (&fit.around, fit.noise);
+            worst(&residual_by_chance(
+                pieces,
+                &predicted,
+                around,
+                noise,
+                &mut random,
+            ))
+        };
+        Some(Self {
+            worst: worst(&residual(pieces, &predicted)),
+            worst_by_chance: (0..NULLS as u64).into_par_iter().map(by_chance).collect(),
+            ..self
+        })
+    }
+
     /// Logarithm of the odds that the piece that is predicted worst is no chance: even where it is beyond the worst that chance made by
     /// as much as that is beyond what chance makes mostly.
     pub fn worst_beyond(&self) -> f64 {
@@ -49,12 +76,15 @@ impl Unknown {
     }
 }
 
+/// Mean square of a piece over its looks, whitened.
+fn mean_square(pieces: &Pieces, piece: &Piece, white: &[f64]) -> f64 {
+    let range = pieces.range(piece);
+    let looks = pieces.weight[range.clone()].iter().sum::<f64>().max(1.0);
+    dot(&white[range.clone()], &white[range]) / looks
+}
+
 fn shapes(pieces: &Pieces, fit: &Fit) -> Vec<Vec<f64>> {
-    let top = pieces
-        .runs
-        .iter()
-        .flat_map(|run| &run.speed)
-        .fold(1.0_f64, |m, v| m.max(v.abs()));
+    let top = pieces.runs.iter().fold(1.0, |m, run| f64::max(m, run.top));
     let largest = pieces
         .runs
         .iter()

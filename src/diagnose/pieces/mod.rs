@@ -3,6 +3,12 @@
 //! A piece starts from the angle and the speed measured at its first sample; what cannot be measured (heat, current, the side of a
 //! gap, a command under way) goes on from what came before (multiple shooting: Bock, 1983).
 
+mod regimes;
+mod thin;
+
+pub(crate) use regimes::regimes;
+pub(crate) use thin::Thinned;
+
 use crate::check::host_clock::host_clock;
 use crate::least_squares::{Record, start_of};
 use crate::motor::fit::{Reset, Simulator};
@@ -35,6 +41,10 @@ pub(crate) struct Recording {
     pub supply_v: Option<f64>,
     /// Error of the board's clock as the host saw it, and over how many seconds.
     pub clock: Option<(f64, f64)>,
+    /// Whether the shaft turns by half a turn or more from one sample to the next.
+    pub goes_round: bool,
+    /// Largest speed in counts/s, 1 at least.
+    pub top: f64,
     pub simulator: Simulator,
 }
 
@@ -97,7 +107,10 @@ impl Recording {
             kind: run.command_kind,
         };
         let simulator = Simulator::new(&drive, Model::SecondOrder)?.knowing(run.known.clone());
+        let half_turn = 0.5 * run.counts_per_rev;
         Ok(Self {
+            goes_round: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
+            top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
             t_s: run.t_s.clone(),
             command: command.into_owned(),
             counts,
@@ -112,12 +125,6 @@ impl Recording {
         })
     }
 
-    /// Whether the shaft turns by half a turn or more from one sample to the next.
-    pub fn goes_round(&self) -> bool {
-        let half = 0.5 * std::f64::consts::TAU / self.rad;
-        (self.counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half)
-    }
-
     /// Speed at a sample in counts/s, and its uncertainty. A run begins as its first samples say; later a line through the samples
     /// around gives the speed, and by how much those before and those behind differ says how far to trust it.
     fn start_speed(&self, k: usize) -> (f64, f64) {
@@ -130,14 +137,13 @@ impl Recording {
         if !self.moving[k] {
             return (0.0, 0.0);
         }
-        let top = self.speed.iter().fold(1.0_f64, |most, v| most.max(v.abs()));
         let half = ((START_WINDOW_S / self.sample_time_s).ceil() as usize).max(2);
         let (from, to) = (
             k.saturating_sub(half),
             (k + half).min(self.counts.len() - 1),
         );
         let line = |from: usize, to: usize| slope(&self.t_s[from..=to], &self.counts[from..=to]);
-        let share = START_SPEED_SHARE * top;
+        let share = START_SPEED_SHARE * self.top;
         match (line(from, to), line(from, k), line(k, to)) {
             (Some((speed, sd)), Some((before, _)), Some((behind, _))) => {
                 let bend = 0.5 * (behind - before);
@@ -145,6 +151,19 @@ impl Recording {
             }
             _ => (self.speed[k], (1.0 / (2.0 * SPEED_WINDOW_S)).hypot(share)),
         }
+    }
+}
+
+impl Recording {
+    /// Where the shaft is put at a sample, with the uncertainty of its speed in counts/s.
+    fn start(&self, sample: usize) -> (Reset, f64) {
+        let (speed, sd) = self.start_speed(sample);
+        let reset = Reset {
+            sample,
+            angle_rad: (self.first_counts + self.counts[sample]) * self.rad,
+            speed_rad_s: speed * self.rad,
+        };
+        (reset, sd)
     }
 }
 
@@ -210,12 +229,8 @@ impl Pieces {
             let mut resets = Vec::new();
             for j in 0..count {
                 let (from, to) = (j * n / count, (j + 1) * n / count);
-                let (speed, sd) = run.start_speed(from);
-                resets.push(Reset {
-                    sample: from,
-                    angle_rad: (run.first_counts + run.counts[from]) * run.rad,
-                    speed_rad_s: speed * run.rad,
-                });
+                let (reset, sd) = run.start(from);
+                resets.push(reset);
                 pieces.push(Piece {
                     run: number,
                     from,
@@ -231,6 +246,15 @@ impl Pieces {
                 .starting(first.angle_rad, first.speed_rad_s)
                 .resetting(resets);
         }
+        let arrivals_s = (runs.iter().filter(|run| run.is_host_timed()))
+            .map(|run| scatter_s(&run.t_s))
+            .fold(0.0, f64::max);
+        Ok(Self::of(recordings, pieces, arrivals_s))
+    }
+
+    /// Of pieces of recordings, dealt to folds in turn.
+    fn of(recordings: Vec<Recording>, mut pieces: Vec<Piece>, arrivals_s: f64) -> Self {
+        let len = pieces.iter().map(|piece| piece.to - piece.from).sum();
         let folds = FOLDS.min(pieces.len());
         for (k, piece) in pieces.iter_mut().enumerate() {
             piece.fold = k % folds.max(1);
@@ -250,10 +274,7 @@ impl Pieces {
                 k += same;
             }
         }
-        let arrivals_s = (runs.iter().filter(|run| run.is_host_timed()))
-            .map(|run| scatter_s(&run.t_s))
-            .fold(0.0, f64::max);
-        Ok(Self {
+        Self {
             arrivals_s,
             runs: recordings,
             pieces,
@@ -261,7 +282,7 @@ impl Pieces {
             counts,
             weight,
             folds,
-        })
+        }
     }
 
     /// Samples of a piece among those of all.
