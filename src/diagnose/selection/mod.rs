@@ -59,38 +59,52 @@ pub(crate) fn level(
             ..from.noise
         }));
     }
-    let present = |noise: Noise| {
-        let (columns, all) = (&points[0].columns, &points[0].all);
-        let screen = Screen::new(pieces, base, from, columns, all, noise);
-        presence(pieces, from, &screen, noise)
-    };
+    let first = &points[0];
+    let mut looks: Vec<Look> = (noises.iter())
+        .map(|noise| Look::new(pieces, first.screen(pieces, base, *noise), from, *noise))
+        .collect();
     // Where nothing promises more than chance makes of the smaller model, nothing is fitted.
-    let presences = noises.iter().map(|noise| present(*noise));
-    let first = presences.max_by(|a, b| b.p_value().total_cmp(&a.p_value()));
-    if first.as_ref().is_some_and(|first| first.p_value() > CHANCE) && points.len() < 2 {
+    let presences = looks.iter().map(|look| &look.presence);
+    let likeliest = presences.max_by(|a, b| b.p_value().total_cmp(&a.p_value()));
+    if let Some(found) = likeliest.filter(|found| found.p_value() > CHANCE)
+        && points.len() < 2
+    {
         return Some(Level {
             fits: Vec::new(),
             screened: Vec::new(),
-            presence: first,
+            presence: Some(found.clone()),
         });
     }
     let mut screened = Vec::new();
     let mut chosen: Vec<Member> = Vec::new();
-    for point in &points {
+    for look in &looks {
+        screened.extend(first.promising(&look.screen, &mut chosen));
+    }
+    for point in &points[1..] {
         for noise in &noises {
-            screened.extend(point.promising(pieces, base, *noise, &mut chosen));
+            let screen = point.screen(pieces, base, *noise);
+            screened.extend(point.promising(&screen, &mut chosen));
         }
     }
     let mut fits = Vec::new();
-    let seeds = pick.map_or(Vec::new(), |pick| points[0].seeds(pieces, base, pick));
+    let seeds = pick.map_or(Vec::new(), |pick| first.seeds(base, pick, &looks[0].screen));
     add(pieces, base, from, &chosen, &seeds, &mut fits);
     // Once more with the noise that the best of them leaves.
-    if let Some(noise) = fits.first().map(|best: &Fit| best.noise) {
+    let left = |fits: &[Fit]| fits.first().map(|best| best.noise);
+    if let Some(noise) = left(&fits) {
         let before = chosen.len();
-        points[0].promising(pieces, base, noise, &mut chosen);
+        let look = look_under(&mut looks, noise, || {
+            Look::new(pieces, first.screen(pieces, base, noise), from, noise)
+        });
+        first.promising(&look.screen, &mut chosen);
         add(pieces, base, from, &chosen[before..], &[], &mut fits);
     }
-    let presence = fits.first().map(|best| present(best.noise));
+    let presence = left(&fits).map(|noise| {
+        let look = look_under(&mut looks, noise, || {
+            Look::new(pieces, first.screen(pieces, base, noise), from, noise)
+        });
+        look.presence.clone()
+    });
     Some(Level {
         fits,
         screened,
@@ -100,6 +114,34 @@ pub(crate) fn level(
 
 /// A member with the base numbers to start from beside it, as shares of the motor file's.
 type Seed = (Member, [f64; 4]);
+
+/// All candidates under a noise, and what chance makes of them.
+#[derive(Debug)]
+struct Look {
+    noise: Noise,
+    screen: Screen,
+    presence: Presence,
+}
+
+impl Look {
+    fn new(pieces: &Pieces, screen: Screen, from: &Fit, noise: Noise) -> Self {
+        Self {
+            presence: presence(pieces, from, &screen, noise),
+            noise,
+            screen,
+        }
+    }
+}
+
+/// The look under a noise among those that were taken, or a new one.
+fn look_under(looks: &mut Vec<Look>, noise: Noise, new: impl FnOnce() -> Look) -> &Look {
+    let known = looks.iter().position(|look| look.noise == noise);
+    let k = known.unwrap_or_else(|| {
+        looks.push(new());
+        looks.len() - 1
+    });
+    &looks[k]
+}
 
 /// Fits a model with each of some members more, and keeps the best of each name.
 fn add(
@@ -166,16 +208,8 @@ impl Point {
     }
 
     /// Starts of the effects that the inverse form points at, beside the motor that it has found with them.
-    fn seeds(&self, pieces: &Pieces, base: &Base, pick: &Pick) -> Vec<Seed> {
+    fn seeds(&self, base: &Base, pick: &Pick, screen: &Screen) -> Vec<Seed> {
         let shares = shares(base, pick.own);
-        let screen = Screen::new(
-            pieces,
-            base,
-            &self.fit,
-            &self.columns,
-            &self.all,
-            self.fit.noise,
-        );
         let distance = DVector::from_column_slice(&self.fit.x) - &self.fit.model.mean;
         let gains = screen.gains(&self.fit.residual, &distance, true);
         let start = |id: &&str| {
@@ -189,15 +223,13 @@ impl Point {
         pick.form.ids().iter().filter_map(start).collect()
     }
 
-    /// Adds the start of each effect that promises most under a noise; returns what each promises.
-    fn promising(
-        &self,
-        pieces: &Pieces,
-        base: &Base,
-        noise: Noise,
-        chosen: &mut Vec<Member>,
-    ) -> Vec<(&'static str, f64)> {
-        let screen = Screen::new(pieces, base, &self.fit, &self.columns, &self.all, noise);
+    /// Its candidates under a noise.
+    fn screen(&self, pieces: &Pieces, base: &Base, noise: Noise) -> Screen {
+        Screen::new(pieces, base, &self.fit, &self.columns, &self.all, noise)
+    }
+
+    /// Adds the start of each effect that promises most under a screen's noise; returns what each promises.
+    fn promising(&self, screen: &Screen, chosen: &mut Vec<Member>) -> Vec<(&'static str, f64)> {
         let distance = DVector::from_column_slice(&self.fit.x) - &self.fit.model.mean;
         let gains = screen.gains(&self.fit.residual, &distance, true);
         let mut order: Vec<usize> = (0..self.all.len()).collect();
