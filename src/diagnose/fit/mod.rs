@@ -1,14 +1,16 @@
 //! Models with free numbers, their priors, and the Levenberg-Marquardt fit.
 
+mod fitted;
+mod folds;
 mod levenberg;
 mod model;
 mod simulated;
 mod start_error;
 mod unweighted;
 
-pub(crate) use levenberg::{
-    Fit, dot, finished, fit, jitter_s, loss, residual, score_at, surroundings,
-};
+pub(crate) use fitted::{Fit, dot, jitter_s, loss, residual, surroundings};
+pub(crate) use folds::{finished, score_at};
+pub(crate) use levenberg::fit;
 pub(crate) use model::{BASE, Base, Member, Model, range_of};
 pub(crate) use simulated::{response, sensitivities};
 pub(crate) use start_error::less_start;

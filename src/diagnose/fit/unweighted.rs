@@ -1,7 +1,9 @@
 //! The fit of the position error as it is shown: every sample alike, less what the measured starts of the pieces make, with prior rows
 //! only.
 
-use super::levenberg::{dot, minimise, out_of_fold, residual, surroundings, whitened};
+use super::fitted::{dot, residual, surroundings, whitened};
+use super::folds::out_of_fold;
+use super::levenberg::{At, minimise};
 use super::{Model, less_start, response};
 use crate::diagnose::noise::{Noise, Whitener};
 use crate::diagnose::pieces::Pieces;
@@ -73,7 +75,8 @@ pub(crate) fn unweighted(
         };
         let whitener = evenly(pieces, model, kind, &x, &left);
         tried.push((x.clone(), left));
-        if let Some(x) = minimise(pieces, model, &whitener, x)
+        if let Some(at) = At::new(pieces, model, x)
+            && let Some(At { x, .. }) = minimise(pieces, model, &whitener, at)
             && let Some(left) = Left::new(pieces, model, kind, &x)
         {
             tried.push((x, left));

@@ -5,6 +5,7 @@
 //! not move for it. The residual is that of the angle, with rounding of variance 1/12 (Widrow).
 
 use super::Noise;
+use super::passing::{Covariance, LogProduct, Passing, Step};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::ROUNDING;
 
@@ -29,18 +30,6 @@ impl Surroundings {
     }
 }
 
-#[derive(Debug, Clone, Copy, Default)]
-struct Step {
-    f01: f64,
-    f02: f64,
-    f11: f64,
-    f12: f64,
-    f22: f64,
-    gain: [f64; 3],
-    /// One over the standard deviation of the innovation; 0 for a piece's first sample.
-    scale: f64,
-}
-
 /// Gains for every sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitener {
@@ -53,7 +42,7 @@ pub(crate) struct Whitener {
 
 impl Whitener {
     pub fn new(pieces: &Pieces, around: &Surroundings, noise: Noise) -> Self {
-        Self::with(pieces, around, noise, &|speed, weight| {
+        Self::with(pieces, around, noise, |speed, weight| {
             let late = speed * around.jitter_s;
             ROUNDING / weight + late * late / 12.0
         })
@@ -65,7 +54,7 @@ impl Whitener {
             loss: 0.0,
             ..*around
         };
-        Self::with(pieces, &around, Noise::NONE, &|_, _| variance)
+        Self::with(pieces, &around, Noise::NONE, |_, _| variance)
     }
 
     /// With the variance of a sample, in counts^2, by its speed in counts/s and its weight.
@@ -73,67 +62,43 @@ impl Whitener {
         pieces: &Pieces,
         around: &Surroundings,
         noise: Noise,
-        variance: &dyn Fn(f64, f64) -> f64,
+        variance: impl Fn(f64, f64) -> f64,
     ) -> Self {
         let mut steps = Vec::with_capacity(pieces.len);
         let mut starts = Vec::new();
         let mut log_det = Vec::new();
         let sigma = noise.strength * around.stall_counts_s2;
+        let mut passing = Passing::new(around.time_constant_s, noise.time_s);
         for piece in &pieces.pieces {
             let run = &pieces.runs[piece.run];
             starts.push(piece.at);
-            let mut p = [
-                [ROUNDING, 0.0, 0.0],
-                [0.0, piece.start_speed_sd.powi(2), 0.0],
-                [0.0, 0.0, sigma * sigma],
-            ];
-            let mut log = 0.0;
+            let mut p = Covariance {
+                xx: ROUNDING,
+                vv: piece.start_speed_sd.powi(2),
+                dd: sigma * sigma,
+                ..Covariance::default()
+            };
+            let mut log = LogProduct::default();
             steps.push(Step {
                 f22: 1.0,
                 f11: 1.0,
                 ..Step::default()
             });
             for k in piece.from + 1..piece.to {
-                let dt = run.t_s[k] - run.t_s[k - 1];
-                let decay = (-dt / noise.time_s).exp();
-                let mut step = Step {
-                    f22: decay,
-                    ..Step::default()
-                };
-                if run.moving[k] {
-                    let a = 1.0 / around.time_constant_s;
-                    let e = (-a * dt).exp();
-                    step.f11 = e;
-                    step.f01 = (1.0 - e) / a;
-                    step.f12 = (1.0 - e) / a;
-                    step.f02 = (dt - step.f01) / a;
-                }
-                let f = [
-                    [1.0, step.f01, step.f02],
-                    [0.0, step.f11, step.f12],
-                    [0.0, 0.0, step.f22],
-                ];
-                p = sandwich(&f, &p);
-                p[2][2] += sigma * sigma * (1.0 - decay * decay);
-                let travelled = (run.counts[k] - run.counts[k - 1]).abs();
+                let mut step = passing.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
+                p = p.after(&step);
+                p.dd += sigma * sigma * (1.0 - step.f22 * step.f22);
                 if around.loss > 0.0 {
-                    p[0][0] += around.loss * travelled;
+                    p.xx += around.loss * (run.counts[k] - run.counts[k - 1]).abs();
                 }
                 let r = variance(run.speed[k], pieces.weight[piece.at + k - piece.from]);
-                let s = p[0][0] + r;
-                let gain = [p[0][0] / s, p[1][0] / s, p[2][0] / s];
-                let row = p[0];
-                for (i, g) in gain.iter().enumerate() {
-                    for (j, value) in row.iter().enumerate() {
-                        p[i][j] -= g * value;
-                    }
-                }
-                step.gain = gain;
+                let s = p.xx + r;
+                step.gain = p.see(s);
                 step.scale = 1.0 / s.sqrt();
-                log += s.ln();
+                log.times(s);
                 steps.push(step);
             }
-            log_det.push(log);
+            log_det.push(log.sum());
         }
         Self {
             steps,
@@ -150,44 +115,48 @@ impl Whitener {
 
     /// The innovations of a column, each over its standard deviation.
     pub fn whiten(&self, column: &[f64]) -> Vec<f64> {
-        let mut out = Vec::with_capacity(column.len());
+        let [out] = self.whiten_together([column]);
+        out
+    }
+
+    /// The same of several columns.
+    pub fn whiten_all<'a>(&self, columns: impl IntoIterator<Item = &'a Vec<f64>>) -> Vec<Vec<f64>> {
+        let columns: Vec<&Vec<f64>> = columns.into_iter().collect();
+        let mut out = Vec::with_capacity(columns.len());
+        let fours = columns.chunks_exact(4);
+        let rest = fours.remainder();
+        for four in fours {
+            out.extend(self.whiten_together([four[0], four[1], four[2], four[3]]));
+        }
+        out.extend(rest.iter().map(|column| self.whiten(column)));
+        out
+    }
+
+    /// The same of some columns in step: what one waits for, another does.
+    fn whiten_together<const C: usize>(&self, columns: [&[f64]; C]) -> [Vec<f64>; C] {
+        let len = self.steps.len();
+        let columns = columns.map(|column| &column[..len]);
+        let mut out = [(); C].map(|()| vec![0.0; len]);
         let mut starts = self.starts.iter().copied().peekable();
-        let mut s = [0.0; 3];
-        for (k, (step, value)) in self.steps.iter().zip(column).enumerate() {
+        let mut s = [[0.0; C]; 3];
+        for (k, step) in self.steps.iter().enumerate() {
             if starts.next_if_eq(&k).is_some() {
-                s = [0.0; 3];
-                out.push(0.0);
+                s = [[0.0; C]; 3];
                 continue;
             }
-            s = [
-                s[0] + step.f01 * s[1] + step.f02 * s[2],
-                step.f11 * s[1] + step.f12 * s[2],
-                step.f22 * s[2],
-            ];
-            let e = value - s[0];
-            for (s, gain) in s.iter_mut().zip(step.gain) {
-                *s += gain * e;
+            for c in 0..C {
+                let x = s[0][c] + step.f01 * s[1][c] + step.f02 * s[2][c];
+                let v = step.f11 * s[1][c] + step.f12 * s[2][c];
+                let d = step.f22 * s[2][c];
+                let e = columns[c][k] - x;
+                s[0][c] = x + step.gain[0] * e;
+                s[1][c] = v + step.gain[1] * e;
+                s[2][c] = d + step.gain[2] * e;
+                out[c][k] = e * step.scale;
             }
-            out.push(e * step.scale);
         }
         out
     }
-}
-
-fn sandwich(f: &[[f64; 3]; 3], p: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let mut fp = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..3 {
-            fp[i][j] = (0..3).map(|k| f[i][k] * p[k][j]).sum();
-        }
-    }
-    let mut out = [[0.0; 3]; 3];
-    for i in 0..3 {
-        for j in 0..3 {
-            out[i][j] = (0..3).map(|k| fp[i][k] * f[j][k]).sum();
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::periodic;
 use crate::diagnose::fit::range_of;
 use crate::diagnose::fit::{Base, Fit, Member, Model, jitter_s, loss, response};
-use crate::diagnose::noise::Surroundings;
+use crate::diagnose::noise::{Noise, Surroundings, likeliest};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS};
 use crate::motor::ActiveEffect;
@@ -18,8 +18,8 @@ pub(crate) enum Shape {
     One(Vec<f64>),
     /// By any sum of these two: sine and cosine. With what turns the coefficients into amplitude and phase.
     Pair([Vec<f64>; 2], periodic::Wave),
-    /// By this column in counts, and what scatters about it is another noise.
-    Scatter(Vec<f64>, Surroundings),
+    /// By this column in counts, and what scatters about it is another noise: beside it a load seems to wander so.
+    Scatter(Vec<f64>, Surroundings, Noise),
     /// Not at all: a base number becomes free.
     Frees,
 }
@@ -163,12 +163,14 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
             with.effects
                 .set(ActiveEffect::new(member.id(), &member.values).ok()?);
             let with = response(pieces, &with)?;
-            let column = with.iter().zip(&without).map(|(a, b)| a - b).collect();
+            let column: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
             let around = scattering(pieces, base, fit, &member);
             let shape = if around == fit.around {
                 Shape::One(column)
             } else {
-                Shape::Scatter(column, around)
+                let left = fit.residual.iter().zip(&column).map(|(r, x)| r - x);
+                let noise = likeliest(pieces, &around, &left.collect::<Vec<f64>>());
+                Shape::Scatter(column, around, noise)
             };
             Some(Candidate { member, shape })
         })

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::{Candidate, Shape};
 use crate::diagnose::fit::{Base, Fit, Model, dot};
-use crate::diagnose::noise::{Noise, Whitener, likeliest};
+use crate::diagnose::noise::{Noise, Whitener};
 use crate::diagnose::pieces::Pieces;
 
 use crate::diagnose::settings::MOST_STRETCH;
@@ -86,14 +86,10 @@ impl Screen {
                     let white = pair.iter().map(|c| whitener.whiten(c)).collect();
                     columns_ready(&columns, &inverse, white, true, 0.0)
                 }
-                Shape::Scatter(column, around) => {
-                    let residual: Vec<f64> = less(&fit.residual, column);
-                    let noise = likeliest(pieces, around, &residual);
-                    Ready::Scatter {
-                        column: column.clone(),
-                        whitener: Whitener::new(pieces, around, noise),
-                    }
-                }
+                Shape::Scatter(column, around, noise) => Ready::Scatter {
+                    column: column.clone(),
+                    whitener: Whitener::new(pieces, around, *noise),
+                },
                 Shape::Frees => {
                     let mut members = fit.model.members.clone();
                     members.push(candidate.member.clone());

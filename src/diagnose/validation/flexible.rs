@@ -219,12 +219,13 @@ pub(crate) fn unknown(pieces: &Pieces, fit: &Fit) -> Unknown {
                 if pieces.folds < 2 {
                     continue;
                 }
-                let after: f64 = range
-                    .map(|k| {
-                        let e = white[k] - (0..n).map(|i| columns[i][k] * beta[i]).sum::<f64>();
-                        e * e
-                    })
-                    .sum();
+                let mut left = white[range.clone()].to_vec();
+                for (column, beta) in columns.iter().zip(beta.iter()) {
+                    for (left, shape) in left.iter_mut().zip(&column[range.clone()]) {
+                        *left -= beta * shape;
+                    }
+                }
+                let after = dot(&left, &left);
                 gain += looks * ((before / looks).ln_1p() - (after / looks).ln_1p());
             }
         }

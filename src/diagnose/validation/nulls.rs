@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use crate::diagnose::fit::Fit;
-use crate::diagnose::noise::{Noise, Surroundings};
+use crate::diagnose::noise::{Noise, Passing, Surroundings};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::screening::Screen;
 use crate::diagnose::settings::NULLS;
@@ -73,6 +73,7 @@ pub(crate) fn residual_by_chance(
 ) -> Vec<f64> {
     let mut out = Vec::with_capacity(pieces.len);
     let sigma = noise.strength * around.stall_counts_s2;
+    let mut passing = Passing::new(around.time_constant_s, noise.time_s);
     let normal = |random: &mut Pcg64Mcg| -> f64 { StandardNormal.sample(random) };
     for piece in &pieces.pieces {
         let run = &pieces.runs[piece.run];
@@ -85,19 +86,12 @@ pub(crate) fn residual_by_chance(
         let predicted = &predicted[pieces.range(piece)];
         out.push(0.0);
         for k in piece.from + 1..piece.to {
-            let dt = run.t_s[k] - run.t_s[k - 1];
-            let decay = (-dt / noise.time_s).exp();
-            if run.moving[k] {
-                let tau = around.time_constant_s;
-                let e = (-dt / tau).exp();
-                let f01 = (1.0 - e) * tau;
-                x += f01 * v + (dt - f01) * tau * d;
-                v = e * v + f01 * d;
-            } else {
-                // A shaft at rest forgets how fast it was.
-                v = 0.0;
-            }
-            d = decay * d + sigma * (1.0 - decay * decay).sqrt() * normal(random);
+            // A shaft at rest forgets how fast it was.
+            let step = passing.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
+            x += step.f01 * v + step.f02 * d;
+            v = step.f11 * v + step.f12 * d;
+            let renewed = sigma * (1.0 - step.f22 * step.f22).sqrt();
+            d = step.f22 * d + renewed * normal(random);
             if around.loss > 0.0 {
                 let travelled = (run.counts[k] - run.counts[k - 1]).abs();
                 x += (around.loss * travelled).sqrt() * normal(random);
