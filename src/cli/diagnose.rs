@@ -21,7 +21,7 @@ use crate::report::diagnosis::page;
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain"
+    after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain\n  motorlab diagnose today.csv --reference march1.csv march2.csv --motor motor.toml\n  motorlab diagnose a.csv b.csv c.csv --repeats a.csv,b.csv"
 )]
 pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more.
@@ -30,6 +30,13 @@ pub struct Diagnose {
     /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
     #[arg(long, value_name = "RUN", num_args = 1..)]
     hold_out: Vec<PathBuf>,
+    /// Earlier runs of the same axis, or runs of another rig of its kind: what is asked is what has changed since, with the motor that
+    /// they show in place of the motor file's.
+    #[arg(long, value_name = "RUN", num_args = 1..)]
+    reference: Vec<PathBuf>,
+    /// Runs that repeat each other, beside those that have the same commands: what they differ by is no gap. May be given again.
+    #[arg(long, value_name = "RUN,RUN", value_parser = repeating)]
+    repeats: Vec<Repeating>,
     /// What the nominal model is: the motor file, or the first-order model's best fit to these runs. [default: the motor file;
     /// without one, fit for imported runs and text boards, else the lab handout's motor]
     #[arg(long, value_enum)]
@@ -69,21 +76,32 @@ enum Nominal {
 
 impl Diagnose {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
-        let runs = self.runs.iter().chain(&self.hold_out);
-        let outputs = (self.force).outputs("diagnose", runs.chain(self.motor.file()));
+        let paths = || {
+            (self.runs.iter())
+                .chain(&self.hold_out)
+                .chain(&self.reference)
+        };
+        let outputs = (self.force).outputs("diagnose", paths().chain(self.motor.file()));
         outputs.check(self.html.iter().chain(&self.model_out))?;
         let mut motor = self.motor.motor(output)?;
-        let named = self.runs.iter().chain(&self.hold_out);
-        self.with.refuse_others(named.map(PathBuf::as_path))?;
-        let mut runs = read(self.runs.iter().chain(&self.hold_out), &self.with, output)?;
+        self.with.refuse_others(paths().map(PathBuf::as_path))?;
+        let repeats = self.repeating()?;
+        let mut runs = read(paths(), &self.with, output)?;
         let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
+        let reference = runs.split_off(self.runs.len() + self.hold_out.len());
         let held_out = runs.split_off(self.runs.len());
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
             return bad_recording(findings, output);
         }
-        if self.is_fitted(&runs) {
-            let fit = nominal_fit(&runs, &motor).map_err(Failure::input)?;
+        // The motor file, or the fit in its place, is that of the reference where there is one.
+        let first = if reference.is_empty() {
+            &runs
+        } else {
+            &reference
+        };
+        if self.is_fitted(first) {
+            let fit = nominal_fit(first, &motor).map_err(Failure::input)?;
             output.message(&words_of(&fit));
             motor = fit.motor;
         }
@@ -95,6 +113,8 @@ impl Diagnose {
         let progress = |what: &str| spinner.set_message(what.to_owned());
         let options = Options {
             held_out: &held_out,
+            reference: &reference,
+            repeats: &repeats,
             good_enough: self.good_enough,
             is_doubtful: is_bad,
             progress: &progress,
@@ -107,8 +127,11 @@ impl Diagnose {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }
         if let Some(path) = &self.html {
-            let title = format!("What makes the gap ({})", self.motor.words());
-            let page = page(&diagnosis, &runs, &motor, &title).map_err(Failure::input)?;
+            let title = match reference.is_empty() {
+                true => format!("What makes the gap ({})", self.motor.words()),
+                false => "What has changed since the reference".to_owned(),
+            };
+            let page = page(&diagnosis, &runs, &title).map_err(Failure::input)?;
             outputs.write(path, &page, Form::Markup, output)?;
         }
         if output.json {
@@ -127,6 +150,25 @@ impl Diagnose {
 }
 
 impl Diagnose {
+    /// Numbers of the runs that are said to repeat each other.
+    fn repeating(&self) -> Result<Vec<Vec<usize>>, Failure> {
+        let number = |path: &PathBuf| {
+            let found = self.runs.iter().position(|run| run == path);
+            found.ok_or_else(|| {
+                Failure::input(format!(
+                    "--repeats {}: not among the runs that are diagnosed; name it as the run itself, such as {}",
+                    shown(path),
+                    shown(&self.runs[0])
+                ))
+            })
+        };
+        let groups = self
+            .repeats
+            .iter()
+            .map(|group| group.0.iter().map(number).collect());
+        groups.collect()
+    }
+
     /// Whether the nominal motor is fitted to the runs: as asked, else where nobody says which motor a foreign log is of.
     fn is_fitted(&self, runs: &[Run]) -> bool {
         let is_foreign = |run: &Run| {
@@ -137,6 +179,20 @@ impl Diagnose {
             Some(nominal) => nominal == Nominal::Fit,
             None => !self.motor.is_given() && runs.iter().any(is_foreign),
         }
+    }
+}
+
+/// Runs that repeat each other.
+#[derive(Debug, Clone)]
+struct Repeating(Vec<PathBuf>);
+
+fn repeating(text: &str) -> Result<Repeating, String> {
+    let paths: Vec<PathBuf> = (text.split(',').filter(|path| !path.is_empty()))
+        .map(PathBuf::from)
+        .collect();
+    match paths.len() {
+        0 | 1 => Err("name two runs at least, with a comma between, as in a.csv,b.csv".to_owned()),
+        _ => Ok(Repeating(paths)),
     }
 }
 

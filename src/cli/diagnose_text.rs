@@ -4,7 +4,7 @@ use super::design::next_line;
 use super::{Failure, Output};
 use crate::diagnose::{Cause, Diagnosis, other_means};
 use crate::report::Bars;
-use crate::report::diagnosis::{cause_words, rungs};
+use crate::report::diagnosis::{cause_words, of_reference, rungs};
 use crate::report::number::{figure, percent, probability};
 
 /// How many causes and stretches are listed.
@@ -21,6 +21,9 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
     output.line(&diagnosis.sentence)?;
     if !diagnosis.note.is_empty() {
         output.line(&diagnosis.note)?;
+    }
+    if let Some(reference) = &diagnosis.reference {
+        output.line(&of_reference(reference))?;
     }
     let gap = &diagnosis.gap;
     output.line("\nposition error on data kept from the fit, with 95 % intervals (logarithmic)")?;
@@ -101,8 +104,11 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
                 figure(number.hi95, 4)
             )
         };
+        let then = number.reference.map_or_else(String::new, |then| {
+            format!("; {} in the reference", figure(then, 4))
+        });
         output.line(&format!(
-            "            {name} = {} {} ({ends})",
+            "            {name} = {} {} ({ends}{then})",
             figure(number.value, 4),
             number.unit
         ))?;

@@ -29,13 +29,14 @@ pub use error::DiagnoseError;
 pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     BadRecording, Cause, Diagnosis, EffectSet, Evidence, Fitted, FloorParts, Gap, GoodEnough,
-    Interval, KnownChange, NextExperiment, Place, Regime, Region, Rival, SHAPE, Step, Verdict,
-    other_means,
+    Interval, KnownChange, NextExperiment, Place, ReferenceRuns, Regime, Region, Rival, SHAPE,
+    Step, Verdict, other_means,
 };
 
 use crate::check::check;
 use crate::motor::Motor;
 use crate::recording::Run;
+use conclusion::Reference;
 use error::usable;
 use fit::Base;
 use pieces::{Pieces, Thinned};
@@ -47,6 +48,10 @@ use settings::CLOCK_READING_S;
 pub struct Options<'a> {
     /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
     pub held_out: &'a [Run],
+    /// Earlier runs of the same axis, or runs of another of its kind: what is asked is what differs from them.
+    pub reference: &'a [Run],
+    /// Numbers of runs that are said to repeat each other, beside those that have the same commands; a group each.
+    pub repeats: &'a [Vec<usize>],
     /// Below this there is no gap.
     pub good_enough: Option<GoodEnough>,
     /// Whether something fatal was found in the recordings: nothing is said with more than 90 % then.
@@ -59,6 +64,8 @@ impl Default for Options<'_> {
     fn default() -> Self {
         Self {
             held_out: &[],
+            reference: &[],
+            repeats: &[],
             good_enough: None,
             is_doubtful: false,
             progress: &|_| (),
@@ -93,9 +100,24 @@ pub fn diagnose(
     options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
     let begun = std::time::Instant::now();
-    let (all, base) = made_ready(runs, motor)?;
+    let (all, mut base) = made_ready(runs, motor)?;
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
+    let mut reference = None;
+    if let [first, ..] = options.reference {
+        usable(&[runs[0].clone(), first.clone()])?;
+        let (then, then_base) = made_ready(options.reference, motor)?;
+        (options.progress)("diagnosing the reference");
+        let (then, of_then) = match Thinned::new(&then, options.reference)? {
+            Some(thinned) => (thinned.pieces, thinned.runs),
+            None => (then, options.reference.to_vec()),
+        };
+        let found = forward(&then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
+        let made = Reference::new(&of_then, (then, then_base), &found, pieces);
+        let (made, now) = made.ok_or(DiagnoseError::NoFit)?;
+        base = now.for_runs_of(&base);
+        reference = Some(made);
+    }
     let held = match options.held_out {
         [] => None,
         held_out => {
@@ -119,9 +141,11 @@ pub fn diagnose(
         pieces,
         thinned: thinned.as_ref(),
         held: held.as_ref(),
+        reference: reference.as_ref(),
         base: &base,
         found: &found,
         unknown: &unknown,
+        repeats: options.repeats,
         good_enough: options.good_enough,
         is_doubtful: options.is_doubtful,
         steps: conclusion::steps(&found, &unknown),
@@ -147,6 +171,7 @@ fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseErr
         sample_time_s: pieces.runs[0].sample_time_s,
         clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
         is_host_timed: runs.iter().any(Run::is_host_timed),
+        then: None,
     };
     Ok((pieces, base))
 }

@@ -162,3 +162,6 @@ pub(crate) const STRIBECK_SHARES: [f64; 4] = [0.04, 0.1, 0.2, 0.4];
 /// Gain of a term of the inverse form from which on it decides where no simulation explains the runs: of tie-free picks on nine recordings
 /// of real motors with documented causes those of 0.45 and more were right, those of 0.25 and less were not.
 pub(crate) const INVERSE_DECIDES: f64 = 0.35;
+/// Relative standard deviation by which the base numbers of one axis differ from one recording to the next without a change: what some
+/// 3 K of its winding make of a resistance.
+pub(crate) const SAME_AXIS: f64 = 0.01;

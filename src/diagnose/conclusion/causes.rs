@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Weights;
 use super::intervals::{ends, interval, scaled};
-use crate::diagnose::fit::{BASE, Fit};
+use crate::diagnose::fit::{BASE, Base, Fit};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::{Cause, EffectSet, Evidence, Interval};
 use crate::diagnose::selection::Forward;
@@ -115,7 +115,12 @@ impl Weights {
 }
 
 /// Every cause, likeliest first.
-pub(crate) fn causes(pieces: &Pieces, found: &Forward, weights: &Weights) -> Vec<Cause> {
+pub(crate) fn causes(
+    pieces: &Pieces,
+    base: &Base,
+    found: &Forward,
+    weights: &Weights,
+) -> Vec<Cause> {
     let tied = tied(found);
     let class = class_of(&found.sets);
     let of_class = weights.of(&found.sets);
@@ -132,7 +137,7 @@ pub(crate) fn causes(pieces: &Pieces, found: &Forward, weights: &Weights) -> Vec
             stage: stages(set),
             probability: *share,
             inclusion,
-            parameters: shown.map_or_else(BTreeMap::new, |fit| numbers(pieces, fit)),
+            parameters: shown.map_or_else(BTreeMap::new, |fit| numbers(pieces, base, fit)),
             indistinguishable_from: others.map(|other| other.join("+")).collect(),
             class: class.filter(|_| is_tied),
             class_probability: class.filter(|_| is_tied).map(|_| of_class),
@@ -211,7 +216,7 @@ fn evidence(refitted: &Fit, fit: &Fit) -> Evidence {
 }
 
 /// The numbers of a set's effects with their intervals.
-fn numbers(pieces: &Pieces, fit: &Fit) -> BTreeMap<String, Interval> {
+fn numbers(pieces: &Pieces, base: &Base, fit: &Fit) -> BTreeMap<String, Interval> {
     let mut out = BTreeMap::new();
     let members = &fit.model.members;
     for member in members {
@@ -223,11 +228,11 @@ fn numbers(pieces: &Pieces, fit: &Fit) -> BTreeMap<String, Interval> {
         for (k, parameter) in kind.parameters.iter().enumerate() {
             // An effect that sets a base number free is that number.
             let id = match fit.model.frees(member) {
-                Some(base) => ParameterId::nominal(BASE[base]),
+                Some(number) => ParameterId::nominal(BASE[number]),
                 None => Some(ParameterId::Effect(member.index, k)),
             };
             let free = fit.model.numbers.iter().position(|n| Some(n.id) == id);
-            let number = match free {
+            let mut number = match free {
                 Some(k) => interval(pieces, fit, k, parameter.unit),
                 // Chosen among a few values, not fitted.
                 None => {
@@ -241,6 +246,18 @@ fn numbers(pieces: &Pieces, fit: &Fit) -> BTreeMap<String, Interval> {
                     }
                 }
             };
+            number.reference =
+                base.then
+                    .as_ref()
+                    .and_then(|then| match then.effect(member.index) {
+                        Some(then) => then.values.get(k).copied(),
+                        None if fit.model.frees(member).is_some() => {
+                            id.and_then(|id| id.get(&base.motor))
+                        }
+                        None => {
+                            (parameter.neutral(&base.motor.parameters)).map(|neutral| neutral.0)
+                        }
+                    });
             out.insert(name(parameter.key), number);
         }
     }

@@ -36,6 +36,12 @@ impl FloorParts {
 
 /// The floor of these runs, for the fit that explains them best.
 pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
+    let mut apart = repeats(grounds.runs, grounds.all, grounds.repeats);
+    apart.extend(
+        grounds
+            .reference
+            .map_or(&[][..], |reference| &reference.repeats),
+    );
     let motor = best.model.motor(&best.x);
     let of_best = (&motor, best.around.time_constant_s);
     let kind = grounds.base.kind;
@@ -47,7 +53,7 @@ pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
     FloorParts {
         // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
         rounding: rounding.unwrap_or(ROUNDING.sqrt()),
-        repeats: repeats(grounds.runs, grounds.all),
+        repeats: (!apart.is_empty()).then(|| median(apart)),
         good_enough: grounds.good_enough.map(|good| match good {
             GoodEnough::Counts(counts) => counts,
             GoodEnough::Share(share) => share * travel(grounds.all),
@@ -120,13 +126,17 @@ fn simulated(
         .collect())
 }
 
-/// What runs of the same commands differ by, as one run's share, in counts RMS over pieces: the median of the pairs, so that one pair
-/// does not decide. None where no commands repeat. Runs with another known disc, load or supply do not repeat each other.
-pub(crate) fn repeats(runs: &[Run], pieces: &Pieces) -> Option<f64> {
+/// What runs that repeat each other differ by, as one run's share, in counts RMS over pieces: a figure a pair, of which the median
+/// counts, so that one pair does not decide. Those repeat each other that have the same commands, but for those with another known
+/// disc, load or supply, and those of which it is said (`said`: numbers of runs that all repeat each other).
+pub(crate) fn repeats(runs: &[Run], pieces: &Pieces, said: &[Vec<usize>]) -> Vec<f64> {
     let mut found = Vec::new();
     for (i, a) in pieces.runs.iter().enumerate() {
         for (j, b) in pieces.runs.iter().enumerate().skip(i + 1) {
-            if runs[i].known != runs[j].known || !is_repeated(a, b) {
+            let is_said = said
+                .iter()
+                .any(|group| group.contains(&i) && group.contains(&j));
+            if !is_said && (runs[i].known != runs[j].known || !is_repeated(a, b)) {
                 continue;
             }
             let (mut sum, mut samples) = (0.0, 0);
@@ -147,7 +157,7 @@ pub(crate) fn repeats(runs: &[Run], pieces: &Pieces) -> Option<f64> {
             }
         }
     }
-    (!found.is_empty()).then(|| median(found))
+    found
 }
 
 /// Whether two runs have the same commands within one sample, at the same sample time, over nearly the same length.
@@ -188,8 +198,14 @@ mod tests {
     use super::*;
     use crate::diagnose::samples::recording;
 
+    fn floor_of(runs: &[Run], said: &[Vec<usize>]) -> Option<f64> {
+        let pieces = Pieces::new(runs, &Motor::default()).expect("runs");
+        let found = repeats(runs, &pieces, said);
+        (!found.is_empty()).then(|| median(found))
+    }
+
     fn floor(runs: &[Run]) -> Option<f64> {
-        repeats(runs, &Pieces::new(runs, &Motor::default()).expect("runs"))
+        floor_of(runs, &[])
     }
 
     /// Two runs that differ by 2 counts at every other sample differ by 2/sqrt(2) RMS, of which one run's share is 1 (by hand).
@@ -210,7 +226,12 @@ mod tests {
         (with_a_disc.known.set("inertia_added_kg_m2", 0.002)).expect("a known key");
         assert_eq!(floor(&[a.clone(), with_a_disc]), None);
         b.command.iter_mut().for_each(|u| *u *= 0.9);
-        assert_eq!(floor(&[a, b]), None);
+        let both = [a, b];
+        assert_eq!(floor(&both), None);
+        // But for those of which it is said.
+        let said = floor_of(&both, &[vec![0, 1]]).expect("said repeats");
+        assert!((said - 1.0).abs() < 1e-9, "{said}");
+        assert_eq!(floor_of(&both, &[vec![0, 2]]), None);
     }
 
     /// One pair that differs widely does not decide.

@@ -15,7 +15,7 @@ use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::Interval;
 
 /// Standard deviations of a normal distribution's 95 %.
-const WITHIN_95: f64 = 1.96;
+pub(super) const WITHIN_95: f64 = 1.96;
 /// Rise of the cost at the ends: half the square of that.
 const RISE: f64 = 0.5 * WITHIN_95 * WITHIN_95;
 /// Steps of a doubling walk to beyond an end, and of the bisection back to it.
@@ -187,6 +187,7 @@ mod tests {
             sample_time_s: SAMPLE_TIME_S,
             clock: None,
             is_host_timed: false,
+            then: None,
         };
         let (index, kind) = find(id).expect("an effect");
         let values = vec![0.8 * truth];

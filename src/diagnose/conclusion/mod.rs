@@ -4,13 +4,16 @@ mod causes;
 mod floor;
 mod intervals;
 mod place;
+mod reference;
 mod rungs;
 #[cfg(test)]
 mod samples;
 mod sentence;
+mod since;
 mod steps;
 mod verdict;
 mod weights;
+mod words;
 
 use super::design::next_experiment;
 use super::error::name_of;
@@ -23,8 +26,10 @@ use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
 use sentence::Beside;
+use since::Since;
 use verdict::Asked;
 
+pub(crate) use reference::Reference;
 pub(crate) use steps::steps;
 pub(crate) use weights::{Weights, weights};
 
@@ -41,6 +46,10 @@ pub(crate) struct Grounds<'a> {
     pub base: &'a Base,
     pub found: &'a Forward,
     pub unknown: &'a Unknown,
+    /// Runs that these are held against; the base's motor is theirs then.
+    pub reference: Option<&'a Reference>,
+    /// Runs that are said to repeat each other, by their numbers.
+    pub repeats: &'a [Vec<usize>],
     pub good_enough: Option<GoodEnough>,
     /// Whether something fatal was found in the recordings.
     pub is_doubtful: bool,
@@ -57,12 +66,24 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         found,
         ..
     } = grounds;
-    let best = &found.best;
     let is_few = pieces.pieces.len() < FEW_PIECES;
     let is_unsure = is_few || grounds.is_doubtful;
     let most_sure = if is_unsure { FEW_PIECES_SURE } else { 1.0 };
-    let weights = weights(found, grounds.unknown).at_most(most_sure);
+    let mut weights = weights(found, grounds.unknown);
+    let mut changes = None;
+    if let Some(reference) = grounds.reference {
+        let mut since = reference.changes(pieces, base, found, weights);
+        weights = std::mem::take(&mut since.weights);
+        changes = Some(since);
+    }
+    let found = changes.as_ref().map_or(found, |changes| &changes.found);
+    let best = &found.best;
     let shown = rungs::Shown::new(pieces, base, &found.refitted, best)?;
+    if let Some(reference) = grounds.reference {
+        let share = reference.share_of_unknown(pieces, &shown.with_effects.predicted);
+        weights = weights.with_unknown(share);
+    }
+    let weights = weights.at_most(most_sure);
     let floor = floor::floor_parts(&grounds, best);
     let wander = floor::wander(pieces, best);
     let mut rungs = rungs::rungs(
@@ -84,7 +105,10 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         is_one_piece: pieces.pieces.len() < 2,
         most_sure,
     };
-    let said = verdict::verdict(&weights, &found.sets, &rungs.gap, asked);
+    let mut said = verdict::verdict(&weights, &found.sets, &rungs.gap, asked);
+    if grounds.reference.is_some() && matches!(said.verdict, Verdict::NoGap | Verdict::Parameters) {
+        said.verdict = Verdict::NoChange;
+    }
     rungs.gap.wander = wander.min(rungs.gap.beyond_rounding(said.verdict));
     // Where nothing that matters is missing, nobody is asked for more; but few pieces may hide it.
     let share = |set: &[&'static str]| match set {
@@ -98,7 +122,14 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let mut stages: Vec<Option<String>> =
         found.sets.iter().map(|set| causes::stages(set)).collect();
     stages.dedup();
+    let causes = causes::causes(pieces, base, found, &weights);
     let beside = Beside {
+        since: (grounds.reference.is_some()).then(|| Since {
+            changed: since::changes(&said.effects, &causes),
+            alike: changes
+                .as_ref()
+                .map_or_else(Vec::new, |changes| changes.alike.clone()),
+        }),
         tied: found.sets.clone(),
         is_by_direction: causes::tied(found).len() > found.sets.len(),
         bent: bent(best),
@@ -116,7 +147,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         sentence: String::new(),
         probability: said.probability,
         effects: said.effects,
-        causes: causes::causes(pieces, found, &weights),
+        causes,
         place: Place {
             // Of several that are not told apart, the stage that they share.
             stage: if stages.len() == 1 {
@@ -125,7 +156,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
                 None
             },
             stage_probabilities: weights.stages(),
-            regions: if said.verdict == Verdict::NoGap {
+            regions: if matches!(said.verdict, Verdict::NoGap | Verdict::NoChange) {
                 Vec::new()
             } else {
                 place::regions(
@@ -144,6 +175,8 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         next_experiment,
         steps: grounds.steps,
         elapsed_s: 0.0,
+        reference: grounds.reference.map(Reference::report),
+        nominal: base.motor.clone(),
         model: shown.with_effects.left.motor,
         refitted: shown.refitted.left.motor,
     };

@@ -65,6 +65,8 @@ pub(crate) fn diagnosis(verdict: Verdict, effects: Option<&&[&'static str]>) -> 
         next_experiment: None,
         steps: Vec::new(),
         elapsed_s: 0.0,
+        reference: None,
+        nominal: Motor::default(),
         model: Motor::default(),
         refitted: Motor::default(),
     }

@@ -1,8 +1,10 @@
 //! The verdict in plain sentences, and what else is to be known.
 
 use super::place::largest_regime;
+use super::since::{self, Since};
+use super::words::{counts, digits, rivals, sure, words};
 use crate::diagnose::report::{Diagnosis, Verdict};
-use crate::diagnose::settings::{FEW_PIECES, FEW_PIECES_SURE, NAMED_REGIME, RIVAL_WORDS};
+use crate::diagnose::settings::{FEW_PIECES, FEW_PIECES_SURE, NAMED_REGIME};
 
 /// What a sentence says that is not in the document's own figures.
 #[derive(Debug, Clone, Default)]
@@ -26,11 +28,28 @@ pub(crate) struct Beside {
     pub is_doubtful: bool,
     /// Probability of something unknown.
     pub unknown: f64,
+    /// What is said of the reference, where the runs are held against one.
+    pub since: Option<Since>,
+}
+
+impl Beside {
+    /// What the runs are held against, before what follows of it.
+    fn nominal(&self) -> &'static str {
+        match self.since {
+            Some(_) => "The reference's motor",
+            None => "The nominal model",
+        }
+    }
 }
 
 /// The sentences.
 pub(crate) fn sentence(said: &Diagnosis, beside: &Beside) -> String {
-    let mut sentences = vec![lead(said, beside)];
+    let mut sentences = vec![match beside.since {
+        Some(_) => since::lead(said, &beside.tied, beside.is_by_floor)
+            .unwrap_or_else(|| lead(said, beside)),
+        None => lead(said, beside),
+    }];
+    sentences.extend(beside.since.iter().flat_map(|since| since.changed.clone()));
     sentences.extend(by_direction(said, beside));
     sentences.push(rungs(said, beside));
     sentences.extend(held_out(said, beside));
@@ -45,6 +64,7 @@ pub(crate) fn sentence(said: &Diagnosis, beside: &Beside) -> String {
 pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
     let mut notes: Vec<String> = Vec::new();
     notes.extend(visible(beside));
+    notes.extend(beside.since.as_ref().and_then(since::alike));
     notes.extend(bent(beside));
     notes.extend(wander(said, beside));
     if beside.pieces < FEW_PIECES {
@@ -70,30 +90,6 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
         ));
     }
     notes.join(" ")
-}
-
-/// How sure, in words; never rounded up to certainty.
-pub(crate) fn sure(probability: f64) -> String {
-    match probability {
-        p if p >= 0.999 => "over 99.9 % sure".to_owned(),
-        p if p >= 0.99 => format!("{:.1} % sure", (1000.0 * p).floor() / 10.0),
-        p => format!("{:.0} % sure", 100.0 * p),
-    }
-}
-
-/// Counts with as many digits as matter.
-pub(crate) fn counts(counts: f64) -> String {
-    match counts {
-        c if c >= 100.0 => format!("{c:.0}"),
-        c if c >= 10.0 => format!("{c:.1}"),
-        c => format!("{c:.2}"),
-    }
-}
-
-/// Effects as words.
-fn words(set: &[&str]) -> String {
-    let names: Vec<String> = set.iter().map(|id| id.replace('_', " ")).collect();
-    names.join(" with ")
 }
 
 /// What the verdict says.
@@ -153,26 +149,6 @@ fn by_direction(said: &Diagnosis, beside: &Beside) -> Option<String> {
         .then(|| "These runs cannot tell whether it differs by direction.".to_owned())
 }
 
-/// Rivals, as many as are read.
-fn rivals(sets: &[Vec<&'static str>]) -> String {
-    let mut names: Vec<String> = Vec::new();
-    let mut length = 0;
-    for name in sets.iter().map(|set| words(set)) {
-        length += name.split_whitespace().count();
-        if !names.is_empty() && length > RIVAL_WORDS {
-            break;
-        }
-        names.push(name);
-    }
-    if names.len() < sets.len() {
-        names.push(format!("{} more", sets.len() - names.len()));
-    }
-    match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
-        _ => names.concat(),
-    }
-}
-
 /// How large the gap is, and what is left of it.
 fn rungs(said: &Diagnosis, beside: &Beside) -> String {
     let gap = &said.gap;
@@ -186,13 +162,14 @@ fn rungs(said: &Diagnosis, beside: &Beside) -> String {
         _ => String::new(),
     };
     let nominal = format!(
-        "The nominal model leaves {} counts{share}",
+        "{} leaves {} counts{share}",
+        beside.nominal(),
         counts(gap.before)
     );
     let floor = format!("the floor is {}", counts(gap.floor));
     let refitted = counts(gap.after_parameters);
     match said.verdict {
-        Verdict::NoGap => format!("{nominal}; {floor}."),
+        Verdict::NoGap | Verdict::NoChange => format!("{nominal}; {floor}."),
         Verdict::Effect | Verdict::Partial | Verdict::Ambiguous => {
             let with = match (said.effects.len(), beside.tied.len()) {
                 (_, 2..) => "the likeliest",
@@ -212,7 +189,7 @@ fn rungs(said: &Diagnosis, beside: &Beside) -> String {
 fn held_out(said: &Diagnosis, beside: &Beside) -> Option<String> {
     let gap = &said.gap;
     let (held, fitted) = match said.verdict {
-        Verdict::NoGap => (gap.before, gap.fitted.before),
+        Verdict::NoGap | Verdict::NoChange => (gap.before, gap.fitted.before),
         Verdict::Parameters | Verdict::OutsideCatalogue => {
             (gap.after_parameters, gap.fitted.after_parameters)
         }
@@ -225,15 +202,6 @@ fn held_out(said: &Diagnosis, beside: &Beside) -> Option<String> {
             counts(fitted)
         )
     })
-}
-
-/// Two digits of a share.
-fn digits(percent: f64) -> String {
-    match percent {
-        p if p >= 10.0 => format!("{p:.0}"),
-        p if p >= 1.0 => format!("{p:.1}"),
-        p => format!("{p:.2}"),
-    }
 }
 
 /// What is closed of the gap, rounded down: what is left must not be hidden.
@@ -250,7 +218,10 @@ fn closed(said: &Diagnosis) -> Option<String> {
 /// Where most of it lies.
 fn region(said: &Diagnosis) -> Option<String> {
     let (regime, share) = largest_regime(&said.place.regions)?;
-    let is_gap = !matches!(said.verdict, Verdict::NoGap | Verdict::Parameters);
+    let is_gap = !matches!(
+        said.verdict,
+        Verdict::NoGap | Verdict::NoChange | Verdict::Parameters
+    );
     (is_gap && share >= NAMED_REGIME).then(|| {
         format!(
             "Of what refitting leaves, {:.0} % lie {}.",
@@ -262,6 +233,10 @@ fn region(said: &Diagnosis) -> Option<String> {
 
 /// Base numbers that are far off.
 fn bent(beside: &Beside) -> Option<String> {
+    let file = match beside.since {
+        Some(_) => "reference's",
+        None => "file's",
+    };
     let named = beside.bent.iter().map(|(key, ratio)| {
         let name = match *key {
             "inertia_kg_m2" => "inertia",
@@ -270,7 +245,7 @@ fn bent(beside: &Beside) -> Option<String> {
             "viscous_friction_nm_s_per_rad" => "viscous friction",
             other => other,
         };
-        format!("{name} is {ratio:.2} times the file's")
+        format!("{name} is {ratio:.2} times the {file}")
     });
     let named: Vec<String> = named.collect();
     (!named.is_empty()).then(|| format!("Beyond its tolerance, {}.", named.join(", ")))
@@ -332,6 +307,7 @@ mod tests {
             is_held_out: is_by_floor,
             is_doubtful: is_by_floor,
             unknown: 0.3,
+            since: None,
         }
     }
 
@@ -368,7 +344,7 @@ mod tests {
                     let names = matches!(verdict, Verdict::Effect | Verdict::Partial);
                     let said =
                         diagnosis(verdict, sets.first().filter(|_| names && sets.len() == 1));
-                    let beside = beside(sets, is_by_floor);
+                    let mut beside = beside(sets, is_by_floor);
                     let text = sentence(&said, &beside);
                     check(&said, &text, verdict, is_by_floor);
                     let note = note(&said, &beside);
@@ -381,6 +357,15 @@ mod tests {
                     assert!(text.contains(load) && note.contains(load), "{text} {note}");
                     assert_eq!(note.contains("Visible below the floor"), is_by_floor);
                     assert_eq!(note.contains("Something fatal"), is_by_floor);
+                    beside.since = Some(Since {
+                        changed: vec!["Since the reference backlash is new.".to_owned()],
+                        alike: vec![vec!["cogging"]],
+                    });
+                    let text = sentence(&said, &beside);
+                    check(&said, &text, verdict, is_by_floor);
+                    assert!(text.contains(". Since the reference"), "{text}");
+                    assert!(text.contains("times the reference's"), "{text}");
+                    assert!(self::note(&said, &beside).contains("These runs show cogging, which"));
                 }
             }
         }
@@ -416,13 +401,5 @@ mod tests {
             let words = sentence.split_whitespace().count();
             assert!(words <= 25, "{words} words: {sentence}");
         }
-    }
-
-    #[test]
-    fn certainty_is_never_rounded_up() {
-        assert_eq!(sure(0.934), "93 % sure");
-        assert_eq!(sure(0.9899), "99 % sure");
-        assert_eq!(sure(0.9989), "99.8 % sure");
-        assert_eq!(sure(1.0), "over 99.9 % sure");
     }
 }

@@ -6,7 +6,7 @@ use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
 use crate::diagnose::validation::Unknown;
 
 /// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Weights {
     /// No effect, and nothing unknown.
     pub none: f64,
@@ -107,6 +107,33 @@ fn more(forward: &Forward, unknown: &Unknown) -> f64 {
 }
 
 impl Weights {
+    /// The same with this share of what is unknown; the rest goes to the others in proportion.
+    pub fn with_unknown(mut self, share: f64) -> Self {
+        let named: f64 = self.sets.iter().map(|(_, share)| share).sum();
+        let others = (self.none + named).max(f64::MIN_POSITIVE);
+        let times = 1.0 + self.unknown * (1.0 - share) / others;
+        self.unknown *= share;
+        self.none *= times;
+        for (_, share) in &mut self.sets {
+            *share *= times;
+        }
+        self
+    }
+
+    /// Gives what a set has to another one, or to none where that is empty.
+    pub fn rename(&mut self, set: &[&'static str], other: Vec<&'static str>) {
+        let Some(k) = self.sets.iter().position(|(own, _)| own == set) else {
+            return;
+        };
+        let (_, share) = self.sets.remove(k);
+        match self.sets.iter_mut().find(|(own, _)| *own == other) {
+            _ if other.is_empty() => self.none += share,
+            Some((_, sum)) => *sum += share,
+            None => self.sets.push((other, share)),
+        }
+        self.sets.sort_by(|a, b| b.1.total_cmp(&a.1));
+    }
+
     /// The same with nothing more probable than `most`: what is taken from something unknown goes to the others in proportion, what is
     /// taken from them goes to something unknown.
     pub fn at_most(mut self, most: f64) -> Self {
@@ -128,5 +155,37 @@ impl Weights {
             self.unknown += named - most;
         }
         self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_moved_between_causes_is_not_lost() {
+        let sets = vec![(vec!["backlash"], 0.3), (vec!["stribeck"], 0.1)];
+        let mut weights = Weights {
+            none: 0.1,
+            unknown: 0.5,
+            sets,
+        };
+        let sum = |weights: &Weights| {
+            let named: f64 = weights.sets.iter().map(|(_, share)| share).sum();
+            weights.none + weights.unknown + named
+        };
+        weights.rename(&["stribeck"], vec!["backlash"]);
+        assert_eq!(weights.sets.len(), 1);
+        assert!((weights.sets[0].1 - 0.4).abs() < 1e-12, "{weights:?}");
+        let known = weights.clone().with_unknown(0.2);
+        assert!((known.unknown - 0.1).abs() < 1e-12, "{known:?}");
+        assert!(
+            (known.sets[0].1 / known.none - 4.0).abs() < 1e-9,
+            "{known:?}"
+        );
+        assert!((sum(&known) - 1.0).abs() < 1e-12, "{known:?}");
+        weights.rename(&["backlash"], Vec::new());
+        assert!((weights.none - 0.5).abs() < 1e-12, "{weights:?}");
+        assert!((sum(&weights) - 1.0).abs() < 1e-12, "{weights:?}");
     }
 }

@@ -6,6 +6,7 @@ mod levenberg;
 mod model;
 mod simulated;
 mod start_error;
+mod then;
 mod unweighted;
 
 pub(crate) use fitted::{Fit, dot, jitter_s, loss, residual, surroundings};
@@ -14,4 +15,5 @@ pub(crate) use levenberg::fit;
 pub(crate) use model::{BASE, Base, Member, Model, range_of};
 pub(crate) use simulated::{response, sensitivities};
 pub(crate) use start_error::less_start;
+pub(crate) use then::Then;
 pub(crate) use unweighted::{Left, Unweighted, unweighted};

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Then;
 use crate::diagnose::settings::{DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
@@ -35,6 +36,8 @@ pub(crate) struct Base {
     pub clock: Option<(f64, f64)>,
     /// Whether the times are those of arrivals at the host.
     pub is_host_timed: bool,
+    /// What reference runs say of the motor, which is theirs then.
+    pub then: Option<Then>,
 }
 
 /// An effect of a model with the values that are not fitted, or to start from.
@@ -56,6 +59,18 @@ impl Member {
 }
 
 impl Base {
+    /// The same motor in the runs of another base.
+    pub fn for_runs_of(self, other: &Self) -> Self {
+        let mut motor = self.motor;
+        motor.parameters.counts_per_rev = other.motor.parameters.counts_per_rev;
+        motor.parameters.supply_v = other.motor.parameters.supply_v;
+        Self {
+            motor,
+            then: self.then,
+            ..other.clone()
+        }
+    }
+
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
@@ -131,12 +146,11 @@ impl Model {
             });
             start.push(1.0);
         }
-        let covariance = base_covariance(base, &members);
-        let n_base = used.len();
-        let picked = DMatrix::from_fn(n_base, n_base, |i, j| covariance[(used[i], used[j])]);
-        let base_precision = picked
-            .try_inverse()
-            .unwrap_or_else(|| DMatrix::identity(n_base, n_base));
+        let mut covariance = base_covariance(base, &members, &used);
+        for (number, x) in base.then.iter().flat_map(|then| &then.numbers) {
+            numbers.push(*number);
+            start.push(*x);
+        }
         let mut mean = start.clone();
         let mut widths = Vec::new();
         for member in &members {
@@ -161,8 +175,19 @@ impl Model {
                 let phase = matches!(parameter.prior, Prior::Phase);
                 let x = |value: f64| if log { value.max(1e-300).ln() } else { value };
                 let (lo, hi) = (x(lo), x(hi));
+                let id = ParameterId::Effect(member.index, k);
+                // What the reference had is free about what it was there.
+                if let Some(place) = base.then.as_ref().and_then(|then| then.place(id)) {
+                    start[place] = x(member.values[k]);
+                    covariance[(place, place)] += if phase {
+                        std::f64::consts::PI.powi(2)
+                    } else {
+                        (0.5 * (hi - lo)).powi(2)
+                    };
+                    continue;
+                }
                 numbers.push(Number {
-                    id: ParameterId::Effect(member.index, k),
+                    id,
                     log,
                     unit: 1.0,
                     lo: if phase { f64::NEG_INFINITY } else { lo },
@@ -188,12 +213,15 @@ impl Model {
             _ => 0.0,
         };
         let n = numbers.len();
+        let n_known = covariance.nrows();
+        let known_precision =
+            (covariance.try_inverse()).unwrap_or_else(|| DMatrix::identity(n_known, n_known));
         let mut precision = DMatrix::zeros(n, n);
         precision
-            .view_mut((0, 0), (n_base, n_base))
-            .copy_from(&base_precision);
+            .view_mut((0, 0), (n_known, n_known))
+            .copy_from(&known_precision);
         for (k, width) in widths.iter().enumerate() {
-            precision[(n_base + k, n_base + k)] = 1.0 / (width * width);
+            precision[(n_known + k, n_known + k)] = 1.0 / (width * width);
         }
         Self {
             members,
@@ -293,7 +321,8 @@ impl Model {
 
     /// The base number that a member sets free.
     pub fn frees(&self, member: &Member) -> Option<usize> {
-        let own = |number: &Number| matches!(number.id, ParameterId::Effect(index, _) if index == member.index);
+        let own =
+            |number: &Number| matches!(number.id, ParameterId::Effect(of, _) if of == member.index);
         freed_by(member.id()).filter(|_| !self.numbers.iter().any(own))
     }
 
@@ -345,22 +374,33 @@ fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
     0.5 * (hi - lo) / own
 }
 
-fn base_covariance(base: &Base, members: &[Member]) -> DMatrix<f64> {
+/// Covariance of the base numbers that are used, and of the reference's effects after them: by the motor file's tolerances, or by what
+/// reference runs say; wider where an effect sets a number free.
+fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f64> {
     let tolerance = |key: &str| {
         let stated = base.motor.tolerance.get(key).copied();
         stated.unwrap_or(DEFAULT_TOLERANCE)
     };
-    let common = scale_variance(base);
-    let mut covariance = DMatrix::zeros(BASE.len(), BASE.len());
-    for i in 0..BASE.len() {
-        for j in 0..BASE.len() {
-            if i != 1 && j != 1 {
-                covariance[(i, j)] = common;
-            }
-        }
+    let freed = |i: usize| {
         let freeing = members.iter().find(|member| member.frees(base) == Some(i));
-        let own = freeing.map_or_else(|| tolerance(BASE[i]), |member| freed_width(base, member, i));
-        covariance[(i, i)] += own * own;
+        freeing.map(|member| freed_width(base, member, i))
+    };
+    let n = used.len();
+    if let Some(then) = &base.then {
+        let mut covariance = then.prior();
+        for (k, &number) in used.iter().enumerate() {
+            covariance[(k, k)] += freed(number).unwrap_or(0.0).powi(2);
+        }
+        return covariance;
+    }
+    let common = scale_variance(base);
+    let mut covariance = DMatrix::from_fn(n, n, |i, j| match used[i] != 1 && used[j] != 1 {
+        true => common,
+        false => 0.0,
+    });
+    for (k, &number) in used.iter().enumerate() {
+        let own = freed(number).unwrap_or_else(|| tolerance(BASE[number]));
+        covariance[(k, k)] += own * own;
     }
     covariance
 }

@@ -71,6 +71,12 @@ pub struct Diagnosis {
     pub steps: Vec<Step>,
     /// How long the diagnosis took in s.
     pub elapsed_s: f64,
+    /// The runs that these are held against, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceRuns>,
+    /// The motor that the runs are held against: the motor file's, or the reference's.
+    #[serde(skip)]
+    pub nominal: Motor,
     /// The motor with the effects of the likeliest named set in it.
     #[serde(skip)]
     pub model: Motor,
@@ -113,6 +119,17 @@ impl fmt::Display for Diagnosis {
         )?;
         writeln!(f, "{}", self.sentence)
     }
+}
+
+/// Runs that others are held against, and the motor that they show.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ReferenceRuns {
+    /// What they are called.
+    pub runs: Vec<String>,
+    /// The effects that explain them beside the motor file's own.
+    pub effects: Vec<&'static str>,
+    /// Position error that these leave, in counts RMS over pieces.
+    pub left_counts: f64,
 }
 
 /// One cause and how likely it is.

@@ -9,7 +9,9 @@ mod place;
 mod step;
 
 pub use bad_recording::BadRecording;
-pub use document::{Cause, Diagnosis, EffectSet, Evidence, Interval, SHAPE, Verdict};
+pub use document::{
+    Cause, Diagnosis, EffectSet, Evidence, Interval, ReferenceRuns, SHAPE, Verdict,
+};
 pub use gap::{Fitted, FloorParts, Gap, GoodEnough};
 pub use next::{KnownChange, NextExperiment};
 pub use other_means::other_means;

@@ -100,9 +100,9 @@ fn grid(kind: &EffectKind, base: &Base) -> Vec<Vec<f64>> {
 /// Everything that might be added to a model.
 pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candidate> {
     let motor = fit.model.motor(&fit.x);
-    // What the motor file has already is part of its model.
+    // What the motor file has already is part of its model; what reference runs had may be another now.
     let has = |id: &str| {
-        base.motor.effects.get(id).is_some()
+        (base.then.is_none() && base.motor.effects.get(id).is_some())
             || fit.model.members.iter().any(|member| member.id() == id)
     };
     // Where the shaft goes round between two samples, nothing tells what repeats with the angle; and times that are the host's
@@ -136,16 +136,24 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
             }
             continue;
         }
-        if kind
-            .parameters
-            .iter()
-            .any(|p| matches!(p.prior, Prior::Phase))
+        let before = base.then.as_ref().and_then(|then| then.effect(index));
+        if let (Some(member), Some(then)) = (before, &base.then)
+            && then.is_fitted(index)
         {
-            out.extend(periodic::candidates(pieces, base, fit, index));
+            out.push(Candidate {
+                member: member.clone(),
+                shape: Shape::Frees,
+            });
+        }
+        if (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase)) {
+            if before.is_none() {
+                out.extend(periodic::candidates(pieces, base, fit, index));
+            }
             continue;
         }
         let couples = |id: &str| id == "backlash" || id == "compliance";
-        if couples(kind.id) && fit.model.members.iter().any(|m| couples(m.id())) {
+        let other = |id: &str| id != kind.id && couples(id);
+        if couples(kind.id) && motor.effects.iter().any(|effect| other(effect.kind().id)) {
             continue;
         }
         members.extend(

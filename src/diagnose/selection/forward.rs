@@ -13,7 +13,7 @@ use crate::diagnose::validation::{Presence, Tie, standing};
 use super::Sought;
 
 /// One level as it was judged.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Judged {
     /// What it adds to.
     pub from: Fit,
@@ -58,7 +58,7 @@ impl Judged {
 }
 
 /// All levels.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Forward {
     /// The motor refitted, without any effect.
     pub refitted: Fit,

@@ -3,7 +3,7 @@
 use super::words::best_set;
 use crate::compare::{Overlay, compare, missing_torque};
 use crate::diagnose::Diagnosis;
-use crate::motor::{Model, Motor, SimulationError};
+use crate::motor::{Model, SimulationError};
 use crate::recording::Run;
 
 /// One run and its three simulations.
@@ -34,11 +34,11 @@ const COLOURS: [usize; 3] = [6, 4, 1];
 pub(super) fn lay<'a>(
     diagnosis: &Diagnosis,
     runs: &'a [Run],
-    nominal: &Motor,
 ) -> Result<Vec<LaidRun<'a>>, SimulationError> {
     let effects = best_set(diagnosis);
+    let nominal = &diagnosis.nominal;
     let mut motors = vec![
-        ("nominal".to_owned(), nominal),
+        (super::words::nominal(diagnosis).to_owned(), nominal),
         ("refitted".to_owned(), &diagnosis.refitted),
     ];
     if !effects.is_empty() {

@@ -11,11 +11,11 @@ use super::{Page, Size};
 use crate::check::Finding;
 use crate::diagnose::{Cause, Diagnosis, Interval, other_means};
 use crate::export::PARAMETERS;
-use crate::motor::{Motor, SimulationError};
+use crate::motor::SimulationError;
 use crate::recording::Run;
 use laid::{LaidRun, lay};
 
-pub use words::{cause_words, effects_words, rungs, strongest};
+pub use words::{cause_words, effects_words, of_reference, rungs, strongest};
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
@@ -34,17 +34,15 @@ const OVERLAY: Size = Size {
 ///
 /// # Errors
 /// A run that cannot be simulated with one of the motors.
-pub fn page(
-    diagnosis: &Diagnosis,
-    runs: &[Run],
-    nominal: &Motor,
-    title: &str,
-) -> Result<String, SimulationError> {
-    let laid = lay(diagnosis, runs, nominal)?;
+pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, SimulationError> {
+    let laid = lay(diagnosis, runs)?;
     let mut page = Page::new(title);
     page.lead(&diagnosis.sentence);
     if !diagnosis.note.is_empty() {
         page.note(&diagnosis.note);
+    }
+    if let Some(reference) = &diagnosis.reference {
+        page.note(&words::of_reference(reference));
     }
     for id in strongest(diagnosis) {
         if let Some(kind) = words::kind(id) {
@@ -55,7 +53,7 @@ pub fn page(
     how_far(&mut page, diagnosis);
     place::section(&mut page, diagnosis, &laid);
     which(&mut page, diagnosis);
-    parameters(&mut page, diagnosis, nominal);
+    parameters(&mut page, diagnosis);
     checks(&mut page, &diagnosis.data);
     next_experiment(&mut page, diagnosis);
     page.section("Motor with what was found");
@@ -186,34 +184,49 @@ fn tie_words(cause: &Cause) -> String {
     cause.indistinguishable_from.join(", ")
 }
 
-fn parameters(page: &mut Page, diagnosis: &Diagnosis, nominal: &Motor) {
+fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
+    let whose = words::whose(diagnosis);
     page.section("Parameters");
     let best = words::best_set(diagnosis).join("+");
     let shown = |cause: &&Cause| cause.effect == best || cause.inclusion >= NUMBERS_FROM;
+    let beside = |mut row: Vec<String>, then: Option<f64>| {
+        if diagnosis.reference.is_some() {
+            let then = then.map_or_else(|| "\u{2013}".to_owned(), |then| figure(then, 4));
+            row.insert(1, then);
+        }
+        row
+    };
     let mut rows = Vec::new();
     for cause in diagnosis.causes.iter().filter(shown) {
         for (name, interval) in &cause.parameters {
-            rows.push(vec![
+            let row = vec![
                 format!("{}: {name}", cause.effect),
                 figure(interval.value, 4),
                 ends(interval, 1.0),
                 unit(interval.unit),
-            ]);
+            ];
+            rows.push(beside(row, interval.reference));
         }
     }
     for (key, ratio) in &diagnosis.base {
-        let Some(value) = nominal.parameters.get(key).filter(|value| *value != 0.0) else {
+        let of_nominal = diagnosis.nominal.parameters.get(key);
+        let Some(value) = of_nominal.filter(|value| *value != 0.0) else {
             continue;
         };
         let named = PARAMETERS.iter().find(|named| named.key == *key);
-        rows.push(vec![
-            format!("{key} ({} of the file's)", percent(ratio.value)),
+        let row = vec![
+            format!("{key} ({} of the {whose})", percent(ratio.value)),
             figure(ratio.value * value, 4),
             ends(ratio, value),
             unit(named.map_or("", |named| named.unit)),
-        ]);
+        ];
+        rows.push(beside(row, Some(value)));
     }
-    page.table(&["parameter", "value", "95\u{a0}% interval", "unit"], &rows);
+    let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
+    if diagnosis.reference.is_some() {
+        names.insert(1, "in the reference");
+    }
+    page.table(&names, &rows);
     page.note(
         "An effect's numbers are those of the likeliest set that has it. Voltage in and position out tell inertia, back EMF and friction only as seen from the terminals: resistance and torque constant are held, and the motor's numbers take up what these have.",
     );

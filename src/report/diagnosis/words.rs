@@ -1,6 +1,6 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, ReferenceRuns};
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
@@ -54,13 +54,42 @@ pub fn strongest(diagnosis: &Diagnosis) -> Vec<&'static str> {
     ids
 }
 
+/// What the runs are held against.
+pub(super) fn nominal(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.reference {
+        Some(_) => "as the reference",
+        None => "nominal",
+    }
+}
+
+/// Whose numbers those are.
+pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.reference {
+        Some(_) => "reference's",
+        None => "file's",
+    }
+}
+
+/// What the reference is, in a sentence.
+pub fn of_reference(reference: &ReferenceRuns) -> String {
+    let effects = match reference.effects.as_slice() {
+        [] => "no effect beside the motor file's own".to_owned(),
+        effects => effects.join(" + "),
+    };
+    format!(
+        "Reference: {}. Its motor has {effects} and leaves {} counts.",
+        reference.runs.join(", "),
+        figure(reference.left_counts, 3)
+    )
+}
+
 /// The four rungs as bars on a logarithmic scale.
 pub fn rungs(diagnosis: &Diagnosis) -> Bars {
     let gap = &diagnosis.gap;
     let effects = best_set(diagnosis);
     let [before, after_parameters, after_effect] = gap.rungs95;
     let mut rungs = vec![
-        ("nominal".to_owned(), gap.before, Some(before), 6),
+        (nominal(diagnosis).to_owned(), gap.before, Some(before), 6),
         (
             "refitted".to_owned(),
             gap.after_parameters,

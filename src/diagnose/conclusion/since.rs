@@ -1,0 +1,154 @@
+//! What has changed since reference runs, in plain sentences.
+
+use super::words::{rivals, sure, words};
+use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
+use crate::motor::catalogue::find;
+
+/// What a diagnosis against a reference says beside its own figures.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Since {
+    /// How the named effects have changed, a sentence each.
+    pub changed: Vec<String>,
+    /// Sets that the runs show and that the reference may have had as well.
+    pub alike: Vec<Vec<&'static str>>,
+}
+
+/// What the verdict says of runs that are held against a reference; none where it says nothing of a change.
+pub(crate) fn lead(
+    said: &Diagnosis,
+    tied: &[Vec<&'static str>],
+    is_by_floor: bool,
+) -> Option<String> {
+    let sure = sure(said.probability);
+    let of_several = "These runs cannot tell which.";
+    let more = "Something more has changed that no named effect explains.";
+    Some(match said.verdict {
+        Verdict::NoChange if is_by_floor => {
+            let floor = said.gap.floor_parts.words();
+            format!("These runs do as the reference did, but for less than {floor} ({sure}).")
+        }
+        Verdict::Effect => format!("What has changed is {} ({sure}).", words(&said.effects)),
+        Verdict::Partial if tied.len() > 1 => {
+            let rivals = rivals(tied);
+            format!("What has changed is {rivals} ({sure}). {of_several} {more}")
+        }
+        Verdict::Partial => {
+            let effects = words(&said.effects);
+            format!("What has changed is {effects} ({sure}). {more}")
+        }
+        Verdict::Ambiguous if tied.len() < 2 => format!(
+            "What has changed may be {} ({sure}). These runs do not tell it from other causes.",
+            rivals(tied)
+        ),
+        Verdict::Ambiguous => {
+            let is = if said.probability <= 0.5 {
+                "may be"
+            } else {
+                "is"
+            };
+            let rivals = rivals(tied);
+            format!("What has changed {is} {rivals} ({sure}). {of_several}")
+        }
+        Verdict::OutsideCatalogue => {
+            format!("Something has changed that no known effect explains ({sure}).")
+        }
+        _ => return None,
+    })
+}
+
+/// What the runs show that is no change, since the reference may have had it as well.
+pub(crate) fn alike(since: &Since) -> Option<String> {
+    (!since.alike.is_empty()).then(|| {
+        format!(
+            "These runs show {}, which the reference may have had as well.",
+            rivals(&since.alike)
+        )
+    })
+}
+
+/// A sentence on each named effect: its first number, of those that differ by direction both.
+pub(crate) fn changes(effects: &[&'static str], causes: &[Cause]) -> Vec<String> {
+    let set = effects.join("+");
+    let Some(cause) = causes.iter().find(|cause| cause.effect == set) else {
+        return Vec::new();
+    };
+    let numbers = cause.parameters.iter().filter_map(|(name, number)| {
+        let (effect, key) = name.split_once('.').unwrap_or((&set, name));
+        let first = find(effect)?.1.parameters.first()?.key;
+        match key {
+            "positive_v" | "negative_v" => {
+                let side = key.trim_end_matches("_v");
+                Some(sentence(&format!("{effect} ({side})"), number))
+            }
+            _ => (key == first).then(|| sentence(effect, number)),
+        }
+    });
+    numbers.collect()
+}
+
+/// How one number has changed.
+fn sentence(effect: &str, number: &Interval) -> String {
+    let effect = effect.replace('_', " ");
+    let unit = match number.unit {
+        "" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let value = digits(number.value);
+    match number.reference.filter(|then| *then != 0.0) {
+        None => format!("Since the reference {effect} is new, with {value}{unit}."),
+        Some(then) => {
+            let has = match number.value.abs() > then.abs() {
+                true => "grown",
+                false => "shrunk",
+            };
+            let then = digits(then);
+            format!("Since the reference {effect} has {has} from {then} to {value}{unit}.")
+        }
+    }
+}
+
+/// A number with three digits that count.
+fn digits(value: f64) -> String {
+    let size = value.abs().max(1e-12).log10().floor() as i32;
+    let decimals = usize::try_from(2 - size).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_is_said_with_both_values() {
+        let said = |effect: &str, value: f64, reference: Option<f64>, unit: &'static str| {
+            let number = Interval {
+                value,
+                lo95: value,
+                hi95: value,
+                unit,
+                reference,
+            };
+            sentence(effect, &number)
+        };
+        assert_eq!(
+            said("coulomb_friction", 0.05123, Some(0.02), "N m"),
+            "Since the reference coulomb friction has grown from 0.02 to 0.0512 N m."
+        );
+        assert_eq!(
+            said("supply_error", 0.85, Some(1.0), ""),
+            "Since the reference supply error has shrunk from 1 to 0.85."
+        );
+        for nothing in [None, Some(0.0)] {
+            assert_eq!(
+                said("backlash", 0.02, nothing, "rad"),
+                "Since the reference backlash is new, with 0.02 rad."
+            );
+        }
+        assert_eq!(digits(1234.6), "1235");
+        assert_eq!(digits(-0.00456), "-0.00456");
+    }
+}

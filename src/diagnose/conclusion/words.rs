@@ -1,0 +1,69 @@
+//! How sure, how many counts, which effects: the words that all sentences share.
+
+use crate::diagnose::settings::RIVAL_WORDS;
+
+/// How sure, in words; never rounded up to certainty.
+pub(crate) fn sure(probability: f64) -> String {
+    match probability {
+        p if p >= 0.999 => "over 99.9 % sure".to_owned(),
+        p if p >= 0.99 => format!("{:.1} % sure", (1000.0 * p).floor() / 10.0),
+        p => format!("{:.0} % sure", 100.0 * p),
+    }
+}
+
+/// Counts with as many digits as matter.
+pub(crate) fn counts(counts: f64) -> String {
+    match counts {
+        c if c >= 100.0 => format!("{c:.0}"),
+        c if c >= 10.0 => format!("{c:.1}"),
+        c => format!("{c:.2}"),
+    }
+}
+
+/// Effects as words.
+pub(crate) fn words(set: &[&str]) -> String {
+    let names: Vec<String> = set.iter().map(|id| id.replace('_', " ")).collect();
+    names.join(" with ")
+}
+
+/// Rivals, as many as are read.
+pub(crate) fn rivals(sets: &[Vec<&'static str>]) -> String {
+    let mut names: Vec<String> = Vec::new();
+    let mut length = 0;
+    for name in sets.iter().map(|set| words(set)) {
+        length += name.split_whitespace().count();
+        if !names.is_empty() && length > RIVAL_WORDS {
+            break;
+        }
+        names.push(name);
+    }
+    if names.len() < sets.len() {
+        names.push(format!("{} more", sets.len() - names.len()));
+    }
+    match names.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.concat(),
+    }
+}
+
+/// Two digits of a share.
+pub(crate) fn digits(percent: f64) -> String {
+    match percent {
+        p if p >= 10.0 => format!("{p:.0}"),
+        p if p >= 1.0 => format!("{p:.1}"),
+        p => format!("{p:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn certainty_is_never_rounded_up() {
+        assert_eq!(sure(0.934), "93 % sure");
+        assert_eq!(sure(0.9899), "99 % sure");
+        assert_eq!(sure(0.9989), "99.8 % sure");
+        assert_eq!(sure(1.0), "over 99.9 % sure");
+    }
+}
