@@ -17,7 +17,7 @@ mod rows;
 
 use super::periodic::Wave;
 use crate::diagnose::fit::{Base, Member};
-use crate::diagnose::pieces::{Pieces, Recording};
+use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{INVERSE_ROWS, STRIBECK_SHARES, TIED_ERRORS};
 use crate::motor::CommandKind;
 use regression::{Normal, predicted_squares, robust_weights};
@@ -141,7 +141,7 @@ pub(crate) fn picks(pieces: &Pieces, base: &Base) -> Vec<Pick> {
     let top = rows
         .iter()
         .fold(0.0_f64, |most, row| most.max(row.speed.abs()));
-    let goes_round = pieces.runs.iter().any(Recording::goes_round);
+    let goes_round = pieces.runs.iter().any(|run| run.goes_round);
     let own = |row: &Row| vec![row.acceleration, row.speed, row.speed.signum()];
     let alone: Vec<Vec<f64>> = rows.iter().map(own).collect();
     let weight = robust_weights(&rows, &alone);

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::diagnose::pieces::{Pieces, Recording};
-use crate::diagnose::settings::{INVERSE_NOISE, INVERSE_ROWS, INVERSE_SAMPLES, PIECE_S};
+use crate::diagnose::settings::{INVERSE_NOISE, INVERSE_ROWS, INVERSE_SAMPLES, PAUSE, PIECE_S};
 
 /// One window of one run in which the shaft turns throughout.
 #[derive(Debug)]
@@ -75,7 +75,9 @@ fn row(
         .t_s
         .partition_point(|t| *t < middle + half)
         .min(run.t_s.len() - 1);
-    if to < from + 3 || !turns_throughout(run, from, to) {
+    // Over a pause, or over what is left out of a long recording, there is no straight line.
+    let is_whole = run.t_s[to] - run.t_s[from] <= 2.0 * half + PAUSE * run.sample_time_s;
+    if to < from + 3 || !is_whole || !turns_throughout(run, from, to) {
         return None;
     }
     let at = |k: usize| (run.t_s[k] - middle) / half;
