@@ -291,5 +291,26 @@ fn flags_that_fit_nothing_are_refused_with_what_there_is() {
         said.contains("no table of numbers") && said.contains("Dear reader"),
         "{said}"
     );
+    let holes = "time_ms,counts\n0,\n10,0\n20,0\n30,5\n40,9\n";
+    let said = asked("step_12V.csv", holes, &[]);
+    assert!(said.contains("--command 12V@0.02s"), "{said}");
+    let said = asked("table.xlsx", "PK\u{3}\u{4} and more", &[]);
+    assert!(said.contains("ZIP archive"), "{said}");
     let _ = asked("empty.csv", "", &[]);
+}
+
+#[test]
+fn a_bare_number_is_volts_in_a_log_of_many_columns_too() {
+    let truth = Truth::steps(0.01, 200);
+    let ms = |k: usize| truth.ms(k).to_string();
+    let pwm = |k: usize| truth.pwm[k].to_string();
+    let rest = |k: usize| vec!["9"; 13].join(",") + &format!(",{}", truth.counts[k]);
+    let names: Vec<String> = (1..=13).map(|k| format!("x{k}")).collect();
+    let names = format!("time_ms,pwm,{},counts", names.join(","));
+    let text = log(&names, truth.rows(), &[&ms, &pwm, &rest]);
+    let flags = ["--supply", "12", "--counts-per-rev", "720"];
+    let (file, said) = imported("log.csv", &text, &flags);
+    assert!(said.contains("a share of 12 V"), "{said}");
+    assert_eq!(counts(&file), truth.counts);
+    near(&file.column("command_v"), &truth.commands(), 1e-9);
 }

@@ -110,6 +110,18 @@ fn what_is_missing_is_asked_for_in_one_message_with_the_line_to_copy() {
     let flags: Vec<&str> = words.iter().map(String::as_str).collect();
     let (file, _) = imported("log.csv", &text, &flags);
     assert_eq!(counts(&file), truth.counts);
+    let directory = tempfile::tempdir().expect("a directory");
+    let finished = import(
+        directory.path(),
+        "log.csv",
+        &text,
+        &[&flags[..], &["--json"]].concat(),
+    );
+    let document: serde_json::Value = serde_json::from_str(&finished.output).expect("JSON");
+    let understood = &document["understood"];
+    assert_eq!(understood[0]["what"], "time");
+    assert_eq!(understood[0]["column"], "time_ms");
+    assert_eq!(understood[0]["unit"], "ms");
     // The same as a document.
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), "log.csv", &text, &["--json"]);

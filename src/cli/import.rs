@@ -78,14 +78,18 @@ impl Import {
             Some(name) if !standard_input => name.to_string_lossy().into_owned(),
             _ => "standard input".to_owned(),
         };
+        let mapped = match &self.map {
+            Some(map) => Some(self.mapping_file(map)?),
+            None => None,
+        };
         let mut source: Box<dyn Read> = if standard_input {
             Box::new(io::stdin().lock())
         } else {
             Box::new(open(&self.log)?)
         };
         let mut reading = None;
-        let map = match &self.map {
-            Some(map) => self.mapping_file(map)?,
+        let map = match mapped {
+            Some(map) => map,
             None => {
                 let (head, is_whole) = head(&mut source, &name)?;
                 source = Box::new(Cursor::new(head.clone()).chain(source));

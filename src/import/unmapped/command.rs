@@ -300,16 +300,13 @@ impl Decision<'_> {
     /// Time of the last row before the motion begins, from the first row in s; 0 where the log begins with the step.
     fn onset_s(&self, motion: usize) -> Option<f64> {
         let numbers = &self.column(motion).numbers;
-        let first = numbers.first()?;
-        let moves = numbers.iter().position(|number| number != first)?;
+        let first = numbers.iter().find(|number| number.is_finite())?;
+        let moves = (numbers.iter()).position(|number| number.is_finite() && number != first)?;
+        let rests = moves.checked_sub(1)?;
         let (clock, seconds) = self.clock?;
         let times = &self.column(clock).numbers;
-        let onset_s = (times[moves - 1] - times[0]) * seconds;
+        let onset_s = (times[rests] - times[0]) * seconds;
         let length_s = (times.last()? - times[0]) * seconds;
-        Some(if onset_s < SHORT_REST * length_s {
-            0.0
-        } else {
-            onset_s
-        })
+        (onset_s >= SHORT_REST * length_s).then_some(onset_s)
     }
 }

@@ -146,7 +146,8 @@ impl<'a> Decision<'a> {
             column: found.column.clone(),
             found: self.all_names(),
         })?;
-        if !self.column(at).is_numeric() && !(role == Role::Time && self.column(at).is_stamps()) {
+        let is_stamped_clock = role == Role::Time && self.column(at).is_stamps();
+        if !self.column(at).is_numeric() && !is_stamped_clock {
             let column = found.column;
             return Err(Unclear::NoNumbers { flag, column });
         }

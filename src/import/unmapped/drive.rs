@@ -29,9 +29,9 @@ impl Decision<'_> {
 
     /// The supply that a share is of: in words, or asked for.
     pub(super) fn supply(&mut self) -> Result<Option<String>, Unclear> {
+        // A bare number is volts, whatever the number of the columns; a column's number has a unit behind it.
         if let Some(text) = &self.said.supply
             && let Some((volts, "" | "V" | "v")) = number_and_rest(text)
-            && self.said_column("--supply", Role::Supply, text).is_err()
         {
             self.map.supply_v = Some(volts);
             if let [one] = self.candidates(Role::Supply).as_slice() {
@@ -134,14 +134,14 @@ impl Decision<'_> {
             true => std::iter::once(0.0).chain(differences(column)).collect(),
             false => column.numbers.clone(),
         };
-        let never_back = rates.iter().all(|rate| !(*rate < 0.0));
+        let goes_back = rates.iter().any(|rate| *rate < 0.0);
         let against = command
             .numbers
             .iter()
             .zip(&rates)
             .filter(|(u, rate)| **u < 0.0 && **rate > 0.0)
             .count();
-        never_back && against >= BACKWARDS && command.highest() > 0.0
+        !goes_back && against >= BACKWARDS && command.highest() > 0.0
     }
 }
 

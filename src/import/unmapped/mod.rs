@@ -25,6 +25,7 @@ pub use said::Said;
 pub use unclear::{Missing, Unclear};
 
 use super::Map;
+use super::lines::lines;
 use super::map_file::MapFile;
 
 /// A log's beginning in bytes that is looked at.
@@ -68,13 +69,20 @@ pub fn understand(
     said: &Said,
     command: &str,
 ) -> Reading {
+    if let Err(problem) = lines(head) {
+        return Reading {
+            understood: Vec::new(),
+            notes: Vec::new(),
+            map: Err(Unclear::NoText(problem.to_string())),
+        };
+    }
     let survey = match survey::survey(head, is_whole) {
         Ok(survey) => survey,
-        Err(survey) => {
+        Err(first_lines) => {
             return Reading {
                 understood: Vec::new(),
                 notes: Vec::new(),
-                map: Err(Unclear::NoTable(survey.first_lines)),
+                map: Err(Unclear::NoTable(first_lines)),
             };
         }
     };

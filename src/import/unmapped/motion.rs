@@ -186,9 +186,10 @@ impl Decision<'_> {
             let is_angle = words
                 .iter()
                 .any(|word| matches!(word.as_str(), "angle" | "theta" | "phi" | "winkel"));
-            let unit = match (is_angle, column.is_whole(), column.most() > 2.0 * TAU) {
-                (false, true, true) => "counts",
-                (_, _, true) => "deg",
+            // Only a proposal: motors turn more than once, and angles in degrees then go beyond 360.
+            let unit = match (is_angle, column.is_whole(), column.most() > 360.0) {
+                (false, true, _) => "counts",
+                (true, true, _) | (_, _, true) => "deg",
                 _ => "rad",
             };
             let why = format!("{name} names no unit; {}", expected(Role::Position));

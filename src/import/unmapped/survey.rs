@@ -24,19 +24,15 @@ pub(super) struct Survey {
     /// Comment lines among and before the rows, without the mark.
     pub comments: Vec<String>,
     pub rows: usize,
-    /// The first lines as they are, for a message where there is no table.
-    pub first_lines: Vec<String>,
 }
 
-/// Looks at the first bytes of a log; `None` where there is no table of numbers.
-pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Survey> {
+/// Looks at the first bytes of a log. Where there is no table of numbers, the first lines come back.
+pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>> {
     let all = lines_of(head, is_whole);
-    let mut found = Survey {
-        first_lines: (all.iter().take(3))
-            .map(|(_, line)| decode(line).into_owned())
-            .collect(),
-        ..Survey::default()
-    };
+    let first_lines = (all.iter().take(3))
+        .map(|(_, line)| decode(line).into_owned())
+        .collect();
+    let mut found = Survey::default();
     let content = |line: &[u8]| {
         before_line(line)
             .map_or(line, |(_, rest)| rest)
@@ -67,7 +63,7 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Survey> {
         .map(|(_, line)| text(line))
         .collect();
     let Some(layout) = layout(&table) else {
-        return Err(found);
+        return Err(first_lines);
     };
     if mark != "#" {
         found.file.comment = Some(mark.to_owned());

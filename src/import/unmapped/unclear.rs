@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::super::MapError;
+use super::super::cells::shortened;
 
 /// What has to be said of a log.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
@@ -21,6 +22,9 @@ pub enum Unclear {
         "no table of numbers was found in its first lines{}; a mapping file says how it is laid out: --map MAP.toml (docs/import.md)", began(.0)
     )]
     NoTable(Vec<String>),
+    /// No text at all.
+    #[error("{0}")]
+    NoText(String),
     /// Something has to be said.
     #[error("{} to be said of this log:\n{}\n{}all of it said:\n  {line}", things(.missing.len()), listed(.missing), capitals(.missing))]
     Missing {
@@ -94,8 +98,7 @@ fn began(lines: &[String]) -> String {
     match lines.first() {
         None => " (it is empty)".to_owned(),
         Some(line) => {
-            let short: String = line.chars().take(60).collect();
-            format!(", which begin `{short}`")
+            format!(", which begin `{}`", shortened(line))
         }
     }
 }
