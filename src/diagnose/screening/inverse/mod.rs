@@ -250,6 +250,7 @@ mod tests {
             sample_time_s: pieces.runs[0].sample_time_s,
             clock: None,
             is_host_timed: false,
+            then: None,
         };
         (picks(&pieces, &base), base)
     }
