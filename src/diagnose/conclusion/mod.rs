@@ -72,7 +72,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let mut weights = weights(found, grounds.unknown);
     let mut changes = None;
     if let Some(reference) = grounds.reference {
-        let mut since = reference.changes(pieces, base, found, weights);
+        let mut since = reference.changes(pieces, found, weights);
         weights = std::mem::take(&mut since.weights);
         changes = Some(since);
     }

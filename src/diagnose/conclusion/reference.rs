@@ -15,11 +15,11 @@ use super::floor::repeats;
 use super::intervals::{WITHIN_95, ends};
 use super::weights::Weights;
 use crate::diagnose::error::name_of;
-use crate::diagnose::fit::{Base, Fit, Member, Model, Then, dot, fit, unweighted};
+use crate::diagnose::fit::{BASE, Base, Fit, Member, Model, Then, dot, fit, unweighted};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::ReferenceRuns;
 use crate::diagnose::selection::Forward;
-use crate::diagnose::settings::CLUSTERED_RUNS;
+use crate::diagnose::settings::{CLUSTERED_RUNS, SAME_AXIS};
 use crate::diagnose::validation::standing;
 use crate::motor::Motor;
 use crate::motor::catalogue::catalogue;
@@ -101,35 +101,72 @@ impl Reference {
         }
     }
 
-    /// Effects of a set that differ from the reference: those that it does not have as the runs do.
-    fn changed(&self, pieces: &Pieces, base: &Base, now: &Fit) -> Vec<&'static str> {
-        let Some(shared) = as_then(pieces, base, now) else {
-            return now.model.ids();
-        };
-        let shared = shared.for_runs_of(&self.base);
-        let own_motor = self.fit.model.motor(&self.fit.x);
+    /// Effects of a set that differ from the reference: those with which, as the runs have them, it predicts its own pieces worse.
+    fn changed(&self, pieces: &Pieces, now: &Fit) -> Vec<&'static str> {
+        let own = self.fit.model.motor(&self.fit.x);
         let is_changed = |member: &&Member| {
-            // All the others may differ by set, this one not.
-            let others = now.model.members.iter().filter(|other| other != member);
-            let model = Model::new(
-                &shared,
-                others.map(|other| as_shared(&shared, other)).collect(),
-            );
-            let starts = [model.start(), start_at(&model, &own_motor)];
-            let Some(alike) = fit(&self.pieces, &model, shared.kind, &starts) else {
-                return true;
-            };
-            let own = Fit {
-                prior: 0.0,
-                ..self.fit.clone()
-            };
-            let standing = standing(&[&own, &alike]);
-            !standing[1].is_tied
+            let others = self.fit.model.members.iter();
+            let others: Vec<Member> = others
+                .filter(|m| m.index != member.index)
+                .cloned()
+                .collect();
+            let alike = self
+                .with(pieces, now, member)
+                .into_iter()
+                .filter_map(|base| {
+                    let model = Model::new(&base, others.clone());
+                    let starts = [model.start(), start_at(&model, &own)];
+                    fit(&self.pieces, &model, base.kind, &starts)
+                });
+            let alike = alike.max_by(|a, b| a.score().total_cmp(&b.score()));
+            alike.is_none_or(|alike| !standing(&[&self.fit, &alike])[1].is_tied)
         };
         let changed = now.model.members.iter().filter(is_changed);
         let mut ids: Vec<&str> = changed.map(Member::id).collect();
         ids.sort_unstable();
         ids
+    }
+
+    /// The base of the reference with one effect as other runs have it: at its value there, and at the ends of what is known of it.
+    fn with(&self, pieces: &Pieces, now: &Fit, member: &Member) -> Vec<Base> {
+        let motor = now.model.motor(&now.x);
+        if let Some(number) = now.model.frees(member) {
+            let key = BASE[number];
+            let mut base = self.base.clone();
+            let own = (now.model.numbers.iter()).position(|n| n.id.key() == key);
+            let (Some(k), Some(slot)) = (own, base.motor.parameters.get_mut(key)) else {
+                return Vec::new();
+            };
+            *slot = now.model.numbers[k].value(now.x[k]);
+            let (lo, hi) = ends(pieces, now, k);
+            let sd = 0.5 * (hi - lo) / WITHIN_95 / now.x[k];
+            base.motor
+                .tolerance
+                .insert(key.to_owned(), sd.hypot(SAME_AXIS));
+            return vec![base];
+        }
+        let Some(effect) = motor.effects.get(member.id()) else {
+            return Vec::new();
+        };
+        let free = now.model.numbers.iter().position(
+            |number| matches!(number.id, ParameterId::Effect(of, _) if of == member.index),
+        );
+        let mut motors = vec![self.base.motor.clone()];
+        motors[0].effects.set(*effect);
+        if let Some(k) = free {
+            let number = &now.model.numbers[k];
+            let (lo, hi) = ends(pieces, now, k);
+            for end in [lo, hi] {
+                let mut motor = motors[0].clone();
+                number.id.set(&mut motor, number.value(end));
+                motors.push(motor);
+            }
+        }
+        let bases = motors.into_iter().map(|motor| Base {
+            motor,
+            ..self.base.clone()
+        });
+        bases.collect()
     }
 
     /// How much likelier it is that more is left of the runs than of the reference, each piece predicted by fits on others, than less:
@@ -152,13 +189,7 @@ impl Reference {
     }
 
     /// What has changed, of what was found: the sets that the runs do not tell apart without the effects that the reference has too.
-    pub fn changes(
-        &self,
-        pieces: &Pieces,
-        base: &Base,
-        found: &Forward,
-        mut weights: Weights,
-    ) -> Changes {
+    pub fn changes(&self, pieces: &Pieces, found: &Forward, mut weights: Weights) -> Changes {
         let fits = || {
             std::iter::once(&found.best).chain(found.levels.iter().flat_map(|level| &level.fits))
         };
@@ -167,7 +198,7 @@ impl Reference {
         let mut moved = Vec::new();
         for set in &found.sets {
             let fit = fits().find(|fit| fit.model.ids() == *set);
-            let changed = fit.map_or_else(|| set.clone(), |fit| self.changed(pieces, base, fit));
+            let changed = fit.map_or_else(|| set.clone(), |fit| self.changed(pieces, fit));
             if changed.len() < set.len() {
                 let is_kept = |id: &&&'static str| !changed.contains(*id);
                 alike.push(set.iter().filter(is_kept).copied().collect());
@@ -185,7 +216,6 @@ impl Reference {
         }
         let mut found = found.clone();
         if is_none {
-            found.best = found.refitted.clone();
             sets = Vec::new();
         }
         found.sets = sets;
@@ -196,15 +226,6 @@ impl Reference {
             alike,
         }
     }
-}
-
-/// A member of a set for a motor that has it.
-fn as_shared(base: &Base, member: &Member) -> Member {
-    let own = base
-        .then
-        .as_ref()
-        .and_then(|then| then.effect(member.index));
-    own.unwrap_or(member).clone()
 }
 
 /// A model's numbers as a motor has them, those that it does not have as they start.

@@ -59,18 +59,6 @@ impl Member {
 }
 
 impl Base {
-    /// The same motor in the runs of another base.
-    pub fn for_runs_of(self, other: &Self) -> Self {
-        let mut motor = self.motor;
-        motor.parameters.counts_per_rev = other.motor.parameters.counts_per_rev;
-        motor.parameters.supply_v = other.motor.parameters.supply_v;
-        Self {
-            motor,
-            then: self.then,
-            ..other.clone()
-        }
-    }
-
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
