@@ -152,7 +152,8 @@ fn without_recordings_the_virtual_board_supplies_them_and_the_page_says_so() {
 fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = directory.path();
-    let heavier = "[effects.coulomb_friction]\ntorque_nm = 0.05\n";
+    // Four times the file's: twice could be the other numbers, each a little off.
+    let heavier = "[effects.coulomb_friction]\ntorque_nm = 0.08\n";
     std::fs::write(folder.join("bench.toml"), heavier).expect("a motor file");
     let name = "<b>step30.csv";
     let simulated = run(
@@ -195,7 +196,7 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: what was recorded, to one count in its mean.
     let steady = &lab["part_3"][0]["steady"];
     let value = |key: &str| steady[key].as_f64().expect("a number");
-    let expected = (0.315 - 0.05) / 0.059;
+    let expected = (0.315 - 0.08) / 0.059;
     assert!((value("speed_rad_s") - expected).abs() <= value("one_count_rad_s"));
 
     let told = run(

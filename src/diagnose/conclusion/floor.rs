@@ -42,14 +42,21 @@ pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
             .reference
             .map_or(&[][..], |reference| &reference.repeats),
     );
-    let motor = best.model.motor(&best.x);
-    let of_best = (&motor, best.around.time_constant_s);
     let kind = grounds.base.kind;
-    let rounding = match grounds.thinned {
-        None => rounding(grounds.runs, grounds.all, of_best, kind),
-        Some(Thinned { runs, .. }) => (Pieces::new(runs, &motor).ok())
-            .and_then(|pieces| rounding(runs, &pieces, of_best, kind)),
+    let of = |fit: &Fit| {
+        let motor = fit.model.motor(&fit.x);
+        let motor = (&motor, fit.around.time_constant_s);
+        match grounds.thinned {
+            None => rounding(grounds.runs, grounds.all, motor, kind),
+            Some(Thinned { runs, .. }) => (Pieces::new(runs, motor.0).ok())
+                .and_then(|pieces| rounding(runs, &pieces, motor, kind)),
+        }
     };
+    // Of a motor that slips or jumps a start's error grows beyond what rounding makes: what the one without effects leaves counts then.
+    let rounding = [best, &grounds.found.refitted]
+        .into_iter()
+        .filter_map(of)
+        .min_by(f64::total_cmp);
     FloorParts {
         // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
         rounding: rounding.unwrap_or(ROUNDING.sqrt()),

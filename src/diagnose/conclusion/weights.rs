@@ -40,7 +40,11 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
         };
     // Of the class that the search goes on from: its members, each with its share.
     let mut class: Vec<(Vec<&'static str>, f64)> = vec![(Vec::new(), 1.0)];
-    for level in &forward.levels {
+    for (k, level) in forward.levels.iter().enumerate() {
+        // What predicts is asked anew beside what scatters.
+        if !level.is_kept && forward.levels[k + 1..].iter().any(|later| later.is_kept) {
+            continue;
+        }
         let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
         let there = if level.is_kept {
             logistic(level.presence.gain - chance)

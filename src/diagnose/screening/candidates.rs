@@ -4,12 +4,12 @@ use rayon::prelude::*;
 
 use super::periodic;
 use crate::diagnose::fit::range_of;
-use crate::diagnose::fit::{Base, Fit, Member, Model, jitter_s, loss, response};
+use crate::diagnose::fit::{Base, Fit, Member, jitter_s, loss, response};
 use crate::diagnose::noise::{Noise, Surroundings, likeliest};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS};
-use crate::motor::ActiveEffect;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
+use crate::motor::{ActiveEffect, Motor};
 
 /// How a candidate changes what is predicted.
 #[derive(Debug, Clone)]
@@ -170,9 +170,9 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
             let mut with = motor.clone();
             with.effects
                 .set(ActiveEffect::new(member.id(), &member.values).ok()?);
+            let around = scattering(pieces, fit, &with);
             let with = response(pieces, &with)?;
             let column: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
-            let around = scattering(pieces, base, fit, &member);
             let shape = if around == fit.around {
                 Shape::One(column)
             } else {
@@ -187,15 +187,11 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
     out
 }
 
-/// What the filter has to know of the motor with one effect more: of edges lost by chance and of samples that are late.
-fn scattering(pieces: &Pieces, base: &Base, fit: &Fit, member: &Member) -> Surroundings {
-    let mut members = fit.model.members.clone();
-    members.push(member.clone());
-    let model = Model::new(base, members);
-    let motor = model.motor(&model.start());
+/// What the filter has to know of a motor with one effect more than the fitted one: of edges lost by chance and of samples that are late.
+fn scattering(pieces: &Pieces, fit: &Fit, with: &Motor) -> Surroundings {
     Surroundings {
-        jitter_s: jitter_s(&motor).hypot(pieces.arrivals_s),
-        loss: loss(&motor),
+        jitter_s: jitter_s(with).hypot(pieces.arrivals_s),
+        loss: loss(with),
         ..fit.around
     }
 }

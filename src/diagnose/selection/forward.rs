@@ -141,31 +141,31 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             let chosen = (judged.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
             best = chosen.unwrap_or(&judged.fits[0]).clone();
         }
-        // Where no simulation bears the first level out, the inverse form decides it, and the search goes on beside that.
-        let decided = match best.model.members.len() {
-            1 if !is_usable(&best) => by_inverse(&judged, &inverse),
-            _ => None,
-        };
-        let judged = match decided {
-            Some(decided) => {
-                best = decided.fits[0].clone();
-                sets = decided.tied().map(|(fit, _)| fit.model.ids()).collect();
-                decided
-            }
-            None => judged,
-        };
         levels.push(judged);
+        // What was found in the place of what scatters goes again: the search begins anew with that.
+        if is_kept
+            && sought == Sought::Scattering
+            && levels.len() > 1
+            && is_enough_alone(pieces, base, &best)
+        {
+            best = refitted.clone();
+            sets.clear();
+            levels.clear();
+            continue;
+        }
         sought = match (is_kept, sought) {
             (true, _) => Sought::Predicting,
             (false, Sought::Predicting) => Sought::Scattering,
             (false, Sought::Scattering) => break,
         };
     }
-    // What is found beside a motor that no simulation bears out is found in its errors.
-    if levels.first().is_some_and(|first| first.is_inverse) && !is_usable(&best) {
-        levels.truncate(1);
-        best = levels[0].fits[0].clone();
-        sets = levels[0].tied().map(|(fit, _)| fit.model.ids()).collect();
+    // What is found in the errors of a motor that no simulation bears out is not kept, where the inverse form has a cause.
+    if !is_usable(&best)
+        && let Some(decided) = levels.first().and_then(|first| by_inverse(first, &inverse))
+    {
+        best = decided.fits[0].clone();
+        sets = decided.tied().map(|(fit, _)| fit.model.ids()).collect();
+        levels = vec![decided];
     }
     Some(Forward {
         refitted,
@@ -173,6 +173,15 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
         levels,
         sets,
     })
+}
+
+/// Whether what scatters, the last of a set, predicts as well without the others.
+fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
+    let last = best.model.members.last().cloned();
+    let model = Model::new(base, last.into_iter().collect());
+    let starts = [model.start_from(&best.model, &best.x), model.start()];
+    let alone = fit(pieces, &model, base.kind, &starts);
+    alone.is_some_and(|alone| alone.score() + LEAST_GAIN >= best.score())
 }
 
 /// Whether a simulation explains a recording by more than a load that shakes as no bench does, and a motor as no file has it.

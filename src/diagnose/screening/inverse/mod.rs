@@ -239,9 +239,13 @@ mod tests {
     use crate::diagnose::samples::{motor_with, recording};
     use crate::diagnose::settings::INVERSE_DECIDES;
     use crate::motor::{Motor, Parameters};
+    use crate::recording::Run;
 
     fn found(motor: &Motor) -> (Vec<Pick>, Base) {
-        let run = recording(motor, 3000);
+        found_in(recording(motor, 3000))
+    }
+
+    fn found_in(run: Run) -> (Vec<Pick>, Base) {
         let nominal = Motor::default();
         let pieces = Pieces::new(&[run], &nominal).expect("a run");
         let base = Base {
@@ -289,6 +293,15 @@ mod tests {
         );
         let phase = first.coefficients[1].atan2(first.coefficients[0]);
         assert!((phase - 0.6).abs() < 0.2, "{phase}");
+    }
+
+    /// Counts that fall under a positive command: nothing brakes so, and nothing is found.
+    #[test]
+    fn a_motor_that_turns_the_wrong_way_leaves_all() {
+        let mut run = recording(&Motor::default(), 1000);
+        run.counts.iter_mut().for_each(|count| *count = -*count);
+        let (picks, _) = found_in(run);
+        assert!(picks.iter().all(|pick| pick.own == [0.0; 3]), "{picks:?}");
     }
 
     /// Viscous friction that differs by direction is the same as a gain that does, and told from an offset.

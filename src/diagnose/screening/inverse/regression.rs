@@ -42,6 +42,9 @@ impl Normal {
         let mut active: Vec<usize> = (0..brakes.len()).collect();
         loop {
             let n = active.len();
+            if n == 0 {
+                return vec![0.0; brakes.len()];
+            }
             let xx = DMatrix::from_fn(n, n, |i, j| self.xx[(active[i], active[j])]);
             let xy = DVector::from_fn(n, |i, _| self.xy[active[i]]);
             let scale = DVector::from_fn(n, |i, _| xx[(i, i)].sqrt().max(f64::MIN_POSITIVE));
