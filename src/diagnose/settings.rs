@@ -34,7 +34,8 @@ pub(crate) const WANDER_LEVELS: usize = 12;
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
 /// Recordings simulated to see what chance makes of the best of all rivals.
 pub(crate) const NULLS: usize = 99;
-/// Nats that a rival has to gain to be there at all.
+/// Nats that a rival has to gain to be there that closes nothing of the gap: one that scatters, or takes a bent base back. As much is
+/// asked of a refit, of something unknown beyond chance, and of what a set loses without some of its members.
 pub(crate) const LEAST_GAIN: f64 = 4.0;
 /// Effects fitted for each look at what promises most, and all that promise as much.
 pub(crate) const FITTED: usize = 6;

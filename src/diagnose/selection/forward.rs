@@ -184,7 +184,7 @@ fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
     alone.is_some_and(|alone| alone.score() + LEAST_GAIN >= best.score())
 }
 
-/// Whether a simulation explains a recording by more than a load that shakes as no bench does, and a motor as no file has it.
+/// Whether a simulation bears a recording out: with no load that shakes as no bench does, and with a motor as the file may have it.
 fn is_usable(best: &Fit) -> bool {
     best.noise.strength <= MOST_WANDER && best.model.bent(&best.x) <= WITHIN_TOLERANCES
 }
