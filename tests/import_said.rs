@@ -13,16 +13,7 @@ use foreign_logs::{Truth, asked, counts, import, imported, log, near};
 #[test]
 fn a_pwm_beyond_full_scale_is_full_drive_and_said() {
     let truth = Truth::of(0.01, (0..300).map(|k| if k < 20 { 0 } else { 312 }));
-    let n = |k: usize| truth.counts[k].to_string();
-    let text = log(
-        "time_ms,pwm,counts",
-        truth.rows(),
-        &[
-            &|k| truth.ms(k).to_string(),
-            &|k| truth.pwm[k].to_string(),
-            &n,
-        ],
-    );
+    let text = truth.counts_log();
     let flags = ["--supply", "12", "--counts-per-rev", "720"];
     let said = asked("log.csv", &text, &flags);
     assert!(said.contains("the largest of the log is 312"), "{said}");
@@ -142,16 +133,7 @@ fn a_filtered_speed_is_found_by_its_missing_steps() {
 #[test]
 fn one_row_of_many_keeps_the_volt_seconds() {
     let truth = Truth::steps(0.002, 1000);
-    let n = |k: usize| truth.counts[k].to_string();
-    let text = log(
-        "time_ms,pwm,counts",
-        truth.rows(),
-        &[
-            &|k| truth.ms(k).to_string(),
-            &|k| truth.pwm[k].to_string(),
-            &n,
-        ],
-    );
+    let text = truth.counts_log();
     let flags = ["--supply", "12", "--counts-per-rev", "720", "--every", "7"];
     let (file, _) = imported("log.csv", &text, &flags);
     let seventh: Vec<i64> = truth.counts.iter().copied().step_by(7).collect();

@@ -85,16 +85,7 @@ fn the_commonest_log_is_read_as_it_is_and_its_counts_are_had_back() {
 #[test]
 fn what_is_missing_is_asked_for_in_one_message_with_the_line_to_copy() {
     let truth = Truth::steps(0.01, 200);
-    let n = |k: usize| truth.counts[k].to_string();
-    let text = log(
-        "time_ms,pwm,counts",
-        truth.rows(),
-        &[
-            &|k| truth.ms(k).to_string(),
-            &|k| truth.pwm[k].to_string(),
-            &n,
-        ],
-    );
+    let text = truth.counts_log();
     let said = asked("my log.csv", &text, &[]);
     for words in [
         "2 things have to be said",

@@ -230,3 +230,26 @@ fn the_command_says_both_values_in_every_form() {
         done.messages
     );
 }
+
+/// What the reference cannot have shown is no change: a step says nothing of a dead zone.
+#[test]
+fn what_the_reference_does_not_tell_is_not_said_to_have_changed() {
+    let motor = with(motor(), "dead_zone", &[1.1]);
+    let mut step = recorded(&motor, 1);
+    step.command = vec![4.5; SAMPLES];
+    let drive = Drive {
+        t_s: &step.t_s,
+        command: &step.command,
+        kind: CommandKind::Voltage,
+    };
+    step.counts = simulate(&motor, &drive, &SimulationOptions::default())
+        .expect("a motor")
+        .counts;
+    let found = since(&recorded(&motor, 2), &step, &Motor::default());
+    assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
+    assert!(
+        found.note.contains("These runs show dead zone"),
+        "{}",
+        found.note
+    );
+}

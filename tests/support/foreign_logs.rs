@@ -93,6 +93,14 @@ impl Truth {
         self.rows().map(|k| self.volts(k)).collect()
     }
 
+    /// Milliseconds, pulse width and counts.
+    pub fn counts_log(&self) -> String {
+        let ms = |k: usize| self.ms(k).to_string();
+        let pwm = |k: usize| self.pwm[k].to_string();
+        let counts = |k: usize| self.counts[k].to_string();
+        log("time_ms,pwm,counts", self.rows(), &[&ms, &pwm, &counts])
+    }
+
     /// The commonest log of all, under these three names.
     pub fn rpm_log(&self, names: &str) -> String {
         let ms = |k: usize| self.ms(k).to_string();

@@ -34,8 +34,9 @@ impl FloorParts {
     }
 }
 
-/// The floor of these runs, for the fit that explains them best.
-pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
+/// The floor of these runs. What rounding leaves is that of the motor without effects: where one slips or jumps, a start's error grows
+/// beyond what rounding makes.
+pub(crate) fn floor_parts(grounds: &Grounds<'_>) -> FloorParts {
     let mut apart = repeats(grounds.runs, grounds.all, grounds.repeats);
     apart.extend(
         grounds
@@ -43,20 +44,14 @@ pub(crate) fn floor_parts(grounds: &Grounds<'_>, best: &Fit) -> FloorParts {
             .map_or(&[][..], |reference| &reference.repeats),
     );
     let kind = grounds.base.kind;
-    let of = |fit: &Fit| {
-        let motor = fit.model.motor(&fit.x);
-        let motor = (&motor, fit.around.time_constant_s);
-        match grounds.thinned {
-            None => rounding(grounds.runs, grounds.all, motor, kind),
-            Some(Thinned { runs, .. }) => (Pieces::new(runs, motor.0).ok())
-                .and_then(|pieces| rounding(runs, &pieces, motor, kind)),
-        }
+    let refitted = &grounds.found.refitted;
+    let motor = refitted.model.motor(&refitted.x);
+    let motor = (&motor, refitted.around.time_constant_s);
+    let rounding = match grounds.thinned {
+        None => rounding(grounds.runs, grounds.all, motor, kind),
+        Some(Thinned { runs, .. }) => (Pieces::new(runs, motor.0).ok())
+            .and_then(|pieces| rounding(runs, &pieces, motor, kind)),
     };
-    // Of a motor that slips or jumps a start's error grows beyond what rounding makes: what the one without effects leaves counts then.
-    let rounding = [best, &grounds.found.refitted]
-        .into_iter()
-        .filter_map(of)
-        .min_by(f64::total_cmp);
     FloorParts {
         // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
         rounding: rounding.unwrap_or(ROUNDING.sqrt()),

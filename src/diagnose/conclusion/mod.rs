@@ -84,7 +84,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         weights = weights.with_unknown(share);
     }
     let weights = weights.at_most(most_sure);
-    let floor = floor::floor_parts(&grounds, best);
+    let floor = floor::floor_parts(&grounds);
     let wander = floor::wander(pieces, best);
     let mut rungs = rungs::rungs(
         (all, pieces),

@@ -19,7 +19,7 @@ use crate::diagnose::fit::{BASE, Base, Fit, Member, Model, Then, dot, fit, unwei
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::ReferenceRuns;
 use crate::diagnose::selection::Forward;
-use crate::diagnose::settings::{CLUSTERED_RUNS, PARTIAL_SURE, SAME_AXIS};
+use crate::diagnose::settings::{CLUSTERED_RUNS, SAME_AXIS};
 use crate::diagnose::validation::standing;
 use crate::motor::Motor;
 use crate::motor::catalogue::catalogue;
@@ -170,7 +170,7 @@ impl Reference {
     }
 
     /// How much likelier it is that more is left of the runs than of the reference, each piece predicted by fits on others, than less:
-    /// of what is unknown in the runs, this share has changed. Never all of it: the reference may not have shown what these runs do.
+    /// of what is unknown in the runs, this share has changed.
     pub fn share_of_unknown(&self, pieces: &Pieces, predicted: &[f64]) -> f64 {
         let mut random = Pcg64Mcg::seed_from_u64(0x7468_656e);
         let mut left = |pieces: &Pieces, predicted: &[f64]| -> f64 {
@@ -185,7 +185,7 @@ impl Reference {
         };
         let is_more = |_: &u64| left(pieces, predicted) > left(&self.pieces, &self.predicted);
         let more = (0..DRAWS).filter(is_more).count() as f64 / DRAWS as f64;
-        (2.0 * more - 1.0).clamp(0.0, PARTIAL_SURE)
+        (2.0 * more - 1.0).max(0.0)
     }
 
     /// What has changed, of what was found: the sets that the runs do not tell apart without the effects that the reference has too.

@@ -187,3 +187,11 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     sums.iter().sum::<f64>() + rest
 }
+
+/// Standard error of a sum over pieces, by how its parts scatter.
+pub(crate) fn error_of_sum(parts: &[f64]) -> f64 {
+    let n = parts.len();
+    let mean = parts.iter().sum::<f64>() / n as f64;
+    let variance = parts.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
+    (variance * n as f64).sqrt()
+}

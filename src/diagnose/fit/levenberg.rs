@@ -16,6 +16,9 @@ const MOST_STEPS: usize = 20;
 const ENOUGH: f64 = 0.1;
 /// Most times that the noise is found anew: it stands still after two.
 const ROUNDS: usize = 4;
+/// Places in its range at which a number is tried that nothing depends on smoothly: a threshold between two levels of the command is
+/// not left by steps, and two levels apart by less are told by none of the catalogue's starts.
+const PLACES: usize = 24;
 
 /// Fits a model from the likeliest of some starts, with the noise that is found on the way.
 pub(crate) fn fit(
@@ -42,6 +45,9 @@ pub(crate) fn fit(
         let around = surroundings(pieces, model, &at.x, kind);
         let whitener = Whitener::new(pieces, &around, noise);
         at = minimise(pieces, model, &whitener, at)?;
+        if let Some(other) = elsewhere(pieces, model, &whitener, &at) {
+            at = minimise(pieces, model, &whitener, other)?;
+        }
         let around = surroundings(pieces, model, &at.x, kind);
         let found = likeliest(pieces, &around, &at.residual);
         if found == noise && round > 0 {
@@ -67,6 +73,33 @@ impl At {
     }
 }
 
+/// Negative logarithm of likelihood and prior under a noise, but for what does not depend on the numbers.
+fn cost_of(model: &Model, whitener: &Whitener, at: &At) -> f64 {
+    let white = whitener.whiten(&at.residual);
+    0.5 * dot(&white, &white) + model.prior(&at.x)
+}
+
+/// The same numbers but for one that nothing depends on smoothly, at the place in its range that costs least; none where no place costs
+/// less.
+fn elsewhere(pieces: &Pieces, model: &Model, whitener: &Whitener, at: &At) -> Option<At> {
+    let numbers = model.numbers.iter().enumerate();
+    let tried: Vec<(usize, f64)> = numbers
+        .filter(|(_, number)| !number.smooth)
+        .flat_map(|(k, number)| {
+            let at = |place: usize| (place as f64 + 0.5) / PLACES as f64;
+            (0..PLACES).map(move |place| (k, number.lo + at(place) * (number.hi - number.lo)))
+        })
+        .collect();
+    let tried = tried.into_par_iter().filter_map(|(k, value)| {
+        let mut x = at.x.clone();
+        x[k] = value;
+        let other = At::new(pieces, model, x)?;
+        Some((cost_of(model, whitener, &other), other))
+    });
+    let (cost, other) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    (cost < cost_of(model, whitener, at) - ENOUGH).then_some(other)
+}
+
 /// The numbers that cost least under a noise, from some on.
 pub(super) fn minimise(
     pieces: &Pieces,
@@ -76,10 +109,7 @@ pub(super) fn minimise(
 ) -> Option<At> {
     let n = at.x.len();
     let mut damping = 1e-3;
-    let cost_of = |at: &At| -> f64 {
-        let white = whitener.whiten(&at.residual);
-        0.5 * dot(&white, &white) + model.prior(&at.x)
-    };
+    let cost_of = |at: &At| cost_of(model, whitener, at);
     let mut cost = cost_of(&at);
     if !cost.is_finite() {
         return None;
@@ -126,4 +156,47 @@ pub(super) fn minimise(
         }
     }
     Some(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::fit::{Base, Member};
+    use crate::diagnose::samples::{motor_with, recording};
+    use crate::motor::Motor;
+    use crate::motor::catalogue::catalogue;
+
+    /// A threshold between two levels of the command is found wherever its fit begins.
+    #[test]
+    fn a_threshold_is_found_from_any_start() {
+        let run = recording(&motor_with(&[("dead_zone", &[1.3])]), 1000);
+        let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
+        let base = Base {
+            motor: Motor::default(),
+            kind: CommandKind::Voltage,
+            sample_time_s: pieces.runs[0].sample_time_s,
+            clock: None,
+            is_host_timed: false,
+            then: None,
+        };
+        let index = catalogue().iter().position(|kind| kind.id == "dead_zone");
+        let index = index.expect("an effect");
+        for begun_v in [0.3, 0.9, 1.7] {
+            let values = vec![begun_v];
+            let model = Model::new(&base, vec![Member { index, values }]);
+            let fit = fit(&pieces, &model, base.kind, &[model.start()]).expect("a motor");
+            let motor = model.motor(&fit.x);
+            let mut found = motor
+                .effects
+                .get("dead_zone")
+                .expect("it is there")
+                .parameters();
+            let (_, threshold_v) = found.next().expect("a threshold");
+            // The levels about it are 1.1 and 1.5 V.
+            assert!(
+                (1.1..1.5).contains(&threshold_v),
+                "{begun_v}: {threshold_v}"
+            );
+        }
+    }
 }

@@ -9,7 +9,7 @@ mod start_error;
 mod then;
 mod unweighted;
 
-pub(crate) use fitted::{Fit, dot, jitter_s, loss, residual, surroundings};
+pub(crate) use fitted::{Fit, dot, error_of_sum, jitter_s, loss, residual, surroundings};
 pub(crate) use folds::{finished, score_at};
 pub(crate) use levenberg::fit;
 pub(crate) use model::{BASE, Base, Member, Model, range_of};

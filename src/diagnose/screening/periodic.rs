@@ -4,7 +4,7 @@ use super::candidates::{Candidate, Shape};
 use crate::diagnose::fit::{Base, Fit, Member};
 use crate::diagnose::pieces::Pieces;
 use crate::motor::CommandKind;
-use crate::motor::catalogue::catalogue;
+use crate::motor::catalogue::{EffectKind, catalogue};
 
 /// Turns coefficients of sine and cosine into an effect's amplitude and phase.
 #[derive(Debug, Clone, Copy)]
@@ -32,18 +32,22 @@ impl Wave {
     }
 }
 
+/// Orders of the angle that an effect may have.
+pub(crate) fn orders(kind: &EffectKind) -> Vec<usize> {
+    match kind.parameters.iter().find(|p| p.key == "cycles_per_rev") {
+        Some(order) => (order.lo.ceil() as usize..=order.hi as usize).collect(),
+        None => vec![1],
+    }
+}
+
 /// Candidates of one effect that repeats with the angle, an order each.
 pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit, index: usize) -> Vec<Candidate> {
     let kind = &catalogue()[index];
-    let orders: Vec<usize> = match kind.parameters.iter().find(|p| p.key == "cycles_per_rev") {
-        Some(order) => (order.lo.ceil() as usize..=order.hi as usize).collect(),
-        None => vec![1],
-    };
     let motor = fit.model.motor(&fit.x);
     let p = &motor.parameters;
     let per_rad = 1.0 / pieces.runs[0].rad;
     let mut out = Vec::new();
-    for order in orders {
+    for order in orders(kind) {
         let wave = |shift: f64| -> Vec<f64> {
             let mut out = Vec::with_capacity(pieces.len);
             for piece in &pieces.pieces {

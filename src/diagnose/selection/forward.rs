@@ -77,7 +77,7 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     let mut levels: Vec<Judged> = Vec::new();
     let mut sets: Vec<Vec<&'static str>> = Vec::new();
     let mut sought = Sought::Predicting;
-    let inverse = picks(pieces, base);
+    let inverse = picks(pieces);
     let pick = inverse.first().filter(|pick| pick.is_seen());
     while best.model.members.len() < MOST_EFFECTS {
         match sets.first() {

@@ -34,8 +34,7 @@ pub(crate) enum Sought {
     Scattering,
 }
 
-/// All rivals of one more effect, best first.
-/// Beside them, those of the inverse form's `pick` are fitted from the whole motor that it has found.
+/// All rivals of one more effect, best first. Beside them, those of the inverse form's `pick` are fitted from the whole motor that it has found.
 pub(crate) fn level(
     pieces: &Pieces,
     base: &Base,
@@ -88,7 +87,7 @@ pub(crate) fn level(
     }
     let mut fits = Vec::new();
     let seeds = pick.map_or(Vec::new(), |pick| first.seeds(base, pick, &looks[0].screen));
-    add(pieces, base, from, &chosen, &seeds, &mut fits);
+    add(pieces, base, from, &chosen, seeds, &mut fits);
     // Once more with the noise that the best of them leaves.
     let left = |fits: &[Fit]| fits.first().map(|best| best.noise);
     if let Some(noise) = left(&fits) {
@@ -97,7 +96,7 @@ pub(crate) fn level(
             Look::new(pieces, first.screen(pieces, base, noise), from, noise)
         });
         first.promising(&look.screen, &mut chosen);
-        add(pieces, base, from, &chosen[before..], &[], &mut fits);
+        add(pieces, base, from, &chosen[before..], Vec::new(), &mut fits);
     }
     let presence = left(&fits).map(|noise| {
         let look = look_under(&mut looks, noise, || {
@@ -112,8 +111,8 @@ pub(crate) fn level(
     })
 }
 
-/// A member with the base numbers to start from beside it, as shares of the motor file's.
-type Seed = (Member, [f64; 4]);
+/// A model with one start of its own, which is fitted from there whatever another start promises.
+type Seed = (Model, Vec<f64>);
 
 /// All candidates under a noise, and what chance makes of them.
 #[derive(Debug)]
@@ -143,36 +142,32 @@ fn look_under(looks: &mut Vec<Look>, noise: Noise, new: impl FnOnce() -> Look) -
     &looks[k]
 }
 
+/// Members of a fit with one more.
+fn with(from: &Fit, member: Member) -> Vec<Member> {
+    let mut members = from.model.members.clone();
+    members.push(member);
+    members
+}
+
 /// Fits a model with each of some members more, and keeps the best of each name.
 fn add(
     pieces: &Pieces,
     base: &Base,
     from: &Fit,
     chosen: &[Member],
-    seeds: &[Seed],
+    seeds: Vec<Seed>,
     fits: &mut Vec<Fit>,
 ) {
     let mut models: Vec<(Model, Vec<Vec<f64>>)> = Vec::new();
-    let mut whole = Vec::new();
-    let chosen = chosen.iter().map(|member| (member, None));
-    let seeds = seeds.iter().map(|(member, shares)| (member, Some(*shares)));
-    for (member, shares) in chosen.chain(seeds) {
-        let mut members = from.model.members.clone();
-        members.push(member.clone());
-        let model = Model::new(base, members);
-        // A whole motor is fitted from itself, whatever another start promises.
-        let Some(shares) = shares else {
-            let starts = [model.start_from(&from.model, &from.x), model.start()];
-            match models.iter_mut().find(|(other, _)| other.is_like(&model)) {
-                Some((_, others)) => others.extend(starts),
-                None => models.push((model, starts.to_vec())),
-            }
-            continue;
-        };
-        let start = model.start_with(shares);
-        whole.push((model, vec![start]));
+    for member in chosen {
+        let model = Model::new(base, with(from, member.clone()));
+        let starts = [model.start_from(&from.model, &from.x), model.start()];
+        match models.iter_mut().find(|(other, _)| other.is_like(&model)) {
+            Some((_, others)) => others.extend(starts),
+            None => models.push((model, starts.to_vec())),
+        }
     }
-    models.extend(whole);
+    models.extend(seeds.into_iter().map(|(model, start)| (model, vec![start])));
     let fitted: Vec<Fit> = (models.par_iter())
         .filter_map(|(model, starts)| fit(pieces, model, base.kind, starts))
         .collect();
@@ -218,7 +213,10 @@ impl Point {
                 member.id() == *id && pick.is_of_order(member)
             });
             let best = of_it.max_by(|&a, &b| gains[a].nats.total_cmp(&gains[b].nats))?;
-            Some((pick.started(base, &self.all[best].member), shares))
+            let member = pick.started(base, &self.all[best].member);
+            let model = Model::new(base, with(&self.fit, member));
+            let start = model.start_with(shares);
+            Some((model, start))
         };
         pick.form.ids().iter().filter_map(start).collect()
     }

@@ -4,7 +4,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Exp1};
 use rand_pcg::Pcg64Mcg;
 
-use crate::diagnose::fit::Fit;
+use crate::diagnose::fit::{Fit, error_of_sum};
 use crate::diagnose::settings::{TIED_ERRORS, TIED_NATS};
 
 /// Draws of the bootstrap.
@@ -70,10 +70,7 @@ pub(crate) fn standing(fits: &[&Fit]) -> Vec<Tie> {
                 .zip(&fit.elpd)
                 .map(|(a, b)| a - b)
                 .collect();
-            let mean = each.iter().sum::<f64>() / n as f64;
-            let variance =
-                each.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
-            let error = (variance * n as f64).sqrt();
+            let error = error_of_sum(&each);
             Tie {
                 behind,
                 error,

@@ -15,11 +15,12 @@
 mod regression;
 mod rows;
 
-use super::periodic::Wave;
-use crate::diagnose::fit::{Base, Member};
+use super::periodic::{Wave, orders};
+use crate::diagnose::fit::{Base, Member, error_of_sum};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{INVERSE_ROWS, STRIBECK_SHARES, TIED_ERRORS};
 use crate::motor::CommandKind;
+use crate::motor::catalogue::catalogue;
 use regression::{Normal, predicted_squares, robust_weights};
 use rows::{Row, rows};
 
@@ -128,12 +129,12 @@ impl Pick {
     pub fn is_tied_with(&self, other: &Self) -> bool {
         let each = self.of_pieces.iter().zip(&other.of_pieces);
         let apart: Vec<f64> = each.map(|(a, b)| a - b).collect();
-        self.gain - other.gain <= TIED_ERRORS * error_of(&apart)
+        self.gain - other.gain <= TIED_ERRORS * error_of_sum(&apart)
     }
 }
 
 /// Terms by what they take, most first, the best of each kind; none where too little moves.
-pub(crate) fn picks(pieces: &Pieces, base: &Base) -> Vec<Pick> {
+pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
     let rows = rows(pieces);
     if rows.len() < INVERSE_ROWS {
         return Vec::new();
@@ -152,7 +153,10 @@ pub(crate) fn picks(pieces: &Pieces, base: &Base) -> Vec<Pick> {
     let mut forms = vec![Form::Offset, Form::Gain, Form::Drag];
     forms.extend(STRIBECK_SHARES.map(Form::Start));
     if !goes_round {
-        forms.extend((1..=most_orders(base)).map(Form::Angle));
+        let repeating = catalogue()
+            .iter()
+            .filter(|kind| ["gravity_load", "cogging"].contains(&kind.id));
+        forms.extend(repeating.flat_map(orders).map(Form::Angle));
     }
     let mut found: Vec<Pick> = Vec::new();
     for form in forms {
@@ -170,7 +174,7 @@ pub(crate) fn picks(pieces: &Pieces, base: &Base) -> Vec<Pick> {
         found.push(Pick {
             form,
             gain: of_pieces.iter().sum(),
-            error: error_of(&of_pieces),
+            error: error_of_sum(&of_pieces),
             own: [coefficients[0], coefficients[1], coefficients[2]],
             coefficients: coefficients.iter().skip(3).copied().collect(),
             of_pieces,
@@ -214,25 +218,6 @@ fn per_nm(base: &Base) -> f64 {
     }
 }
 
-fn most_orders(base: &Base) -> usize {
-    let cogging = crate::motor::catalogue::catalogue()
-        .iter()
-        .find(|kind| kind.id == "cogging")
-        .and_then(|kind| kind.parameters.iter().find(|p| p.key == "cycles_per_rev"));
-    cogging.map_or(1, |order| {
-        let p = &base.motor.parameters;
-        order.range(p, base.sample_time_s).1.abs() as usize
-    })
-}
-
-fn error_of(of_pieces: &[f64]) -> f64 {
-    let n = of_pieces.len();
-    let mean = of_pieces.iter().sum::<f64>() / n as f64;
-    let variance =
-        of_pieces.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (n.max(2) - 1) as f64;
-    (variance * n as f64).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -256,7 +241,7 @@ mod tests {
             is_host_timed: false,
             then: None,
         };
-        (picks(&pieces, &base), base)
+        (picks(&pieces), base)
     }
 
     /// A motor without any effect leaves nothing to pick, and its own part is the motor file's.
