@@ -38,7 +38,7 @@ use crate::motor::Motor;
 use crate::recording::Run;
 use conclusion::Reference;
 use error::usable;
-use fit::Base;
+use fit::{Base, Model, fit};
 use pieces::{Pieces, Thinned};
 use selection::forward;
 use settings::CLOCK_READING_S;
@@ -103,6 +103,7 @@ pub fn diagnose(
     let (all, mut base) = made_ready(runs, motor)?;
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
+    base = loosened(pieces, base)?;
     let mut reference = None;
     if let [first, ..] = options.reference {
         usable(&[runs[0].clone(), first.clone()])?;
@@ -112,6 +113,7 @@ pub fn diagnose(
             Some(thinned) => (thinned.pieces, thinned.runs),
             None => (then, options.reference.to_vec()),
         };
+        let then_base = loosened(&then, then_base)?;
         let found = forward(&then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
         let made = Reference::new(&of_then, (then, then_base), &found, pieces);
         let (made, now) = made.ok_or(DiagnoseError::NoFit)?;
@@ -127,8 +129,7 @@ pub fn diagnose(
         }
     };
     let found = forward(pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
-    (options.progress)("looking for something unknown");
-    let mut unknown = validation::unknown(pieces, &found.best);
+    let mut unknown = found.unknown.clone();
     if thinned.is_some() {
         unknown = unknown
             .with_worst_of(&all, &found.best)
@@ -166,14 +167,18 @@ fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseErr
     motor.parameters.counts_per_rev = runs[0].counts_per_rev;
     motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
     let base = Base {
-        motor,
-        kind,
-        sample_time_s: pieces.runs[0].sample_time_s,
         clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
         is_host_timed: runs.iter().any(Run::is_host_timed),
-        then: None,
+        ..Base::new(motor, kind, pieces.runs[0].sample_time_s)
     };
     Ok((pieces, base))
+}
+
+/// The base with the tolerances that nobody states as wide as these runs say.
+fn loosened(pieces: &Pieces, base: Base) -> Result<Base, DiagnoseError> {
+    let model = Model::new(&base, Vec::new());
+    let refitted = fit(pieces, &model, base.kind, &[model.start()]);
+    Ok(base.loosened_by(&refitted.ok_or(DiagnoseError::NoFit)?))
 }
 
 #[cfg(test)]
@@ -245,5 +250,41 @@ mod tests {
             "{:?}",
             other.gap
         );
+    }
+
+    /// A motor whose numbers nobody stated a tolerance for is off by more than 5 % and right all the same; one number that is beyond
+    /// its stated tolerance is the effect that sets it free, not something unknown.
+    #[test]
+    fn numbers_that_are_off_are_parameters_or_the_effect_that_sets_them_free() {
+        let mut truth = Motor::default();
+        truth.parameters.resistance_ohm *= 1.2;
+        truth.parameters.coulomb_friction_nm *= 1.15;
+        let found = diagnose(
+            &[recording(&truth, 1500)],
+            &Motor::default(),
+            &Options::default(),
+        );
+        let found = found.expect("a diagnosis");
+        assert_eq!(found.verdict, Verdict::Parameters, "{found}");
+        let mut truth = Motor::default();
+        truth.parameters.coulomb_friction_nm *= 1.6;
+        let mut stated = Motor::default();
+        for key in [
+            "resistance_ohm",
+            "torque_constant_nm_per_a",
+            "coulomb_friction_nm",
+        ] {
+            stated.tolerance.insert(key.to_owned(), 0.05);
+        }
+        let found = diagnose(&[recording(&truth, 1500)], &stated, &Options::default());
+        let found = found.expect("a diagnosis");
+        assert!(
+            matches!(found.verdict, Verdict::Effect | Verdict::Ambiguous),
+            "{found}"
+        );
+        let likeliest = &found.causes[0];
+        let mut named = vec![likeliest.effect.as_str()];
+        named.extend(likeliest.indistinguishable_from.iter().map(String::as_str));
+        assert!(named.contains(&"coulomb_friction"), "{named:?}");
     }
 }

@@ -32,6 +32,8 @@ pub(crate) const WANDER_LEAST: f64 = 1e-4;
 pub(crate) const WANDER_LEVELS: usize = 12;
 /// Relative tolerance (one sigma) of a number that the motor file states none for.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
+/// The widest that it becomes where a refitted motor is off by more: a good data sheet's figures are. Convention.
+pub(crate) const MOST_DEFAULT_TOLERANCE: f64 = 0.15;
 /// Recordings simulated to see what chance makes of the best of all rivals.
 pub(crate) const NULLS: usize = 99;
 /// Nats that a rival has to gain to be there that closes nothing of the gap: one that scatters, or takes a bent base back. As much is
@@ -75,8 +77,9 @@ pub(crate) const TIED_ERRORS: f64 = 2.0;
 pub(crate) const TIED_NATS: f64 = 4.0;
 /// Orders of the angle among the shapes of a flexible torque.
 pub(crate) const SHAPE_ORDERS: usize = 20;
-/// Ridge of its regression, for columns of length 1: small beside what a whitened unit says.
-pub(crate) const RIDGE: f64 = 0.1;
+/// Ridges of its regression, for columns of length 1, of which the best counts: from small beside what a whitened unit says to one for few
+/// pieces, in steps of 10.
+pub(crate) const RIDGES: [f64; 3] = [0.1, 1.0, 10.0];
 /// Relative tolerance (one sigma) of the numbers of a nominal motor that was fitted to the runs: they are as the runs say.
 pub(crate) const FITTED_TOLERANCE: f64 = 0.5;
 /// Strength of a load that wanders, one sigma as a share of the stall torque, from which on it is something unknown: benches shake by

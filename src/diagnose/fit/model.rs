@@ -6,8 +6,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Then;
-use crate::diagnose::settings::{DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
+use super::{Fit, Then};
+use crate::diagnose::settings::{
+    DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED, MOST_DEFAULT_TOLERANCE,
+};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
@@ -36,6 +38,8 @@ pub(crate) struct Base {
     pub clock: Option<(f64, f64)>,
     /// Whether the times are those of arrivals at the host.
     pub is_host_timed: bool,
+    /// Relative tolerance (one sigma) of a number that the motor file states none for.
+    pub unstated: f64,
     /// What reference runs say of the motor, which is theirs then.
     pub then: Option<Then>,
 }
@@ -59,6 +63,34 @@ impl Member {
 }
 
 impl Base {
+    /// A motor of which nothing but its file is known.
+    pub fn new(motor: Motor, kind: CommandKind, sample_time_s: f64) -> Self {
+        Self {
+            motor,
+            kind,
+            sample_time_s,
+            clock: None,
+            is_host_timed: false,
+            unstated: DEFAULT_TOLERANCE,
+            then: None,
+        }
+    }
+
+    /// Relative tolerance (one sigma) of a number of the motor file.
+    pub fn tolerance(&self, key: &str) -> f64 {
+        let stated = self.motor.tolerance.get(key).copied();
+        stated.unwrap_or(self.unstated)
+    }
+
+    /// The same with the tolerances that nobody states as wide as the numbers of a refitted motor are off, up to a limit.
+    pub fn loosened_by(self, refitted: &Fit) -> Self {
+        let count = refitted.model.numbers.len().max(1) as f64;
+        let mean_square = 2.0 * refitted.prior / count;
+        let unstated =
+            (self.unstated * mean_square.sqrt()).clamp(DEFAULT_TOLERANCE, MOST_DEFAULT_TOLERANCE);
+        Self { unstated, ..self }
+    }
+
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
@@ -341,10 +373,7 @@ pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
 /// Relative variance of what is held, by the motor file's tolerances: every torque, inertia and current is seen only relative to `R` and
 /// `Kt`.
 fn scale_variance(base: &Base) -> f64 {
-    let tolerance = |key: &str| {
-        let stated = base.motor.tolerance.get(key).copied();
-        stated.unwrap_or(DEFAULT_TOLERANCE)
-    };
+    let tolerance = |key: &str| base.tolerance(key);
     match base.kind {
         CommandKind::Voltage => {
             tolerance("resistance_ohm").powi(2) + tolerance("torque_constant_nm_per_a").powi(2)
@@ -365,10 +394,7 @@ fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
 /// Covariance of the base numbers that are used, and of the reference's effects after them: by the motor file's tolerances, or by what
 /// reference runs say; wider where an effect sets a number free.
 fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f64> {
-    let tolerance = |key: &str| {
-        let stated = base.motor.tolerance.get(key).copied();
-        stated.unwrap_or(DEFAULT_TOLERANCE)
-    };
+    let tolerance = |key: &str| base.tolerance(key);
     let freed = |i: usize| {
         let freeing = members.iter().find(|member| member.frees(base) == Some(i));
         freeing.map(|member| freed_width(base, member, i))
