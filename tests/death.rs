@@ -220,6 +220,49 @@ fn a_full_disk_ends_it_with_a_whole_row() {
 }
 
 #[test]
+fn a_full_disk_beneath_a_replay_is_said_with_its_rows() {
+    let disk = tempfile::tempdir().expect("a directory");
+    let mounted = Command::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
+        .arg(disk.path())
+        .stderr(Stdio::null())
+        .status();
+    if !mounted.is_ok_and(|status| status.success()) {
+        return support::skip(
+            "a_full_disk_beneath_a_replay_is_said_with_its_rows",
+            "may not mount a tmpfs",
+        );
+    }
+    let directory = tempfile::tempdir().expect("a directory");
+    let capture = [
+        "capture",
+        "virtual:?speed=max",
+        "--duration",
+        "3",
+        "--log",
+        "raw.log",
+    ];
+    let recorded = finish(start(directory.path(), &capture));
+    let run = disk.path().join("again.csv").display().to_string();
+    let replay = ["replay", "raw.log", "-o", &run, "--json"];
+    let done = finish(start(directory.path(), &replay));
+    let rows = std::fs::read_to_string(&run).map(|text| {
+        let rows = text.lines().filter(|line| !line.starts_with('#'));
+        rows.count() - 1
+    });
+    let unmounted = Command::new("umount").arg(disk.path()).status();
+    assert!(unmounted.expect("umount runs").success());
+    assert_eq!(recorded.status, Some(0), "{}", recorded.messages);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    let (rows, error) = (rows.expect("a file"), done.output);
+    let error: serde_json::Value = serde_json::from_str(&error).expect("a document");
+    assert_eq!(error["error"]["row"], rows, "{error}");
+    assert_eq!(error["error"]["file"], run.as_str());
+    let said = format!("it holds {rows} whole rows");
+    assert!(done.messages.contains(&said), "{said}: {}", done.messages);
+}
+
+#[test]
 fn a_raw_log_on_a_full_disk_ends_and_the_recording_does_not() {
     let disk = tempfile::tempdir().expect("a directory");
     let mounted = Command::new("mount")

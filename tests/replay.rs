@@ -3,6 +3,7 @@
 #[path = "support/command.rs"]
 mod command;
 
+use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -125,6 +126,55 @@ fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
     assert!(!torn.complete());
     assert!(torn.rows.len() > 300, "{}", torn.rows.len());
     assert_eq!(torn.rows[..], first.rows[..torn.rows.len()]);
+}
+
+/// A line in the middle that is none ends the run there: every row before it is in the file, and said.
+#[test]
+fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let first = recorded(directory.path());
+    let damaged = |name: &str| {
+        let text = std::fs::read_to_string(directory.path().join(name)).expect("a log");
+        let mut lines: Vec<&str> = text.lines().collect();
+        let at = lines.len() * 3 / 4;
+        lines[at] = "nothing";
+        std::fs::write(directory.path().join("damaged.log"), lines.join("\n")).expect("a file");
+        at + 1
+    };
+    let is_said = |done: &command::Finished, line: usize, rows: usize| {
+        assert_eq!(done.status, Some(2), "{}", done.messages);
+        let said =
+            format!("damaged.csv holds {rows} rows, and the log gives no more: line {line} ");
+        assert!(done.messages.contains(&said), "{said}: {}", done.messages);
+        let error: serde_json::Value = serde_json::from_str(&done.output).expect("a document");
+        assert_eq!(error["error"]["row"], line, "{error}");
+    };
+    let arguments = ["replay", "damaged.log", "-o", "damaged.csv", "--json"];
+    let line = damaged("raw.log");
+    let done = run(directory.path(), &arguments);
+    let file = RunFile::read(&directory.path().join("damaged.csv"));
+    assert!(
+        !file.complete() && file.rows.len() > 300,
+        "{}",
+        file.rows.len()
+    );
+    assert_eq!(file.rows[..], first.rows[..file.rows.len()]);
+    is_said(&done, line, file.rows.len());
+    // Text lines of a plain sketch, the same.
+    std::fs::remove_file(directory.path().join("damaged.csv")).expect("a file");
+    let mut plain =
+        String::from("# format = \"motorlab-rawlog/1\"\n# columns = \"t_us,counts,pwm\"\n");
+    for k in 0..400 {
+        let at = k * 10_000;
+        writeln!(plain, "{at} < \"{at},{},255\\r\\n\"", 3 * k).expect("a text");
+    }
+    std::fs::write(directory.path().join("plain.log"), plain).expect("a file");
+    let line = damaged("plain.log");
+    let done = run(directory.path(), &arguments);
+    let file = RunFile::read(&directory.path().join("damaged.csv"));
+    // After two lines of header; the first line of all may have begun before, and is left out.
+    assert_eq!(file.rows.len(), line - 4, "{}", done.messages);
+    is_said(&done, line, file.rows.len());
 }
 
 #[test]

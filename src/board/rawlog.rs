@@ -130,7 +130,7 @@ fn push_escaped(line: &mut String, byte: u8) {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file failed.
-    #[error("line {line} of the raw log cannot be read")]
+    #[error("line {line} of the raw log cannot be read: {source}")]
     Io {
         /// Line, from 1.
         line: u64,
@@ -158,6 +158,16 @@ pub enum ReadError {
         /// What is wrong.
         problem: &'static str,
     },
+}
+
+impl ReadError {
+    /// The line that is to blame, from 1.
+    pub fn line(&self) -> Option<u64> {
+        match self {
+            Self::Io { line, .. } | Self::Line { line, .. } => Some(*line),
+            Self::NotARawLog { .. } | Self::Header(_) => None,
+        }
+    }
 }
 
 /// Reads a raw log line by line; memory does not grow with the log.

@@ -43,6 +43,7 @@ pub struct Failure {
     pub status: Status,
     kind: &'static str,
     file: Option<String>,
+    row: Option<u64>,
     error: Box<dyn Error + Send + Sync>,
 }
 
@@ -53,6 +54,7 @@ impl Failure {
             status: Status::BadInput,
             kind: "bad_input",
             file: None,
+            row: None,
             error: error.into(),
         }
     }
@@ -63,6 +65,7 @@ impl Failure {
             status: Status::DeviceFailed,
             kind: "device_failed",
             file: None,
+            row: None,
             error: error.into(),
         }
     }
@@ -78,6 +81,11 @@ impl Failure {
         Self { file, ..self }
     }
 
+    /// With the row or line of that file, where one is to blame.
+    pub(super) fn in_row(self, row: Option<u64>) -> Self {
+        Self { row, ..self }
+    }
+
     /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. File and row are
     /// null where it is about none; the remedy is null where the message has no part of its own for it.
     pub(super) fn document(&self) -> Value {
@@ -90,7 +98,7 @@ impl Failure {
             "kind": self.kind,
             "message": message,
             "file": self.file.clone().or(place.0),
-            "row": place.1,
+            "row": self.row.or(place.1),
             "remedy": remedy,
         }})
     }
@@ -133,15 +141,17 @@ impl Failure {
             {
                 return (known(path), None);
             }
-            if let Some(
-                WriteError::Create { path, .. }
-                | WriteError::NoFile { path, .. }
-                | WriteError::Altered { path, .. }
-                | WriteError::Append { path, .. }
-                | WriteError::Vanished { path, .. },
-            ) = error.downcast_ref()
-            {
-                return (known(path), None);
+            match error.downcast_ref() {
+                // As many rows are whole.
+                Some(
+                    WriteError::Altered { path, rows, .. } | WriteError::Append { path, rows, .. },
+                ) => return (known(path), Some(*rows)),
+                Some(
+                    WriteError::Create { path, .. }
+                    | WriteError::NoFile { path, .. }
+                    | WriteError::Vanished { path, .. },
+                ) => return (known(path), None),
+                _ => {}
             }
             next = error.source();
         }

@@ -160,7 +160,7 @@ impl Replay {
             match value {
                 Some(value) if !range.holds(value) => Err(Failure::input(format!(
                     "{}: header key `{key}` is {}, but must be {range}",
-                    self.log.display(),
+                    shown(&self.log),
                     plausible::Shown(value),
                 ))),
                 value => Ok(value),
@@ -190,7 +190,9 @@ impl Replay {
     }
 
     fn in_log(&self, error: &ReplayError) -> Failure {
-        Failure::input(format!("{}: {error}", shown(&self.log))).at(&self.log)
+        Failure::input(format!("{}: {error}", shown(&self.log)))
+            .at(&self.log)
+            .in_row(error.line())
     }
 
     fn request(&self, header: &toml::Table) -> CaptureRequest {

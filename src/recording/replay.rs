@@ -4,6 +4,7 @@
 //! board said gives the samples, with the arrival times of the log.
 
 use std::io::BufRead;
+use std::path::PathBuf;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,7 @@ use super::capture::{BoardRecorder, ending_by_hello};
 use super::end::{End, Ended};
 use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive, TextError};
 use crate::board::{Event, Expectations, Intake, rawlog};
+use crate::plain::shown;
 
 /// How fast a log is played.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,9 +28,19 @@ pub enum Speed {
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The log.
+    /// The log, before there is a run.
     #[error(transparent)]
     Log(#[from] rawlog::ReadError),
+    /// The log, in mid-run; the run is whole up to there.
+    #[error("{} holds {rows} rows, and the log gives no more: {error}", shown(run))]
+    Broken {
+        /// What is wrong with the log.
+        error: rawlog::ReadError,
+        /// The run file.
+        run: PathBuf,
+        /// Its rows.
+        rows: u64,
+    },
     /// The run file.
     #[error(transparent)]
     Capture(#[from] CaptureError),
@@ -38,6 +50,25 @@ pub enum ReplayError {
     /// It holds something else than a recording.
     #[error("the raw log holds no recording: {0}")]
     NoRecording(&'static str),
+}
+
+impl ReplayError {
+    /// The line of the log that is to blame, from 1.
+    pub fn line(&self) -> Option<u64> {
+        match self {
+            Self::Log(error) | Self::Broken { error, .. } => error.line(),
+            Self::Capture(_) | Self::Text(_) | Self::NoRecording(_) => None,
+        }
+    }
+
+    /// A log that cannot be read beyond some line, of which this much was recorded.
+    pub(super) fn broken(error: rawlog::ReadError, captured: Captured) -> Self {
+        Self::Broken {
+            error,
+            run: captured.path,
+            rows: captured.statistics.samples,
+        }
+    }
 }
 
 /// What the host side of a log says so far.
@@ -98,7 +129,18 @@ pub fn replay(
         if stopped() {
             break Ending::Stopped.into();
         }
-        let Some((at_us, event)) = log.next_event()? else {
+        let next = match (log.next_event(), recorder) {
+            (Ok(next), kept) => {
+                recorder = kept;
+                next
+            }
+            (Err(error), Some(recorder)) => {
+                let captured = recorder.finish(Ending::LogEnded.into(), intake.damage())?;
+                return Err(ReplayError::broken(error, captured));
+            }
+            (Err(error), None) => return Err(error.into()),
+        };
+        let Some((at_us, event)) = next else {
             break Ending::LogEnded.into();
         };
         wait_until(begun, at_us, speed, &stopped);

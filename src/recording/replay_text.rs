@@ -24,7 +24,17 @@ pub fn replay_text(
         if stopped() {
             break Ending::Stopped;
         }
-        let Some((at_us, event)) = log.next_event()? else {
+        let next = match log.next_event() {
+            Ok(next) => next,
+            Err(error) => {
+                return Err(match text.finish(Ending::LogEnded) {
+                    Ok(text) => ReplayError::broken(error, text.captured),
+                    // Nothing of it was a recording yet.
+                    Err(_) => error.into(),
+                });
+            }
+        };
+        let Some((at_us, event)) = next else {
             // A recording that had no end of its own ends with its log.
             break if has_end || log.torn() {
                 Ending::LogEnded
