@@ -13,7 +13,8 @@ use std::path::Path;
 use fires::{above_a_note, grouped, is_reversed, negated, words};
 use motorlab::board::Profile;
 use motorlab::check::{Finding, Kind, check};
-use motorlab::motor::{Drive, Motor, SimulationOptions, simulate};
+use motorlab::motor::catalogue::catalogue;
+use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::{Run, read_run};
 
 /// The sample times of the lab and around it.
@@ -201,6 +202,22 @@ fn cases() -> Vec<Case> {
             "command a row late at 30 ms",
             Kind::CommandLate,
             shifted(handout("reversing", 0.03), 1),
+            false,
+        ),
+        // The shaft passes a twelfth of a count in the first 3 ms: the whole answer tells.
+        (
+            "command two rows late at 3 ms",
+            Kind::CommandLate,
+            shifted(
+                simulated(&Motor::default(), "reversing", 0.003, 5000, 0.0),
+                2,
+            ),
+            false,
+        ),
+        (
+            "command a row late at 10 ms",
+            Kind::CommandLate,
+            shifted(simulated(&Motor::default(), "coasts", 0.01, 1500, 0.0), 1),
             false,
         ),
         (
@@ -434,4 +451,28 @@ fn reversed_are_found(sound: &[Run]) -> String {
         "counts negated: encoder_reversed in {found} of {}\n",
         sound.len()
     )
+}
+
+/// A load behind play or a soft coupling lets the motor start sooner than it would with both; nothing but a late column is one.
+#[test]
+fn no_effect_is_taken_for_a_late_command() {
+    let late = |run: &Run| {
+        let findings = check(std::slice::from_ref(run), None);
+        findings.iter().any(|f| f.id == Kind::CommandLate)
+    };
+    for kind in catalogue()
+        .iter()
+        .filter(|kind| kind.id != "command_offset")
+    {
+        let mut motor = Motor::default();
+        let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters);
+        motor.effects.set(effect.expect("its id"));
+        for step_s in [0.003, 0.01, 0.03] {
+            let samples = (12.0 / step_s) as usize;
+            for profile in ["reversing", "coasts"] {
+                let run = simulated(&motor, profile, step_s, samples, 0.0);
+                assert!(!late(&run), "{}, {profile} at {step_s} s", kind.id);
+            }
+        }
+    }
 }

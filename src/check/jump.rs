@@ -29,8 +29,8 @@ const MOST_JUMPS: usize = 200;
 pub(super) struct Jump {
     /// Number of the first sample with the new command.
     pub at: usize,
-    /// Of the sample of the jump and those after it: time from the jump in s, and counts beyond the line in the direction of the
-    /// answer.
+    /// Of the sample of the jump, those after it and the few before it that the line leaves out: time from the jump in s, and counts
+    /// beyond the line in the direction of the answer.
     pub answer: Vec<(f64, f64)>,
     /// Counts beyond the line when the command jumps, and their standard error.
     pub ahead: (f64, f64),
@@ -102,7 +102,7 @@ fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option
     let beyond = |k: usize| gone.signum() * (position(k) - on_line(time_s(k)));
     (is_answer && is_straight).then(|| Jump {
         at,
-        answer: (at..=end).map(|k| (time_s(k), beyond(k))).collect(),
+        answer: (last + 1..=end).map(|k| (time_s(k), beyond(k))).collect(),
         ahead: (beyond(at - slack), error(time_s(at - slack)) + bend),
         speed_counts_s: gone.signum() * speed,
     })
