@@ -6,6 +6,7 @@
 
 use case_generator::{Effect, Kind, Options, generate_with};
 use motorlab::compare::compare;
+use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::{Model, Motor};
 use motorlab::recording::read_run_from;
 use rayon::prelude::*;
@@ -43,6 +44,20 @@ fn the_truth_explains_what_the_generator_records() {
         .filter_map(|id| apart(id, &options))
         .collect();
     assert!(apart.is_empty(), "{}", apart.join("\n"));
+}
+
+/// Every effect of the catalogue has a law of the generator's own, and what is drawn as outside of it is none of them.
+#[test]
+fn what_is_outside_is_no_effect_and_every_effect_is_inside() {
+    let known: Vec<&str> = catalogue().iter().map(|kind| kind.id).collect();
+    let mut drawn = [&case_generator::CATALOGUE[..], &case_generator::LATER].concat();
+    for id in case_generator::OUTSIDE {
+        assert!(!known.contains(&id) && !drawn.contains(&id), "{id}");
+    }
+    let mut known = known;
+    known.sort_unstable();
+    drawn.sort_unstable();
+    assert_eq!(known, drawn);
 }
 
 /// What is wrong with an effect, if anything.

@@ -28,8 +28,6 @@ pub const PROTOCOLS: [&str; 7] = [
     "chirp",
     "random",
 ];
-/// Outside effects that the catalogue has under another name since.
-const GROWN_INTO: [&str; 3] = ["lopsided_driver", "magnet_weakening", "coupling_slip"];
 
 /// What a case of the breadth set is.
 #[derive(Debug, Clone, PartialEq)]
@@ -283,12 +281,7 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
     };
     let ids: Vec<&'static str> = match hides {
         Hides::Nothing => vec![],
-        Hides::Outside => loop {
-            let id = pick(rng, &OUTSIDE);
-            if !GROWN_INTO.contains(&id) {
-                break vec![id];
-            }
-        },
+        Hides::Outside => vec![pick(rng, &OUTSIDE)],
         Hides::Effects(count) => {
             let mut ids: Vec<&'static str> = Vec::new();
             while ids.len() < count {

@@ -7,6 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::hidden::{Contact, Coupling, Hidden};
 use crate::motor::Motor;
+use crate::oddity::Oddity;
 use crate::plant::{Plant, WanderLevel};
 use crate::wander::Wander;
 use crate::{CATALOGUE, Kind, Mix, OUTSIDE, generate, plan};
@@ -121,6 +122,58 @@ fn a_driven_flank_leads_the_load_by_half_the_gap() {
         // The flank itself bends by a hundredth of a count under friction.
         assert!((lead - 0.5 * gap_rad).abs() < 0.02 * hidden.motor.count_rad());
     }
+}
+
+/// Forward both bodies answer as one; back the motor alone does, while the load runs on.
+#[test]
+fn a_one_way_clutch_carries_the_load_forward_only() {
+    let m = first_order();
+    let mut hidden = Hidden::nothing(m);
+    hidden.coupling = Some(Coupling {
+        load_fraction: 0.6,
+        load_friction_share: 0.0,
+        encoder_on_load: false,
+        contact: Contact::OneWay,
+    });
+    let damping = m.viscous_friction_nm_s_per_rad
+        + m.torque_constant_nm_per_a * m.back_emf_v_s_per_rad / m.resistance_ohm;
+    let end = m.torque_constant_nm_per_a * 4.5 / (m.resistance_ohm * damping);
+    for (volts, share) in [(4.5, 1.0), (-4.5, 0.4)] {
+        let mut plant = at_rest(&hidden);
+        let time_constant_s = share * m.inertia_kg_m2 / damping;
+        for k in 1..=20 {
+            let t = 0.01 * f64::from(k);
+            plant.hold(volts, t);
+            let gone = t - time_constant_s * (1.0 - (-t / time_constant_s).exp());
+            let off_counts = (plant.read_angle() - end * gone * volts.signum()) / m.count_rad();
+            // The rollers bend by some hundredths of a count while they drive.
+            assert!(
+                off_counts.abs() < 0.1,
+                "{volts} V, {t} s: {off_counts} counts"
+            );
+        }
+        // The motor brakes, and the load does not: it overruns.
+        let twist = plant.twist();
+        plant.hold(0.0, plant.now() + 0.3);
+        assert!(volts < 0.0 || plant.twist() < twist - 0.5);
+    }
+}
+
+/// A contact that opens at every turn of the dice leaves no current, and no torque.
+#[test]
+fn an_open_contact_leaves_no_torque() {
+    let mut hidden = Hidden::nothing(first_order());
+    hidden.oddity = Some(Oddity::ThermalCutout {
+        limit_w: 1e-9,
+        time_constant_s: 1e3,
+    });
+    let mut plant = at_rest(&hidden);
+    plant.hold(4.5, 0.01);
+    let speed = plant.speed();
+    // Open since the second look, 0.2 ms after the start, and damped by its bearing alone: 0.2 s is the time constant.
+    plant.hold(4.5, 0.11);
+    let expected = speed * (-0.5_f64).exp();
+    assert!(speed > 0.0 && (plant.speed() - expected).abs() < 1e-3 * expected);
 }
 
 #[test]

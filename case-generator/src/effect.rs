@@ -396,10 +396,7 @@ impl Effect {
                     contact: Contact::Clutch { limit_nm },
                 });
             }
-            "coupling_slip" => {
-                let limit_nm = self.value("limit_nm");
-                hidden.coupling = Some(self.coupling(Contact::Clutch { limit_nm }));
-            }
+            "one_way_clutch" => hidden.coupling = Some(self.coupling(Contact::OneWay)),
             _ => hidden.oddity = Oddity::new(self),
         }
     }

@@ -53,6 +53,8 @@ pub(crate) enum Contact {
     },
     /// A clutch that slips at this torque.
     Clutch { limit_nm: f64 },
+    /// Rollers that grip one way, wherever the two sides stand, and let the load overrun.
+    OneWay,
 }
 
 /// All that a motor hides, besides changed figures of the motor itself.

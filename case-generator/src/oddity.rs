@@ -6,15 +6,15 @@
 //! | `coarse_command` | command | level: the command is rounded to a few steps |
 //! | `supply_flicker` | driver | chance: the supply falls to a fraction for tens of ms |
 //! | `rate_limit` | driver | history: the output follows at so many V/s |
-//! | `lopsided_driver` | driver | sign: one direction gets more voltage than the other |
-//! | `magnet_weakening` | electrical | history: heat weakens the constant |
+//! | `thermal_cutout` | driver | history: the bridge opens when it is hot, until it has cooled |
+//! | `brush_bounce` | electrical | chance, by speed: the brushes lose contact for tens of ms |
 //! | `bearing_loosening` | mechanical | history: dry friction falls as rubbing warms the bearing |
 //! | `grease_settling` | mechanical | history: rest stiffens, travel frees |
 //! | `load_pulse` | mechanical | chance: something rubs for a moment |
 //! | `vibration` | mechanical | time: a torque that swings by itself |
 //! | `stiction_patch` | mechanical | angle: one sector rubs more |
 //! | `belt_jump` | transmission | chance, under load: the belt jumps a tooth |
-//! | `coupling_slip` | transmission | torque: a clutch slips |
+//! | `one_way_clutch` | transmission | sign: the load is carried forward and overruns back |
 //! | `spurious_counts` | sensor | chance: bursts of edges that were none |
 //! | `clock_stall` | timing | chance: the board stands still and does not know |
 
@@ -25,26 +25,29 @@ use rand::{Rng, RngExt};
 use crate::effect::Effect;
 use crate::motor::Motor;
 
+/// A bridge that is hot closes again at this share of the heat at which it opens: chips state hysteresis of 20 to 40 K on some 150 K.
+const COOL: f64 = 0.8;
+
 /// Ids of the effects outside the catalogue.
 pub const OUTSIDE: [&str; 15] = [
     "command_dropout",
     "coarse_command",
     "supply_flicker",
     "rate_limit",
-    "lopsided_driver",
-    "magnet_weakening",
+    "thermal_cutout",
+    "brush_bounce",
     "bearing_loosening",
     "grease_settling",
     "load_pulse",
     "vibration",
     "stiction_patch",
     "belt_jump",
-    "coupling_slip",
+    "one_way_clutch",
     "spurious_counts",
     "clock_stall",
 ];
 
-/// An effect outside the catalogue with its parameters (all but `coupling_slip`, a kind of coupling).
+/// An effect outside the catalogue with its parameters (all but `one_way_clutch`, a kind of coupling).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Oddity {
     CommandDropout {
@@ -63,12 +66,13 @@ pub(crate) enum Oddity {
     RateLimit {
         volts_per_s: f64,
     },
-    LopsidedDriver {
-        ratio: f64,
+    ThermalCutout {
+        limit_w: f64,
+        time_constant_s: f64,
     },
-    MagnetWeakening {
-        loss: f64,
-        energy_j: f64,
+    BrushBounce {
+        rate_per_rad: f64,
+        mean_s: f64,
     },
     BearingLoosening {
         loss: f64,
@@ -117,6 +121,7 @@ impl Oddity {
     pub(crate) fn draw(id: &str, m: &Motor, rng: &mut impl Rng) -> Vec<(&'static str, f64)> {
         let tf = m.coulomb_friction_nm;
         let stall_nm = m.stall_current_a() * m.torque_constant_nm_per_a;
+        let stall_w = m.stall_current_a() * m.supply_v;
         let mut between = |low: f64, high: f64| rng.random_range(low..high);
         match id {
             "command_dropout" => vec![
@@ -131,10 +136,13 @@ impl Oddity {
                 ("fraction", between(0.3, 0.85)),
             ],
             "rate_limit" => vec![("volts_per_s", m.supply_v * between(2.0, 20.0))],
-            "lopsided_driver" => vec![("ratio", between(0.03, 0.25))],
-            "magnet_weakening" => vec![
-                ("loss", between(0.04, 0.3)),
-                ("energy_j", between(0.5, 4.0)),
+            "thermal_cutout" => vec![
+                ("limit_w", stall_w * between(0.03, 0.3)),
+                ("time_constant_s", between(0.03, 0.5)),
+            ],
+            "brush_bounce" => vec![
+                ("rate_per_rad", between(0.03, 0.5)),
+                ("mean_s", between(0.005, 0.05)),
             ],
             "bearing_loosening" => vec![
                 ("loss", between(0.3, 0.8)),
@@ -165,11 +173,7 @@ impl Oddity {
                 ("torque_nm", stall_nm * between(0.3, 0.7)),
                 ("pitch_rad", TAU / between(15.0, 60.0).round()),
             ],
-            "coupling_slip" => vec![
-                ("limit_nm", stall_nm * between(0.12, 0.4)),
-                ("load_fraction", between(0.4, 0.9)),
-                ("encoder_side", 1.0),
-            ],
+            "one_way_clutch" => vec![("load_fraction", between(0.3, 0.8))],
             "spurious_counts" => vec![
                 ("rate_hz", between(0.5, 3.0)),
                 ("largest", between(6.0, 40.0).round()),
@@ -207,10 +211,13 @@ impl Oddity {
             "rate_limit" => Self::RateLimit {
                 volts_per_s: v("volts_per_s"),
             },
-            "lopsided_driver" => Self::LopsidedDriver { ratio: v("ratio") },
-            "magnet_weakening" => Self::MagnetWeakening {
-                loss: v("loss"),
-                energy_j: v("energy_j"),
+            "thermal_cutout" => Self::ThermalCutout {
+                limit_w: v("limit_w"),
+                time_constant_s: v("time_constant_s"),
+            },
+            "brush_bounce" => Self::BrushBounce {
+                rate_per_rad: v("rate_per_rad"),
+                mean_s: v("mean_s"),
             },
             "bearing_loosening" => Self::BearingLoosening {
                 loss: v("loss"),
@@ -273,7 +280,8 @@ pub(crate) struct Deed {
     pub(crate) supply_factor: f64,
     pub(crate) friction_factor: f64,
     pub(crate) extra_friction_nm: f64,
-    pub(crate) constant_factor: f64,
+    /// No current flows.
+    pub(crate) is_open: bool,
     pub(crate) load_nm: f64,
     pub(crate) angle_offset_rad: f64,
     pub(crate) count_offset: i64,
@@ -286,7 +294,7 @@ impl Deed {
             supply_factor: 1.0,
             friction_factor: 1.0,
             extra_friction_nm: 0.0,
-            constant_factor: 1.0,
+            is_open: false,
             load_nm: 0.0,
             angle_offset_rad: 0.0,
             count_offset: 0,
@@ -298,9 +306,9 @@ impl Deed {
 #[derive(Debug, Clone)]
 pub(crate) struct AtWork {
     oddity: Oddity,
-    /// Energy taken in, output voltage, settledness or angle jumped: one number is all any remembers.
+    /// Energy taken in, heat, output voltage, settledness or angle jumped: one number is all any remembers.
     memory: f64,
-    /// Until when a moment lasts, in s.
+    /// Until when a moment lasts, in s; infinite for one whose end is not known.
     until_s: f64,
     counts: i64,
 }
@@ -358,12 +366,25 @@ impl AtWork {
                 self.memory += (seen.command_v - self.memory).clamp(-most, most);
                 deed.command_v = self.memory;
             }
-            Oddity::LopsidedDriver { ratio } => {
-                deed.supply_factor = 1.0 + ratio * seen.command_v.signum();
+            Oddity::ThermalCutout {
+                limit_w,
+                time_constant_s,
+            } => {
+                let kept = (-dt / time_constant_s).exp();
+                self.memory = kept * self.memory + (1.0 - kept) * seen.heat_w;
+                if self.memory > limit_w {
+                    self.until_s = f64::INFINITY;
+                } else if self.memory < COOL * limit_w {
+                    self.until_s = f64::NEG_INFINITY;
+                }
+                deed.is_open = seen.t_s < self.until_s;
             }
-            Oddity::MagnetWeakening { loss, energy_j } => {
-                self.memory += seen.heat_w * dt;
-                deed.constant_factor = 1.0 - loss * (1.0 - (-self.memory / energy_j).exp());
+            Oddity::BrushBounce {
+                rate_per_rad,
+                mean_s,
+            } => {
+                let rate_hz = rate_per_rad * seen.speed_rad_s.abs();
+                deed.is_open = self.moment(seen.t_s, dt, rate_hz, mean_s, rng);
             }
             Oddity::BearingLoosening { loss, energy_j } => {
                 self.memory += (seen.friction_nm * seen.speed_rad_s).abs() * dt;

@@ -88,6 +88,12 @@ enum Link {
         limit_nm: f64,
         bristles: Bristles,
     },
+    OneWay {
+        /// Twist at which the rollers begin to grip: it follows a load that overruns.
+        seat: f64,
+        stiffness: f64,
+        damping: f64,
+    },
 }
 
 impl Link {
@@ -123,6 +129,14 @@ impl Link {
                     bristles: Bristles::new(limit_nm, bend, reduced_inertia, 0.6),
                 }
             }
+            Contact::OneWay => {
+                let (stiffness, damping) = spring(CONTACT_HZ, 0.6);
+                Self::OneWay {
+                    seat: 0.0,
+                    stiffness,
+                    damping,
+                }
+            }
         }
     }
 
@@ -143,6 +157,19 @@ impl Link {
             }
             Self::Spring { stiffness, damping } => *stiffness * twist + *damping * rate,
             Self::Clutch { limit_nm, bristles } => bristles.step(rate, *limit_nm, h),
+            Self::OneWay {
+                seat,
+                stiffness,
+                damping,
+            } => {
+                *seat = seat.min(twist);
+                let grip = *stiffness * (twist - *seat);
+                if grip > 0.0 {
+                    (grip + *damping * rate).max(0.0)
+                } else {
+                    0.0
+                }
+            }
         }
     }
 }
@@ -379,9 +406,8 @@ impl<'a> Plant<'a> {
         let mut mean_current = None;
         let stall_w = m.supply_v * m.supply_v / m.resistance_ohm;
         let magnet = 1.0 - x.magnet_drop * self.heat_w / stall_w;
-        let ripple =
-            self.deed.constant_factor * magnet * (1.0 + x.torque_ripple.at(self.rotor.angle));
-        if x.coasts && u == 0.0 {
+        let ripple = magnet * (1.0 + x.torque_ripple.at(self.rotor.angle));
+        if self.deed.is_open || (x.coasts && u == 0.0) {
             self.current = 0.0;
         } else {
             let resistance = m.resistance_ohm * (1.0 + x.resistance_rise_per_w * self.heat_w)
