@@ -1,7 +1,7 @@
 //! Who judges: a program that keeps the contract of `motorlab diagnose`, on its own and in the dark.
 
 use std::fs;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -20,6 +20,8 @@ const MOST_SAID_BYTES: u64 = 64 << 20;
 const MOST_SAID_CHARACTERS: usize = 2000;
 /// Bytes of its version that are read: a line.
 const MOST_VERSION_BYTES: u64 = 200;
+/// Most bytes of its motor file: as many as are read of any.
+const MOST_MODEL_BYTES: u64 = 1 << 20;
 /// How long it may take to say its version.
 const VERSION_WITHIN: Duration = Duration::from_secs(60);
 
@@ -114,7 +116,7 @@ impl Diagnoser for Program {
             }
         })?;
         let wall_s = started.elapsed().as_secs_f64();
-        let model = fs::read_to_string(room.0.join("diagnosed.toml")).ok();
+        let model = model_in(&room.0.join("diagnosed.toml"));
         let document = serde_json::from_slice(&said.output);
         // Status 1: done, but something fell short; the document is there.
         let (diagnosis, failure) = match (said.status.and_then(|status| status.code()), document) {
@@ -136,6 +138,14 @@ impl Diagnoser for Program {
             wall_s,
         })
     }
+}
+
+/// The motor file that was written, unless it is longer than any.
+fn model_in(path: &Path) -> Option<String> {
+    let mut text = String::new();
+    let file = fs::File::open(path).ok()?.take(MOST_MODEL_BYTES + 1);
+    io::BufReader::new(file).read_to_string(&mut text).ok()?;
+    (text.len() as u64 <= MOST_MODEL_BYTES).then_some(text)
 }
 
 /// The first line of `PROGRAM --version`, which is asked in an empty directory of its own too.
