@@ -158,7 +158,7 @@ pub fn add_cases(
     if is_inside(labels_path, directory) {
         return Err(BlindError::Refused(format!(
             "the labels' file {} would lie inside the set {}; keep it elsewhere",
-            labels_path.display(),
+            shown(labels_path),
             shown(directory)
         )));
     }
@@ -187,13 +187,13 @@ pub fn add_cases(
             return Err(BlindError::Refused(format!(
                 "{} is a set already, and its labels' file is not {}",
                 shown(directory),
-                labels_path.display()
+                shown(labels_path)
             )));
         }
         (false, true) => {
             return Err(BlindError::Refused(format!(
                 "{} holds the labels of another set; say another file",
-                labels_path.display()
+                shown(labels_path)
             )));
         }
     };

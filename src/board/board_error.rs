@@ -7,6 +7,7 @@ use firmware_protocol::{Hello, PROTOCOL_VERSION, Refusal};
 
 use super::line::ATTEMPTS;
 use super::{Heard, OpenError};
+use crate::plain::shown;
 
 /// What went wrong with a board.
 #[derive(Debug, thiserror::Error)]
@@ -16,8 +17,7 @@ pub enum BoardError {
     Open(#[from] OpenError),
     /// Something else is on the line.
     #[error(
-        "{path} is not a motorlab board: {}", heard_instead(heard, *patience_s)
-    )]
+        "{path} is not a motorlab board: {}", heard_instead(heard, *patience_s), path = shown(path))]
     NotABoard {
         /// The port.
         path: PathBuf,
@@ -28,8 +28,7 @@ pub enum BoardError {
     },
     /// It speaks another version.
     #[error(
-        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}: update the sketch on the board"
-    )]
+        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}: update the sketch on the board", path = shown(path))]
     OtherVersion {
         /// The port.
         path: PathBuf,
@@ -37,7 +36,7 @@ pub enum BoardError {
         found: u8,
     },
     /// It refused a message.
-    #[error("the board on {path} refused {what}: {reason}{}", refusal_advice(*reason, hello))]
+    #[error("the board on {path} refused {what}: {reason}{}", refusal_advice(*reason, hello), path = shown(path))]
     Refused {
         /// The port.
         path: PathBuf,
@@ -49,7 +48,7 @@ pub enum BoardError {
         hello: Box<Hello>,
     },
     /// It does not answer any more.
-    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)")]
+    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)", path = shown(path))]
     NoAnswer {
         /// The port.
         path: PathBuf,
@@ -58,16 +57,14 @@ pub enum BoardError {
     },
     /// It was reset, or says something else of itself, between the first message and START.
     #[error(
-        "the board on {path} was reset while it was set up, before the motor turned: try again"
-    )]
+        "the board on {path} was reset while it was set up, before the motor turned: try again", path = shown(path))]
     Restarted {
         /// The port.
         path: PathBuf,
     },
     /// It states a number that no recording can be made with.
     #[error(
-        "the board on {path} says that {what} is 0: mend the sketch on it, or say the right one with {option}"
-    )]
+        "the board on {path} says that {what} is 0: mend the sketch on it, or say the right one with {option}", path = shown(path))]
     StatesZero {
         /// The port.
         path: String,
@@ -77,13 +74,13 @@ pub enum BoardError {
         option: &'static str,
     },
     /// It went away.
-    #[error("the board on {path} was unplugged")]
+    #[error("the board on {path} was unplugged", path = shown(path))]
     Gone {
         /// The port.
         path: PathBuf,
     },
     /// The line failed.
-    #[error("the line to {path} failed: {source}")]
+    #[error("the line to {path} failed: {source}", path = shown(path))]
     Line {
         /// The port.
         path: PathBuf,

@@ -14,6 +14,7 @@ use std::time::Duration;
 use serialport::{SerialPort, TTYPort};
 
 use super::port_list::{list_ports, usb_identity};
+use crate::plain::shown;
 
 /// Longest wait in one read: how late a stopped reader notices.
 pub const READ_PATIENCE: Duration = Duration::from_millis(100);
@@ -22,7 +23,7 @@ pub const READ_PATIENCE: Duration = Duration::from_millis(100);
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// There is no such file.
-    #[error("there is no port {path}{}", known_ports(known))]
+    #[error("there is no port {path}{}", known_ports(known), path = shown(path))]
     NotFound {
         /// What was asked for.
         path: PathBuf,
@@ -31,8 +32,7 @@ pub enum OpenError {
     },
     /// The node's permissions keep this user out.
     #[error(
-        "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\n  join it with:  {command}\n  and log in again"
-    )]
+        "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\n  join it with:  {command}\n  and log in again", path = shown(path))]
     PermissionDenied {
         /// The port.
         path: PathBuf,
@@ -44,7 +44,7 @@ pub enum OpenError {
         command: String,
     },
     /// Another program has it.
-    #[error("port {path} is in use by {holder}{advice}")]
+    #[error("port {path} is in use by {holder}{advice}", path = shown(path))]
     Busy {
         /// The port.
         path: PathBuf,
@@ -54,7 +54,7 @@ pub enum OpenError {
         advice: String,
     },
     /// It is a file, a directory or another kind of device.
-    #[error("{path} is {what}, not a serial port; `motorlab ports` lists those that are there")]
+    #[error("{path} is {what}, not a serial port; `motorlab ports` lists those that are there", path = shown(path))]
     NotASerialPort {
         /// What was asked for.
         path: PathBuf,
@@ -62,7 +62,7 @@ pub enum OpenError {
         what: &'static str,
     },
     /// Anything else.
-    #[error("cannot open port {path}: {description}")]
+    #[error("cannot open port {path}: {description}", path = shown(path))]
     Failed {
         /// The port.
         path: PathBuf,
@@ -75,10 +75,7 @@ fn known_ports(known: &[PathBuf]) -> String {
     if known.is_empty() {
         return "; no serial port is connected (is the board plugged in?)".to_owned();
     }
-    let names: Vec<String> = known
-        .iter()
-        .map(|path| path.display().to_string())
-        .collect();
+    let names: Vec<String> = known.iter().map(shown).collect();
     format!("; there are {}", names.join(", "))
 }
 
@@ -207,7 +204,7 @@ fn permission_denied(path: &Path) -> OpenError {
     let command = if mode & 0o060 == 0o060 && gid != 0 {
         format!("sudo usermod -aG {group} \"$USER\"")
     } else {
-        format!("sudo setfacl -m \"u:$USER:rw\" {}", path.display())
+        format!("sudo setfacl -m \"u:$USER:rw\" {}", shown(path))
     };
     OpenError::PermissionDenied {
         path: path.to_owned(),

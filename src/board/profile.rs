@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::profile_levels::{chirp, probing_levels};
 use crate::motor::plausible;
+use crate::plain::shown;
 
 /// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
 pub const STEP_REST_S: f64 = 0.3;
@@ -95,7 +96,7 @@ pub enum ProfileError {
         hint: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the profile {path}")]
+    #[error("cannot read the profile {path}", path = shown(path))]
     Read {
         /// The file.
         path: PathBuf,
@@ -104,8 +105,7 @@ pub enum ProfileError {
     },
     /// A row is wrong.
     #[error(
-        "{path}, row {row}, column {column}: '{found}' {problem}; a profile has rows `t_s,command_v` with rising times"
-    )]
+        "{path}, row {row}, column {column}: '{found}' {problem}; a profile has rows `t_s,command_v` with rising times", path = shown(path))]
     Row {
         /// The file.
         path: PathBuf,
@@ -120,14 +120,13 @@ pub enum ProfileError {
     },
     /// It is longer than any profile.
     #[error(
-        "{path} is longer than {MOST_BYTES} bytes: a profile has a row for each change of the command"
-    )]
+        "{path} is longer than {MOST_BYTES} bytes: a profile has a row for each change of the command", path = shown(path))]
     TooLong {
         /// The file.
         path: PathBuf,
     },
     /// There is no row at all.
-    #[error("{path} has no row `t_s,command_v`")]
+    #[error("{path} has no row `t_s,command_v`", path = shown(path))]
     Empty {
         /// The file.
         path: PathBuf,

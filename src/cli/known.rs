@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::Args;
 
 use super::Failure;
+use crate::plain::{one_line, shown};
 use crate::recording::Run;
 
 /// What is known to differ in single runs from the motor file.
@@ -61,12 +62,12 @@ impl With {
         {
             None => Ok(()),
             Some(said) => {
-                let first = paths
-                    .next()
-                    .map_or(String::new(), |path| path.display().to_string());
+                let first = paths.next().map_or(String::new(), shown);
                 Err(Failure::input(format!(
                     "--with {}: no run of that name is given; name it as the run itself, such as {first}:{}={}",
-                    said.run, said.key, said.value
+                    one_line(&said.run),
+                    said.key,
+                    said.value
                 )))
             }
         }

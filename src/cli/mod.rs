@@ -58,7 +58,7 @@ use serde::Serialize;
 
 pub use failure::{Failure, Status};
 
-use crate::plain::plain;
+use crate::plain::{is_harmful, one_line, plain};
 
 /// Record a DC motor over serial, simulate it, compare the two, and say which effect explains the gap.
 #[derive(Debug, Parser)]
@@ -131,14 +131,27 @@ impl Output {
         self.write(&self.in_json(document)?)
     }
 
+    /// The JSON document of a value; what would steer the terminal that shows it is escaped, and means the same.
+    fn harmless(document: &impl Serialize) -> serde_json::Result<String> {
+        let text = serde_json::to_string_pretty(document)?;
+        if !text.contains(is_harmful) {
+            return Ok(text);
+        }
+        let escaped = text.chars().map(|c| match c {
+            c if is_harmful(c) => format!("\\u{:04x}", u32::from(c)),
+            c => c.to_string(),
+        });
+        Ok(escaped.collect())
+    }
+
     /// A JSON document as text, with the key `handout_values` where a motor file lacks numbers.
     fn in_json(&self, document: &impl Serialize) -> Result<String, Failure> {
         match self.filled.lock() {
-            Ok(filled) if !filled.is_empty() => serde_json::to_string_pretty(&Filled {
+            Ok(filled) if !filled.is_empty() => Self::harmless(&Filled {
                 document,
                 handout_values: &filled,
             }),
-            _ => serde_json::to_string_pretty(document),
+            _ => Self::harmless(document),
         }
         .map_err(Failure::input)
     }
@@ -153,7 +166,7 @@ impl Output {
     /// Text for people and a line end, on standard output. What a file or a device put into it cannot steer the
     /// terminal, but for the colours of a picture.
     pub fn line(&self, text: &str) -> Result<(), Failure> {
-        self.write(&plain(text))
+        self.write(&for_people(text))
     }
 
     /// A picture that this program drew, colours included.
@@ -172,7 +185,7 @@ impl Output {
     /// A message for people, on standard error; one that cannot be said is not. What a file or a device
     /// put into it cannot steer the terminal.
     pub fn message(&self, text: &str) {
-        let _ = writeln!(io::stderr().lock(), "{}", plain(text));
+        let _ = writeln!(io::stderr().lock(), "{}", for_people(text));
     }
 }
 
@@ -180,10 +193,33 @@ impl Output {
     /// With `--json`, the failure as a document; a reader that has gone does not want it.
     fn failed(&self, failure: &Failure) {
         if self.json {
-            let text = serde_json::to_string_pretty(&failure.document());
+            let text = Self::harmless(&failure.document());
             let _ = text.map(|text| self.write(&text));
         }
     }
+}
+
+/// A text for people: what was typed for this call, such as the name of a file, is on one line in it, and nothing steers the terminal.
+/// The one place through which messages and lines pass.
+fn for_people(text: &str) -> String {
+    let typed = std::env::args_os().skip(1);
+    let text = typed.fold(text.to_owned(), |text, argument| {
+        typed_on_one_line(text, &argument.to_string_lossy())
+    });
+    plain(&text).into_owned()
+}
+
+/// The text with an argument's line ends and tabs as `one_line` has them, also where only a part of the argument is in it: each is known
+/// by the characters beside it.
+fn typed_on_one_line(text: String, argument: &str) -> String {
+    let letters: Vec<char> = argument.chars().collect();
+    (0..letters.len())
+        .filter(|k| matches!(letters[*k], '\n' | '\t'))
+        .fold(text, |text, k| {
+            let ends = (k + 2).min(letters.len());
+            let beside: String = letters[k.saturating_sub(1)..ends].iter().collect();
+            text.replace(&beside, &one_line(&beside))
+        })
 }
 
 impl CommandLine {
@@ -203,6 +239,10 @@ impl CommandLine {
             return Status::Done.into();
         }
         let output = Output::new(json);
+        // Asked again with every argument as it is shown: the parser repeats them.
+        let shown =
+            std::env::args_os().map(|argument| one_line(&argument.to_string_lossy()).into_owned());
+        let wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
         let text = wrong.to_string();
         let failure = Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
             .of_kind("wrong_use");
@@ -244,5 +284,22 @@ impl CommandLine {
                 failure.status.into()
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::typed_on_one_line;
+
+    #[test]
+    fn what_was_typed_is_one_line_and_the_rest_stays() {
+        let of = |text: &str, argument| typed_on_one_line(text.to_owned(), argument);
+        assert_eq!(of("a\nb.csv: x\n  y", "a\nb.csv"), "a\u{fffd}b.csv: x\n  y");
+        assert_eq!(
+            of("a\nb-2.csv\n\nUsage", "in/a\nb.csv"),
+            "a\u{fffd}b-2.csv\n\nUsage"
+        );
+        assert_eq!(of("\tb: x", "\tb"), "\u{fffd}b: x");
+        assert_eq!(of("a\n  b", "a b"), "a\n  b");
     }
 }

@@ -2,6 +2,7 @@
 
 use super::settings::{LEAST_SAMPLES, MOST_APART_S, PAUSE};
 use crate::motor::{CommandKind, SimulationError};
+use crate::plain::shown;
 use crate::recording::Run;
 
 /// Why runs cannot be diagnosed.
@@ -12,8 +13,7 @@ pub enum DiagnoseError {
     NoRuns,
     /// A run that is too short.
     #[error(
-        "{run}: {samples} samples are too few for a diagnosis, record at least {LEAST_SAMPLES}"
-    )]
+        "{run}: {samples} samples are too few for a diagnosis, record at least {LEAST_SAMPLES}", run = shown(run))]
     TooShort {
         /// Path or number of the run.
         run: String,
@@ -23,8 +23,7 @@ pub enum DiagnoseError {
     /// Samples so far apart that no motor's response is seen between them.
     #[error(
         "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed; record with a sample time that \
-         sees the motor start (motorlab check names wrong units)"
-    )]
+         sees the motor start (motorlab check names wrong units)", run = shown(run))]
     TooFarApart {
         /// Path or number of the run.
         run: String,
@@ -34,8 +33,7 @@ pub enum DiagnoseError {
     /// More pause than recording.
     #[error(
         "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample; cut the file at its pauses and diagnose the parts \
-         together"
-    )]
+         together", run = shown(run))]
     MostlyPauses {
         /// Path or number of the run.
         run: String,
@@ -47,8 +45,7 @@ pub enum DiagnoseError {
     /// A run without what a model is judged by, or driven by.
     #[error(
         "{run}: the {what} was not recorded (its header says so under `imported`), without which nothing can be diagnosed; \
-         motorlab check says what can be told of the rest"
-    )]
+         motorlab check says what can be told of the rest", run = shown(run))]
     NotRecorded {
         /// Path or number of the run.
         run: String,
@@ -56,7 +53,7 @@ pub enum DiagnoseError {
         what: &'static str,
     },
     /// Runs of different axes.
-    #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart")]
+    #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart", run = shown(run))]
     Mixed {
         /// Path or number of the run.
         run: String,
@@ -66,7 +63,7 @@ pub enum DiagnoseError {
         first: &'static str,
     },
     /// A run that cannot be simulated.
-    #[error("{run}: {source}")]
+    #[error("{run}: {source}", run = shown(run))]
     Simulation {
         /// Path or number of the run.
         run: String,

@@ -85,7 +85,7 @@ impl MapError {
 
 /// Why a log cannot be imported.
 #[derive(Debug, Error)]
-#[error("{file}: {problem}")]
+#[error("{file}: {problem}", file = shown(file))]
 pub struct ImportError {
     /// The log, as it was named.
     pub file: String,
@@ -202,7 +202,7 @@ pub enum ImportProblem {
     #[error(transparent)]
     Write(#[from] WriteError),
     /// The file of rejected rows cannot be written.
-    #[error("the file of rejected rows {path} cannot be written: {source}")]
+    #[error("the file of rejected rows {path} cannot be written: {source}", path = shown(path))]
     Rejected {
         /// That file.
         path: PathBuf,

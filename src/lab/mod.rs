@@ -24,6 +24,7 @@ pub mod transfer;
 use serde::Serialize;
 
 use crate::motor::{Motor, Parameters, SimulationError};
+use crate::plain::shown;
 use crate::recording::Run;
 
 use answers::Answer;
@@ -88,7 +89,7 @@ pub enum LabError {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// A recording cannot be simulated.
-    #[error("{run}: {error}")]
+    #[error("{run}: {error}", run = shown(run))]
     Run {
         /// The recording's file.
         run: String,
@@ -96,7 +97,7 @@ pub enum LabError {
         error: SimulationError,
     },
     /// A recording without samples.
-    #[error("{0}: the recording has fewer than two samples; record at least one whole step")]
+    #[error("{}: the recording has fewer than two samples; record at least one whole step", shown(.0))]
     Empty(String),
 }
 

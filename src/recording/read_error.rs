@@ -3,11 +3,12 @@
 use std::fmt;
 use std::io;
 
+use crate::plain::shown;
 use thiserror::Error;
 
 /// Why a run file cannot be read: which file, where, what to do.
 #[derive(Debug, Error)]
-#[error("{file}: {problem}")]
+#[error("{file}: {problem}", file = shown(file))]
 pub struct ReadError {
     /// The file, or another name of where the bytes came from.
     pub file: String,

@@ -5,6 +5,7 @@ use std::io;
 use super::CaptureError;
 use crate::board::Heard;
 use crate::board::text_lines::Skipped;
+use crate::plain::shown;
 
 /// Why there is no recording of a sketch.
 #[derive(Debug, thiserror::Error)]
@@ -14,7 +15,7 @@ pub enum TextError {
     Capture(#[from] CaptureError),
     /// Nothing that could be a sample.
     #[error(
-        "no line on {port} could be read as a sample: {}", no_sample(heard, last_skipped.as_ref())
+        "no line on {port} could be read as a sample: {}", no_sample(heard, last_skipped.as_ref()), port = shown(port)
     )]
     NoSample {
         /// The port.
@@ -26,7 +27,7 @@ pub enum TextError {
     },
     /// The lines do not say what is commanded.
     #[error(
-        "the lines on {port} do not say what the motor is commanded: say what the sketch does with --profile (such as --profile step), or print a column command_v or pwm"
+        "the lines on {port} do not say what the motor is commanded: say what the sketch does with --profile (such as --profile step), or print a column command_v or pwm", port = shown(port)
     )]
     NoCommand {
         /// The port.
@@ -35,7 +36,7 @@ pub enum TextError {
     /// The board's time runs a thousand or a million times as fast, or as slowly, as the host's.
     #[error(
         "the time of the lines on {port} runs {} the host's: is `{named}` really `{meant}`? say --columns {columns}",
-        times(*factor)
+        times(*factor), port = shown(port)
     )]
     TimeUnit {
         /// The port.
@@ -50,7 +51,7 @@ pub enum TextError {
         columns: String,
     },
     /// Reading failed.
-    #[error("the line to {port} failed: {source}")]
+    #[error("the line to {port} failed: {source}", port = shown(port))]
     Line {
         /// The port.
         port: String,

@@ -11,6 +11,7 @@ use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph};
 
 use crate::board::Bench;
 use crate::motor::{Motor, Plant};
+use crate::plain::shown;
 use crate::recording::{CommandKind, Live, LivePoint, velocity_rad_s};
 use crate::units::rpm_from_rad_s;
 
@@ -74,7 +75,7 @@ impl View {
     /// Takes what is new since the last look.
     pub(super) fn follow(&mut self, live: &Live) {
         self.status = Status {
-            path: live.path.display().to_string(),
+            path: shown(&live.path),
             sample_time_s: live.sample_time_s,
             samples: live.samples,
             lost: live.lost,

@@ -27,6 +27,7 @@ pub use unclear::{Missing, Unclear};
 use super::Map;
 use super::lines::lines;
 use super::map_file::MapFile;
+use crate::plain::one_line;
 
 /// A log's beginning in bytes that is looked at.
 pub const HEAD_BYTES: u64 = 4 << 20;
@@ -122,5 +123,14 @@ pub fn quoted(word: &str) -> String {
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();
     }
-    format!("'{}'", word.replace('\'', "'\\''"))
+    if one_line(word) == word {
+        return format!("'{}'", word.replace('\'', "'\\''"));
+    }
+    // What steers a terminal or begins a line is written as bash reads it back.
+    let escaped = word.chars().map(|c| match c {
+        '\'' | '\\' => format!("\\{c}"),
+        c if one_line(c.encode_utf8(&mut [0; 4])).contains(c) => c.to_string(),
+        c => format!("\\u{:04x}", u32::from(c)),
+    });
+    format!("$'{}'", escaped.collect::<String>())
 }
