@@ -5,13 +5,13 @@
     python benches/peers.py bench.txt
 
 Prints samples simulated per second on one core and, with the bench's output given, motorlab's ratio to each peer:
-the best of a few runs on either side, so that what else the machine does disturbs little.
+the best of a few runs on either side, the peers' by processor time, so that what else the machine does disturbs little.
 solve_ivp is RK45 at rtol 1e-6 with max_step = TS, each command level a call of its own. For each effect it gets that
 effect's equations with every sign smoothed to tanh(w / 0.01 rad/s) and every contact to a stiff spring, which is
 easier than the switching that motorlab locates; the linear and the Coulomb row have theirs as they stand.
 """
 
-from math import exp, pi, sin, tanh
+from math import exp, log, pi, sin, tanh
 import re
 import sys
 import time
@@ -129,10 +129,44 @@ def flanks(twist, rate):
     return (300.0 * over + 0.05 * abs(rate)) * (1 if twist > 0 else -1) if over else 0.0
 
 
+def weakening(u):
+    def rhs(_t, x):
+        _, w, i, p = x
+        f = 1 - 0.11 * p * R / 4.5 ** 2
+        return (w, (KT * f * i - B * w - TF * tanh(100 * w)) / J, (u - R * i - KB * f * w) / L, (i * i * R - p) / 11.0)
+    return rhs
+
+
+def freewheeling(u):
+    """The mean current of a pulse period in closed form, as in the catalogue; the winding has no state of its own then."""
+    duty, period, sign = abs(u) / 4.5, 1.414, np.sign(u)
+
+    def rhs(_t, x):
+        _, w = x
+        if not duty:
+            return (w, (-B * w - TF * tanh(100 * w)) / J)
+        on, off = (4.5 - KB * w * sign) / R, (-4.5 - KB * w * sign) / R
+        until = log(max(1 - on * (1 - exp(-duty * period)) / off, 1e-9)) if off < 0 < on else 1.0
+        lasts = until < (1 - duty) * period
+        mean = duty * on + off * (until / period if lasts else 1 - duty)
+        return (w, (KT * mean * sign - B * w - TF * tanh(100 * w)) / J)
+    return rhs
+
+
+def behind_the_encoder(rate):
+    """A fourth number that the log follows: `rate(speed, number)`."""
+    def model(u):
+        def rhs(_t, x):
+            _, w, i, y = x
+            return (w, (KT * i - B * w - TF * tanh(100 * w)) / J, (u - R * i - KB * w) / L, rate(w, y))
+        return rhs
+    return model
+
+
 SPRING = (2 * pi * 7.0) ** 2 * J / 4
 DAMPER = 2 * 0.05 * 2 * pi * 7.0 * J / 4
 # What only changes command, sensor or timing leaves the equations of Coulomb friction.
-OUTSIDE = ["transport_delay", "resolution_error", "missed_counts", "encoder_eccentricity", "sample_jitter", "clock_error"]
+OUTSIDE = ["transport_delay", "resolution_error", "missed_counts", "encoder_eccentricity", "sample_jitter", "clock_error", "command_offset"]
 EFFECTS = {
     "dead_zone": smooth(cut=0.85),
     "voltage_drop": with_current(lambda u, w, i: (u - 0.4 * tanh(1000 * i) - R * i - KB * w) / L),
@@ -153,6 +187,18 @@ EFFECTS = {
     "quadratic_drag": with_torque(lambda a, w, i, s: -0.0014 * w * abs(w)),
     "gravity_load": with_torque(lambda a, w, i, s: -0.025 * sin(a)),
     "cogging": with_torque(lambda a, w, i, s: 0.022 * sin(12 * a)),
+    "asymmetric_dead_zone": lambda u: smooth()(0.0 if -1.1 <= u <= 0.45 else u),
+    "asymmetric_voltage_drop": with_current(
+        lambda u, w, i: (u - 0.45 * tanh(1000 * i) + 0.225 * tanh(1000 * i) ** 2 - R * i - KB * w) / L),
+    "asymmetric_gain": lambda u: smooth(gain=1 + 0.1 * np.sign(u))(u),
+    "asymmetric_viscous": with_torque(lambda a, w, i, s: -0.3 * B * w * s),
+    "magnet_weakening": weakening,
+    "pwm_freewheel": freewheeling,
+    "static_friction": with_torque(lambda a, w, i, s: -0.022 * exp(-((w / 0.01) ** 2)) * s),
+    "constant_load": with_torque(lambda a, w, i, s: -0.01),
+    "edge_rate_loss": behind_the_encoder(lambda w, y: w / (1 + (abs(w) * 720 / (2 * pi) / 755) ** 8.94)),
+    "speed_filter": behind_the_encoder(lambda w, y: (w - y) / 0.0141),
+    "slipping_clutch": two_bodies(lambda twist, rate: 0.1417 * tanh(100 * rate)),
     "backlash": two_bodies(flanks),
     "compliance": two_bodies(lambda twist, rate: SPRING * twist + DAMPER * rate),
 } | {name: smooth() for name in OUTSIDE}
@@ -166,7 +212,8 @@ def three_effects(u):
     return rhs
 
 
-STATES = {"winding_heating": 4, "presliding": 4, "backlash": 5, "compliance": 5}
+STATES = {"winding_heating": 4, "presliding": 4, "magnet_weakening": 4, "edge_rate_loss": 4, "speed_filter": 4,
+          "pwm_freewheel": 2, "slipping_clutch": 5, "backlash": 5, "compliance": 5}
 
 
 def through_solve_ivp(model, states=3):
@@ -196,9 +243,9 @@ def samples_per_second(run, repeats):
 
 
 def _timed(run):
-    start = time.perf_counter()
+    start = time.process_time()
     run()
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def bench_rates(path):
