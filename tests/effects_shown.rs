@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use motorlab::board::Profile;
 use motorlab::effects::{Experiment, experiment, twin};
-use motorlab::motor::catalogue::{EffectKind, catalogue};
+use motorlab::motor::catalogue::{EffectKind, again, catalogue};
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
 use motorlab::motor::{
     ActiveEffect, CommandKind, Drive, Model, Motor, Parameters, SimulationOptions, Trajectory,
@@ -194,19 +194,23 @@ fn with(kind: &EffectKind, values: &[f64]) -> Motor {
     motor
 }
 
-fn defaults(kind: &EffectKind, plan: Experiment) -> Vec<f64> {
-    let of = |p: &motorlab::motor::catalogue::EffectParameter| {
-        p.default(&Parameters::default(), plan.sample_time_s)
-    };
-    kind.parameters.iter().map(of).collect()
+/// The strength that `virtual:?effect=ID` has.
+fn defaults(kind: &EffectKind) -> Vec<f64> {
+    let effect = ActiveEffect::from_keys(kind.id, [], &Parameters::default()).expect("its id");
+    effect.parameters().map(|(_, value)| value).collect()
+}
+
+/// Every effect, and what a motor may have a second time.
+fn effects() -> impl Iterator<Item = &'static EffectKind> {
+    catalogue().iter().chain(again())
 }
 
 #[test]
 fn the_default_strength_of_each_effect_shows() {
     let mut unseen = Vec::new();
-    for kind in catalogue().iter().filter(|kind| twin(kind).is_none()) {
+    for kind in effects().filter(|kind| twin(kind).is_none()) {
         let plan = experiment(kind);
-        let motor = with(kind, &defaults(kind, plan));
+        let motor = with(kind, &defaults(kind));
         let [before, after] = Bench::new(plan).separation(&motor, kind.random);
         println!(
             "{:<24} {:<10} {:>4} s: D {before:8.1}, refitted {after:8.1}",
@@ -222,9 +226,9 @@ fn the_default_strength_of_each_effect_shows() {
 /// Half way from the default to the largest plausible value, so that it is a strength that shows before the refit.
 #[test]
 fn what_is_said_to_have_a_twin_is_hidden_by_other_base_numbers() {
-    for kind in catalogue().iter().filter(|kind| twin(kind).is_some()) {
+    for kind in effects().filter(|kind| twin(kind).is_some()) {
         let plan = experiment(kind);
-        let mut values = defaults(kind, plan);
+        let mut values = defaults(kind);
         let (_, largest) = kind.parameters[0].range(&Parameters::default(), plan.sample_time_s);
         values[0] = 0.5 * (values[0] + largest);
         let [before, after] = Bench::new(plan).separation(&with(kind, &values), kind.random);

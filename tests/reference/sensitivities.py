@@ -21,6 +21,8 @@ STEP = 2e-5
 DISCRETE = {"encoder_side", "into_supply", "max_rate_hz"}
 # By the threshold of a dead zone the angle jumps where a level is on it, and does not change anywhere else.
 FLAT = {"threshold_v"}
+# What a motor may have twice: the columns are of both, named `effect.key`.
+TWICE = ["cogging+cogging#2"]
 NOMINAL = ["resistance_ohm", "back_emf_v_s_per_rad", "torque_constant_nm_per_a", "viscous_friction_nm_s_per_rad",
            "inductance_h", "inertia_kg_m2", "coulomb_friction_nm"]
 
@@ -71,16 +73,18 @@ def main(names):
     for name in names or CASES:
         kind, effects = CASES[name]
         wanted = columns_of(effects)
-        if kind == "random" or "missed_counts" in effects or len(effects) > 1 or not wanted:
+        several = len(effects) > 1 and name not in TWICE
+        if kind == "random" or "missed_counts" in effects or several or not wanted:
             continue
+        titles = [f"{effect}.{key}" if name in TWICE else key for key, effect in wanted]
         table = []
-        for key, of_effect in wanted:
+        for title, (key, of_effect) in zip(titles, wanted):
             values, apart = column(effects, key, of_effect)
             table.append(values)
-            print(f"| {name}, {key} | {np.abs(values).max() * counts:.3g} | {apart * counts:.1e} |", flush=True)
+            print(f"| {name}, {title} | {np.abs(values).max() * counts:.3g} | {apart * counts:.1e} |", flush=True)
         with open(here / f"{name}.csv", "w") as f:
             f.write(f"# p dangle/dp in rad; the motor of effects/{name}.csv\n")
-            f.write("sample," + ",".join(key for key, _ in wanted) + "\n")
+            f.write("sample," + ",".join(titles) + "\n")
             for row, k in enumerate(range(0, SAMPLES, EVERY)):
                 f.write(f"{k}," + ",".join(f"{values[row]:.9g}" for values in table) + "\n")
 
