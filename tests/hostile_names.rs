@@ -2,6 +2,7 @@
 
 #[path = "support/command.rs"]
 mod command;
+mod support;
 
 use std::path::{Path, PathBuf};
 
@@ -342,4 +343,26 @@ fn no_command_says_a_name_on_more_than_one_line() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn a_proposed_command_line_is_read_back_by_bash() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let name = "a\n it's\u{1b} b.csv";
+    let log = "time_ms,position,command_v\n0,0,1\n10,1,1\n20,2,1\n30,4,1\n";
+    std::fs::write(directory.path().join(name), log).expect("a file");
+    let done = run(directory.path(), &["import", name]);
+    let begins = "  motorlab import ";
+    let mut lines = done.messages.lines();
+    let line = lines.find_map(|line| line.strip_prefix(begins));
+    let (word, _) = line
+        .and_then(|line| line.split_once(" --"))
+        .unwrap_or_else(|| panic!("{}", done.messages));
+    let read = std::process::Command::new("bash")
+        .args(["-c", &format!("printf %s {word}")])
+        .output();
+    match read {
+        Ok(read) => assert_eq!(String::from_utf8_lossy(&read.stdout), name, "{word}"),
+        Err(_) => support::skip("a_proposed_command_line_is_read_back_by_bash", "no bash"),
+    }
 }
