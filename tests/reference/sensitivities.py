@@ -22,7 +22,7 @@ DISCRETE = {"encoder_side", "into_supply", "max_rate_hz"}
 # By the threshold of a dead zone the angle jumps where a level is on it, and does not change anywhere else.
 FLAT = {"threshold_v"}
 # What a motor may have twice: the columns are of both, named `effect.key`.
-TWICE = ["cogging+cogging#2"]
+TWICE = ["cogging+cogging#2", "torque_ripple+torque_ripple#2+coast_at_zero"]
 NOMINAL = ["resistance_ohm", "back_emf_v_s_per_rad", "torque_constant_nm_per_a", "viscous_friction_nm_s_per_rad",
            "inductance_h", "inertia_kg_m2", "coulomb_friction_nm"]
 
