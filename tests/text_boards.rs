@@ -354,7 +354,7 @@ fn given_columns_beat_the_labels_of_the_lines() {
 }
 
 #[test]
-fn a_column_may_be_left_out_first_and_a_speed_is_no_command() {
+fn a_column_may_be_left_out_first_and_an_angle_is_no_count() {
     let line = |k: u32| format!("7,{k}\r");
     let arguments = [
         "--columns",
@@ -367,7 +367,7 @@ fn a_column_may_be_left_out_first_and_a_speed_is_no_command() {
     let (done, file) = capture_from(line, &arguments);
     assert_eq!(done.status, Some(0), "{}", done.messages);
     assert!(file.expect("a file").rows.len() > 50);
-    let (done, _) = capture_from(line, &["--columns", "t_ms,rpm,pwm"]);
+    let (done, _) = capture_from(line, &["--columns", "t_ms,angle,pwm"]);
     assert_eq!(done.status, Some(2));
     assert!(
         done.messages.contains("motorlab import") && !done.messages.contains("did you mean"),
@@ -444,4 +444,88 @@ fn a_command_beyond_full_scale_and_counts_that_leap_are_said() {
         .iter()
         .filter(|row| row.last().is_some_and(|f| f == "counts_leap"));
     assert_eq!(flagged.count() as i64, file.summary("counts_leaps"));
+}
+
+/// A motor that turns 10 counts, then 30, every 5 ms, of 360 a turn.
+fn counted(k: u32) -> i64 {
+    let k = i64::from(k);
+    if k < 40 { 10 * k } else { 400 + 30 * (k - 40) }
+}
+
+#[test]
+fn speeds_and_increments_are_summed_up_and_the_run_says_so() {
+    let since = |k: u32| counted(k) - counted(k.saturating_sub(1));
+    let rpm = |k: u32| since(k) as f64 / 360.0 / 0.005 * 60.0;
+    let rad_s = |k: u32| since(k) as f64 / 360.0 / 0.005 * std::f64::consts::TAU;
+    let speed = |k: u32| format!("{},{:.3},128\n", k * 5, rpm(k));
+    let angular = |k: u32| format!("t_ms:{} rad_s:{:.5} pwm:128\n", k * 5, rad_s(k));
+    let increments = |k: u32| format!("{},{},128\n", k * 5, since(k));
+    type Line<'a> = &'a (dyn Fn(u32) -> String + Sync);
+    let cases: [(Line, &str, &str, &str); 4] = [
+        (
+            &speed,
+            "t_ms,rpm,pwm",
+            "integrated from rpm, backward",
+            "drift",
+        ),
+        (
+            &speed,
+            "t_ms,speed,pwm",
+            "integrated from speed, backward",
+            "is taken as rpm",
+        ),
+        (&angular, "auto", "integrated from rad_s, backward", "drift"),
+        (
+            &increments,
+            "t_ms,increment,pwm",
+            "increments, summed up",
+            "lost for good",
+        ),
+    ];
+    for (line, columns, how, cost) in cases {
+        let arguments = [
+            "--columns",
+            columns,
+            "--duration",
+            "0.5",
+            "--counts-per-rev",
+            "360",
+            "--supply",
+            "12",
+        ];
+        let (done, file) = capture_from(line, &arguments);
+        assert_eq!(done.status, Some(0), "{columns}: {}", done.messages);
+        assert!(done.messages.contains(cost), "{columns}: {}", done.messages);
+        let file = file.expect("a file");
+        assert_eq!(file.header["text_position"].as_str(), Some(how));
+        let counts = file.column("counts");
+        let turned = counts.windows(2).map(|pair| pair[1] - pair[0]);
+        assert!(
+            turned.clone().all(|step| step == 10.0 || step == 30.0),
+            "{columns}: {counts:?}"
+        );
+        assert_eq!(counts[0], 0.0, "{columns}");
+        assert!(
+            turned.filter(|step| *step == 30.0).count() >= 55,
+            "{columns}: {counts:?}"
+        );
+    }
+}
+
+#[test]
+fn the_handouts_supply_and_counts_are_never_taken_without_a_word() {
+    let line = |k: u32| format!("{},{k},128\n", k * 5);
+    let columns = ["--columns", "t_ms,counts,pwm", "--duration", "0.3"];
+    let (done, _) = capture_from(line, &columns);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    for word in ["--counts-per-rev", "720", "--supply", "4.5 V"] {
+        assert!(done.messages.contains(word), "{word}: {}", done.messages);
+    }
+    let said = [
+        columns.as_slice(),
+        &["--supply", "12", "--counts-per-rev", "360"],
+    ]
+    .concat();
+    let (done, _) = capture_from(line, &said);
+    assert!(!done.messages.contains("handout"), "{}", done.messages);
 }

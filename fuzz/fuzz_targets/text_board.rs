@@ -45,6 +45,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         sample_time_us: (told & 4 != 0).then_some(3000),
         counts_per_rev: 720.0,
         supply_v: 9.0,
+        assumed: Vec::new(),
         profile: (told & 8 != 0)
             .then(|| Profile::named("step", 9.0, 4.0).ok())
             .flatten(),

@@ -16,6 +16,7 @@ use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
 use super::virtual_spec::{PREFIX, VirtualSpec};
 use super::{Failure, Output, Status};
+use crate::board::text_lines::Column;
 use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, RawLog, VirtualBoard,
     usb_identity,
@@ -86,12 +87,13 @@ pub struct Capture {
 const SAMPLE_TIME_US: u32 = 3000;
 
 fn after_help() -> String {
+    let columns = Column::names().replace(", command_v", ",\n  command_v");
     let profiles: String = BUILT_IN
         .iter()
         .map(|(name, what)| format!("  {name:<10} {what}\n"))
         .collect();
     format!(
-        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9"
+        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nColumns of text lines:\n  {columns}\n  One of counts, increments and a speed has to be there; the last two are summed up, and the run says so.\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9\n  motorlab capture COM7 --columns t_ms,rpm,pwm --supply 12 --counts-per-rev 360"
     )
 }
 

@@ -120,6 +120,19 @@ impl Told<'_> {
     pub(super) fn request(&self, output: &Path, port: &str) -> Result<TextRequest, Failure> {
         let nominal = Parameters::default();
         let supply_v = self.supply_v.unwrap_or(nominal.supply_v);
+        let mut assumed = Vec::new();
+        if self.counts_per_rev.is_none() {
+            assumed.push(format!(
+                "the counts of a turn (--counts-per-rev, taken as {})",
+                nominal.counts_per_rev
+            ));
+        }
+        if self.supply_v.is_none() {
+            assumed.push(format!(
+                "the driver's supply (--supply, taken as {} V)",
+                nominal.supply_v
+            ));
+        }
         let duration_s = self.duration_s.unwrap_or(DURATION_S);
         let profile_s = if duration_s > 0.0 {
             duration_s
@@ -135,6 +148,7 @@ impl Told<'_> {
             sample_time_us: self.sample_time_us,
             counts_per_rev: self.counts_per_rev.unwrap_or(nominal.counts_per_rev),
             supply_v,
+            assumed,
             profile,
             duration_s,
             baud: firmware_protocol::BAUD,

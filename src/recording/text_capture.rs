@@ -14,7 +14,9 @@ use super::text_error::TextError;
 use super::unit_of_time::power_of_unit;
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
 use crate::board::leap::{LONGEST_STEP_US, most_counts};
-use crate::board::text_lines::{self, Skipped, TextDecoder, TextEvent, TextSample};
+use crate::board::text_lines::{
+    self, Column, Skipped, SpeedUnit, TextDecoder, TextEvent, TextSample,
+};
 use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
 };
@@ -47,6 +49,8 @@ pub struct TextRequest {
     pub counts_per_rev: f64,
     /// Driver supply in V, which a PWM command is a fraction of.
     pub supply_v: f64,
+    /// What of the two above is the lab handout's, since nothing was said: in words.
+    pub assumed: Vec<String>,
     /// What the sketch commands, where its lines do not say it.
     pub profile: Option<Profile>,
     /// How long to record in s; 0 for no end but being asked to stop.
@@ -172,6 +176,8 @@ struct Running {
     first_us: i64,
     last_us: Option<i64>,
     last_counts: Option<i64>,
+    /// Increments or speeds summed up, in counts.
+    summed_counts: f64,
     /// Time of the line before, if that was passed over because its time leapt.
     suspect_us: Option<i64>,
     seq: u64,
@@ -321,6 +327,13 @@ impl<'a> TextRecording<'a> {
         further.insert("device".to_owned(), "text lines".into());
         if let Some(columns) = self.decoder.columns() {
             further.insert("text_columns".to_owned(), columns.to_string().into());
+            if let Some(summed_up) = columns.summed_up() {
+                let how = match summed_up {
+                    Column::Increments => "increments, summed up".to_owned(),
+                    speed => format!("integrated from {}, backward", speed.name()),
+                };
+                further.insert("text_position".to_owned(), how.into());
+            }
         }
         let facts = Facts {
             sample_time_s: sample_time_us as f64 / 1e6,
@@ -345,6 +358,7 @@ impl<'a> TextRecording<'a> {
             first_us: first.time_us.unwrap_or(first_host_us as i64),
             last_us: None,
             last_counts: None,
+            summed_counts: 0.0,
             suspect_us: None,
             seq: 0,
             unread: 0,
@@ -357,7 +371,11 @@ impl<'a> TextRecording<'a> {
         Ok(None)
     }
 
-    fn append(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
+    fn append(
+        &mut self,
+        mut sample: TextSample,
+        host_us: u64,
+    ) -> Result<Option<Ending>, TextError> {
         let Some(running) = &mut self.running else {
             return Ok(None);
         };
@@ -398,6 +416,13 @@ impl<'a> TextRecording<'a> {
             let steps = (t_us - last_us).saturating_add(running.sample_time_us / 2)
                 / running.sample_time_us.max(1);
             running.seq += steps.max(1) as u64;
+        }
+        let passed_s = running
+            .last_us
+            .map(|last_us| (t_us - last_us) as f64 * 1e-6);
+        if let Some(summand) = sample.summand {
+            running.summed_counts += counts_since(summand, passed_s, self.request.counts_per_rev);
+            sample.counts = running.summed_counts.round() as i64;
         }
         running.last_us = Some(t_us);
         running.suspect_us = None;
@@ -550,12 +575,42 @@ impl<'a> TextRecording<'a> {
         found
     }
 
+    /// What it costs that the counts are a sum.
+    fn summed_up(&self) -> Option<String> {
+        let summed_up = self.decoder.columns()?.summed_up()?;
+        Some(match summed_up {
+            Column::Increments => {
+                "the counts are increments summed up, and the file says so: what a lost line counted is lost for good; print the counts where you can".to_owned()
+            }
+            speed => {
+                let taken = match speed {
+                    Column::Speed(SpeedUnit::Unsaid) => {
+                        "`speed` is taken as rpm (name it rad_s, deg_s, rev_s or counts_s if it is another); "
+                    }
+                    _ => "",
+                };
+                format!(
+                    "{taken}the counts are `{}` summed up over time at {} counts a turn, and the file says so: they drift by what is rounded off, and lag by what is filtered; print the counts where you can",
+                    speed.name(),
+                    self.request.counts_per_rev
+                )
+            }
+        })
+    }
+
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let Some(running) = &self.running else {
             return notes;
         };
         let sample_time_s = running.sample_time_us as f64 / 1e6;
+        notes.extend(self.summed_up());
+        if !self.request.assumed.is_empty() {
+            notes.push(format!(
+                "nothing says {}; the file has the lab handout's",
+                self.request.assumed.join(" nor ")
+            ));
+        }
         if !running.device_timed {
             notes.push(
                 "the lines have no time of the board: the run's timing is the host's, late by milliseconds and bunched, and the file says so; print micros() first on each line"
@@ -593,6 +648,19 @@ impl<'a> TextRecording<'a> {
         }
         notes
     }
+}
+
+/// Counts since the row before by what a line says; those of the first row came before the recording. A speed is taken to have
+/// held since the row before, as one does that was made of a difference.
+fn counts_since((column, value): (Column, f64), passed_s: Option<f64>, counts_per_rev: f64) -> f64 {
+    let Some(passed_s) = passed_s else {
+        return 0.0;
+    };
+    let turns_per_s = match column {
+        Column::Speed(unit) => unit.in_turns(),
+        _ => return value,
+    };
+    value * turns_per_s.map_or(1.0, |factor| factor * counts_per_rev) * passed_s
 }
 
 /// The command in V that a line says, if it says one.

@@ -7,6 +7,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use super::speed_unit::SpeedUnit;
+
 /// Meaning of one column of a text line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Column {
@@ -20,6 +22,10 @@ pub enum Column {
     Sequence,
     /// Encoder counts.
     Counts,
+    /// Encoder counts since the line before (`readAndReset`), summed up.
+    Increments,
+    /// Speed in this unit, summed up over time.
+    Speed(SpeedUnit),
     /// Command in V.
     CommandVolts,
     /// Command as the 8-bit PWM value of `analogWrite`, signed.
@@ -56,6 +62,32 @@ const NAMES: &[(&str, Column)] = &[
     ("position", Column::Counts),
     ("pos", Column::Counts),
     ("ticks", Column::Counts),
+    ("increments", Column::Increments),
+    ("increment", Column::Increments),
+    ("inc", Column::Increments),
+    ("delta", Column::Increments),
+    ("delta_counts", Column::Increments),
+    ("dcounts", Column::Increments),
+    ("rpm", Column::Speed(SpeedUnit::Rpm)),
+    ("speed_rpm", Column::Speed(SpeedUnit::Rpm)),
+    ("velocity_rpm", Column::Speed(SpeedUnit::Rpm)),
+    ("speed", Column::Speed(SpeedUnit::Unsaid)),
+    ("rad_s", Column::Speed(SpeedUnit::RadPerS)),
+    ("speed_rad_s", Column::Speed(SpeedUnit::RadPerS)),
+    ("velocity_rad_s", Column::Speed(SpeedUnit::RadPerS)),
+    ("omega_rad_s", Column::Speed(SpeedUnit::RadPerS)),
+    ("deg_s", Column::Speed(SpeedUnit::DegPerS)),
+    ("speed_deg_s", Column::Speed(SpeedUnit::DegPerS)),
+    ("velocity_deg_s", Column::Speed(SpeedUnit::DegPerS)),
+    ("dps", Column::Speed(SpeedUnit::DegPerS)),
+    ("rev_s", Column::Speed(SpeedUnit::RevPerS)),
+    ("speed_rev_s", Column::Speed(SpeedUnit::RevPerS)),
+    ("velocity_rev_s", Column::Speed(SpeedUnit::RevPerS)),
+    ("rps", Column::Speed(SpeedUnit::RevPerS)),
+    ("counts_s", Column::Speed(SpeedUnit::CountsPerS)),
+    ("speed_counts_s", Column::Speed(SpeedUnit::CountsPerS)),
+    ("velocity_counts_s", Column::Speed(SpeedUnit::CountsPerS)),
+    ("ticks_s", Column::Speed(SpeedUnit::CountsPerS)),
     ("command_v", Column::CommandVolts),
     ("command", Column::CommandVolts),
     ("u", Column::CommandVolts),
@@ -92,6 +124,7 @@ impl Column {
         let kind = |column| match column {
             Self::TimeMicros | Self::TimeMillis | Self::TimeSeconds => Self::TimeMicros,
             Self::CommandVolts | Self::CommandPwm255 => Self::CommandVolts,
+            Self::Speed(_) => Self::Speed(SpeedUnit::Rpm),
             same => same,
         };
         kind(self) == kind(other)
@@ -110,6 +143,13 @@ impl Column {
             .iter()
             .find(|(_, s)| (s / wanted_s - 1.0).abs() < 0.01);
         found.map(|&(column, _)| column)
+    }
+
+    /// The names that are printed, one a column.
+    pub fn names() -> String {
+        let mut names: Vec<&str> = NAMES.iter().map(|(_, column)| column.name()).collect();
+        names.dedup();
+        names.join(", ")
     }
 
     /// The name that is printed for this column.
@@ -137,6 +177,10 @@ fn plain(name: &str) -> String {
         unit @ ("us" | "ms" | "s" | "v" | "a") if !stem.ends_with(&format!("_{unit}")) => {
             format!("{stem}_{unit}")
         }
+        // A speed in brackets of another unit is not one of rpm.
+        unit if !unit.is_empty() && SPEEDS.contains(&stem.as_str()) => {
+            format!("{stem}_{}", unit.replace(['/', ' '], "_"))
+        }
         _ => stem,
     }
 }
@@ -145,16 +189,19 @@ fn plain(name: &str) -> String {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ColumnError {
     /// A name that no column goes by.
-    #[error("unknown column `{name}`: did you mean `{nearest}`? Use `-` for a column to leave out")]
+    #[error(
+        "unknown column `{name}`: did you mean `{nearest}`? The names are {}; `-` leaves a column out",
+        Column::names()
+    )]
     Unknown {
         /// The name as given.
         name: String,
         /// The known name closest to it.
         nearest: &'static str,
     },
-    /// A speed or an angle: capture wants what the encoder counted.
+    /// A speed without its unit, or an angle.
     #[error(
-        "`{name}` is no encoder count, which capture wants: print the counts too and leave this column out with `-`; a log of speeds or angles is read by `motorlab import`"
+        "`{name}` is neither a count nor a speed whose unit is known: name a speed by its unit (rpm, rad_s, deg_s, rev_s, counts_s), and it is summed up; leave a column out with `-`; a log of angles is read by `motorlab import`"
     )]
     NotCounts {
         /// The name as given.
@@ -167,7 +214,9 @@ pub enum ColumnError {
         name: &'static str,
     },
     /// No counts among them.
-    #[error("no column holds the encoder counts: name one of them `counts`")]
+    #[error(
+        "no column holds the encoder counts: name one of them `counts`, or `increments` or a speed (rpm, rad_s, …), which are summed up"
+    )]
     NoCounts,
 }
 
@@ -200,11 +249,29 @@ impl Columns {
                 });
             }
         }
-        if columns.contains(&Column::Counts) {
-            Ok(Self(columns))
-        } else {
-            Err(ColumnError::NoCounts)
+        // Counts are better than what has to be summed up, whole increments better than speeds.
+        let rank = |column: &Column| match column {
+            Column::Counts => Some(0),
+            Column::Increments => Some(1),
+            Column::Speed(_) => Some(2),
+            _ => None,
+        };
+        let best = (columns.iter().filter_map(rank).min()).ok_or(ColumnError::NoCounts)?;
+        let of_motion = columns.iter().filter(|column| rank(column) == Some(best));
+        if of_motion.count() > 1 {
+            return Err(ColumnError::Twice { name: "speed" });
         }
+        let used = |column: Column| match rank(&column) {
+            Some(other) if other != best => Column::Ignored,
+            _ => column,
+        };
+        Ok(Self(columns.into_iter().map(used).collect()))
+    }
+
+    /// The column that is summed up to counts; `None` where there are counts.
+    pub fn summed_up(&self) -> Option<Column> {
+        let is_summed = |column: &&Column| matches!(column, Column::Increments | Column::Speed(_));
+        self.0.iter().find(is_summed).copied()
     }
 
     /// The columns in the order of the line.
@@ -229,6 +296,9 @@ impl fmt::Display for Columns {
         f.write_str(&names.join(","))
     }
 }
+
+/// Names of speeds that say no unit.
+const SPEEDS: &[&str] = &["speed", "velocity", "vel", "omega"];
 
 /// Names under which sketches print speeds and angles.
 const SPEEDS_AND_ANGLES: &[&str] = &[
@@ -274,6 +344,11 @@ mod tests {
             ("Encoder (counts)", Column::Counts),
             ("Voltage (V)", Column::CommandVolts),
             ("PWM", Column::CommandPwm255),
+            ("RPM", Column::Speed(SpeedUnit::Rpm)),
+            ("Speed (rad/s)", Column::Speed(SpeedUnit::RadPerS)),
+            ("velocity [deg/s]", Column::Speed(SpeedUnit::DegPerS)),
+            ("speed", Column::Speed(SpeedUnit::Unsaid)),
+            ("delta counts", Column::Increments),
             ("-", Column::Ignored),
         ] {
             assert_eq!(Column::from_name(name), Some(column), "{name}");
@@ -301,10 +376,25 @@ mod tests {
             Columns::parse("counts,encoder"),
             Err(ColumnError::Twice { name: "counts" })
         );
-        for name in ["rpm", "Speed (rad/s)", "rpm_filtered", "angle"] {
+        for name in ["omega", "Speed (m/s)", "rpm_filtered", "angle"] {
             let error = Columns::parse(&format!("t_ms,{name},pwm"));
             assert_eq!(error, Err(ColumnError::NotCounts { name: name.into() }));
         }
         assert!(!Columns::parse("counts,-,-").unwrap().has_device_time());
+        let unknown = Columns::parse("cuonts").expect_err("unknown").to_string();
+        let names = ["t_us", "increments", "rpm", "current_a"];
+        assert!(names.iter().all(|name| unknown.contains(name)), "{unknown}");
+    }
+
+    #[test]
+    fn what_is_counted_goes_before_what_is_summed_up() {
+        let summed = |list: &str| Columns::parse(list).map(|columns| columns.summed_up());
+        assert_eq!(summed("t_us,counts,rpm,pwm"), Ok(None));
+        assert_eq!(summed("rpm,increments"), Ok(Some(Column::Increments)));
+        assert_eq!(summed("t_us,rpm"), Ok(Some(Column::Speed(SpeedUnit::Rpm))));
+        assert_eq!(
+            summed("rpm,rad_s"),
+            Err(ColumnError::Twice { name: "speed" })
+        );
     }
 }

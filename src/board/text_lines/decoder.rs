@@ -17,6 +17,8 @@ pub struct TextSample {
     pub sequence: Option<u64>,
     /// Encoder counts; those of a 16-bit `int` are unwrapped.
     pub counts: i64,
+    /// What has to be summed up to counts, in the column's own unit.
+    pub summand: Option<(Column, f64)>,
     /// Command in V.
     pub command_v: Option<f64>,
     /// Command as a signed 8-bit PWM value.
@@ -286,9 +288,11 @@ impl TextDecoder {
             let whole = value.fract() == 0.0 && value.abs() < 9e15;
             let good = match column {
                 Column::Ignored => true,
-                Column::Counts | Column::Sequence | Column::TimeMicros | Column::TimeMillis => {
-                    whole
-                }
+                Column::Counts
+                | Column::Increments
+                | Column::Sequence
+                | Column::TimeMicros
+                | Column::TimeMillis => whole,
                 Column::TimeSeconds => value.abs() < 9e9,
                 _ => value.is_finite(),
             };
@@ -302,6 +306,7 @@ impl TextDecoder {
                 Column::TimeSeconds => raw_time = Some(((value * 1e6).round() as i64, i64::MAX)),
                 Column::Sequence => sample.sequence = u64::try_from(value as i64).ok(),
                 Column::Counts => sample.counts = value as i64,
+                Column::Increments | Column::Speed(_) => sample.summand = Some((column, value)),
                 Column::CommandVolts => sample.command_v = Some(value),
                 Column::CommandPwm255 => sample.command_pwm255 = Some(value),
                 Column::SupplyVolts => sample.supply_v = Some(value),

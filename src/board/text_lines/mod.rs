@@ -2,7 +2,7 @@
 //!
 //! A line holds one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value`
 //! pairs as the Arduino serial plotter takes them. What each number means comes from `--columns`, from
-//! the labels, or from a header line that the sketch prints once. Banners and torn lines are skipped
+//! the labels, or from a header line that the sketch prints once. Increments and speeds stand for counts where there are none. Banners and torn lines are skipped
 //! and counted, never guessed at.
 //!
 //! A line of `n` bytes takes `10 n / baud` seconds on the wire. Where that is more than the sample time,
@@ -10,9 +10,11 @@
 
 mod columns;
 mod decoder;
+mod speed_unit;
 
 pub use columns::{Column, ColumnError, Columns};
 pub use decoder::{MAX_LINE_BYTES, Skipped, TextDecoder, TextEvent, TextSample};
+pub use speed_unit::SpeedUnit;
 
 /// Longest line in bytes, end of line included, that `baud` carries in one sample time.
 ///
