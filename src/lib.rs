@@ -7,7 +7,7 @@
 //! | --- | --- |
 //! | [`board`] | serial ports, the reader thread, the board's clock, the virtual board |
 //! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
-//! | [`import`] | other programs' logs into run files, by a mapping file |
+//! | [`import`] | other programs' logs into run files, by their names or a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
 //! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
 //! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |

@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::Failure;
 use super::import::{open, run_name};
-use crate::import::{Said, Unclear, quoted, understand};
+use crate::import::{Form, Said, Unclear, quoted, understand};
 use crate::recording::{ReadError, ReadProblem};
 
 /// Bytes of the file that are looked at.
@@ -52,6 +52,12 @@ fn import_line(path: &Path, problem: &ReadProblem) -> Option<(String, &'static s
     let mut head = Vec::new();
     let file = open(path).ok()?;
     file.take(LOOKED_AT_BYTES).read_to_end(&mut head).ok()?;
+    let command = format!("motorlab import {}", quoted(&path.display().to_string()));
+    match Form::of(&head) {
+        Some(Form::NotRead(..)) => return None,
+        Some(_) => return Some((command, "")),
+        None => {}
+    }
     let is_whole = (head.len() as u64) < LOOKED_AT_BYTES;
     let text = String::from_utf8_lossy(&head);
     let is_of_a_run = |line: &str| {
@@ -62,7 +68,6 @@ fn import_line(path: &Path, problem: &ReadProblem) -> Option<(String, &'static s
         return None;
     }
     let name = path.file_name()?.to_string_lossy().into_owned();
-    let command = format!("motorlab import {}", quoted(&path.display().to_string()));
     match understand(&head, is_whole, &name, &Said::default(), &command).map {
         Ok(_) => Some((command, "")),
         Err(Unclear::Missing { line, .. }) => Some((line, " (in capitals: to be filled in)")),

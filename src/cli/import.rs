@@ -1,7 +1,7 @@
 //! `motorlab import`: turn a log that another program wrote into a run file.
 
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -10,13 +10,13 @@ use serde::Serialize;
 use super::capture::capture_failure;
 use super::findings::check_written;
 use super::import_flags::Flags;
+use super::import_source::Source;
 use super::import_words::{say, say_understood};
 use super::output_file::{Force, Form, Outputs};
 use super::{Failure, Output, Status};
 use crate::check::Finding;
 use crate::import::{
-    HEAD_BYTES, ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over, quoted,
-    understand,
+    ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over, quoted,
 };
 use crate::plain::shown;
 use crate::recording::{next_free_name, refuse_no_file};
@@ -25,7 +25,8 @@ use crate::recording::{next_free_name, refuse_no_file};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Import {
-    /// The log: text in columns, plain or gzipped; - is standard input.
+    /// The log: text in columns, plain or gzipped; Parquet, MCAP, a ROS 2 bag (.db3), WPILOG, SysId JSON or MAT; - is
+    /// standard input.
     log: PathBuf,
     /// Mapping file: which column is what, and in which unit. A flag takes the place of what it says.
     #[arg(long, value_name = "MAP.toml")]
@@ -48,6 +49,7 @@ const EXAMPLE: &str = "Examples:
   motorlab import log.csv --supply 12 --counts-per-rev 720
   motorlab import log.csv --speed rpm_left --supply 12  # which of two motors
   motorlab import step_12V.csv --speed 2:rpm --command 12V@0.5s   # no names; 12 V from 0.5 s on
+  motorlab import bag_0.mcap --position '/joint_states.position[0]' --command /motor_voltage.data:V
   motorlab import log.csv --supply 12 --save-map map.toml
   motorlab import next.csv.gz --map map.toml -o run.csv
 
@@ -82,31 +84,27 @@ impl Import {
             Some(map) => Some(self.mapping_file(map)?),
             None => None,
         };
-        let mut source: Box<dyn Read> = if standard_input {
+        let bytes: Box<dyn Read> = if standard_input {
             Box::new(io::stdin().lock())
         } else {
             Box::new(open(&self.log)?)
         };
+        let at = |failure: Failure| match standard_input {
+            true => failure,
+            false => failure.at(&self.log),
+        };
+        let mut source = Source::new(bytes, &name).map_err(at)?;
         let mut reading = None;
         let map = match mapped {
-            Some(map) => map,
+            Some(map) => source.fitted(map),
             None => {
-                let (head, is_whole) = head(&mut source, &name)?;
-                source = Box::new(Cursor::new(head.clone()).chain(source));
-                let found = understand(&head, is_whole, &name, &self.said.said(), &self.line());
+                let found = source.understand(&name, &self.said.said(), &self.line())?;
                 say_understood(output, &name, &found);
                 let Reading {
                     understood,
                     notes,
                     map,
                 } = found;
-                let at = |failure: Failure| {
-                    if standard_input {
-                        failure
-                    } else {
-                        failure.at(&self.log)
-                    }
-                };
                 let ready =
                     map.map_err(|unclear| at(Failure::input(format!("{name}: {unclear}"))))?;
                 reading = Some((understood, notes));
@@ -124,10 +122,14 @@ impl Import {
             ));
         }
         let imported =
-            import(source, &name, &map.map, &target).map_err(|error| match error.problem {
-                ImportProblem::Write(_) | ImportProblem::Rejected { .. } => Failure::device(error),
-                _ if standard_input => Failure::input(error),
-                _ => Failure::input(error).at(&self.log),
+            import(source.read(), &name, &map.map, &target).map_err(|error| {
+                match error.problem {
+                    ImportProblem::Write(_) | ImportProblem::Rejected { .. } => {
+                        Failure::device(error)
+                    }
+                    _ if standard_input => Failure::input(error),
+                    _ => Failure::input(error).at(&self.log),
+                }
             })?;
         say(output, &name, &imported);
         self.save(&outputs, &map.toml, output)?;
@@ -209,20 +211,25 @@ pub(super) fn run_name(log: &Path) -> PathBuf {
     name.with_extension("run.csv")
 }
 
-/// The beginning of a log, and whether that is all of it.
-pub(super) fn head(source: &mut impl Read, name: &str) -> Result<(Vec<u8>, bool), Failure> {
-    let mut head = Vec::new();
-    let read = source.take(HEAD_BYTES).read_to_end(&mut head);
-    read.map_err(|error| Failure::input(format!("{name}: {error}")))?;
-    let is_whole = (head.len() as u64) < HEAD_BYTES;
-    Ok((head, is_whole))
-}
-
+/// Opens a log. A folder is none; of a ROS 2 bag the message names the file in it.
 pub(super) fn open(path: &Path) -> Result<File, Failure> {
     let failed = |error: io::Error| Failure::input(format!("{}: {error}", shown(path)));
     let file = File::open(path).map_err(failed)?;
     if file.metadata().map_err(failed)?.is_dir() {
-        return Err(failed(io::ErrorKind::IsADirectory.into()));
+        let is_bag = |path: &PathBuf| {
+            path.extension()
+                .is_some_and(|end| end == "db3" || end == "mcap")
+        };
+        let mut inside = std::fs::read_dir(path).map_err(failed)?;
+        let bag = inside.find_map(|entry| entry.ok().map(|entry| entry.path()).filter(is_bag));
+        return Err(match bag {
+            Some(bag) => Failure::input(format!(
+                "{} is a folder; of this ROS 2 bag import {}",
+                shown(path),
+                shown(bag)
+            )),
+            None => failed(io::ErrorKind::IsADirectory.into()),
+        });
     }
     Ok(file)
 }

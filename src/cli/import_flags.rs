@@ -14,9 +14,15 @@ pub(super) struct Flags {
     #[arg(long, value_name = "COL:UNIT")]
     time: Option<String>,
     /// The command: its column and unit (pwm, percent, share, V, mV, A, mA, N m); or 7V@0.95s for 0 before and 7 V from
-    /// there on; or none.
+    /// there on; or a sum such as '2*goal-2*position:V'; or none.
     #[arg(long, value_name = "COL:UNIT", allow_hyphen_values = true)]
     command: Option<String>,
+    /// What the magnitude of such a sum is held to.
+    #[arg(long, value_name = "N", value_parser = positive)]
+    command_limit: Option<f64>,
+    /// The column that holds the direction of a command without a sign, and the number in it that is backwards; or none.
+    #[arg(long, value_name = "COL:NUMBER", allow_hyphen_values = true)]
+    direction: Option<String>,
     /// The position: its column and unit (counts, rev, rad, mrad, deg); or none.
     #[arg(long, value_name = "COL:UNIT")]
     position: Option<String>,
@@ -57,6 +63,8 @@ impl Flags {
         Said {
             time: self.time.clone(),
             command: self.command.clone(),
+            command_limit: self.command_limit,
+            direction: self.direction.clone(),
             position: self.position.clone(),
             speed: self.speed.clone(),
             current: self.current.clone(),

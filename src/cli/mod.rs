@@ -25,6 +25,7 @@ mod flash;
 mod foreign;
 mod import;
 mod import_flags;
+mod import_source;
 mod import_words;
 mod known;
 mod lab;

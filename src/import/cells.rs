@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::error::RowProblem;
+use super::labels::pairs;
 use super::stamp::before_line;
 
 /// What separates cells.
@@ -12,6 +13,8 @@ pub(super) enum Separator {
     Byte(u8),
     /// Any number of spaces and tabs.
     Blanks,
+    /// Each cell has its label: `Pos:123 PWM:80`.
+    Labels,
 }
 
 impl Separator {
@@ -29,9 +32,42 @@ impl Separator {
 pub(super) struct Cells {
     text: Vec<u8>,
     ends: Vec<(usize, usize)>,
+    /// What the cells are to be labelled, where they are.
+    labels: Vec<Vec<u8>>,
 }
 
 impl Cells {
+    /// Cells of these texts.
+    pub fn of(texts: &[Vec<u8>]) -> Self {
+        let mut cells = Self::default();
+        texts.iter().for_each(|text| cells.push(text));
+        cells
+    }
+
+    /// From here on each cell has this label; one with another is taken as it stands, and is no number.
+    pub fn expect(&mut self, labels: Vec<Vec<u8>>) {
+        self.labels = labels;
+    }
+
+    fn push(&mut self, cell: &[u8]) {
+        let from = self.text.len();
+        self.text.extend_from_slice(cell);
+        self.ends.push((from, self.text.len()));
+    }
+
+    fn split_labelled(&mut self, line: &[u8]) {
+        let Some(pairs) = pairs(line) else {
+            self.push(line);
+            return;
+        };
+        for (label, value) in pairs {
+            match self.labels.get(self.ends.len()) {
+                Some(expected) if expected == label => self.push(value),
+                _ => self.push(&[label, b":", value].concat()),
+            }
+        }
+    }
+
     /// Takes a line apart. Cells in double quotes may hold the separator, and `""` for a quote. A terminal's time stamp before the
     /// line is a cell of its own.
     pub fn split(&mut self, line: &[u8], separator: Separator) {
@@ -62,8 +98,19 @@ impl Cells {
                 }
                 return;
             }
+            Separator::Labels => return self.split_labelled(line),
             Separator::Byte(byte) => byte,
         };
+        if memchr::memchr(b'"', line).is_none() {
+            self.text.extend_from_slice(line);
+            let mut from = origin;
+            for at in memchr::memchr_iter(byte, line) {
+                self.ends.push((from, origin + at));
+                from = origin + at + 1;
+            }
+            self.ends.push((from, self.text.len()));
+            return;
+        }
         let (mut start, mut quoted) = (origin, false);
         let mut bytes = line.iter().copied().peekable();
         while let Some(next) = bytes.next() {

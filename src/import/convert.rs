@@ -14,6 +14,7 @@ use super::layout::{Layout, Place};
 use super::map::{
     CommandNumber, CommandSource, Field, Integration, Map, NumberFrom, PositionSource, TimeSource,
 };
+use super::range::{ANY_TIME, nanoseconds, within};
 use super::stamp::{DAY_S, stamp};
 use super::straight::{Unwrapped, profile};
 use crate::motor::plausible;
@@ -67,13 +68,6 @@ struct Before {
     /// The position before its sign was the command's.
     unsigned: f64,
 }
-
-/// Time before the first row is taken off: since 1970 in microseconds, in seconds a run's own range.
-const ANY_TIME: plausible::Range = plausible::Range {
-    lo: -1e15,
-    hi: 1e15,
-    ..plausible::TIME_S
-};
 
 impl<'a> Converter<'a> {
     pub fn new(map: &'a Map, layout: &'a Layout) -> Self {
@@ -182,8 +176,8 @@ impl<'a> Converter<'a> {
         if !self.map.holds {
             return Ok(held);
         }
-        let places = &self.layout.command;
-        if !places.iter().any(|place| is_empty(cells, place)) {
+        let mut places = self.layout.command.iter().chain(&self.layout.direction);
+        if !places.any(|place| is_empty(cells, place)) {
             held.command = self.command_number(cells, commented)?;
         }
         let supply_v = self.measured(cells, &self.map.supply, &self.layout.supply, "supply")?;
@@ -202,7 +196,11 @@ impl<'a> Converter<'a> {
             return Ok(0.0);
         };
         let places = &self.layout.command;
-        match from {
+        let sign = match (&self.layout.direction, self.map.direction()) {
+            (Some(place), Some((_, reverse))) if self.number(cells, place)? == reverse => -1.0,
+            _ => 1.0,
+        };
+        let number = match from {
             NumberFrom::Column(_) => match places.first() {
                 Some(place) => self.number(cells, place),
                 None => Ok(0.0),
@@ -217,7 +215,8 @@ impl<'a> Converter<'a> {
             NumberFrom::Comment(word) => {
                 commented.ok_or_else(|| RowProblem::NoComment(word.clone()))
             }
-        }
+        };
+        number.map(|number| sign * number)
     }
 
     fn time_s(&self, cells: &Cells, seq: u64) -> Result<(f64, Unwrapped), RowProblem> {
@@ -374,22 +373,4 @@ const ROUNDING: f64 = 1e-6;
 
 fn is_empty(cells: &Cells, place: &Place) -> bool {
     cells.get(place.at).is_empty()
-}
-
-/// Time to whole nanoseconds: what subtraction leaves beyond that is rounding.
-fn nanoseconds(t_s: f64) -> f64 {
-    (t_s * 1e9).round() / 1e9
-}
-
-/// What the readers of run files refuse is not written.
-fn within(what: &'static str, value: f64, range: plausible::Range) -> Result<f64, RowProblem> {
-    if range.holds(value) {
-        Ok(value)
-    } else {
-        Err(RowProblem::Implausible {
-            what,
-            value: plausible::Shown(value).to_string(),
-            range: range.to_string(),
-        })
-    }
 }

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::cells::{Cells, Separator, decode, number, number_after};
 use super::convert::Converter;
 use super::error::RowProblem;
+use super::labels::labels;
 use super::layout::Layout;
 use super::lines::{Line, Lines, lines};
 use super::map::Map;
@@ -258,6 +259,9 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         if let Next::End = next {
             return Ok(None);
         }
+        if self.separator == Separator::Labels {
+            return self.labelled(next);
+        }
         let has_names = self.has_names();
         if has_names {
             while self.cells.len() > 1 && self.cells.get(self.cells.len() - 1).is_empty() {
@@ -273,6 +277,26 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
                 next = self.next()?;
             }
         }
+        Ok(Some((layout, next)))
+    }
+
+    /// The same of lines that name their cells: the first that does names the columns, and is a row.
+    fn labelled(&mut self, mut next: Next) -> Result<Option<(Layout, Next)>, ImportProblem> {
+        let labels = loop {
+            match next {
+                Next::End => return Ok(None),
+                Next::Row => {
+                    if let Some(labels) = labels(self.lines.last()) {
+                        break labels;
+                    }
+                }
+                Next::TooLong(_) => {}
+            }
+            next = self.next()?;
+        };
+        let layout = Layout::new(self.map, self.lines.number(), &Cells::of(&labels), true)?;
+        self.cells.expect(labels);
+        self.cells.split(self.lines.last(), self.separator);
         Ok(Some((layout, next)))
     }
 

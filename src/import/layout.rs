@@ -12,6 +12,8 @@ pub(super) struct Layout {
     pub time: Option<Place>,
     /// Of the command, or of every term of its sum.
     pub command: Vec<Place>,
+    /// Of the command's direction.
+    pub direction: Option<Place>,
     pub motion: Option<Place>,
     pub current: Option<Place>,
     pub supply: Option<Place>,
@@ -47,6 +49,7 @@ impl Layout {
             command: (map.command_columns().into_iter())
                 .map(find)
                 .collect::<Result<_, _>>()?,
+            direction: optional(map.direction().map(|(column, _)| column))?,
             motion: optional(map.motion_column())?,
             current: optional(map.current.as_ref().map(|field| &field.column))?,
             supply: optional(map.supply.as_ref().map(|field| &field.column))?,

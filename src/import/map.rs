@@ -111,6 +111,8 @@ pub(super) struct CommandNumber {
     pub most: Option<f64>,
     /// A share of full drive times the supply measured in the same row.
     pub of_measured_supply: bool,
+    /// The column that holds its direction, and the number there that is backwards.
+    pub direction: Option<(ColumnRef, f64)>,
 }
 
 /// Where a number of a row comes from.
@@ -173,6 +175,20 @@ pub(super) enum Integration {
 }
 
 impl Map {
+    /// The same for the text of a [`Table`](super::Table), whatever it says of a text's form.
+    #[must_use]
+    pub fn for_table(mut self) -> Self {
+        self.shape = Shape {
+            separator: Some(Separator::Byte(b',')),
+            decimal_comma: false,
+            comment: String::new(),
+            skip_lines: 0,
+            names: Some(true),
+            unit_lines: 0,
+        };
+        self
+    }
+
     /// Whether a column is asked for by its name.
     pub(super) fn asks_for_names(&self) -> bool {
         let measured = [&self.current, &self.supply];
@@ -180,6 +196,7 @@ impl Map {
             self.time_column(),
             self.motion_column(),
             self.split_by.as_ref(),
+            self.direction().map(|(column, _)| column),
         ];
         (columns.into_iter().flatten())
             .chain(self.command_columns())
@@ -211,6 +228,17 @@ impl Map {
                 ..
             }) => Some(word),
             _ => None,
+        }
+    }
+
+    /// Where the direction stands, and the number that is backwards.
+    pub(super) fn direction(&self) -> Option<(&ColumnRef, f64)> {
+        match &self.command {
+            CommandSource::Number(number) => {
+                let (column, reverse) = number.direction.as_ref()?;
+                Some((column, *reverse))
+            }
+            CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
         }
     }
 

@@ -25,6 +25,10 @@ pub(super) struct CommandSection {
     /// Most magnitude of `sum`.
     pub limit: Option<f64>,
     pub sum: Option<Vec<Term>>,
+    /// The column of its direction.
+    pub direction: Option<ColumnRef>,
+    /// The number there that is backwards.
+    pub reverse: Option<f64>,
     pub points: Option<Vec<(f64, f64)>>,
     #[serde(default, skip_serializing_if = "Between::is_hold")]
     pub between: Between,
@@ -136,6 +140,18 @@ impl CommandSection {
                 what: "`limit` is of a `sum`; a share of full drive is held to `full` by itself",
             });
         }
+        let direction = match (self.direction, self.reverse) {
+            (Some(column), Some(reverse)) => {
+                Some((column, finite(section, "reverse", Some(reverse))?))
+            }
+            (None, None) => None,
+            _ => {
+                return Err(MapError::Conflict {
+                    section,
+                    what: "`direction` (a column) and `reverse` (the number there that is backwards) go together",
+                });
+            }
+        };
         let number = match (self.column, self.sum, self.comment) {
             (Some(column), None, None) => Some(NumberFrom::Column(column)),
             (None, Some(terms), None) => {
@@ -161,6 +177,7 @@ impl CommandSection {
                 offset,
                 most,
                 of_measured_supply: measured,
+                direction,
             }),
             (None, Some(points)) if !measured && is_one => {
                 let rising = points.windows(2).all(|pair| pair[1].0 > pair[0].0);

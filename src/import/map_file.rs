@@ -255,11 +255,13 @@ impl FileSection {
             None => None,
             Some("tab" | "\t") => Some(Separator::Byte(b'\t')),
             Some("space" | " ") => Some(Separator::Blanks),
+            Some("labels") => Some(Separator::Labels),
             Some(one) if one.len() == 1 && !one.contains(['"', '\n', '\r']) => {
                 Some(Separator::Byte(one.as_bytes()[0]))
             }
             Some(other) => {
-                let expected = "one character, tab or space (any number of blanks)";
+                let expected =
+                    "one character, tab, space (any number of blanks) or labels (label:value)";
                 return Err(wrong("delimiter", other, expected));
             }
         };

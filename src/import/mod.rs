@@ -5,29 +5,38 @@
 //! first 4096 rows of a run, from whose steps its sample time is taken. A row that cannot be
 //! used is never dropped in silence: it is counted, named by its line, written to a file of rejected
 //! rows with the reason, and leaves a gap in `seq`, so that it counts as lost from then on.
+//!
+//! A file of another form (Parquet, MAT, MCAP and others) is read whole into a [`Table`] by its [`Form`], and goes on as the text that says the same.
 
 mod cells;
 mod convert;
 mod error;
 mod file;
+mod formats;
+mod labels;
 mod layout;
 mod lines;
 mod map;
 mod map_command;
 mod map_file;
 mod map_values;
+mod range;
 mod rejected;
 mod segment;
 mod stamp;
 mod straight;
+mod table;
 mod thin;
 mod unit;
 mod unmapped;
 
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
+pub use formats::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES};
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::Map;
+pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
     HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, quoted, understand,
+    understand_table,
 };

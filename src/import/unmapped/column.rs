@@ -26,6 +26,16 @@ pub(super) struct Column {
 }
 
 impl Column {
+    /// A column whose name, and perhaps its unit, are known.
+    pub fn named(name: &str, unit: Option<String>) -> Self {
+        Self {
+            name: Some(name.to_owned()),
+            is_by_name: true,
+            unit_line: unit,
+            ..Self::default()
+        }
+    }
+
     /// One more cell.
     pub fn take(&mut self, cell: &[u8], is_decimal_comma: bool) {
         let parsed = number(cell, is_decimal_comma, "");

@@ -4,6 +4,7 @@ use super::super::cells::number_after;
 use super::super::map_command::CommandSection;
 use super::decide::{Decision, short};
 use super::said::{Steps, expected, number_and_rest};
+use super::sum::Sum;
 use super::unclear::Unclear;
 use super::units::Role;
 
@@ -18,6 +19,10 @@ const SHORT_REST: f64 = 0.1;
 /// Words of comment lines that may stand before a command.
 const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 
+/// What `--command-limit` asks for.
+pub(super) const LIMIT_OF_A_SUM: &str =
+    "--command-limit is of a --command that is a sum of columns, such as 2*goal-2*position:V";
+
 /// What is a command, and its unit.
 struct Found {
     section: CommandSection,
@@ -31,6 +36,10 @@ struct Found {
 
 impl Decision<'_> {
     pub(super) fn command(&mut self, motion: Option<usize>) -> Result<(), Unclear> {
+        let is_sum = (self.said.command.as_ref()).is_some_and(|text| text.contains('*'));
+        if self.said.command_limit.is_some() && !is_sum {
+            return Err(Unclear::Conflict(LIMIT_OF_A_SUM));
+        }
         let questions = self.missing.len();
         let Some(found) = self.find_command(motion)? else {
             return Ok(());
@@ -81,6 +90,13 @@ impl Decision<'_> {
         } else {
             self.understand("command", column, Some(unit), words);
         }
+        if let Some(command) = column
+            && let Some((at, reverse)) = self.direction(command, motion)?
+        {
+            section.direction = Some(self.column_ref(at));
+            section.reverse = Some(reverse);
+            self.reverse = Some((at, reverse));
+        }
         self.map.command = Some(section);
         if let (Some(command), Some(motion)) = (column, motion) {
             self.sign(command, motion);
@@ -128,6 +144,9 @@ impl Decision<'_> {
                     words,
                 }));
             }
+            if let Some(sum) = Sum::parse(text, |name| self.find(name).is_some())? {
+                return self.sum(&sum).map(Some);
+            }
             let (at, unit) = self.said_column("--command", Role::Command, text)?;
             return Ok(self.command_column(at, unit));
         }
@@ -174,6 +193,42 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.supply())?;
         }
         Ok(None)
+    }
+
+    /// The sum of columns that is said.
+    fn sum(&mut self, sum: &Sum) -> Result<Found, Unclear> {
+        let limit = self.said.command_limit;
+        let mut total = vec![0.0; self.survey.rows];
+        for (factor, name) in &sum.terms {
+            let (at, _) = self.said_column("--command", Role::Reference, name)?;
+            for (sum, number) in total.iter_mut().zip(&self.column(at).numbers) {
+                *sum += factor * number;
+            }
+            // A position may be a term, and is one all the same.
+            if !self.used.contains(&at) {
+                self.used.push(at);
+            }
+        }
+        let held = total.iter().filter(|x| x.is_finite()).map(|x| match limit {
+            Some(limit) => x.abs().min(limit),
+            None => x.abs(),
+        });
+        let section = sum.section(limit, |name| {
+            let at = self.find(name).unwrap_or_default();
+            Ok(self.column_ref(at))
+        })?;
+        let held_to = limit.map_or_else(String::new, |limit| format!(", held to {}", short(limit)));
+        let terms: Vec<String> = (sum.terms.iter())
+            .map(|(factor, name)| format!("{} times `{name}`", short(*factor)))
+            .collect();
+        Ok(Found {
+            section,
+            unit: sum.unit,
+            most: held.fold(0.0, f64::max),
+            full: None,
+            column: None,
+            words: format!("{} in {}{held_to}", terms.join(" plus "), sum.unit),
+        })
     }
 
     fn command_column(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<Found> {

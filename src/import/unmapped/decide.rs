@@ -6,14 +6,12 @@
 use super::super::map::ColumnRef;
 use super::super::map_file::{Empty, FieldSection, MapFile};
 use super::column::Column;
+use super::direction::DIRECTIONS;
 use super::names::{NameSays, says};
 use super::said::{ColumnSaid, Said, expected};
 use super::survey::Survey;
 use super::unclear::{Missing, Unclear};
 use super::units::Role;
-
-/// Words for a column of directions.
-const DIRECTIONS: [&str; 4] = ["dir", "direction", "richtung", "sign"];
 
 /// One thing as it was understood.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -43,6 +41,8 @@ pub(super) struct Decision<'a> {
     pub line: Vec<(&'static str, String)>,
     /// Columns in use.
     pub used: Vec<usize>,
+    /// The column of the command's direction, and the number in it that is backwards.
+    pub reverse: Option<(usize, f64)>,
     /// The clock, and the seconds in one of its units.
     pub clock: Option<(usize, f64)>,
 }
@@ -72,6 +72,7 @@ impl<'a> Decision<'a> {
             missing: Vec::new(),
             line: said.flags(),
             used: Vec::new(),
+            reverse: None,
             clock: None,
         }
     }
@@ -292,6 +293,11 @@ impl<'a> Decision<'a> {
             );
             self.understand("rows", None, None, words);
         }
+        if let Some(split_by) = &self.survey.split_by {
+            self.map.rows.split_by = Some(ColumnRef::Name(split_by.clone()));
+            let words = format!("a run for every `{split_by}`");
+            self.understand("rows", None, None, words);
+        }
         if let Some(every) = self.said.every.filter(|every| *every > 1) {
             let words = format!("one of {every}, with the mean of the command until the next");
             self.understand("rows", None, None, words);
@@ -307,6 +313,7 @@ impl<'a> Decision<'a> {
         let has_sign =
             |at: &usize| self.column(*at).is_numeric() && self.column(*at).lowest() < 0.0;
         if let Some(at) = (0..self.survey.columns.len()).find(is_direction)
+            && !self.used.contains(&at)
             && !self.used.iter().any(has_sign)
         {
             let name = self.name(at);

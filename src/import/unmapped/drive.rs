@@ -1,7 +1,6 @@
 //! What a command is a share of, and whether the encoder knows a direction.
 
 use super::super::map_file::FieldSection;
-use super::column::Column;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
 use super::decide::{Decision, short};
 use super::said::{expected, number_and_rest};
@@ -110,6 +109,11 @@ impl Decision<'_> {
                     );
                 }
             }
+            None if self.reverse.is_some() && self.is_without_sign(command, motion) => {
+                self.map.rows.unsigned = Some(true);
+                let words = format!("{} has no sign: it is the command's", self.name(motion));
+                self.understand("rows", None, None, words);
+            }
             None if self.is_without_sign(command, motion) => {
                 let why = format!(
                     "{} never goes backwards, though the command does: an encoder of one channel, whose sign is the command's; \
@@ -123,28 +127,28 @@ impl Decision<'_> {
     }
 
     fn is_without_sign(&self, command: usize, motion: usize) -> bool {
-        let (command, column) = (self.column(command), self.column(motion));
-        let is_position = self.map.speed.is_none()
-            && self
-                .map
-                .position
-                .as_ref()
-                .is_some_and(|p| p.increments.is_none());
-        let rates: Vec<f64> = match is_position {
-            true => std::iter::once(0.0).chain(differences(column)).collect(),
-            false => column.numbers.clone(),
-        };
+        let commands = self.commands(command);
+        let rates = self.rates(motion);
         let goes_back = rates.iter().any(|rate| *rate < 0.0);
-        let against = command
-            .numbers
+        let against = commands
             .iter()
             .zip(&rates)
             .filter(|(u, rate)| **u < 0.0 && **rate > 0.0)
             .count();
-        !goes_back && against >= BACKWARDS && command.highest() > 0.0
+        !goes_back && against >= BACKWARDS && commands.iter().any(|u| *u > 0.0)
     }
-}
 
-fn differences(column: &Column) -> impl Iterator<Item = f64> + '_ {
-    column.numbers.windows(2).map(|pair| pair[1] - pair[0])
+    /// The command's numbers, with the sign that a column of directions gives them.
+    fn commands(&self, command: usize) -> Vec<f64> {
+        let numbers = &self.column(command).numbers;
+        let Some((at, reverse)) = self.reverse else {
+            return numbers.clone();
+        };
+        let signed = |(u, direction): (&f64, &f64)| if *direction == reverse { -u } else { *u };
+        numbers
+            .iter()
+            .zip(&self.column(at).numbers)
+            .map(signed)
+            .collect()
+    }
 }

@@ -7,6 +7,7 @@ mod clock;
 mod column;
 mod command;
 mod decide;
+mod direction;
 mod drive;
 mod grid;
 mod motion;
@@ -14,6 +15,7 @@ mod names;
 mod over;
 mod said;
 mod speed;
+mod sum;
 mod survey;
 mod table;
 mod unclear;
@@ -27,6 +29,7 @@ pub use unclear::{Missing, Unclear};
 use super::Map;
 use super::lines::lines;
 use super::map_file::MapFile;
+use super::table::Table;
 use crate::plain::one_line;
 
 /// A log's beginning in bytes that is looked at.
@@ -87,7 +90,19 @@ pub fn understand(
             };
         }
     };
-    let mut decision = decide::Decision::new(&survey, said, file_name);
+    decided(&survey, file_name, said, command)
+}
+
+/// The same of a table, whose layout is known. A mapping that names its columns fits it whatever it says of a text's form.
+pub fn understand_table(table: &Table, file_name: &str, said: &Said, command: &str) -> Reading {
+    let survey = survey::of_table(table);
+    let mut reading = decided(&survey, file_name, said, command);
+    reading.notes.splice(0..0, table.notes.iter().cloned());
+    reading
+}
+
+fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str) -> Reading {
+    let mut decision = decide::Decision::new(survey, said, file_name);
     let decided = decision.decide();
     let map = decided.and_then(|()| match decision.missing.is_empty() {
         true => Ready::of(decision.map.clone()),

@@ -2,8 +2,10 @@
 
 use super::super::map_command::CommandSection;
 use super::super::map_file::{FieldSection, MapFile, PositionSection, SpeedSection, TimeSection};
+use super::command::LIMIT_OF_A_SUM;
 use super::names::says;
 use super::said::{ColumnSaid, Said, Steps, expected, number_and_rest};
+use super::sum::Sum;
 use super::units::Role;
 use super::{Ready, Unclear};
 
@@ -17,10 +19,30 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
         let (column, unit) = column("--time", Role::Time, text)?;
         map.time = Some(TimeSection::of(column.column_ref(), unit, None));
     }
+    if said.command_limit.is_some() && !said.command.as_ref().is_some_and(|text| text.contains('*'))
+    {
+        return Err(Unclear::Conflict(LIMIT_OF_A_SUM));
+    }
     if let Some(text) = &said.command {
         map.command = Some(command(text, said)?);
     } else if let (Some(command), Some(full)) = (&mut map.command, said.pwm_full) {
         command.full = Some(full);
+    }
+    if let Some(text) = &said.direction {
+        let wrong = || Unclear::Form {
+            flag: "--direction",
+            text: text.clone(),
+            expected: "beside a mapping a column and the number in it that is backwards, such as dir:0",
+        };
+        let (name, number) = text.rsplit_once(':').ok_or_else(wrong)?;
+        let (reverse, _) = number_and_rest(number)
+            .filter(|(_, rest)| rest.is_empty())
+            .ok_or_else(wrong)?;
+        let column = name.trim().to_owned();
+        if let Some(command) = &mut map.command {
+            command.direction = Some(ColumnSaid { column, unit: None }.column_ref());
+            command.reverse = Some(reverse);
+        }
     }
     if let Some(text) = &said.position {
         let (column, unit) = column("--position", Role::Position, text)?;
@@ -80,6 +102,12 @@ fn command(text: &str, said: &Said) -> Result<CommandSection, Unclear> {
         return Ok(CommandSection {
             recorded: Some(false),
             ..CommandSection::default()
+        });
+    }
+    if let Some(sum) = Sum::parse(text, |_| false)? {
+        return sum.section(said.command_limit, |name| {
+            let column = name.to_owned();
+            Ok(ColumnSaid { column, unit: None }.column_ref())
         });
     }
     let (column, unit) = column("--command", Role::Command, text)?;

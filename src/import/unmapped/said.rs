@@ -9,8 +9,12 @@ use super::units::{Role, unit_of};
 pub struct Said {
     /// `COL:UNIT`, or `10ms`: time from row to row.
     pub time: Option<String>,
-    /// `COL:UNIT`, `7V@0.95s`, `none`.
+    /// `COL:UNIT`, `7V@0.95s`, `2*COL-2*COL:UNIT`, `none`.
     pub command: Option<String>,
+    /// What the magnitude of a sum is held to.
+    pub command_limit: Option<f64>,
+    /// `COL`, or `COL:NUMBER` that is backwards; `none`.
+    pub direction: Option<String>,
     /// `COL:UNIT`.
     pub position: Option<String>,
     /// `COL:UNIT`.
@@ -41,12 +45,14 @@ impl Said {
         let texts = [
             ("--time", &self.time),
             ("--command", &self.command),
+            ("--direction", &self.direction),
             ("--position", &self.position),
             ("--speed", &self.speed),
             ("--current", &self.current),
             ("--supply", &self.supply),
         ];
         let numbers = [
+            ("--command-limit", self.command_limit),
             ("--counts-per-rev", self.counts_per_rev),
             ("--m-per-rev", self.m_per_rev),
             ("--pwm-full", self.pwm_full),

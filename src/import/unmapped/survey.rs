@@ -1,9 +1,11 @@
 //! A look at the beginning of a log: how it is laid out, and what its columns hold.
 
 use super::super::cells::{Cells, Separator, decode, number};
+use super::super::labels::labels;
 use super::super::lines::{Line, lines};
 use super::super::map_file::FileSection;
 use super::super::stamp::{before_line, stamp};
+use super::super::table::Table;
 use super::column::Column;
 use super::table::{BANNER_LINES, Layout, Numbered, layout};
 use super::units::unit_of;
@@ -24,6 +26,27 @@ pub(super) struct Survey {
     /// Comment lines among and before the rows, without the mark.
     pub comments: Vec<String>,
     pub rows: usize,
+    /// The column by whose words the runs are told.
+    pub split_by: Option<String>,
+}
+
+/// What the first rows of a table hold.
+pub(super) fn of_table(table: &Table) -> Survey {
+    let mut found = Survey::default();
+    found.file.delimiter = Some(",".to_owned());
+    found.file.names = Some(true);
+    found.split_by = table.split_by().map(str::to_owned);
+    found.columns = (table.columns.iter())
+        .map(|column| Column::named(&column.name, column.unit.clone()))
+        .collect();
+    only_one_of_a_name(&mut found.columns);
+    table.look(ROWS, |cells| {
+        found.rows += 1;
+        for (at, column) in found.columns.iter_mut().enumerate() {
+            column.take(cells.get(at), false);
+        }
+    });
+    found
 }
 
 /// Looks at the first bytes of a log. Where there is no table of numbers, the first lines come back.
@@ -72,6 +95,7 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
         Separator::Byte(b'\t') => Some("tab".to_owned()),
         Separator::Byte(byte) => Some(char::from(byte).to_string()),
         Separator::Blanks => Some("space".to_owned()),
+        Separator::Labels => Some("labels".to_owned()),
     };
     found.columns = vec![Column::default(); layout.columns];
     let first_row = table[layout.first].0;
@@ -88,6 +112,7 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
         }
     }
     let mut cells = Cells::default();
+    cells.expect(labels(&table[layout.first].1).unwrap_or_default());
     for (_, line) in table[layout.first..].iter().take(ROWS) {
         cells.split(line, layout.separator);
         cells.trim_to(layout.columns);
@@ -173,6 +198,17 @@ fn is_units(cells: &[String]) -> bool {
 
 /// Names, units and the lines before them, from what stands above the first row.
 fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
+    let lines_before_rows = table[layout.first].0 - 1;
+    if layout.separator == Separator::Labels {
+        found.file.skip_lines = lines_before_rows;
+        let labels = labels(&table[layout.first].1).unwrap_or_default();
+        for (column, label) in found.columns.iter_mut().zip(labels) {
+            column.name = Some(decode(&label).into_owned()).filter(|name| !name.is_empty());
+            column.is_by_name = column.name.is_some();
+        }
+        only_one_of_a_name(&mut found.columns);
+        return;
+    }
     let above = |back: usize| {
         let at = layout.first.checked_sub(back)?;
         let (line, text) = &table[at];
@@ -192,7 +228,6 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
     } else {
         (first, None)
     };
-    let lines_before_rows = table[layout.first].0 - 1;
     match header {
         Some((line, cells)) if is_header(&cells) => {
             found.file.skip_lines = line - 1;
@@ -224,13 +259,13 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
         }
         None => found.file.names = Some(false),
     }
-    // A name that stands twice is no name: the number tells.
-    let names: Vec<Option<String>> = found
-        .columns
-        .iter()
-        .map(|column| column.name.clone())
-        .collect();
-    for column in &mut found.columns {
+    only_one_of_a_name(&mut found.columns);
+}
+
+/// A name that stands twice is no name: the number tells.
+fn only_one_of_a_name(columns: &mut [Column]) {
+    let names: Vec<Option<String>> = columns.iter().map(|column| column.name.clone()).collect();
+    for column in columns {
         let twice = names.iter().filter(|name| **name == column.name).count() > 1;
         column.is_by_name &= !twice;
     }

@@ -1,6 +1,7 @@
 //! Where in a log the rows of numbers begin, and by what their cells are separated.
 
 use super::super::cells::{Cells, Separator, number};
+use super::super::labels::labels;
 use super::super::stamp::{before_line, stamp};
 
 /// A line of the log, and its number from 1.
@@ -22,6 +23,9 @@ pub(super) struct Layout {
 
 /// The separator by which the earliest and most of the lines are rows of numbers.
 pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
+    if let Some(labelled) = labelled(table) {
+        return Some(labelled);
+    }
     let separators = [
         Separator::Byte(b'\t'),
         Separator::Byte(b';'),
@@ -67,6 +71,32 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
         }
     }
     best.map(|(_, layout)| layout)
+}
+
+/// The first lines that name their numbers alike: `Pos:123 PWM:80`.
+fn labelled(table: &[Numbered]) -> Option<Layout> {
+    let named: Vec<Option<Vec<Vec<u8>>>> = (table.iter().take(BANNER_LINES))
+        .map(|(_, line)| labels(line).filter(|labels| is_of_numbers(line, labels)))
+        .collect();
+    let alike = ALIKE.min(named.len()).max(1);
+    let first = named.windows(alike).position(|window| {
+        window[0].is_some() && window.iter().all(|labels| *labels == window[0])
+    })?;
+    Some(Layout {
+        separator: Separator::Labels,
+        columns: named[first].as_ref()?.len(),
+        first,
+        is_decimal_comma: false,
+    })
+}
+
+/// Whether what stands behind the labels are numbers.
+fn is_of_numbers(line: &[u8], labels: &[Vec<u8>]) -> bool {
+    let mut cells = Cells::default();
+    cells.expect(labels.to_vec());
+    cells.split(line, Separator::Labels);
+    (0..cells.len())
+        .all(|at| number(cells.get(at), false, "").is_ok() || stamp(cells.get(at)).is_some())
 }
 
 /// What one line looks like, taken apart by one separator.

@@ -1,0 +1,50 @@
+//! Why a file of another form is no log that can be read.
+
+use thiserror::Error;
+
+/// Why a file cannot be read as a table.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum FormatError {
+    /// A form that is known and not read.
+    #[error("it is {what}, which is not read: {remedy}")]
+    NotRead {
+        /// The form.
+        what: &'static str,
+        /// How to make a log of it that is read.
+        remedy: &'static str,
+    },
+    /// The program was built without what reads it.
+    #[error(
+        "it is {what}, which this program was built without: build it with `--features formats`, or save the table as CSV"
+    )]
+    NotBuilt {
+        /// The form.
+        what: &'static str,
+    },
+    /// It contradicts its own form.
+    #[error("it is {what}, and cannot be read: {why}")]
+    Broken {
+        /// The form.
+        what: &'static str,
+        /// What is wrong.
+        why: String,
+    },
+    /// Nothing in it is a table of numbers.
+    #[error("it is {what} without a table of numbers{why}")]
+    Nothing {
+        /// The form.
+        what: &'static str,
+        /// What is there instead; empty or begins with `: `.
+        why: String,
+    },
+    /// More than a log has.
+    #[error("it is {what} with more than {most} {of}: cut it into pieces")]
+    TooMuch {
+        /// The form.
+        what: &'static str,
+        /// How many are read.
+        most: u64,
+        /// Of what.
+        of: &'static str,
+    },
+}

@@ -1,0 +1,162 @@
+//! MCAP, as ROS 2 and Foxglove record: messages in CDR and in JSON, in chunks behind zstd, LZ4 or plain.
+//!
+//! Format: https://mcap.dev/spec. It is read here and not by the crate `mcap`, whose reader of version 0.26 allocates what a damaged
+//! length says, and panics on others.
+
+use std::collections::HashMap;
+use std::io::Read;
+
+use flate2::Crc;
+
+use super::super::table::Table;
+use super::bytes::Bytes;
+use super::messages::Messages;
+use super::{Form, FormatError, MOST_FILE_BYTES};
+
+const FORM: Form = Form::Mcap;
+const MAGIC_BYTES: usize = 8;
+const SCHEMA: u8 = 3;
+const CHANNEL: u8 = 4;
+const MESSAGE: u8 = 5;
+const CHUNK: u8 = 6;
+const DATA_END: u8 = 15;
+
+/// Type, encoding and definition.
+type Schema = (String, String, String);
+
+/// A file under way.
+struct Reader {
+    schemas: HashMap<u16, Schema>,
+    messages: Messages,
+    /// Bytes that may still come of compressed chunks.
+    room: u64,
+}
+
+pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
+    let mut reader = Reader {
+        schemas: HashMap::new(),
+        messages: Messages::new(FORM),
+        room: MOST_FILE_BYTES,
+    };
+    let read = reader.records(bytes.get(MAGIC_BYTES..).unwrap_or_default(), true);
+    match read {
+        Ok(()) => {}
+        // What came before a torn end is whole.
+        Err(FormatError::Broken { why, .. }) if !reader.messages.signals.is_empty() => {
+            let note = format!("it is read up to where it breaks off: {why}");
+            reader.messages.signals.notes.push(note);
+        }
+        Err(error) => return Err(error),
+    }
+    reader.messages.table()
+}
+
+impl Reader {
+    /// Records one after the other, up to the end of the data.
+    fn records(&mut self, bytes: &[u8], is_file: bool) -> Result<(), FormatError> {
+        let mut rest = Bytes(bytes);
+        while !rest.is_empty() {
+            let (opcode, data) =
+                next(&mut rest).ok_or_else(|| FORM.broken("it ends within a record"))?;
+            match opcode {
+                CHUNK if is_file => self.chunk(data)?,
+                // What follows repeats what came.
+                DATA_END if is_file => return Ok(()),
+                _ => self
+                    .record(opcode, data)
+                    .ok_or_else(|| FORM.broken("a record is shorter than it says"))??,
+            }
+        }
+        match is_file {
+            true => Err(FORM.broken("it has no end")),
+            false => Ok(()),
+        }
+    }
+
+    fn chunk(&mut self, data: &[u8]) -> Result<(), FormatError> {
+        let (size, crc, compression, records) =
+            chunk(data).ok_or_else(|| FORM.broken("a chunk is shorter than it says"))?;
+        if size > self.room {
+            return Err(FORM.too_much("bytes behind its compression"));
+        }
+        self.room -= size;
+        let inflated = |source: &mut dyn Read| {
+            let mut plain = Vec::new();
+            source
+                .take(size)
+                .read_to_end(&mut plain)
+                .map(|_| plain)
+                .map_err(|error| FORM.broken(error))
+        };
+        let plain = match compression.as_str() {
+            "" => records.to_vec(),
+            "zstd" => {
+                let source = zstd::stream::read::Decoder::with_buffer(records);
+                inflated(&mut source.map_err(|error| FORM.broken(error))?)?
+            }
+            "lz4" => inflated(&mut lz4_flex::frame::FrameDecoder::new(records))?,
+            other => return Err(FORM.broken(format!("its chunks are compressed with `{other}`"))),
+        };
+        let mut sum = Crc::new();
+        sum.update(&plain);
+        if crc != 0 && crc != sum.sum() {
+            return Err(FORM.broken("a chunk does not have the checksum that it says"));
+        }
+        self.records(&plain, false)
+    }
+
+    /// `None` where it is shorter than its own lengths say.
+    fn record(&mut self, opcode: u8, data: &[u8]) -> Option<Result<(), FormatError>> {
+        let mut rest = Bytes(data);
+        match opcode {
+            SCHEMA => {
+                let id = rest.u16_le()?;
+                let schema = (rest.text()?, rest.text()?, rest.text()?);
+                self.schemas.insert(id, schema);
+            }
+            CHANNEL => {
+                let id = u64::from(rest.u16_le()?);
+                let schema = self.schemas.get(&rest.u16_le()?);
+                let (topic, encoding) = (rest.text()?, rest.text()?);
+                if self.messages.has_topic(id) {
+                    return Some(Ok(()));
+                }
+                let kind = schema.map_or("", |(name, _, _)| name);
+                // Other than ros2msg, such as IDL, the common types are known all the same.
+                let definition = schema
+                    .filter(|(_, encoding, _)| encoding == "ros2msg")
+                    .map(|(_, _, definition)| definition.as_str());
+                self.messages.topic(id, &topic, &encoding, kind, definition);
+            }
+            MESSAGE => {
+                let channel = rest.u16_le()?;
+                let _sequence = rest.u32_le()?;
+                let recorded_ns = rest.uint_le(8)?;
+                let _published_ns = rest.uint_le(8)?;
+                let time_ns = i64::try_from(recorded_ns).unwrap_or(i64::MAX);
+                return Some(self.messages.message(u64::from(channel), time_ns, rest.0));
+            }
+            _ => {}
+        }
+        Some(Ok(()))
+    }
+}
+
+/// Kind and content of the next record.
+fn next<'a>(rest: &mut Bytes<'a>) -> Option<(u8, &'a [u8])> {
+    let opcode = rest.u8()?;
+    let length = usize::try_from(rest.uint_le(8)?).ok()?;
+    Some((opcode, rest.take(length)?))
+}
+
+/// Size and checksum of a chunk's records, their compression, and they themselves.
+fn chunk(data: &[u8]) -> Option<(u64, u32, String, &[u8])> {
+    let mut rest = Bytes(data);
+    // Times of the first message and the last.
+    rest.take(16)?;
+    let size = rest.uint_le(8)?;
+    let crc = rest.u32_le()?;
+    let compression = rest.text()?;
+    let length = usize::try_from(rest.uint_le(8)?).ok()?;
+    Some((size, crc, compression, rest.take(length)?))
+}

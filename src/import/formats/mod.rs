@@ -1,0 +1,159 @@
+//! Files that are no text in columns: what they are is told by their first bytes, and each becomes a [`Table`].
+//!
+//! Parquet, MCAP, ROS 2 bags and MAT 7.3 need large libraries and are read where the feature `formats` is on. Whatever a file
+//! says of its own size is checked against the bytes that there are before anything of that size is made.
+
+mod bytes;
+#[cfg(feature = "formats")]
+mod cdr;
+#[cfg(feature = "formats")]
+mod contained;
+mod error;
+#[cfg(feature = "formats")]
+mod hdf5;
+mod mat5;
+#[cfg(feature = "formats")]
+mod mcap;
+#[cfg(feature = "formats")]
+mod messages;
+mod not_read;
+#[cfg(feature = "formats")]
+mod parquet;
+#[cfg(feature = "formats")]
+mod ros_types;
+#[cfg(feature = "formats")]
+mod rosbag;
+mod signals;
+mod sysid;
+mod variables;
+mod wpilog;
+
+pub use error::FormatError;
+
+use super::table::Table;
+
+/// Bytes at the beginning of a file by which its form is told.
+pub const TOLD_BY_BYTES: usize = 1024;
+/// Largest file that is read, in bytes: it is held in memory as a whole.
+pub const MOST_FILE_BYTES: u64 = 1 << 30;
+/// Most values of a table: half a gigabyte of memory, an hour of 20 signals at 500 Hz.
+const MOST_VALUES: usize = 1 << 25;
+
+/// A form that is no text in columns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// Apache Parquet.
+    Parquet,
+    /// MCAP, as ROS 2 and Foxglove record.
+    Mcap,
+    /// A ROS 2 bag in SQLite.
+    Rosbag,
+    /// WPILib's data log.
+    WpiLog,
+    /// WPILib's SysId data.
+    SysId,
+    /// MATLAB's MAT file of version 5 to 7.
+    Mat5,
+    /// MATLAB's MAT file of version 7.3, and HDF5.
+    Hdf5,
+    /// One that is known and not read: what it is, and how a log is made of it.
+    NotRead(&'static str, &'static str),
+}
+
+impl Form {
+    /// The form of a file by its first bytes; `None` for text.
+    pub fn of(beginning: &[u8]) -> Option<Self> {
+        let is_mat5 = beginning.len() >= 128
+            && (beginning[124..128] == *b"\x00\x01IM" || beginning[124..128] == *b"\x01\x00MI");
+        let is_hdf5 = |at: usize| {
+            beginning
+                .get(at..)
+                .is_some_and(|rest| rest.starts_with(b"\x89HDF\r\n\x1a\n"))
+        };
+        if is_hdf5(0) || is_hdf5(512) {
+            return Some(Self::Hdf5);
+        }
+        if is_mat5 {
+            return Some(Self::Mat5);
+        }
+        let known: [(&[u8], Self); 4] = [
+            (b"PAR1", Self::Parquet),
+            (b"\x89MCAP0\r\n", Self::Mcap),
+            (b"SQLite format 3\0", Self::Rosbag),
+            (b"WPILOG", Self::WpiLog),
+        ];
+        let found = known.iter().find(|(magic, _)| beginning.starts_with(magic));
+        found
+            .map(|(_, form)| *form)
+            .or_else(|| sysid::is_sysid(beginning).then_some(Self::SysId))
+            .or_else(|| not_read::form(beginning))
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Parquet => "a Parquet file",
+            Self::Mcap => "an MCAP file",
+            Self::Rosbag => "a ROS 2 bag (SQLite)",
+            Self::WpiLog => "a WPILOG file",
+            Self::SysId => "SysId JSON",
+            Self::Mat5 => "a MAT file (version 5)",
+            Self::Hdf5 => "a MAT file of version 7.3 (HDF5)",
+            Self::NotRead(what, _) => what,
+        }
+    }
+
+    /// Reads a whole file.
+    ///
+    /// # Errors
+    /// It is broken, holds no numbers, or is of a form that is not read.
+    pub fn read(self, bytes: &[u8]) -> Result<Table, FormatError> {
+        let table = match self {
+            Self::WpiLog => wpilog::read(bytes),
+            Self::SysId => sysid::read(bytes),
+            Self::Mat5 => mat5::read(bytes),
+            Self::NotRead(what, remedy) => Err(FormatError::NotRead { what, remedy }),
+            #[cfg(feature = "formats")]
+            Self::Parquet => contained::contained(self, || parquet::read(bytes)),
+            #[cfg(feature = "formats")]
+            Self::Mcap => mcap::read(bytes),
+            #[cfg(feature = "formats")]
+            Self::Rosbag => rosbag::read(bytes),
+            #[cfg(feature = "formats")]
+            Self::Hdf5 => contained::contained(self, || hdf5::read(bytes)),
+            #[cfg(not(feature = "formats"))]
+            Self::Parquet | Self::Mcap | Self::Rosbag | Self::Hdf5 => {
+                Err(FormatError::NotBuilt { what: self.name() })
+            }
+        }?;
+        if table.columns.len() < 2 || table.rows() == 0 {
+            return Err(self.nothing(""));
+        }
+        Ok(table)
+    }
+
+    fn broken(self, why: impl ToString) -> FormatError {
+        FormatError::Broken {
+            what: self.name(),
+            why: why.to_string(),
+        }
+    }
+
+    fn nothing(self, why: &str) -> FormatError {
+        FormatError::Nothing {
+            what: self.name(),
+            why: match why {
+                "" => String::new(),
+                why => format!(": {why}"),
+            },
+        }
+    }
+
+    fn too_much(self, of: &'static str) -> FormatError {
+        FormatError::TooMuch {
+            what: self.name(),
+            most: MOST_VALUES as u64,
+            of,
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Forms that are known and not read, and how a log that is read is made of each.
+
+use super::Form;
+
+/// First bytes, what it is, what to do.
+type Known = (&'static [u8], &'static str, &'static str);
+
+const KNOWN: &[Known] = &[
+    (
+        b"\xd0\xcf\x11\xe0",
+        "an old Excel file (.xls)",
+        "open it and save the sheet with File > Save As > CSV",
+    ),
+    (
+        b"ARROW1",
+        "an Arrow or Feather file",
+        "in Python: pandas.read_feather(FILE).to_parquet('log.parquet')",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array (.npy)",
+        "in Python: numpy.savetxt('log.csv', numpy.load(FILE), delimiter=',')",
+    ),
+    (
+        b"#ROSBAG V2.0",
+        "a ROS 1 bag",
+        "convert it: rosbags-convert --src FILE --dst bag2 (pip install rosbags)",
+    ),
+    (
+        b"MDF     ",
+        "a measurement file (MDF)",
+        "in Python: asammdf.MDF(FILE).to_dataframe().to_csv('log.csv')",
+    ),
+    (
+        b"TDSm",
+        "a LabVIEW TDMS file",
+        "in Python: nptdms.TdmsFile(FILE).as_dataframe().to_csv('log.csv')",
+    ),
+    (
+        b"ULog\x01\x12\x35",
+        "a PX4 log (ULog)",
+        "convert it: ulog2csv FILE (pip install pyulog)",
+    ),
+    (
+        b"\xa3\x95",
+        "an ArduPilot log",
+        "convert it: mavlogdump.py --format csv FILE (pip install pymavlink)",
+    ),
+    (b"BZh", "compressed with bzip2", "unpack it with bunzip2"),
+    (b"\xfd7zXZ\0", "compressed with xz", "unpack it with unxz"),
+    (
+        b"\x28\xb5\x2f\xfd",
+        "compressed with zstd",
+        "unpack it with unzstd",
+    ),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "unpack it"),
+    (b"%PDF-", "a PDF", "look for the table that it was made of"),
+    (
+        b"\x80\x04\x95",
+        "a Python pickle",
+        "in Python: pandas.read_pickle(FILE).to_csv('log.csv')",
+    ),
+    (
+        b"\x80\x05\x95",
+        "a Python pickle",
+        "in Python: pandas.read_pickle(FILE).to_csv('log.csv')",
+    ),
+];
+
+/// The form of a file that is known and not read.
+pub(super) fn form(beginning: &[u8]) -> Option<Form> {
+    if beginning.starts_with(b"PK\x03\x04") {
+        let has = |name: &[u8]| beginning.windows(name.len()).any(|part| part == name);
+        let (what, remedy) = match () {
+            () if has(b".npy") => (
+                "a ZIP archive of NumPy arrays (.npz)",
+                "in Python: z = numpy.load(FILE); numpy.savetxt('log.csv', numpy.column_stack([z[k] for k in z.files]), \
+                 delimiter=',', header=','.join(z.files), comments='')",
+            ),
+            () if has(b"xl/") || has(b"[Content_Types].xml") => (
+                "an Excel file (.xlsx, a ZIP archive)",
+                "open it and save the sheet with File > Save As > CSV UTF-8, or in Python: pandas.read_excel(FILE).to_csv('log.csv', index=False)",
+            ),
+            () if has(b"opendocument") => (
+                "an OpenDocument file (.ods, a ZIP archive)",
+                "open it and save the sheet with File > Save As > Text CSV",
+            ),
+            () => ("a ZIP archive", "unpack it, and import what is in it"),
+        };
+        return Some(Form::NotRead(what, remedy));
+    }
+    if is_json(beginning) {
+        return Some(Form::NotRead(
+            "JSON",
+            "in Python: pandas.read_json(FILE).to_csv('log.csv', index=False); of lines that are an object each, with lines=True",
+        ));
+    }
+    let found = KNOWN
+        .iter()
+        .find(|(magic, _, _)| beginning.starts_with(magic));
+    found.map(|(_, what, remedy)| Form::NotRead(what, remedy))
+}
+
+/// An object, or a list of objects or lists, from the first byte on. A terminal's stamp in brackets is none.
+fn is_json(beginning: &[u8]) -> bool {
+    let mut marks = beginning.iter().filter(|byte| !byte.is_ascii_whitespace());
+    matches!(
+        (marks.next(), marks.next()),
+        (Some(b'{'), Some(b'"')) | (Some(b'['), Some(b'{' | b'['))
+    )
+}

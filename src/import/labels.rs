@@ -1,0 +1,82 @@
+//! Lines of `label:value` pairs, as the Arduino plotter takes them: `target:0,actual:5`, `Pos: 123 PWM: 80`, `t=5;n=17`.
+//!
+//! The labels of the first such line are the names of the columns, for all lines that have the same in the same order.
+
+use super::stamp::before_line;
+
+/// One pair.
+type Pair<'a> = (&'a [u8], &'a [u8]);
+
+/// The pairs of a line (without a terminal's stamp); `None` where something in it is no pair.
+pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
+    let fields = line
+        .split(|byte| matches!(byte, b',' | b';' | b'\t' | b' ' | b'\r'))
+        .filter(|field| !field.is_empty());
+    let mut found: Vec<Pair> = Vec::new();
+    for field in fields {
+        let at = field.iter().position(|byte| matches!(byte, b':' | b'='));
+        match (at, found.last_mut()) {
+            (Some(at), _) if is_label(&field[..at]) => found.push((&field[..at], &field[at + 1..])),
+            // `label: value`, with a blank between.
+            (None, Some((_, value))) if value.is_empty() => *value = field,
+            _ => return None,
+        }
+    }
+    let is_whole = found.iter().all(|(_, value)| !value.is_empty());
+    (is_whole && !found.is_empty()).then_some(found)
+}
+
+/// A label begins with a letter, which no number does.
+fn is_label(text: &[u8]) -> bool {
+    text.first()
+        .is_some_and(|byte| byte.is_ascii_alphabetic() || *byte == b'_' || !byte.is_ascii())
+}
+
+/// The labels of a line, the first one empty where a terminal's stamp is a column before them.
+pub(super) fn labels(line: &[u8]) -> Option<Vec<Vec<u8>>> {
+    let (stamp, rest) = match before_line(line) {
+        Some((_, rest)) => (Some(Vec::new()), rest),
+        None => (None, line),
+    };
+    let labels = pairs(rest)?.into_iter().map(|(label, _)| label.to_vec());
+    Some(stamp.into_iter().chain(labels).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_are_told_from_everything_else() {
+        for (line, expected) in [
+            (
+                "target:0,actual:5",
+                Some(vec![("target", "0"), ("actual", "5")]),
+            ),
+            (
+                "Pos:123 PWM:80\r",
+                Some(vec![("Pos", "123"), ("PWM", "80")]),
+            ),
+            (
+                "Pos: 123;  PWM: -8.5",
+                Some(vec![("Pos", "123"), ("PWM", "-8.5")]),
+            ),
+            ("t=5\tn=17", Some(vec![("t", "5"), ("n", "17")])),
+            ("12:34:56", None),
+            ("Motor lab v1: ready now", None),
+            ("Pos:", None),
+            ("1,2,3", None),
+            ("", None),
+        ] {
+            let expected = expected.map(|pairs| {
+                pairs
+                    .into_iter()
+                    .map(|(label, value)| (label.as_bytes(), value.as_bytes()))
+                    .collect::<Vec<_>>()
+            });
+            assert_eq!(pairs(line.as_bytes()), expected, "{line}");
+        }
+        let stamped = labels(b"12:34:56.789 -> Pos:1,PWM:2").expect("labels");
+        assert_eq!(stamped, [&b""[..], b"Pos", b"PWM"]);
+    }
+}
