@@ -12,6 +12,10 @@ use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, Steps, Time};
 /// Rows from whose steps the sample time is taken.
 pub(super) const LOOK_AHEAD: usize = 4096;
 
+/// Rows after which those that wait in memory are handed on, if they have waited long enough: asking the clock for each would
+/// take as long as reading it.
+const ROWS_TO_FLUSH: u64 = 64;
+
 /// A run that has been written.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct ImportedRun {
@@ -95,7 +99,9 @@ impl<'a> Segment<'a> {
         match &mut self.writer {
             Some(_) => {
                 self.append(before, sample)?;
-                if let Some(writer) = &mut self.writer {
+                if let Some(writer) = &mut self.writer
+                    && sample.seq.is_multiple_of(ROWS_TO_FLUSH)
+                {
                     writer.flush_if_due()?;
                 }
                 Ok(())

@@ -7,6 +7,8 @@ use super::ros_types::{Field, Kind, Many, Types};
 
 /// Messages within messages.
 const MOST_DEPTH: usize = 16;
+/// Fields without bytes of their own that a message may have.
+const LEAST_ROOM: usize = 1000;
 
 /// A message under way.
 struct Reader<'a> {
@@ -15,6 +17,8 @@ struct Reader<'a> {
     length: usize,
     is_big_endian: bool,
     most_alignment: usize,
+    /// Fields that may still come: types of types can name more than any message holds.
+    room: usize,
 }
 
 /// Shows every number of a message to `sink`, by its path from `path` on. `None` where the bytes do not fit the type.
@@ -39,6 +43,7 @@ pub(super) fn read(
         length: rest.0.len(),
         is_big_endian,
         most_alignment,
+        room: LEAST_ROOM + bytes.len(),
     };
     reader.fields(types, types.fields(name)?, path, sink, 0)
 }
@@ -79,6 +84,7 @@ impl Reader<'_> {
             self.rest.take(1)?;
         }
         for field in fields {
+            self.room = self.room.checked_sub(1)?;
             let whole = path.len();
             path.push('.');
             path.push_str(&field.name);

@@ -3,6 +3,7 @@
 //! Format: "MAT-File Format", MathWorks, version 5. Vectors, matrices and structs of them are read, Simulink's structure with time
 //! by the labels of its signals. Objects (timeseries, Dataset) have an undocumented form; they are named, with what to do.
 
+use std::cell::Cell;
 use std::io::Read;
 
 use flate2::read::ZlibDecoder;
@@ -10,7 +11,7 @@ use flate2::read::ZlibDecoder;
 use super::super::table::{Table, of_f32};
 use super::bytes::Bytes;
 use super::variables::{Variables, object};
-use super::{Form, FormatError, MOST_FILE_BYTES};
+use super::{Form, FormatError, MOST_FILE_BYTES, MOST_VALUES};
 
 const FORM: Form = Form::Mat5;
 /// Structs within structs.
@@ -38,6 +39,8 @@ struct Reader {
     is_big_endian: bool,
     /// Bytes that may still come of compressed data.
     room: u64,
+    /// Numbers that may still come: of one byte each they take eight in memory.
+    values: Cell<usize>,
 }
 
 /// Type and content of an element.
@@ -47,6 +50,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let mut reader = Reader {
         is_big_endian: bytes.get(126) == Some(&b'M'),
         room: MOST_FILE_BYTES,
+        values: Cell::new(MOST_VALUES),
     };
     let mut variables = Variables::new(FORM);
     let mut rest = Bytes(bytes.get(128..).unwrap_or_default());
@@ -107,9 +111,9 @@ impl Reader {
     }
 
     fn variable(&self, bytes: &mut Bytes, variables: &mut Variables) -> Result<(), FormatError> {
-        let (name, node) = self
-            .matrix(bytes, 0)
-            .ok_or_else(|| FORM.broken("a variable contradicts its own lengths"))?;
+        let (name, node) = self.matrix(bytes, 0).ok_or_else(|| {
+            FORM.broken("a variable contradicts its own lengths, or is larger than a log")
+        })?;
         // What stands without a name belongs to the objects.
         if !name.is_empty() {
             flatten(&name, node, variables);
@@ -202,6 +206,8 @@ impl Reader {
         macro_rules! all {
             ($type:ty, $convert:expr) => {{
                 let size = size_of::<$type>();
+                let left = self.values.get().checked_sub(bytes.0.len() / size)?;
+                self.values.set(left);
                 let number = |chunk: &[u8]| -> Option<f64> {
                     let array = chunk.try_into().ok()?;
                     let number = match self.is_big_endian {

@@ -15,6 +15,8 @@ use super::{Form, FormatError, MOST_FILE_BYTES};
 
 const FORM: Form = Form::Mcap;
 const MAGIC_BYTES: usize = 8;
+/// Largest chunk behind its compression, in bytes: recorders write some megabytes.
+const MOST_CHUNK_BYTES: u64 = 1 << 28;
 const SCHEMA: u8 = 3;
 const CHANNEL: u8 = 4;
 const MESSAGE: u8 = 5;
@@ -76,7 +78,7 @@ impl Reader {
     fn chunk(&mut self, data: &[u8]) -> Result<(), FormatError> {
         let (size, crc, compression, records) =
             chunk(data).ok_or_else(|| FORM.broken("a chunk is shorter than it says"))?;
-        if size > self.room {
+        if size > self.room.min(MOST_CHUNK_BYTES) {
             return Err(FORM.too_much("bytes behind its compression"));
         }
         self.room -= size;

@@ -9,6 +9,8 @@ use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::SysId;
+/// Longest file, in bytes: an hour of tests at 200 Hz. A document takes some sixteen times as much in memory.
+const MOST_BYTES: usize = 1 << 25;
 /// The tests, as SysId and the tools before it name them.
 const TESTS: [&str; 8] = [
     "slow-forward",
@@ -46,6 +48,9 @@ pub(super) fn is_sysid(beginning: &[u8]) -> bool {
 }
 
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
+    if bytes.len() > MOST_BYTES {
+        return Err(FORM.broken(format!("it is longer than {MOST_BYTES} bytes")));
+    }
     let document: Value = serde_json::from_slice(bytes).map_err(|error| FORM.broken(error))?;
     let mut names: Option<&[(&str, &str)]> = None;
     let mut columns: Vec<Vec<f64>> = Vec::new();
