@@ -71,6 +71,7 @@ fn understood(bencher: Bencher<'_, '_>, log: &str) {
     let said = Said {
         supply: Some("12".to_owned()),
         counts_per_rev: Some(720.0),
+        pwm_full: Some(255.0),
         ..Said::default()
     };
     bencher
