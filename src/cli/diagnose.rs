@@ -171,13 +171,9 @@ impl Diagnose {
 
     /// Whether the nominal motor is fitted to the runs: as asked, else where nobody says which motor a foreign log is of.
     fn is_fitted(&self, runs: &[Run]) -> bool {
-        let is_foreign = |run: &Run| {
-            let device = run.header.get("device").and_then(toml::Value::as_str);
-            run.header.contains_key("imported") || device == Some("text lines")
-        };
         match self.nominal {
             Some(nominal) => nominal == Nominal::Fit,
-            None => !self.motor.is_given() && runs.iter().any(is_foreign),
+            None => !self.motor.is_given() && runs.iter().any(Run::is_foreign),
         }
     }
 }

@@ -76,7 +76,7 @@ impl Failure {
     }
 
     /// With the file that it is about.
-    pub(super) fn at(self, path: &Path) -> Self {
+    pub fn at(self, path: &Path) -> Self {
         let file = Some(path.display().to_string());
         Self { file, ..self }
     }
@@ -88,7 +88,7 @@ impl Failure {
 
     /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. File and row are
     /// null where it is about none; the remedy is null where the message has no part of its own for it.
-    pub(super) fn document(&self) -> Value {
+    pub fn document(&self) -> Value {
         let said = self.to_string();
         let message = said.strip_prefix("error: ").unwrap_or(&said);
         let place = self.place();

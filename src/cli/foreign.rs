@@ -29,7 +29,7 @@ struct ForeignLog {
 }
 
 /// Why a run file cannot be read; of a foreign log with the way to import it.
-pub(super) fn unreadable(path: &Path, error: ReadError) -> Failure {
+pub fn unreadable(path: &Path, error: ReadError) -> Failure {
     match import_line(path, &error.problem) {
         Some((line, blanks)) => Failure::input(ForeignLog {
             error,

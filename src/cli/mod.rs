@@ -49,6 +49,7 @@ mod virtual_capture;
 mod virtual_spec;
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -58,6 +59,7 @@ use clap::{Parser, Subcommand};
 use serde::Serialize;
 
 pub use failure::{Failure, Status};
+pub use foreign::unreadable;
 
 use crate::plain::{is_harmful, one_line, plain};
 
@@ -224,20 +226,24 @@ fn typed_on_one_line(text: String, argument: &str) -> String {
 }
 
 impl CommandLine {
-    /// Parses the arguments of this process and runs the subcommand. Wrong use is said as any other failure.
+    /// Parses the arguments of this process and runs the subcommand.
     pub fn run_arguments() -> ExitCode {
-        let wrong = match Self::try_parse() {
+        Self::run_these(std::env::args_os().collect()).into()
+    }
+
+    /// Parses these arguments, the program's own name first, and runs the subcommand. Wrong use is said as any other failure.
+    pub fn run_these(arguments: Vec<OsString>) -> Status {
+        let wrong = match Self::try_parse_from(&arguments) {
             Ok(line) => return line.run(),
             Err(wrong) => wrong,
         };
-        let json = std::env::args_os()
-            .skip(1)
-            .take_while(|argument| argument != "--")
+        let json = (arguments.iter().skip(1))
+            .take_while(|argument| *argument != "--")
             .any(|argument| argument == "--json");
         if !wrong.use_stderr() {
             // Help and version, which were asked for.
             let _ = wrong.print();
-            return Status::Done.into();
+            return Status::Done;
         }
         let output = Output::new(json);
         // Asked again with every argument as it is shown: the parser repeats them.
@@ -249,11 +255,11 @@ impl CommandLine {
             .of_kind("wrong_use");
         output.message(&failure.to_string());
         output.failed(&failure);
-        Status::BadInput.into()
+        Status::BadInput
     }
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
-    pub fn run(self) -> ExitCode {
+    pub fn run(self) -> Status {
         let output = Output::new(self.json);
         let result = match self.command {
             Command::Ports(command) => command.run(&output),
@@ -278,11 +284,11 @@ impl CommandLine {
             Command::Man(command) => command.run(&output),
         };
         match result {
-            Ok(status) => status.into(),
+            Ok(status) => status,
             Err(failure) => {
                 output.message(&failure.to_string());
                 output.failed(&failure);
-                failure.status.into()
+                failure.status
             }
         }
     }

@@ -150,6 +150,12 @@ impl Run {
         self.header.get("timing").and_then(toml::Value::as_str) == Some("host")
     }
 
+    /// Whether nothing says which motor it is of: an imported log, or lines of text from a board.
+    pub fn is_foreign(&self) -> bool {
+        let device = self.header.get("device").and_then(toml::Value::as_str);
+        self.header.contains_key("imported") || device == Some("text lines")
+    }
+
     /// Whether the run has no sample at all.
     pub fn is_empty(&self) -> bool {
         self.counts.is_empty()

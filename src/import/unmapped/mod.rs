@@ -109,6 +109,7 @@ fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str)
         false => Err(Unclear::Missing {
             missing: decision.missing.clone(),
             line: finished(command, &decision.line),
+            flags: decision.line.clone(),
         }),
     });
     Reading {

@@ -32,6 +32,8 @@ pub enum Unclear {
         missing: Vec<Missing>,
         /// The finished command line.
         line: String,
+        /// Its flags with their values.
+        flags: Vec<(&'static str, String)>,
     },
     /// A flag names a column that is not there.
     #[error("{flag} {column}: there is no such column; there are: {found}")]

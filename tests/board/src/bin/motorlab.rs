@@ -5,5 +5,5 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    motorlab::cli::CommandLine::parse().run()
+    motorlab::cli::CommandLine::parse().run().into()
 }

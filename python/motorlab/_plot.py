@@ -1,0 +1,109 @@
+"""Pictures with matplotlib."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Optional
+
+import numpy as np
+
+from ._verbs import Comparison, compare
+
+if TYPE_CHECKING:
+    from ._diagnosis import Diagnosis
+    from ._run import Run
+
+_RPM = 60 / (2 * np.pi)
+_UNITS = {"command_v": "command (V)", "command_a": "command (A)", "command_nm": "command (N m)"}
+# Causes below this are left out of the bars.
+_SHOWN_FROM = 0.005
+
+
+def _axes_of(axes: Any, heights: tuple[float, ...], *, shared: bool = True) -> Any:
+    if axes is not None:
+        return axes
+    import matplotlib.pyplot as plt
+
+    figure, made = plt.subplots(
+        len(heights),
+        1,
+        sharex=shared,
+        figsize=(9, 2.4 * sum(heights)),
+        gridspec_kw={"height_ratios": heights},
+        layout="constrained",
+    )
+    return made
+
+
+def plot_run(run: Run, axes: Any) -> Any:
+    axes = _axes_of(axes, (1.4, 1.0, 0.7))
+    speed, position, command = axes
+    speed.step(run.t_s, run.velocity_rad_s * _RPM, where="pre", linewidth=1)
+    speed.set_ylabel("speed (RPM)")
+    position.step(run.t_s, run.counts, where="post", linewidth=1)
+    position.set_ylabel("position (counts)")
+    command.step(run.t_s, run.command, where="post", linewidth=1, color="C2")
+    command.set_ylabel(_UNITS[run.command_column])
+    command.set_xlabel("time (s)")
+    return axes
+
+
+def plot_comparison(comparison: Comparison, axes: Any) -> Any:
+    axes = _axes_of(axes, (1.4, 1.0, 0.8))
+    speed, position, left = axes
+    run = comparison.run
+    speed.step(run.t_s, comparison["recorded_speed_rad_s"] * _RPM, where="pre", linewidth=2.5, alpha=0.5, label="recorded")
+    speed.step(run.t_s, comparison["simulated_speed_rad_s"] * _RPM, where="pre", linewidth=1, label="simulated")
+    speed.set_ylabel("speed (RPM)")
+    speed.legend(loc="best")
+    position.plot(run.t_s, run.counts, linewidth=2.5, alpha=0.5, label="recorded")
+    position.plot(run.t_s, comparison["simulated_position_counts"], linewidth=1, label="simulated")
+    position.set_ylabel("position (counts)")
+    left.plot(run.t_s, comparison["residual_counts"], linewidth=1, color="C3")
+    left.axhline(0, color="0.6", linewidth=0.8)
+    left.set_ylabel("left (counts)")
+    left.set_xlabel("time (s)")
+    return axes
+
+
+def _left(diagnosis: Diagnosis, motor: Any) -> Optional[np.ndarray]:
+    return None if motor is None else compare(diagnosis.runs[0], motor)["residual_counts"]
+
+
+def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
+    axes = _axes_of(axes, (1.3, 0.8, 1.0), shared=False)
+    over_time, rungs, causes = axes
+    run = diagnosis.runs[0]
+    for label, motor, style in (
+        ("nominal motor", diagnosis.nominal, {"color": "C3", "alpha": 0.8}),
+        ("diagnosed motor", diagnosis.motor, {"color": "C0"}),
+    ):
+        left = _left(diagnosis, motor)
+        if left is not None:
+            over_time.plot(run.t_s, left, linewidth=1, label=label, **style)
+    over_time.axhline(0, color="0.6", linewidth=0.8)
+    over_time.set_xlabel("time (s)")
+    over_time.set_ylabel("recorded less\nsimulated (counts)")
+    over_time.set_title(f"{diagnosis.verdict.replace('_', ' ')}, {diagnosis.probability:.0%}")
+    document = diagnosis.document
+    if document["gap"] is None:
+        for empty in axes:
+            empty.set_axis_off()
+        over_time.text(0, 0.5, diagnosis.sentence, wrap=True, va="center", transform=over_time.transAxes)
+        return axes
+    over_time.legend(loc="best")
+    gap = document["gap"]
+    names = ["before", "after_parameters", "after_effect"]
+    bars = rungs.barh([name.replace("_", " ") for name in names], [gap[name] for name in names], color=["C3", "C1", "C0"])
+    rungs.bar_label(bars, fmt=" %.3g")
+    rungs.axvline(gap["floor"], color="0.3", linestyle=":", label="floor")
+    rungs.margins(x=0.1)
+    rungs.legend(loc="lower right")
+    rungs.invert_yaxis()
+    rungs.set_xlabel("position error on data kept from the fit (counts RMS)")
+    shown = [one for one in document["causes"] if one["probability"] >= _SHOWN_FROM][:8]
+    bars = causes.barh([one["effect"] for one in shown], [one["probability"] for one in shown], color="C0")
+    causes.bar_label(bars, fmt=lambda value: f" {value:.1%}")
+    causes.set_xlim(0, 1.15)
+    causes.invert_yaxis()
+    causes.set_xlabel("probability")
+    return axes

@@ -1,0 +1,167 @@
+//! A diagnosis: asked as the program asks it, on a thread of its own.
+
+use motorlab::check::{check, is_fatal};
+use motorlab::diagnose as diagnosing;
+use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, Options, nominal_fit};
+use motorlab::motor;
+use motorlab::recording;
+use motorlab::report::diagnosis::page;
+use pyo3::prelude::*;
+
+use crate::apart::{Given, apart};
+use crate::failure::refused;
+use crate::motor::Motor;
+use crate::run::Run;
+
+/// What is asked beyond runs and motor.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Asked<'py> {
+    hold_out: Vec<PyRef<'py, Run>>,
+    reference: Vec<PyRef<'py, Run>>,
+    /// Numbers of runs that repeat each other.
+    repeats: Vec<Vec<usize>>,
+    good_enough_counts: Option<f64>,
+    good_enough_share: Option<f64>,
+    despite_findings: bool,
+    /// `file` or `fit`; `None` as the program chooses.
+    nominal: Option<String>,
+}
+
+/// A diagnosis, or the findings that forbid one.
+#[pyclass(module = "motorlab._motorlab", frozen)]
+pub(crate) struct Diagnosis {
+    found: Found,
+    runs: Vec<recording::Run>,
+}
+
+enum Found {
+    Bad(Box<BadRecording>),
+    Diagnosis(Box<diagnosing::Diagnosis>),
+}
+
+#[pymethods]
+impl Diagnosis {
+    /// The document `motorlab-diagnosis/2`.
+    fn document(&self, py: Python<'_>) -> PyResult<String> {
+        let text = match &self.found {
+            Found::Bad(document) => serde_json::to_string(document),
+            Found::Diagnosis(diagnosis) => serde_json::to_string(diagnosis),
+        };
+        text.map_err(|error| refused(py, error))
+    }
+
+    /// Motors: the nominal one, the same refitted, and with the effects in it.
+    fn motors(&self) -> Option<(Motor, Motor, Motor)> {
+        let of = |inner: &motor::Motor| Motor {
+            inner: inner.clone(),
+        };
+        match &self.found {
+            Found::Bad(_) => None,
+            Found::Diagnosis(found) => {
+                Some((of(&found.nominal), of(&found.refitted), of(&found.model)))
+            }
+        }
+    }
+
+    /// How the search went, as a table.
+    fn explained(&self) -> String {
+        match &self.found {
+            Found::Bad(document) => document.sentence.clone(),
+            Found::Diagnosis(diagnosis) => diagnosis.to_string(),
+        }
+    }
+
+    /// The page of the program's `--html`.
+    fn page(&self, py: Python<'_>, title: &str) -> PyResult<String> {
+        match &self.found {
+            Found::Bad(document) => Err(refused(py, document.sentence.clone())),
+            Found::Diagnosis(diagnosis) => py
+                .detach(|| page(diagnosis, &self.runs, title))
+                .map_err(|error| refused(py, error)),
+        }
+    }
+}
+
+/// Says where the gap lies, which effects cause it and how far it shrinks.
+#[pyfunction]
+pub(crate) fn diagnose(
+    py: Python<'_>,
+    runs: Vec<PyRef<'_, Run>>,
+    motor: Option<&Motor>,
+    asked: Asked<'_>,
+) -> PyResult<Diagnosis> {
+    let owned = |runs: &[PyRef<'_, Run>]| -> Vec<recording::Run> {
+        runs.iter().map(|run| (*run.inner).clone()).collect()
+    };
+    let question = Question {
+        runs: owned(&runs),
+        held_out: owned(&asked.hold_out),
+        reference: owned(&asked.reference),
+        repeats: asked.repeats,
+        good_enough: match (asked.good_enough_counts, asked.good_enough_share) {
+            (Some(counts), _) => Some(GoodEnough::Counts(counts)),
+            (None, share) => share.map(GoodEnough::Share),
+        },
+        despite_findings: asked.despite_findings,
+        is_fitted: match asked.nominal.as_deref() {
+            None => None,
+            Some("fit") => Some(true),
+            Some("file") => Some(false),
+            Some(other) => {
+                return Err(refused(
+                    py,
+                    format!("nominal is '{other}', but must be 'file' or 'fit'"),
+                ));
+            }
+        },
+        motor: motor.map(|motor| motor.inner.clone()),
+    };
+    let runs = question.runs.clone();
+    let found = apart(py, move |given| question.answer(given))?;
+    let found = found.map_err(|error| refused(py, error))?;
+    Ok(Diagnosis { found, runs })
+}
+
+struct Question {
+    runs: Vec<recording::Run>,
+    held_out: Vec<recording::Run>,
+    reference: Vec<recording::Run>,
+    repeats: Vec<Vec<usize>>,
+    good_enough: Option<GoodEnough>,
+    despite_findings: bool,
+    is_fitted: Option<bool>,
+    motor: Option<motor::Motor>,
+}
+
+impl Question {
+    fn answer(self, given: &Given) -> Result<Found, DiagnoseError> {
+        let all = [&self.runs[..], &self.held_out, &self.reference].concat();
+        let findings = check(&all, self.motor.as_ref());
+        let is_bad = is_fatal(&findings);
+        if is_bad && !self.despite_findings {
+            return Ok(Found::Bad(Box::new(BadRecording::of(findings))));
+        }
+        // The motor file, or the fit in its place, is that of the reference where there is one.
+        let first = match self.reference.is_empty() {
+            true => &self.runs,
+            false => &self.reference,
+        };
+        let is_unknown = self.motor.is_none() && first.iter().any(recording::Run::is_foreign);
+        let mut motor = self.motor.unwrap_or_default();
+        if self.is_fitted.unwrap_or(is_unknown) {
+            motor = nominal_fit(first, &motor)?.motor;
+        }
+        let options = Options {
+            held_out: &self.held_out,
+            reference: &self.reference,
+            repeats: &self.repeats,
+            good_enough: self.good_enough,
+            is_doubtful: is_bad,
+            progress: &|_| given.go_on(),
+        };
+        let mut diagnosis = diagnosing::diagnose(&self.runs, &motor, &options)?;
+        diagnosis.data = findings;
+        Ok(Found::Diagnosis(Box::new(diagnosis)))
+    }
+}

@@ -1,0 +1,241 @@
+//! Columns from memory into a run: they go the way of an imported log, so that names, units, integration and messages are its own.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::Cursor;
+
+use motorlab::import::{HEAD_BYTES, Imported, Said, Unclear, import, understand};
+use motorlab::recording::{Run, read_run};
+use pyo3::prelude::*;
+
+use crate::failure::refused;
+
+/// What stands for the frame in messages.
+const NAME: &str = "frame";
+
+/// The numbers of a column. What a row lacks is not a number.
+#[derive(Debug, Clone)]
+pub(crate) enum Numbers {
+    Floats(Vec<f64>),
+    Wholes(Vec<i64>),
+}
+
+/// A column of a frame.
+#[derive(Debug, Clone)]
+pub(crate) struct Column {
+    pub(crate) name: String,
+    pub(crate) numbers: Numbers,
+    /// The unit, where the column's type has one: of time stamps and durations.
+    pub(crate) unit: Option<&'static str>,
+}
+
+impl Numbers {
+    fn len(&self) -> usize {
+        match self {
+            Self::Floats(numbers) => numbers.len(),
+            Self::Wholes(numbers) => numbers.len(),
+        }
+    }
+
+    fn write(&self, row: usize, text: &mut String) {
+        // Writing to a string does not fail.
+        let _ = match self {
+            Self::Wholes(numbers) => write!(text, "{}", numbers[row]),
+            Self::Floats(numbers) => match numbers[row] {
+                number if number.is_nan() => Ok(()),
+                number if number == 0.0 || (1e-5..1e16).contains(&number.abs()) => {
+                    write!(text, "{number}")
+                }
+                number => write!(text, "{number:e}"),
+            },
+        };
+    }
+}
+
+/// What is said of a frame: the flags of `motorlab import` as keywords, with `units` by column.
+#[derive(Debug, Default, FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Keywords {
+    time: Option<String>,
+    command: Option<String>,
+    position: Option<String>,
+    speed: Option<String>,
+    current: Option<String>,
+    supply_v: Option<String>,
+    counts_per_rev: Option<f64>,
+    m_per_rev: Option<f64>,
+    pwm_full: Option<f64>,
+    wrap: Option<f64>,
+    increments: bool,
+    unsigned: Option<bool>,
+    every: Option<u64>,
+    units: BTreeMap<String, String>,
+}
+
+/// A run made of columns, and what was understood and left out.
+pub(crate) fn run_of(
+    py: Python<'_>,
+    columns: Vec<Column>,
+    keywords: Keywords,
+) -> PyResult<(Run, Vec<String>)> {
+    let lengths: Vec<usize> = columns.iter().map(|column| column.numbers.len()).collect();
+    if let Some(other) = lengths.iter().position(|length| *length != lengths[0]) {
+        return Err(refused(
+            py,
+            format!(
+                "{NAME}: column `{}` has {} rows, column `{}` has {}; all columns of a frame are of one length",
+                columns[0].name, lengths[0], columns[other].name, lengths[other]
+            ),
+        ));
+    }
+    let made = py.detach(|| made(&columns, &keywords));
+    made.map_err(|error| refused(py, error))
+}
+
+type Problem = Box<dyn std::error::Error + Send + Sync>;
+
+fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), Problem> {
+    let (said, units) = keywords.said(columns);
+    let text = text_of(columns, &units);
+    let head = &text.as_bytes()[..text.len().min(HEAD_BYTES as usize)];
+    let is_whole = head.len() == text.len();
+    let reading = understand(head, is_whole, NAME, &said, NAME);
+    let ready = reading.map.map_err(|unclear| match unclear {
+        Unclear::Missing { missing, flags, .. } => {
+            let asked = missing.iter().map(|one| {
+                let (flag, value) = one.flag.split_once(' ').unwrap_or((&one.flag, ""));
+                format!("  {}  {}\n", keyword(flag, value), one.why)
+            });
+            let keywords: Vec<String> = (flags.iter())
+                .map(|(flag, value)| keyword(flag, value))
+                .collect();
+            format!(
+                "{NAME}: to be said of it:\n{}all of it said:\n  Run.from_frame(frame, {})",
+                asked.collect::<String>(),
+                keywords.join(", ")
+            )
+        }
+        unclear => format!("{NAME}: {unclear}"),
+    })?;
+    let folder = tempfile::tempdir()?;
+    let path = folder.path().join("frame.run.csv");
+    let imported = import(Cursor::new(text), NAME, &ready.map, &path)?;
+    let (mut run, _) = read_run(&imported.runs[0].path)?;
+    run.path = None;
+    let understood = reading.understood.iter();
+    let mut notes: Vec<String> = understood
+        .map(|one| format!("{}: {}", one.what, one.words))
+        .collect();
+    notes.extend(reading.notes);
+    notes.extend(left_out(&imported));
+    Ok((run, notes))
+}
+
+fn left_out(imported: &Imported) -> Option<String> {
+    let first = imported.first_bad.first()?;
+    // Row 0 of a frame is line 2 of its text.
+    let row = first.line.saturating_sub(2);
+    Some(format!(
+        "{} of {} rows cannot be used and were left out; the first is row {row}: {}",
+        imported.bad_rows, imported.rows, first.why
+    ))
+}
+
+impl Keywords {
+    /// As flags, with each unit at its column; also the units of columns that no flag names.
+    fn said(&self, columns: &[Column]) -> (Said, BTreeMap<String, String>) {
+        let mut units = self.units.clone();
+        for column in columns {
+            if let Some(unit) = column.unit {
+                let of = units.entry(column.name.clone());
+                of.or_insert_with(|| unit.to_owned());
+            }
+        }
+        let all = units.clone();
+        let is_numbered = is_numbered(columns);
+        let mut with_unit = |column: &Option<String>| {
+            let column = column.as_ref()?;
+            let at = columns.iter().position(|one| one.name == *column);
+            // Columns without names go by their numbers, from 1.
+            let name = match at {
+                Some(at) if is_numbered => (at + 1).to_string(),
+                _ => column.clone(),
+            };
+            units.remove(column);
+            Some(match all.get(column) {
+                Some(unit) => format!("{name}:{unit}"),
+                None => name,
+            })
+        };
+        let said = Said {
+            time: with_unit(&self.time),
+            command: with_unit(&self.command),
+            position: with_unit(&self.position),
+            speed: with_unit(&self.speed),
+            current: with_unit(&self.current),
+            supply: with_unit(&self.supply_v),
+            counts_per_rev: self.counts_per_rev,
+            m_per_rev: self.m_per_rev,
+            pwm_full: self.pwm_full,
+            wrap: self.wrap,
+            increments: self.increments,
+            unsigned: self.unsigned,
+            every: self.every,
+        };
+        (said, units)
+    }
+}
+
+/// Whether the columns have numbers for names, as those of an array do.
+fn is_numbered(columns: &[Column]) -> bool {
+    columns
+        .iter()
+        .all(|column| column.name.parse::<f64>().is_ok())
+}
+
+/// The frame as the text of a log, its units in brackets behind the names.
+fn text_of(columns: &[Column], units: &BTreeMap<String, String>) -> String {
+    let rows = columns.first().map_or(0, |column| column.numbers.len());
+    let mut text = String::with_capacity(24 * columns.len() * (rows + 1));
+    if !is_numbered(columns) {
+        let names = columns.iter().map(|column| {
+            let unit = units.get(&column.name);
+            let name = match unit {
+                Some(unit) => format!("{} [{unit}]", column.name),
+                None => column.name.clone(),
+            };
+            format!(
+                "\"{}\"",
+                name.replace('"', "\"\"").replace(['\n', '\r'], " ")
+            )
+        });
+        text.push_str(&names.collect::<Vec<_>>().join("\t"));
+        text.push('\n');
+    }
+    for row in 0..rows {
+        for (k, column) in columns.iter().enumerate() {
+            if k > 0 {
+                text.push('\t');
+            }
+            column.numbers.write(row, &mut text);
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// A flag of the command line as a keyword of `from_frame`.
+fn keyword(flag: &str, value: &str) -> String {
+    let name = match flag.trim_start_matches('-') {
+        "supply" => "supply_v".to_owned(),
+        "unsigned=false" => return "unsigned=False".to_owned(),
+        name => name.replace('-', "_"),
+    };
+    let is_number = value.parse::<f64>().is_ok();
+    let is_to_be_filled_in = !value.is_empty() && value.chars().all(|c| c.is_ascii_uppercase());
+    match value {
+        "" => format!("{name}=True"),
+        value if is_number || is_to_be_filled_in => format!("{name}={value}"),
+        value => format!("{name}={value:?}"),
+    }
+}

@@ -1,0 +1,119 @@
+"""A diagnosis is the program's, as frames, pictures and HTML."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import document, program
+
+import motorlab as ml
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """A motor with a dead zone, which the nominal motor lacks."""
+    folder = tmp_path_factory.mktemp("dead_zone")
+    motor = ml.Motor(effects={"dead_zone": {"threshold_v": 0.9}})
+    motor.save(folder / "motor.toml")
+    paths = []
+    for profile, duration in (("reversing", 4), ("step", 2)):
+        path = folder / f"{profile}.csv"
+        made = program("simulate", "--motor", folder / "motor.toml", "--ts", "0.005", "--profile", profile, "--duration", duration, "-o", path)
+        assert made.returncode == 0, made.stderr
+        paths.append(path)
+    return paths
+
+
+def test_a_diagnosis_is_the_programs(runs, tmp_path):
+    found = ml.diagnose([ml.Run.read(path) for path in runs], ml.Motor())
+    expected = document("diagnose", *runs)
+    for changes in (found.document, expected):
+        changes.pop("elapsed_s")
+    assert found.document == expected
+    assert found.verdict == "effect" and "dead_zone" in found.effects[0]
+    assert found.sentence == expected["sentence"]
+    causes = found.causes
+    assert isinstance(causes, pd.DataFrame) and abs(causes["probability"].sum() - 1) < 1e-9
+    assert causes["effect"][0] == expected["causes"][0]["effect"]
+    numbers = found.parameters
+    (threshold,) = numbers[(numbers["effect"] == "dead_zone") & (numbers["parameter"] == "threshold_v")]["value"]
+    assert abs(threshold - 0.9) < 0.05
+    gap = found.gap.set_index("rung")
+    assert gap["fitted_counts"].is_monotonic_decreasing
+    assert ml.compare(found.runs[0], found.motor).position_rmse_counts < 2
+    assert ml.compare(found.runs[0], found.nominal).position_rmse_counts > 5
+    assert found.motor.effects.keys() == {"dead_zone"}
+    page = found.html(tmp_path / "why.html").read_text()
+    assert found.sentence.split("'")[0][:40] in page
+    with pytest.raises(FileExistsError):
+        found.html(tmp_path / "why.html")
+    assert len(found.plot()) == 3
+    assert "dead_zone" in found._repr_html_() and "dead_zone" in found.explain()
+    assert found.regions["share"].sum() <= 1 + 1e-9
+
+
+def test_runs_are_held_out_and_referred_to_as_by_the_program(runs):
+    one, other = (ml.Run.read(path) for path in runs)
+    found = ml.diagnose(one, ml.Motor(), hold_out=other, good_enough_share=0.5)
+    expected = document("diagnose", runs[0], "--hold-out", runs[1], "--good-enough", "50%")
+    assert found.verdict == expected["verdict"] == "no_gap"
+    assert found.document["gap"]["before"] == expected["gap"]["before"]
+    since = ml.diagnose(one, ml.Motor(), reference=one)
+    assert since.verdict == "no_change" and since.document["reference"]
+
+
+def test_a_bad_recording_is_no_diagnosis(runs):
+    good = ml.Run.read(runs[0])
+    bad = ml.Run.from_frame({"t_s": good.t_s, "command_v": good.command, "counts": -good.counts}, counts_per_rev=720, supply_v=4.5)
+    found = ml.diagnose([bad], ml.Motor())
+    assert found.verdict == "bad_recording" and found.findings.is_fatal
+    assert found.motor is None and len(found.causes) == 0 and len(found.gap) == 0
+    assert "Swap" in found._repr_html_() or found.sentence in found._repr_html_()
+    assert len(found.plot()) == 3
+
+
+def test_texts_of_files_are_shown_and_not_run_in_a_notebook(tmp_path):
+    path = tmp_path / "<script>alert(1)<" / "run.csv"
+    path.parent.mkdir()
+    good = ml.simulate(ml.Motor(), t_s=np.arange(0, 2, 0.01), command=np.full(200, 4.5), output="counts")
+    run = ml.Run.from_frame({"t_s": np.arange(0, 2, 0.01), "u_v": [4.5] * 200, "counts": -good}, counts_per_rev=720, supply_v=4.5)
+    written = ml.Run.read(run.write(path))
+    assert "<script" not in ml.check(written)._repr_html_()
+    assert "<script" not in ml.diagnose(written)._repr_html_()
+
+
+def test_a_frame_without_a_motor_is_held_against_the_best_fit(runs):
+    read = ml.Run.read(runs[0])
+    run = ml.Run.from_frame({"t_s": read.t_s, "u_v": read.command, "counts": read.counts}, counts_per_rev=720, supply_v=4.5)
+    found = ml.diagnose(run)
+    assert found.document["gap"]["fitted"]["before"] == pytest.approx(found.document["gap"]["fitted"]["after_parameters"], rel=0.2)
+
+
+def test_wrong_questions_are_said_in_the_words_of_the_program(tmp_path):
+    t = np.arange(0, 0.05, 0.01)
+    run = ml.Run.from_frame({"t_s": t, "u_v": [1.0] * 5, "counts": range(5)}, counts_per_rev=720, supply_v=4.5)
+    path = run.write(tmp_path / "short.csv")
+    with pytest.raises(ml.MotorlabError) as error:
+        ml.diagnose([ml.Run.read(path)], ml.Motor(), despite_findings=True)
+    assert f"error: {error.value}" in program("diagnose", path, "--nominal", "file", "--despite-findings").stderr
+    with pytest.raises(ml.MotorlabError, match="name at least one run"):
+        ml.diagnose([], ml.Motor())
+    with pytest.raises(ml.MotorlabError, match="nominal is"):
+        ml.diagnose([run], nominal="best")
+
+
+def test_ctrl_c_interrupts_a_diagnosis(runs):
+    run = ml.Run.read(runs[0])
+    timer = threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        while time.monotonic() - began < 60:
+            ml.diagnose([run] * 4, ml.Motor())
+    assert time.monotonic() - began < 5
+    # What was given up does not hold up the next one for ever.
+    assert ml.diagnose(run, ml.Motor(), good_enough_share=0.5).verdict == "no_gap"
