@@ -1,0 +1,49 @@
+"""Prints the licences of everything that is linked into the program for a target, with their texts.
+
+    python3 dist/licences.py TARGET
+"""
+
+import json
+import pathlib
+import subprocess
+import sys
+
+TEXTS = ("LICENSE*", "LICENCE*", "COPYING*", "NOTICE*", "UNLICENSE*", "license*")
+
+
+def linked(target: str) -> list[dict]:
+    """Packages that the program depends on by itself, not for its build or its tests."""
+    words = ["cargo", "metadata", "--format-version", "1", "--all-features", "--locked", "--filter-platform", target]
+    found = json.loads(subprocess.run(words, check=True, capture_output=True, text=True).stdout)
+    packages = {package["id"]: package for package in found["packages"]}
+    nodes = {node["id"]: node for node in found["resolve"]["nodes"]}
+    (root,) = (package["id"] for package in found["packages"] if package["name"] == "motorlab")
+    reached, open_ids = set(), [root]
+    while open_ids:
+        at = open_ids.pop()
+        if at in reached:
+            continue
+        reached.add(at)
+        for dependency in nodes[at]["deps"]:
+            is_linked = any(kind["kind"] is None for kind in dependency["dep_kinds"])
+            is_macro = any("proc-macro" in target["kind"] for target in packages[dependency["pkg"]]["targets"])
+            if is_linked and not is_macro:
+                open_ids.append(dependency["pkg"])
+    return sorted((packages[at] for at in reached if packages[at]["source"]), key=lambda one: (one["name"], one["version"]))
+
+
+def main() -> None:
+    packages = linked(sys.argv[1])
+    print("Licences of what motorlab is linked with\n")
+    for package in packages:
+        print(f"{package['name']} {package['version']}: {package['license'] or 'see its text'}")
+    for package in packages:
+        folder = pathlib.Path(package["manifest_path"]).parent
+        texts = sorted({path for pattern in TEXTS for path in folder.glob(pattern) if path.is_file()})
+        for path in texts:
+            print(f"\n{'=' * 80}\n{package['name']} {package['version']}, {path.name}\n{'=' * 80}\n")
+            print(path.read_text(encoding="utf-8", errors="replace").strip())
+
+
+if __name__ == "__main__":
+    main()
