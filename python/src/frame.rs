@@ -29,6 +29,26 @@ pub(crate) struct Column {
     pub(crate) unit: Option<&'static str>,
 }
 
+impl Column {
+    /// Takes the first time stamp off: nanoseconds since 1970 are more than a float holds.
+    fn begin_at_first_stamp(&mut self) {
+        if self.unit.is_none() {
+            return;
+        }
+        match &mut self.numbers {
+            Numbers::Wholes(stamps) => {
+                let first = stamps.first().copied().unwrap_or(0);
+                (stamps.iter_mut()).for_each(|stamp| *stamp = stamp.saturating_sub(first));
+            }
+            Numbers::Floats(stamps) => {
+                let first = stamps.iter().copied().find(|stamp| !stamp.is_nan());
+                let first = first.unwrap_or(0.0);
+                stamps.iter_mut().for_each(|stamp| *stamp -= first);
+            }
+        }
+    }
+}
+
 impl Numbers {
     fn len(&self) -> usize {
         match self {
@@ -75,9 +95,10 @@ pub(crate) struct Keywords {
 /// A run made of columns, and what was understood and left out.
 pub(crate) fn run_of(
     py: Python<'_>,
-    columns: Vec<Column>,
+    mut columns: Vec<Column>,
     keywords: Keywords,
 ) -> PyResult<(Run, Vec<String>)> {
+    columns.iter_mut().for_each(Column::begin_at_first_stamp);
     let lengths: Vec<usize> = columns.iter().map(|column| column.numbers.len()).collect();
     if let Some(other) = lengths.iter().position(|length| *length != lengths[0]) {
         return Err(refused(
@@ -152,14 +173,12 @@ impl Keywords {
             }
         }
         let all = units.clone();
-        let is_numbered = is_numbered(columns);
         let mut with_unit = |column: &Option<String>| {
             let column = column.as_ref()?;
-            let at = columns.iter().position(|one| one.name == *column);
-            // Columns without names go by their numbers, from 1.
-            let name = match at {
-                Some(at) if is_numbered => (at + 1).to_string(),
-                _ => column.clone(),
+            let is_there = columns.iter().any(|one| one.name == *column);
+            let name = match is_there {
+                true => named(column),
+                false => column.clone(),
             };
             units.remove(column);
             Some(match all.get(column) {
@@ -186,32 +205,30 @@ impl Keywords {
     }
 }
 
-/// Whether the columns have numbers for names, as those of an array do.
-fn is_numbered(columns: &[Column]) -> bool {
-    columns
-        .iter()
-        .all(|column| column.name.parse::<f64>().is_ok())
+/// The name of a column in the text: a log's columns go by numbers too, so that a number for a name needs a word.
+fn named(name: &str) -> String {
+    match name.parse::<f64>() {
+        Ok(_) => format!("column {name}"),
+        Err(_) => name.to_owned(),
+    }
 }
 
 /// The frame as the text of a log, its units in brackets behind the names.
 fn text_of(columns: &[Column], units: &BTreeMap<String, String>) -> String {
     let rows = columns.first().map_or(0, |column| column.numbers.len());
     let mut text = String::with_capacity(24 * columns.len() * (rows + 1));
-    if !is_numbered(columns) {
-        let names = columns.iter().map(|column| {
-            let unit = units.get(&column.name);
-            let name = match unit {
-                Some(unit) => format!("{} [{unit}]", column.name),
-                None => column.name.clone(),
-            };
-            format!(
-                "\"{}\"",
-                name.replace('"', "\"\"").replace(['\n', '\r'], " ")
-            )
-        });
-        text.push_str(&names.collect::<Vec<_>>().join("\t"));
-        text.push('\n');
-    }
+    let names = columns.iter().map(|column| {
+        let name = match units.get(&column.name) {
+            Some(unit) => format!("{} [{unit}]", named(&column.name)),
+            None => named(&column.name),
+        };
+        format!(
+            "\"{}\"",
+            name.replace('"', "\"\"").replace(['\n', '\r'], " ")
+        )
+    });
+    text.push_str(&names.collect::<Vec<_>>().join("\t"));
+    text.push('\n');
     for row in 0..rows {
         for (k, column) in columns.iter().enumerate() {
             if k > 0 {

@@ -52,7 +52,7 @@ def test_every_reader_of_frames_reads_a_run(recorded):
     polars = pl.from_arrow(pa.table(run))
     assert pl.DataFrame(run)["counts"].to_list() == polars["counts"].to_list() == run.counts.tolist()
     stream = pa.RecordBatchReader.from_stream(run)
-    (found,) = duckdb.sql("select sum(counts)::bigint from stream").fetchone()
+    [(found,)] = duckdb.sql("select sum(counts)::bigint from stream").fetchall()
     assert found == int(run.counts.sum())
     assert polars["velocity_rad_s"][0] is None
 
@@ -144,7 +144,7 @@ def test_what_is_missing_is_asked_for_in_one_message_that_can_be_followed():
     said = str(error.value)
     call = said.splitlines()[-1].strip()
     assert "counts_per_rev" in said and "supply_v" in said
-    for word, value in (("VOLTS", "12"), ("N", "720"), ("V", "12")):
+    for word, value in (("VOLTS", "12"), ("COUNTS", "720")):
         call = call.replace(f"={word},", f"={value},").replace(f"={word})", f"={value})")
     run = eval(call, {"Run": ml.Run, "frame": frame})
     assert run.command[0] == 12.0 and run.counts_per_rev == 720
