@@ -207,6 +207,7 @@ def diagnose(
     Examples
     --------
     >>> import numpy as np
+    >>> from motorlab import simulate
     >>> t = np.arange(0, 4, 0.01)
     >>> u = np.where(t % 1 < 0.5, 4.5, -2.0)
     >>> counts = simulate(Motor(), t_s=t, command=u, output="counts")

@@ -30,7 +30,7 @@ class Motor:
     >>> motor["resistance_ohm"], motor.inertia_kg_m2
     (8.0, 0.003)
     >>> sorted(motor.effects["backlash"])
-    ['encoder_on_load', 'gap_rad', 'load_share']
+    ['encoder_side', 'gap_rad', 'load_fraction', 'load_friction_weight']
     >>> Motor(resistence_ohm=8.0)
     Traceback (most recent call last):
     ...

@@ -175,13 +175,19 @@ impl Keywords {
         let all = units.clone();
         let mut with_unit = |column: &Option<String>| {
             let column = column.as_ref()?;
-            let is_there = columns.iter().any(|one| one.name == *column);
-            let name = match is_there {
-                true => named(column),
-                false => column.clone(),
+            let is_there = |name: &str| columns.iter().any(|one| one.name == name);
+            // A unit may stand behind the name.
+            let (name, unit) = match column.rsplit_once(':') {
+                Some((name, unit)) if !is_there(column) && is_there(name) => (name, Some(unit)),
+                _ => (column.as_str(), None),
             };
-            units.remove(column);
-            Some(match all.get(column) {
+            units.remove(name);
+            let unit = unit.or(all.get(name).map(String::as_str));
+            let name = match is_there(name) {
+                true => named(name),
+                false => name.to_owned(),
+            };
+            Some(match unit {
                 Some(unit) => format!("{name}:{unit}"),
                 None => name,
             })
