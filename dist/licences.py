@@ -37,12 +37,15 @@ def main() -> None:
     print("Licences of what motorlab is linked with\n")
     for package in packages:
         print(f"{package['name']} {package['version']}: {package['license'] or 'see its text'}")
+    # A text that several have stands once.
+    bearers: dict[str, list[str]] = {}
     for package in packages:
         folder = pathlib.Path(package["manifest_path"]).parent
-        texts = sorted({path for pattern in TEXTS for path in folder.glob(pattern) if path.is_file()})
-        for path in texts:
-            print(f"\n{'=' * 80}\n{package['name']} {package['version']}, {path.name}\n{'=' * 80}\n")
-            print(path.read_text(encoding="utf-8", errors="replace").strip())
+        for path in sorted({path for pattern in TEXTS for path in folder.glob(pattern) if path.is_file()}):
+            text = path.read_text(encoding="utf-8", errors="replace").strip()
+            bearers.setdefault(text, []).append(f"{package['name']} {package['version']}")
+    for text, names in bearers.items():
+        print(f"\n{'=' * 80}\n{', '.join(names)}\n{'=' * 80}\n\n{text}")
 
 
 if __name__ == "__main__":
