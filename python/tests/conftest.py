@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -34,3 +35,11 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     done = program("replay", FIXTURES / "uno_reversing3.log", "-o", path)
     assert path.exists(), done.stderr
     return path
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c():
+    """Ctrl-C as at a terminal: a shell has what it starts in the background ignore it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
