@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+#[cfg(any(feature = "parquet", feature = "mcap"))]
 use super::foreign::unreadable;
 use super::output_file::Force;
 use super::{Failure, Output};

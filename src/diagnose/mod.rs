@@ -38,7 +38,7 @@ use crate::motor::Motor;
 use crate::recording::Run;
 use conclusion::Reference;
 use error::usable;
-use fit::{Base, Model, fit};
+use fit::Base;
 use pieces::{Pieces, Thinned};
 use selection::forward;
 use settings::CLOCK_READING_S;
@@ -103,7 +103,6 @@ pub fn diagnose(
     let (all, mut base) = made_ready(runs, motor)?;
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
-    base = loosened(pieces, base)?;
     let mut reference = None;
     if let [first, ..] = options.reference {
         usable(&[runs[0].clone(), first.clone()])?;
@@ -113,7 +112,6 @@ pub fn diagnose(
             Some(thinned) => (thinned.pieces, thinned.runs),
             None => (then, options.reference.to_vec()),
         };
-        let then_base = loosened(&then, then_base)?;
         let found = forward(&then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
         let made = Reference::new(&of_then, (then, then_base), &found, pieces);
         let (made, now) = made.ok_or(DiagnoseError::NoFit)?;
@@ -172,13 +170,6 @@ fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseErr
         ..Base::new(motor, kind, pieces.runs[0].sample_time_s)
     };
     Ok((pieces, base))
-}
-
-/// The base with the tolerances that nobody states as wide as these runs say.
-fn loosened(pieces: &Pieces, base: Base) -> Result<Base, DiagnoseError> {
-    let model = Model::new(&base, Vec::new());
-    let refitted = fit(pieces, &model, base.kind, &[model.start()]);
-    Ok(base.loosened_by(&refitted.ok_or(DiagnoseError::NoFit)?))
 }
 
 #[cfg(test)]
@@ -252,20 +243,9 @@ mod tests {
         );
     }
 
-    /// A motor whose numbers nobody stated a tolerance for is off by more than 5 % and right all the same; one number that is beyond
-    /// its stated tolerance is the effect that sets it free, not something unknown.
+    /// A number that is beyond its stated tolerance is the effect that sets it free, not something unknown.
     #[test]
-    fn numbers_that_are_off_are_parameters_or_the_effect_that_sets_them_free() {
-        let mut truth = Motor::default();
-        truth.parameters.resistance_ohm *= 1.2;
-        truth.parameters.coulomb_friction_nm *= 1.15;
-        let found = diagnose(
-            &[recording(&truth, 1500)],
-            &Motor::default(),
-            &Options::default(),
-        );
-        let found = found.expect("a diagnosis");
-        assert_eq!(found.verdict, Verdict::Parameters, "{found}");
+    fn a_number_that_is_off_is_the_effect_that_sets_it_free() {
         let mut truth = Motor::default();
         truth.parameters.coulomb_friction_nm *= 1.6;
         let mut stated = Motor::default();

@@ -32,8 +32,6 @@ pub(crate) const WANDER_LEAST: f64 = 1e-4;
 pub(crate) const WANDER_LEVELS: usize = 12;
 /// Relative tolerance (one sigma) of a number that the motor file states none for.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
-/// The widest that it becomes where a refitted motor is off by more: a good data sheet's figures are. Convention.
-pub(crate) const MOST_DEFAULT_TOLERANCE: f64 = 0.15;
 /// Recordings simulated to see what chance makes of the best of all rivals.
 pub(crate) const NULLS: usize = 99;
 /// Nats that a rival has to gain to be there that closes nothing of the gap: one that scatters, or takes a bent base back. As much is

@@ -6,10 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Fit, Then};
-use crate::diagnose::settings::{
-    DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED, MOST_DEFAULT_TOLERANCE,
-};
+use super::Then;
+use crate::diagnose::settings::{DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
@@ -38,8 +36,6 @@ pub(crate) struct Base {
     pub clock: Option<(f64, f64)>,
     /// Whether the times are those of arrivals at the host.
     pub is_host_timed: bool,
-    /// Relative tolerance (one sigma) of a number that the motor file states none for.
-    pub unstated: f64,
     /// What reference runs say of the motor, which is theirs then.
     pub then: Option<Then>,
 }
@@ -71,7 +67,6 @@ impl Base {
             sample_time_s,
             clock: None,
             is_host_timed: false,
-            unstated: DEFAULT_TOLERANCE,
             then: None,
         }
     }
@@ -79,16 +74,7 @@ impl Base {
     /// Relative tolerance (one sigma) of a number of the motor file.
     pub fn tolerance(&self, key: &str) -> f64 {
         let stated = self.motor.tolerance.get(key).copied();
-        stated.unwrap_or(self.unstated)
-    }
-
-    /// The same with the tolerances that nobody states as wide as the numbers of a refitted motor are off, up to a limit.
-    pub fn loosened_by(self, refitted: &Fit) -> Self {
-        let count = refitted.model.numbers.len().max(1) as f64;
-        let mean_square = 2.0 * refitted.prior / count;
-        let unstated =
-            (self.unstated * mean_square.sqrt()).clamp(DEFAULT_TOLERANCE, MOST_DEFAULT_TOLERANCE);
-        Self { unstated, ..self }
+        stated.unwrap_or(DEFAULT_TOLERANCE)
     }
 
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.

@@ -8,7 +8,7 @@ use crate::diagnose::settings::{
     CHANCE, CLOSES, INVERSE_DECIDES, LEAST_GAIN, MOST_EFFECTS, MOST_WANDER, ROUNDING,
     WITHIN_TOLERANCES,
 };
-use crate::diagnose::validation::{Presence, Tie, Unknown, is_white, standing, unknown};
+use crate::diagnose::validation::{Presence, Tie, Unknown, standing, unknown};
 
 use super::Sought;
 
@@ -108,7 +108,6 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             break;
         };
         let is_kept = judged.is_kept;
-        let was_still = !refitted.around.is_stiller_than(&best.around);
         if is_kept {
             (best, sets) = judged.chosen();
         }
@@ -116,12 +115,13 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
         // What was found in the place of what scatters goes again: the search begins anew with that.
         if is_kept
             && sought == Sought::Scattering
-            && was_still
-            && best.model.members.len() > 1
-            && let Some(alone) = alone(pieces, base, &refitted, &best)
+            && levels.len() > 1
+            && is_enough_alone(pieces, base, &best)
         {
-            (best, sets) = alone.chosen();
-            levels = vec![alone];
+            best = refitted.clone();
+            sets.clear();
+            levels.clear();
+            continue;
         }
         sought = match (is_kept, sought) {
             (true, _) => Sought::Predicting,
@@ -148,16 +148,13 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     })
 }
 
-/// What scatters, the last of a set, as it stands beside the motor alone.
-fn alone(pieces: &Pieces, base: &Base, refitted: &Fit, best: &Fit) -> Option<Judged> {
-    let scatters = best.model.members.last()?.id();
-    let mut alone = judged(pieces, base, refitted, Sought::Scattering, None)?;
-    alone.fits.retain(|fit| fit.model.ids() == [scatters]);
-    let rivals: Vec<&Fit> = alone.fits.iter().chain(std::iter::once(refitted)).collect();
-    alone.standings = standing(&rivals);
-    alone.closes = closed(refitted, alone.fits.first()?);
-    alone.is_kept = true;
-    Some(alone)
+/// Whether what scatters, the last of a set, predicts as well without the others.
+fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
+    let last = best.model.members.last().cloned();
+    let model = Model::new(base, last.into_iter().collect());
+    let starts = [model.start_from(&best.model, &best.x), model.start()];
+    let alone = fit(pieces, &model, base.kind, &starts);
+    alone.is_some_and(|alone| alone.score() + LEAST_GAIN >= best.score())
 }
 
 /// One more effect beside a fit, as it is judged; `None` where nothing can be looked for.
@@ -175,9 +172,8 @@ fn judged(
     let is_chance = presence.p_value() > CHANCE;
     let bent = from.model.bent(&from.x);
     let is_bent = bent > WITHIN_TOLERANCES;
-    let is_eligible = |fit: &Fit| {
-        is_a_cause(pieces, from, fit) && (!is_chance || !is_bent || !is_bent_still(fit))
-    };
+    let is_eligible =
+        |fit: &Fit| is_a_cause(from, fit) && (!is_chance || !is_bent || !is_bent_still(fit));
     let (mut fits, others): (Vec<Fit>, Vec<Fit>) = level.fits.into_iter().partition(is_eligible);
     let is_any = !fits.is_empty();
     let rivals = if is_any { &fits } else { &others };
@@ -252,7 +248,7 @@ fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
 }
 
 /// Whether what a fit has more than the one before it is a cause of the gap.
-fn is_a_cause(pieces: &Pieces, before: &Fit, fit: &Fit) -> bool {
+fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
     let gained = fit.score() - before.score();
     let closes = closed(before, fit);
     // What frees a bent motor leaves no more than that, but for what does not matter.
@@ -267,12 +263,10 @@ fn is_a_cause(pieces: &Pieces, before: &Fit, fit: &Fit) -> bool {
         ROUNDING
     };
     let matters = closes * above_rounding(before) >= least;
-    // What scatters is not predicted: it is told by how it does.
-    if before.around.is_stiller_than(&fit.around) {
-        return gained >= LEAST_GAIN && is_white(pieces, fit);
-    }
+    // What scatters is not predicted: it is told by how it does. It leaves no more, either.
+    let scatters = before.around.is_stiller_than(&fit.around) && leaves_no_more;
     let predicts = gained > 0.0 && closes >= CLOSES && matters;
-    predicts || gained >= LEAST_GAIN && unbends
+    predicts || gained >= LEAST_GAIN && (unbends || scatters)
 }
 
 /// Share of the mean square above what rounding leaves that a fit closes.

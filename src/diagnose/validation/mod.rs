@@ -3,9 +3,7 @@
 mod flexible;
 mod nulls;
 mod which;
-mod whiteness;
 
 pub(crate) use flexible::{Unknown, unknown};
 pub(crate) use nulls::{Presence, presence, residual_by_chance};
 pub(crate) use which::{Tie, standing};
-pub(crate) use whiteness::is_white;
