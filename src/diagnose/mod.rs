@@ -127,7 +127,8 @@ pub fn diagnose(
         }
     };
     let found = forward(pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
-    let mut unknown = found.unknown.clone();
+    (options.progress)("looking for something unknown");
+    let mut unknown = validation::unknown(pieces, &found.best);
     if thinned.is_some() {
         unknown = unknown
             .with_worst_of(&all, &found.best)
@@ -165,9 +166,12 @@ fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseErr
     motor.parameters.counts_per_rev = runs[0].counts_per_rev;
     motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
     let base = Base {
+        motor,
+        kind,
+        sample_time_s: pieces.runs[0].sample_time_s,
         clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
         is_host_timed: runs.iter().any(Run::is_host_timed),
-        ..Base::new(motor, kind, pieces.runs[0].sample_time_s)
+        then: None,
     };
     Ok((pieces, base))
 }
@@ -241,30 +245,5 @@ mod tests {
             "{:?}",
             other.gap
         );
-    }
-
-    /// A number that is beyond its stated tolerance is the effect that sets it free, not something unknown.
-    #[test]
-    fn a_number_that_is_off_is_the_effect_that_sets_it_free() {
-        let mut truth = Motor::default();
-        truth.parameters.coulomb_friction_nm *= 1.6;
-        let mut stated = Motor::default();
-        for key in [
-            "resistance_ohm",
-            "torque_constant_nm_per_a",
-            "coulomb_friction_nm",
-        ] {
-            stated.tolerance.insert(key.to_owned(), 0.05);
-        }
-        let found = diagnose(&[recording(&truth, 1500)], &stated, &Options::default());
-        let found = found.expect("a diagnosis");
-        assert!(
-            matches!(found.verdict, Verdict::Effect | Verdict::Ambiguous),
-            "{found}"
-        );
-        let likeliest = &found.causes[0];
-        let mut named = vec![likeliest.effect.as_str()];
-        named.extend(likeliest.indistinguishable_from.iter().map(String::as_str));
-        assert!(named.contains(&"coulomb_friction"), "{named:?}");
     }
 }

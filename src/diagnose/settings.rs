@@ -75,9 +75,8 @@ pub(crate) const TIED_ERRORS: f64 = 2.0;
 pub(crate) const TIED_NATS: f64 = 4.0;
 /// Orders of the angle among the shapes of a flexible torque.
 pub(crate) const SHAPE_ORDERS: usize = 20;
-/// Ridges of its regression, for columns of length 1, of which the best counts: from small beside what a whitened unit says to one for few
-/// pieces, in steps of 10.
-pub(crate) const RIDGES: [f64; 3] = [0.1, 1.0, 10.0];
+/// Ridge of its regression, for columns of length 1: small beside what a whitened unit says.
+pub(crate) const RIDGE: f64 = 0.1;
 /// Relative tolerance (one sigma) of the numbers of a nominal motor that was fitted to the runs: they are as the runs say.
 pub(crate) const FITTED_TOLERANCE: f64 = 0.5;
 /// Strength of a load that wanders, one sigma as a share of the stall torque, from which on it is something unknown: benches shake by

@@ -114,7 +114,7 @@ impl Weights {
     }
 }
 
-/// Every cause, likeliest first; those that are not told apart stand together, by what they have in sum.
+/// Every cause, likeliest first.
 pub(crate) fn causes(
     pieces: &Pieces,
     base: &Base,
@@ -158,15 +158,7 @@ pub(crate) fn causes(
     let mut causes: Vec<Cause> = named.collect();
     causes.push(plain("none", weights.none));
     causes.push(plain("unknown", weights.unknown));
-    let named: Vec<String> = found.sets.iter().map(|set| set.join("+")).collect();
-    let sum = |cause: &Cause| match named.contains(&cause.effect) {
-        true => of_class,
-        false => cause.probability,
-    };
-    causes.sort_by(|a, b| {
-        let by_sum = sum(b).total_cmp(&sum(a));
-        by_sum.then(b.probability.total_cmp(&a.probability))
-    });
+    causes.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     causes
 }
 

@@ -181,7 +181,14 @@ mod tests {
         motor.parameters.resistance_ohm *= resistance;
         let run = recording(&motor, 1500);
         let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
-        let base = Base::new(Motor::default(), CommandKind::Voltage, SAMPLE_TIME_S);
+        let base = Base {
+            motor: Motor::default(),
+            kind: CommandKind::Voltage,
+            sample_time_s: SAMPLE_TIME_S,
+            clock: None,
+            is_host_timed: false,
+            then: None,
+        };
         let (index, kind) = find(id).expect("an effect");
         let values = vec![0.8 * truth];
         let model = Model::new(&base, vec![Member { index, values }]);

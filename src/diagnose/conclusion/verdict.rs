@@ -64,11 +64,6 @@ pub(crate) fn verdict(
         }
         [] if asked.is_nominal_right => said(Verdict::NoGap, weights.none, Vec::new()),
         [] => said(Verdict::Parameters, weights.none, Vec::new()),
-        // What is asserted is likelier than not, and what is likelier than not is asserted.
-        _ if weights.none > 0.5 && asked.is_nominal_right => {
-            said(Verdict::NoGap, weights.none, Vec::new())
-        }
-        _ if weights.none > 0.5 => said(Verdict::Parameters, weights.none, Vec::new()),
         [set] if weights.unknown > 0.5 => {
             let there = weights.inclusion(set).min(PARTIAL_SURE);
             said(Verdict::Partial, there, set.clone())
@@ -81,6 +76,7 @@ pub(crate) fn verdict(
                 common(sets),
             )
         }
+        // What is asserted is likelier than not.
         [set] if !asked.is_one_piece && weights.of(sets) > 0.5 => {
             said(Verdict::Effect, weights.of(sets), set.clone())
         }

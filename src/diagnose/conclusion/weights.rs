@@ -1,8 +1,8 @@
 //! From scores to probabilities: pseudo Bayesian model averaging with a bootstrap (Yao, Vehtari, Simpson, Gelman, 2018), and for
 //! "is there anything" the odds of the gain against the most that chance makes.
 
-use crate::diagnose::selection::{Forward, above_rounding, beyond, simpler_of};
-use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, ROUNDING};
+use crate::diagnose::selection::{Forward, simpler_of};
+use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
 use crate::diagnose::validation::Unknown;
 
 /// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
@@ -47,7 +47,7 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
         }
         let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
         let there = if level.is_kept {
-            logistic((level.presence.gain - chance).max(level.unbends))
+            logistic(level.presence.gain - chance)
         } else {
             // What is not kept has at most even odds, and none where it is not what the gap is.
             logistic((level.presence.gain - chance).min(0.0)) * f64::from(level.closes > 0.0)
@@ -104,13 +104,8 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
 /// any, or a motor whose own numbers are beyond their tolerances.
 fn more(forward: &Forward, unknown: &Unknown) -> f64 {
     let bent = forward.best.model.bent(&forward.best.x);
-    let bends = beyond(bent);
-    // What leaves less above rounding than rounding does is a law that is a little other.
-    let gains = if above_rounding(&forward.best) < ROUNDING {
-        f64::NEG_INFINITY
-    } else {
-        (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond())
-    };
+    let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
+    let gains = (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond());
     let shakes = LEAST_GAIN * (forward.best.noise.strength / MOST_WANDER - 1.0);
     logistic(gains.max(bends).max(shakes))
 }

@@ -69,7 +69,14 @@ pub struct Isolability {
 /// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it.
 pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
     let samples = (plan.duration_s / plan.sample_time_s).round().max(1.0) as usize;
-    let base = Base::new(motor.clone(), CommandKind::Voltage, plan.sample_time_s);
+    let base = Base {
+        motor: motor.clone(),
+        kind: CommandKind::Voltage,
+        sample_time_s: plan.sample_time_s,
+        clock: None,
+        is_host_timed: false,
+        then: None,
+    };
     let at = Sampling {
         sample_time_s: plan.sample_time_s,
         samples,

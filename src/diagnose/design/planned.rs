@@ -6,7 +6,7 @@ use crate::board::Profile;
 use crate::diagnose::fit::{Base, Fit, Model, dot, response, sensitivities, surroundings};
 use crate::diagnose::noise::{Noise, Surroundings, Whitener};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::{ORDINARY_WANDER, UNSEEN_STEP, WANDER_TIMES_S};
+use crate::diagnose::settings::{DEFAULT_TOLERANCE, ORDINARY_WANDER, UNSEEN_STEP, WANDER_TIMES_S};
 use crate::motor::{CommandKind, Drive, KnownDifferences, Motor, SimulationOptions, simulate};
 use crate::recording::Run;
 
@@ -287,7 +287,10 @@ pub(super) fn unseen_twin(motor: &Motor, by: f64) -> Motor {
 
 /// Variance of the logarithm of `R/Kt`, by what the motor file says of both.
 pub(super) fn unseen_variance(base: &Base) -> f64 {
-    let variance = |key: &str| base.tolerance(key).powi(2);
+    let variance = |key: &str| {
+        let stated = base.motor.tolerance.get(key).copied();
+        stated.unwrap_or(DEFAULT_TOLERANCE).powi(2)
+    };
     variance("resistance_ohm") + variance("torque_constant_nm_per_a")
 }
 
@@ -296,7 +299,14 @@ pub(super) mod tests {
     use super::*;
 
     pub(in crate::diagnose::design) fn base() -> Base {
-        Base::new(Motor::default(), CommandKind::Voltage, 0.01)
+        Base {
+            motor: Motor::default(),
+            kind: CommandKind::Voltage,
+            sample_time_s: 0.01,
+            clock: None,
+            is_host_timed: false,
+            then: None,
+        }
     }
 
     pub(in crate::diagnose::design) fn planned(base: &Base, key: Option<(&str, f64)>) -> Planned {

@@ -59,24 +59,6 @@ impl Member {
 }
 
 impl Base {
-    /// A motor of which nothing but its file is known.
-    pub fn new(motor: Motor, kind: CommandKind, sample_time_s: f64) -> Self {
-        Self {
-            motor,
-            kind,
-            sample_time_s,
-            clock: None,
-            is_host_timed: false,
-            then: None,
-        }
-    }
-
-    /// Relative tolerance (one sigma) of a number of the motor file.
-    pub fn tolerance(&self, key: &str) -> f64 {
-        let stated = self.motor.tolerance.get(key).copied();
-        stated.unwrap_or(DEFAULT_TOLERANCE)
-    }
-
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
@@ -359,7 +341,10 @@ pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
 /// Relative variance of what is held, by the motor file's tolerances: every torque, inertia and current is seen only relative to `R` and
 /// `Kt`.
 fn scale_variance(base: &Base) -> f64 {
-    let tolerance = |key: &str| base.tolerance(key);
+    let tolerance = |key: &str| {
+        let stated = base.motor.tolerance.get(key).copied();
+        stated.unwrap_or(DEFAULT_TOLERANCE)
+    };
     match base.kind {
         CommandKind::Voltage => {
             tolerance("resistance_ohm").powi(2) + tolerance("torque_constant_nm_per_a").powi(2)
@@ -380,7 +365,10 @@ fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
 /// Covariance of the base numbers that are used, and of the reference's effects after them: by the motor file's tolerances, or by what
 /// reference runs say; wider where an effect sets a number free.
 fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f64> {
-    let tolerance = |key: &str| base.tolerance(key);
+    let tolerance = |key: &str| {
+        let stated = base.motor.tolerance.get(key).copied();
+        stated.unwrap_or(DEFAULT_TOLERANCE)
+    };
     let freed = |i: usize| {
         let freeing = members.iter().find(|member| member.frees(base) == Some(i));
         freeing.map(|member| freed_width(base, member, i))

@@ -8,7 +8,7 @@ use crate::diagnose::settings::{
     CHANCE, CLOSES, INVERSE_DECIDES, LEAST_GAIN, MOST_EFFECTS, MOST_WANDER, ROUNDING,
     WITHIN_TOLERANCES,
 };
-use crate::diagnose::validation::{Presence, Tie, Unknown, standing, unknown};
+use crate::diagnose::validation::{Presence, Tie, standing};
 
 use super::Sought;
 
@@ -30,8 +30,6 @@ pub(crate) struct Judged {
     pub is_kept: bool,
     /// Whether the inverse form decides it, not the simulation.
     pub is_inverse: bool,
-    /// Nats by which a base number was beyond its tolerances that the first takes back; 0 where it takes none back.
-    pub unbends: f64,
 }
 
 impl Judged {
@@ -43,10 +41,6 @@ impl Judged {
         if self.is_kept {
             return "more than chance makes, and part of what the gap is".to_owned();
         }
-        if self.is_kept && self.presence.p_value() > CHANCE {
-            return "a number of the motor is beyond its tolerances, and no more with it"
-                .to_owned();
-        }
         if self.presence.p_value() > CHANCE {
             return "chance makes as much".to_owned();
         }
@@ -54,17 +48,6 @@ impl Judged {
             "nothing predicts better and closes {:.0} % of the gap",
             100.0 * CLOSES
         )
-    }
-
-    /// The fit that the search goes on from, and all sets that are not told from it, which is the first.
-    fn chosen(&self) -> (Fit, Vec<Vec<&'static str>>) {
-        let names: Vec<Vec<&'static str>> = self.tied().map(|(fit, _)| fit.model.ids()).collect();
-        let sets: Vec<Vec<&'static str>> = (names.iter())
-            .filter(|set| simpler_of(set, &names).is_none())
-            .cloned()
-            .collect();
-        let first = (self.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
-        (first.unwrap_or(&self.fits[0]).clone(), sets)
     }
 
     /// Rivals that are not told from the first, which is one of them.
@@ -84,8 +67,6 @@ pub(crate) struct Forward {
     pub levels: Vec<Judged>,
     /// Sets that are not told from the best, which is the first.
     pub sets: Vec<Vec<&'static str>>,
-    /// Something unknown beside the best.
-    pub unknown: Unknown,
 }
 
 /// The whole search; `None` where the motor makes no motion at all.
@@ -103,13 +84,62 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             None => progress("looking for an effect"),
             Some(set) => progress(&format!("looking beside {}", set.join(", "))),
         }
-        let pick = pick.filter(|_| best.model.members.is_empty());
-        let Some(judged) = judged(pieces, base, &best, sought, pick) else {
+        let Some(level) = super::level(
+            pieces,
+            base,
+            &best,
+            sought,
+            pick.filter(|_| best.model.members.is_empty()),
+        ) else {
             break;
         };
-        let is_kept = judged.is_kept;
+        let Some(presence) = level.presence else {
+            break;
+        };
+        // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it.
+        let is_eligible = |fit: &Fit| is_a_cause(&best, fit);
+        let (mut fits, others): (Vec<Fit>, Vec<Fit>) =
+            level.fits.into_iter().partition(is_eligible);
+        let is_any = !fits.is_empty();
+        let standings = if is_any {
+            let rivals: Vec<&Fit> = fits.iter().chain(std::iter::once(&best)).collect();
+            let mut standings = standing(&rivals);
+            let of_none = standings.pop();
+            let score = fits[0].score();
+            standings.extend(others.iter().map(|fit| Tie::apart(score - fit.score())));
+            standings.extend(of_none);
+            standings
+        } else {
+            standing(
+                &others
+                    .iter()
+                    .chain(std::iter::once(&best))
+                    .collect::<Vec<&Fit>>(),
+            )
+        };
+        fits.extend(others);
+        let closes = fits.first().map_or(0.0, |first| closed(&best, first));
+        let is_kept = presence.p_value() <= CHANCE && is_any;
+        let judged = Judged {
+            from: best.clone(),
+            fits,
+            standings,
+            screened: level.screened,
+            presence,
+            closes,
+            is_kept,
+            is_inverse: false,
+        };
         if is_kept {
-            (best, sets) = judged.chosen();
+            let names: Vec<Vec<&'static str>> =
+                judged.tied().map(|(fit, _)| fit.model.ids()).collect();
+            sets = names
+                .iter()
+                .filter(|set| simpler_of(set, &names).is_none())
+                .cloned()
+                .collect();
+            let chosen = (judged.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
+            best = chosen.unwrap_or(&judged.fits[0]).clone();
         }
         levels.push(judged);
         // What was found in the place of what scatters goes again: the search begins anew with that.
@@ -137,14 +167,11 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
         sets = decided.tied().map(|(fit, _)| fit.model.ids()).collect();
         levels = vec![decided];
     }
-    progress("looking for something unknown");
-    let unknown = unknown(pieces, &best);
     Some(Forward {
         refitted,
         best,
         levels,
         sets,
-        unknown,
     })
 }
 
@@ -157,63 +184,9 @@ fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
     alone.is_some_and(|alone| alone.score() + LEAST_GAIN >= best.score())
 }
 
-/// One more effect beside a fit, as it is judged; `None` where nothing can be looked for.
-fn judged(
-    pieces: &Pieces,
-    base: &Base,
-    from: &Fit,
-    sought: Sought,
-    pick: Option<&Pick>,
-) -> Option<Judged> {
-    let level = super::level(pieces, base, from, sought, pick)?;
-    let presence = level.presence?;
-    // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it. Where
-    // chance promises as much, a base that is bent is left to be explained.
-    let is_chance = presence.p_value() > CHANCE;
-    let bent = from.model.bent(&from.x);
-    let is_bent = bent > WITHIN_TOLERANCES;
-    let is_eligible =
-        |fit: &Fit| is_a_cause(from, fit) && (!is_chance || !is_bent || !is_bent_still(fit));
-    let (mut fits, others): (Vec<Fit>, Vec<Fit>) = level.fits.into_iter().partition(is_eligible);
-    let is_any = !fits.is_empty();
-    let rivals = if is_any { &fits } else { &others };
-    let rivals: Vec<&Fit> = rivals.iter().chain(std::iter::once(from)).collect();
-    let mut standings = standing(&rivals);
-    if is_any {
-        let of_none = standings.pop();
-        let score = fits[0].score();
-        standings.extend(others.iter().map(|fit| Tie::apart(score - fit.score())));
-        standings.extend(of_none);
-    }
-    fits.extend(others);
-    let is_kept = is_any && (!is_chance || is_bent);
-    let takes_back = is_kept && is_bent && !is_bent_still(&fits[0]);
-    Some(Judged {
-        from: from.clone(),
-        closes: fits.first().map_or(0.0, |first| closed(from, first)),
-        fits,
-        standings,
-        screened: level.screened,
-        presence,
-        is_kept,
-        is_inverse: false,
-        unbends: if takes_back { beyond(bent) } else { 0.0 },
-    })
-}
-
-/// Whether a base number is beyond its tolerances.
-fn is_bent_still(fit: &Fit) -> bool {
-    fit.model.bent(&fit.x) > WITHIN_TOLERANCES
-}
-
-/// Nats that speak against a base number which is so many of its tolerances off.
-pub(crate) fn beyond(bent: f64) -> f64 {
-    0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES)
-}
-
 /// Whether a simulation bears a recording out: with no load that shakes as no bench does, and with a motor as the file may have it.
 fn is_usable(best: &Fit) -> bool {
-    best.noise.strength <= MOST_WANDER && !is_bent_still(best)
+    best.noise.strength <= MOST_WANDER && best.model.bent(&best.x) <= WITHIN_TOLERANCES
 }
 
 /// A level as the inverse form decides it: kept are the effects that it points at, and those that it does not tell from them. None where
@@ -243,7 +216,6 @@ fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
         presence: level.presence.clone(),
         is_kept: true,
         is_inverse: true,
-        unbends: 0.0,
     })
 }
 
@@ -251,10 +223,9 @@ fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
 fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
     let gained = fit.score() - before.score();
     let closes = closed(before, fit);
-    // What frees a bent motor leaves no more than that, but for what does not matter.
-    let leaves_no_more =
-        above_rounding(fit) <= (1.0 + CLOSES) * above_rounding(before).max(ROUNDING);
-    let unbends = before.prior - fit.prior > LEAST_GAIN && leaves_no_more;
+    // What frees a bent motor leaves no more than that, but for rounding.
+    let unbends = before.prior - fit.prior > LEAST_GAIN
+        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
     // It closes a tenth of what rounding leaves; a further one as much as that: where the law of the first is a little other, less is
     // left.
     let least = if before.model.members.is_empty() {
@@ -264,7 +235,8 @@ fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
     };
     let matters = closes * above_rounding(before) >= least;
     // What scatters is not predicted: it is told by how it does. It leaves no more, either.
-    let scatters = before.around.is_stiller_than(&fit.around) && leaves_no_more;
+    let scatters = before.around.is_stiller_than(&fit.around)
+        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
     let predicts = gained > 0.0 && closes >= CLOSES && matters;
     predicts || gained >= LEAST_GAIN && (unbends || scatters)
 }

@@ -1,6 +1,6 @@
 //! The unknown as a model like the others: a torque of many shapes, by regression (Ebers, Steele, Kutz: discrepancy modelling, 2022).
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
@@ -10,7 +10,7 @@ use crate::diagnose::fit::{Fit, dot, residual, response};
 use crate::diagnose::noise::Whitener;
 use crate::diagnose::pieces::{Piece, Pieces};
 use crate::diagnose::screening::filter;
-use crate::diagnose::settings::{LEAST_GAIN, NULLS, RIDGES, SHAPE_ORDERS};
+use crate::diagnose::settings::{LEAST_GAIN, NULLS, RIDGE, SHAPE_ORDERS};
 
 /// What a flexible torque gains on pieces that it was not fitted to.
 #[derive(Debug, Clone)]
@@ -72,12 +72,7 @@ impl Unknown {
 
     /// Whether it is beyond all that chance made: the gain, or the piece that is predicted worst.
     pub fn is_there(&self) -> bool {
-        self.predicts() || self.worst_beyond() > 0.0
-    }
-
-    /// Whether the torque gains more than chance makes.
-    pub fn predicts(&self) -> bool {
-        self.gain > self.chance() && self.gain > LEAST_GAIN
+        (self.gain > self.chance() && self.gain > LEAST_GAIN) || self.worst_beyond() > 0.0
     }
 }
 
@@ -164,38 +159,29 @@ pub(crate) fn unknown(pieces: &Pieces, fit: &Fit) -> Unknown {
         }
     }
     let n = columns.len();
-    let of_piece: Vec<DMatrix<f64>> = (pieces.pieces.par_iter())
-        .map(|piece| {
-            let range = pieces.range(piece);
+    let by_fold: Vec<DMatrix<f64>> = (0..pieces.folds.max(1))
+        .map(|fold| {
             let mut h = DMatrix::zeros(n, n);
-            for i in 0..n {
-                for j in 0..=i {
-                    let v = dot(&columns[i][range.clone()], &columns[j][range.clone()]);
-                    (h[(i, j)], h[(j, i)]) = (v, v);
+            for piece in pieces.pieces.iter().filter(|piece| piece.fold == fold) {
+                let range = pieces.range(piece);
+                for i in 0..n {
+                    for j in 0..=i {
+                        let v = dot(&columns[i][range.clone()], &columns[j][range.clone()]);
+                        h[(i, j)] += v;
+                        if i != j {
+                            h[(j, i)] += v;
+                        }
+                    }
                 }
             }
             h
         })
         .collect();
-    let folds: Vec<Vec<usize>> = (0..pieces.folds.max(1))
-        .map(|fold| {
-            let own = |k: &usize| pieces.pieces[*k].fold == fold;
-            (0..pieces.pieces.len()).filter(own).collect()
-        })
+    let total: DMatrix<f64> = by_fold.iter().sum();
+    let solvers: Vec<_> = by_fold
+        .iter()
+        .map(|h| (&total - h + DMatrix::identity(n, n) * RIDGE).cholesky())
         .collect();
-    let total: DMatrix<f64> = of_piece.iter().sum();
-    let solvers = RIDGES.map(|ridge| {
-        let of_fold = folds.iter().map(|members| {
-            let own: DMatrix<f64> = members.iter().map(|k| &of_piece[*k]).sum();
-            let others = if members.is_empty() {
-                total.clone()
-            } else {
-                &total - own
-            };
-            (others + DMatrix::identity(n, n) * ridge).cholesky()
-        });
-        of_fold.collect::<Vec<_>>()
-    });
     let ask = |white: &[f64]| -> (f64, f64) {
         let by_piece: Vec<DVector<f64>> = (pieces.pieces.iter())
             .map(|piece| {
@@ -205,38 +191,44 @@ pub(crate) fn unknown(pieces: &Pieces, fit: &Fit) -> Unknown {
                 })
             })
             .collect();
-        let squares: Vec<(f64, f64)> = (pieces.pieces.iter())
-            .map(|piece| {
+        let mut sum: DVector<f64> = DVector::zeros(n);
+        for g in &by_piece {
+            sum += g;
+        }
+        let (mut gain, mut worst) = (0.0, 0.0_f64);
+        for (fold, solver) in solvers.iter().enumerate() {
+            let members = || {
+                pieces
+                    .pieces
+                    .iter()
+                    .enumerate()
+                    .filter(move |(_, piece)| piece.fold == fold)
+            };
+            let mut g = sum.clone();
+            for (k, _) in members() {
+                g -= &by_piece[k];
+            }
+            let Some(beta) = solver.as_ref().map(|s| s.solve(&g)) else {
+                continue;
+            };
+            for (_, piece) in members() {
                 let range = pieces.range(piece);
                 let looks = pieces.weight[range.clone()].iter().sum::<f64>().max(1.0);
-                (looks, dot(&white[range.clone()], &white[range]))
-            })
-            .collect();
-        let worst = (squares.iter()).fold(0.0, |worst, (looks, sum)| f64::max(worst, sum / looks));
-        if pieces.folds < 2 {
-            return (0.0, worst);
-        }
-        let sum: DVector<f64> = by_piece.iter().sum();
-        let gained = |of_ridge: &Vec<Option<Cholesky<f64, Dyn>>>| -> f64 {
-            let mut gain = 0.0;
-            for (members, solver) in folds.iter().zip(of_ridge) {
-                let mut g = sum.clone();
-                for k in members {
-                    g -= &by_piece[*k];
-                }
-                let Some(beta) = solver.as_ref().map(|s| s.solve(&g)) else {
+                let before = dot(&white[range.clone()], &white[range.clone()]);
+                worst = worst.max(before / looks);
+                if pieces.folds < 2 {
                     continue;
-                };
-                for &k in members {
-                    let (looks, before) = squares[k];
-                    let taken = 2.0 * beta.dot(&by_piece[k]) - beta.dot(&(&of_piece[k] * &beta));
-                    let after = (before - taken).max(0.0);
-                    gain += looks * ((before / looks).ln_1p() - (after / looks).ln_1p());
                 }
+                let mut left = white[range.clone()].to_vec();
+                for (column, beta) in columns.iter().zip(beta.iter()) {
+                    for (left, shape) in left.iter_mut().zip(&column[range.clone()]) {
+                        *left -= beta * shape;
+                    }
+                }
+                let after = dot(&left, &left);
+                gain += looks * ((before / looks).ln_1p() - (after / looks).ln_1p());
             }
-            gain
-        };
-        let gain = solvers.iter().map(gained).fold(f64::NEG_INFINITY, f64::max);
+        }
         (gain, worst)
     };
     let (gain, worst) = ask(&fit.white);

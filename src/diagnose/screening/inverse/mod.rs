@@ -233,7 +233,14 @@ mod tests {
     fn found_in(run: Run) -> (Vec<Pick>, Base) {
         let nominal = Motor::default();
         let pieces = Pieces::new(&[run], &nominal).expect("a run");
-        let base = Base::new(nominal, CommandKind::Voltage, pieces.runs[0].sample_time_s);
+        let base = Base {
+            motor: nominal,
+            kind: CommandKind::Voltage,
+            sample_time_s: pieces.runs[0].sample_time_s,
+            clock: None,
+            is_host_timed: false,
+            then: None,
+        };
         (picks(&pieces), base)
     }
 
