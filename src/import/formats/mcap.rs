@@ -1,6 +1,6 @@
 //! MCAP, as ROS 2 and Foxglove record: messages in CDR and in JSON, in chunks behind zstd, LZ4 or plain.
 //!
-//! Format: https://mcap.dev/spec. It is read here and not by the crate `mcap`, whose reader of version 0.26 allocates what a damaged
+//! Format: <https://mcap.dev/spec>. It is read here and not by the crate `mcap`, whose reader of version 0.26 allocates what a damaged
 //! length says, and panics on others.
 
 use std::collections::HashMap;
