@@ -26,6 +26,38 @@ const BOUND: i64 = (0.050 / TS) as i64 + 2;
 /// computer that is too busy may leave the board without a word, so that all tests get this far.
 const SOME: i64 = 120;
 
+/// A small disk of its own, gone with the test.
+struct Disk(tempfile::TempDir);
+
+impl Disk {
+    /// None where this user may not mount one: the test is then said to be skipped.
+    fn new(test: &str, options: &str) -> Option<Self> {
+        let folder = tempfile::tempdir().expect("a directory");
+        let mounted = Command::new("mount")
+            .args(["-t", "tmpfs", "-o", options, "tmpfs"])
+            .arg(folder.path())
+            .stderr(Stdio::null())
+            .status();
+        if mounted.is_ok_and(|status| status.success()) {
+            return Some(Self(folder));
+        }
+        support::skip(test, "may not mount a tmpfs");
+        None
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
+impl Drop for Disk {
+    fn drop(&mut self) {
+        let unmounted = Command::new("umount").arg(self.path()).status();
+        let is_gone = unmounted.is_ok_and(|status| status.success());
+        assert!(is_gone || std::thread::panicking(), "the disk stays");
+    }
+}
+
 /// A bench whose counts are the number of samples taken so far.
 struct SampleCounter(Arc<AtomicI64>);
 
@@ -189,50 +221,30 @@ fn ends_with_a_whole_row(path: &Path, done: &Finished, at_least: usize) {
 
 #[test]
 fn a_full_disk_ends_it_with_a_whole_row() {
-    let disk = tempfile::tempdir().expect("a directory");
-    let mounted = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
-        .arg(disk.path())
-        .stderr(Stdio::null())
-        .status();
-    if !mounted.is_ok_and(|status| status.success()) {
-        return support::skip(
-            "a_full_disk_ends_it_with_a_whole_row",
-            "may not mount a tmpfs",
-        );
-    }
+    let Some(disk) = Disk::new("a_full_disk_ends_it_with_a_whole_row", "size=16k") else {
+        return;
+    };
     let (board, _) = a_board();
     let port = board.path().display().to_string();
     let child = start(disk.path(), &["capture", &port, "--duration", "10"]);
     let done = finish(child);
-    let checked = std::panic::catch_unwind(|| {
-        assert_eq!(done.status, Some(3), "{}", done.messages);
-        assert!(
-            done.messages.contains("free some room"),
-            "{}",
-            done.messages
-        );
-        ends_with_a_whole_row(&disk.path().join("run.csv"), &done, 12_288);
-    });
-    let unmounted = Command::new("umount").arg(disk.path()).status();
-    assert!(unmounted.expect("umount runs").success());
-    assert!(checked.is_ok(), "{}", done.messages);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(
+        done.messages.contains("free some room"),
+        "{}",
+        done.messages
+    );
+    ends_with_a_whole_row(&disk.path().join("run.csv"), &done, 12_288);
 }
 
 #[test]
 fn a_full_disk_beneath_a_replay_is_said_with_its_rows() {
-    let disk = tempfile::tempdir().expect("a directory");
-    let mounted = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
-        .arg(disk.path())
-        .stderr(Stdio::null())
-        .status();
-    if !mounted.is_ok_and(|status| status.success()) {
-        return support::skip(
-            "a_full_disk_beneath_a_replay_is_said_with_its_rows",
-            "may not mount a tmpfs",
-        );
-    }
+    let Some(disk) = Disk::new(
+        "a_full_disk_beneath_a_replay_is_said_with_its_rows",
+        "size=16k",
+    ) else {
+        return;
+    };
     let directory = tempfile::tempdir().expect("a directory");
     let capture = [
         "capture",
@@ -250,8 +262,6 @@ fn a_full_disk_beneath_a_replay_is_said_with_its_rows() {
         let rows = text.lines().filter(|line| !line.starts_with('#'));
         rows.count() - 1
     });
-    let unmounted = Command::new("umount").arg(disk.path()).status();
-    assert!(unmounted.expect("umount runs").success());
     assert_eq!(recorded.status, Some(0), "{}", recorded.messages);
     assert_eq!(done.status, Some(3), "{}", done.messages);
     let (rows, error) = (rows.expect("a file"), done.output);
@@ -264,26 +274,18 @@ fn a_full_disk_beneath_a_replay_is_said_with_its_rows() {
 
 #[test]
 fn a_raw_log_on_a_full_disk_ends_and_the_recording_does_not() {
-    let disk = tempfile::tempdir().expect("a directory");
-    let mounted = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", "size=16k", "tmpfs"])
-        .arg(disk.path())
-        .stderr(Stdio::null())
-        .status();
-    if !mounted.is_ok_and(|status| status.success()) {
-        return support::skip(
-            "a_raw_log_on_a_full_disk_ends_and_the_recording_does_not",
-            "may not mount a tmpfs",
-        );
-    }
+    let Some(disk) = Disk::new(
+        "a_raw_log_on_a_full_disk_ends_and_the_recording_does_not",
+        "size=16k",
+    ) else {
+        return;
+    };
     let directory = tempfile::tempdir().expect("a directory");
     let (board, _) = a_board();
     let port = board.path().display().to_string();
     let log = disk.path().join("raw.log").display().to_string();
     let arguments = ["capture", &port, "--duration", "1.5", "--log", &log];
     let done = finish(start(directory.path(), &arguments));
-    let unmounted = Command::new("umount").arg(disk.path()).status();
-    assert!(unmounted.expect("umount runs").success());
     assert_eq!(done.status, Some(3), "{}", done.messages);
     for said in [log.as_str(), "run.csv holds 500 rows"] {
         assert!(done.messages.contains(said), "{}", done.messages);
@@ -333,20 +335,12 @@ fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
 
 #[test]
 fn a_read_only_disk_is_said_before_the_motor_turns() {
-    let disk = tempfile::tempdir().expect("a directory");
-    let mounted = Command::new("mount")
-        .args(["-t", "tmpfs", "-o", "ro,size=16k", "tmpfs"])
-        .arg(disk.path())
-        .stderr(Stdio::null())
-        .status();
-    if !mounted.is_ok_and(|status| status.success()) {
-        return support::skip("a_read_only_disk_is_said", "may not mount a tmpfs");
-    }
+    let Some(disk) = Disk::new("a_read_only_disk_is_said", "ro,size=16k") else {
+        return;
+    };
     let (board, taken) = a_board();
     let port = board.path().display().to_string();
     let done = finish(start(disk.path(), &["capture", &port]));
-    let unmounted = Command::new("umount").arg(disk.path()).status();
-    assert!(unmounted.expect("umount runs").success());
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(
         done.messages.contains("directory that you may write to"),

@@ -31,6 +31,26 @@ fn a_pwm_beyond_full_scale_is_full_drive_and_said() {
 }
 
 #[test]
+fn a_number_before_a_colon_is_a_column_and_not_a_time() {
+    let text: String = (0..300_u32)
+        .map(|k| format!("{},{}\n", k * k / 100, k * 2000))
+        .collect();
+    let flags = [
+        "--position",
+        "1:counts",
+        "--time",
+        "2:us",
+        "--command",
+        "7V@0.1s",
+        "--counts-per-rev",
+        "720",
+    ];
+    let (file, said) = imported("log.csv", &text, &flags);
+    assert!(said.contains("column 2 in us"), "{said}");
+    near(&file.column("t_s")[299..], &[0.598], 1e-9);
+}
+
+#[test]
 fn counters_that_wrap_increments_and_one_channel() {
     let truth = Truth::of(
         0.01,

@@ -246,16 +246,21 @@ impl CommandLine {
             return Status::Done;
         }
         let output = Output::new(json);
-        // Asked again with every argument as it is shown: the parser repeats them.
-        let shown =
-            std::env::args_os().map(|argument| one_line(&argument.to_string_lossy()).into_owned());
-        let wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
-        let text = wrong.to_string();
-        let failure = Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
-            .of_kind("wrong_use");
+        let failure = Self::wrong_use(&arguments, wrong);
         output.message(&failure.to_string());
         output.failed(&failure);
         Status::BadInput
+    }
+
+    /// What is wrong with the arguments, each of them on one line.
+    fn wrong_use(arguments: &[OsString], wrong: clap::Error) -> Failure {
+        // Asked again with every argument as it is shown: the parser repeats them.
+        let shown =
+            (arguments.iter()).map(|argument| one_line(&argument.to_string_lossy()).into_owned());
+        let wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
+        let text = wrong.to_string();
+        Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
+            .of_kind("wrong_use")
     }
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
@@ -296,7 +301,16 @@ impl CommandLine {
 
 #[cfg(test)]
 mod tests {
-    use super::typed_on_one_line;
+    use super::*;
+
+    /// The arguments are those that are given, not those of the process: Python's are others.
+    #[test]
+    fn wrong_use_is_of_the_arguments_that_are_given() {
+        let arguments = ["motorlab", "diag\nnos"].map(OsString::from);
+        let wrong = CommandLine::try_parse_from(&arguments).expect_err("no command");
+        let said = CommandLine::wrong_use(&arguments, wrong).to_string();
+        assert!(said.contains("'diag\u{fffd}nos'"), "{said}");
+    }
 
     #[test]
     fn what_was_typed_is_one_line_and_the_rest_stays() {

@@ -118,6 +118,15 @@ impl Column {
         step_of(&numbers, self.rounding())
     }
 
+    /// The different numbers in it, least first.
+    pub fn levels(&self) -> Vec<f64> {
+        let finite = self.numbers.iter().copied().filter(|x| x.is_finite());
+        let mut levels: Vec<f64> = finite.collect();
+        levels.sort_by(f64::total_cmp);
+        levels.dedup();
+        levels
+    }
+
     /// Whether its digits are fine enough that steps would show: a hundred of them in the range.
     pub fn is_fine(&self) -> bool {
         self.rounding() * 2.0 * 1000.0 < self.most()

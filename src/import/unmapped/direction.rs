@@ -26,15 +26,7 @@ impl Decision<'_> {
                 None => return Ok(None),
             },
         };
-        let mut levels: Vec<f64> = self
-            .column(at)
-            .numbers
-            .iter()
-            .copied()
-            .filter(|x| x.is_finite())
-            .collect();
-        levels.sort_by(f64::total_cmp);
-        levels.dedup();
+        let levels = self.column(at).levels();
         let (Some(&least), Some(&most)) = (levels.first(), levels.last()) else {
             return Ok(None);
         };

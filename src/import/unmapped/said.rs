@@ -183,9 +183,12 @@ impl Steps {
     }
 }
 
-/// A number and what follows it: `10ms` is 10 and `ms`.
+/// A number and what follows it: `10ms` is 10 and `ms`. `2:ms` is a column and its unit.
 pub(super) fn number_and_rest(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
+    if text.contains(':') {
+        return None;
+    }
     let end = text
         .find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+'))
         .unwrap_or(text.len());
@@ -207,6 +210,12 @@ mod tests {
         assert!(parse("time:furlong").is_err());
         let whole = ColumnSaid::parse("--speed", Role::Speed, "a:rpm", |name| name == "a:rpm");
         assert_eq!(whole.expect("good").column, "a:rpm");
+    }
+
+    #[test]
+    fn a_number_before_a_colon_is_a_column() {
+        assert_eq!(number_and_rest("10ms"), Some((10.0, "ms")));
+        assert_eq!(number_and_rest("2:ms"), None);
     }
 
     #[test]

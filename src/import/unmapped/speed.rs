@@ -112,15 +112,7 @@ impl Decision<'_> {
                 Some(_) => {}
             }
         }
-        let mut levels: Vec<f64> = column
-            .numbers
-            .iter()
-            .copied()
-            .filter(|x| x.is_finite())
-            .collect();
-        levels.sort_by(f64::total_cmp);
-        levels.dedup();
-        if !has_steps && column.is_fine() && levels.len() >= LEVELS {
+        if !has_steps && column.is_fine() && column.levels().len() >= LEVELS {
             self.notes.push(format!(
                 "{name} lacks the steps that counts in a sample time make: it is filtered, or timed between edges. \
                  A filter delays it: the effect `speed_filter`"
