@@ -134,5 +134,5 @@ cases! {
     inductance_is_told_from_a_delay: "inductance", "&inductance_h=0.1", "transport_delay", "0.6";
     a_gravity_load_is_told_from_an_eccentric_encoder: "gravity_load", "&torque_nm=0.01", "encoder_eccentricity", "1";
     quadratic_drag_is_told_from_viscous_friction: "quadratic_drag", "&coefficient_nm_s2_per_rad2=0.002", "viscous_friction", "2";
-    a_wrong_supply_is_told_from_a_wrong_resolution: "supply_error", "&gain=0.8", "resolution_error", "2";
+    a_wrong_supply_is_told_from_a_wrong_resolution: "supply_error", "&gain=0.8", "resolution_error", "3";
 }

@@ -228,12 +228,15 @@ mod tests {
         let of = |held_out: &[Run]| {
             let options = Options {
                 held_out,
+                good_enough: Some(GoodEnough::Counts(1.0)),
                 ..Options::default()
             };
             diagnose(&named, &Motor::default(), &options).expect("a diagnosis")
         };
         let (same, other) = (of(&same), of(&other));
         assert_eq!(same.gap.fitted, other.gap.fitted);
+        let said = |found: &Diagnosis| (found.verdict, found.probability, found.effects.clone());
+        assert_eq!(said(&same), said(&other));
         assert!(
             same.gap.before > 2.0 * same.gap.after_effect,
             "{:?}",

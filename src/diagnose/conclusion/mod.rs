@@ -83,29 +83,31 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         let share = reference.share_of_unknown(pieces, &shown.with_effects.predicted);
         weights = weights.with_unknown(share);
     }
-    let weights = weights.at_most(most_sure);
     let floor = floor::floor_parts(&grounds);
     let wander = floor::wander(pieces, best);
-    let mut rungs = rungs::rungs(
-        (all, pieces),
-        grounds.held.or(thinned.map(|_| all)),
-        &shown,
-        floor,
-    )?;
+    // What is held out chooses nothing, the verdict included.
+    let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
+    let borne_out = searched.borne_out();
+    let weights = weights.borne_out(borne_out).at_most(most_sure);
     let refitted = &shown.refitted.left;
     let left_of_all = match thinned {
         Some(_) => Left::of(all, &refitted.motor, refitted.time_constant_s)?,
         None => refitted.shown.clone(),
     };
     let asked = Asked {
-        below_floor: [0, 1].map(|rung| rungs.below_floor(rung)),
+        below_floor: [0, 1].map(|rung| searched.below_floor(rung)),
         are_numbers_plausible: found.refitted.model.bent(&found.refitted.x) <= WITHIN_TOLERANCES
             && found.refitted.prior - best.prior <= LEAST_GAIN,
-        is_nominal_right: is_nominal_right(pieces, found, &rungs.gap, wander)?,
+        is_nominal_right: is_nominal_right(pieces, found, &searched.gap, wander)?,
         is_one_piece: pieces.pieces.len() < 2,
+        borne_out,
         most_sure,
     };
-    let mut said = verdict::verdict(&weights, &found.sets, &rungs.gap, asked);
+    let mut said = verdict::verdict(&weights, &found.sets, &searched.gap, asked);
+    let mut rungs = match grounds.held {
+        Some(held) => rungs::rungs((all, pieces), Some(held), &shown, floor)?,
+        None => searched,
+    };
     if grounds.reference.is_some() && matches!(said.verdict, Verdict::NoGap | Verdict::Parameters) {
         said.verdict = Verdict::NoChange;
     }

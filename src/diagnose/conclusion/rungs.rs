@@ -12,7 +12,7 @@ use super::floor::{median, travel};
 use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::{Fitted, FloorParts, Gap, Verdict};
-use crate::diagnose::settings::CLUSTERED_RUNS;
+use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, ROUNDING};
 
 /// Draws of the bootstrap.
 const DRAWS: u64 = 1000;
@@ -74,6 +74,14 @@ impl Rungs {
             .iter()
             .filter(|draw| draw[rung] <= self.gap.floor);
         below.count() as f64 / self.draws.len() as f64
+    }
+
+    /// Probability that the effects leave no more than the refitted model does, but for what does not matter, on pieces that were not
+    /// fitted.
+    pub fn borne_out(&self) -> f64 {
+        let above = |left: f64| (left.powi(2) - ROUNDING).max(ROUNDING);
+        let no_more = |draw: &&[f64; 3]| above(draw[2]) <= (1.0 + CLOSES) * above(draw[1]);
+        self.draws.iter().filter(no_more).count() as f64 / self.draws.len() as f64
     }
 }
 

@@ -30,6 +30,8 @@ pub(crate) struct Asked {
     pub is_nominal_right: bool,
     /// Whether the runs are one piece, so that nothing is predicted that was not fitted.
     pub is_one_piece: bool,
+    /// Probability that what is named predicts no worse than without it.
+    pub borne_out: f64,
     /// Nothing is said with more than this.
     pub most_sure: f64,
 }
@@ -64,17 +66,17 @@ pub(crate) fn verdict(
         }
         [] if asked.is_nominal_right => said(Verdict::NoGap, weights.none, Vec::new()),
         [] => said(Verdict::Parameters, weights.none, Vec::new()),
-        [set] if weights.unknown > 0.5 => {
-            let there = weights.inclusion(set).min(PARTIAL_SURE);
-            said(Verdict::Partial, there, set.clone())
+        // What predicts no better than nothing is no part of it.
+        _ if weights.unknown > 0.5 && asked.borne_out < 0.5 => {
+            said(Verdict::OutsideCatalogue, weights.unknown, Vec::new())
         }
         sets if weights.unknown > 0.5 => {
-            let one_of_them = weights.of(sets) / (1.0 - weights.unknown).max(f64::MIN_POSITIVE);
-            said(
-                Verdict::Partial,
-                one_of_them.min(PARTIAL_SURE),
-                common(sets),
-            )
+            let there = match sets {
+                [set] => weights.inclusion(set),
+                sets => weights.of(sets) / (1.0 - weights.unknown).max(f64::MIN_POSITIVE),
+            };
+            let there = (there * asked.borne_out).min(PARTIAL_SURE);
+            said(Verdict::Partial, there, common(sets))
         }
         // What is asserted is likelier than not.
         [set] if !asked.is_one_piece && weights.of(sets) > 0.5 => {
@@ -96,6 +98,7 @@ mod tests {
         are_numbers_plausible: true,
         is_nominal_right: false,
         is_one_piece: false,
+        borne_out: 1.0,
         most_sure: 1.0,
     };
 
@@ -163,6 +166,14 @@ mod tests {
         assert_eq!(
             of(&more, &[&[A], &[B]], &wide, ASKED),
             (Verdict::Partial, 0.75, 0)
+        );
+        let worse = Asked {
+            borne_out: 0.4,
+            ..ASKED
+        };
+        assert_eq!(
+            of(&more, &[&[A]], &wide, worse),
+            (Verdict::OutsideCatalogue, 0.6, 0)
         );
         let few = Asked {
             most_sure: 0.9,

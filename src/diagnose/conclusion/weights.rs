@@ -1,8 +1,8 @@
 //! From scores to probabilities: pseudo Bayesian model averaging with a bootstrap (Yao, Vehtari, Simpson, Gelman, 2018), and for
 //! "is there anything" the odds of the gain against the most that chance makes.
 
-use crate::diagnose::selection::{Forward, simpler_of};
-use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
+use crate::diagnose::selection::{Forward, above_rounding, simpler_of};
+use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, ROUNDING, WITHIN_TOLERANCES};
 use crate::diagnose::validation::Unknown;
 
 /// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
@@ -105,7 +105,12 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
 fn more(forward: &Forward, unknown: &Unknown) -> f64 {
     let bent = forward.best.model.bent(&forward.best.x);
     let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
-    let gains = (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond());
+    // As of an effect beside others: what leaves less above rounding than rounding does is a law that is a little other.
+    let gains = if above_rounding(&forward.best) < ROUNDING {
+        f64::NEG_INFINITY
+    } else {
+        (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond())
+    };
     let shakes = LEAST_GAIN * (forward.best.noise.strength / MOST_WANDER - 1.0);
     logistic(gains.max(bends).max(shakes))
 }
@@ -121,6 +126,17 @@ impl Weights {
         for (_, share) in &mut self.sets {
             *share *= times;
         }
+        self
+    }
+
+    /// The same where what is named predicts no worse than without it with this probability: where it does, something unknown is there in
+    /// its place.
+    pub fn borne_out(mut self, share: f64) -> Self {
+        let named: f64 = self.sets.iter().map(|(_, share)| share).sum();
+        for (_, own) in &mut self.sets {
+            *own *= share;
+        }
+        self.unknown += named * (1.0 - share);
         self
     }
 
@@ -188,6 +204,9 @@ mod tests {
             "{known:?}"
         );
         assert!((sum(&known) - 1.0).abs() < 1e-12, "{known:?}");
+        let half = weights.clone().borne_out(0.5);
+        assert!((half.unknown - 0.7).abs() < 1e-12, "{half:?}");
+        assert!((sum(&half) - 1.0).abs() < 1e-12, "{half:?}");
         weights.rename(&["backlash"], Vec::new());
         assert!((weights.none - 0.5).abs() < 1e-12, "{weights:?}");
         assert!((sum(&weights) - 1.0).abs() < 1e-12, "{weights:?}");

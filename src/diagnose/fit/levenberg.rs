@@ -8,6 +8,7 @@ use super::folds::finished;
 use super::{Model, response, sensitivities};
 use crate::diagnose::noise::{Noise, Whitener, likeliest};
 use crate::diagnose::pieces::Pieces;
+use crate::diagnose::settings::ROUNDING;
 use crate::motor::CommandKind;
 
 /// Most steps of a fit under one noise: a fit that settles takes six.
@@ -20,7 +21,8 @@ const ROUNDS: usize = 4;
 /// not left by steps, and two levels apart by less are told by none of the catalogue's starts.
 const PLACES: usize = 24;
 
-/// Fits a model from the likeliest of some starts, with the noise that is found on the way.
+/// Fits a model from the likeliest of some starts, with the noise that is found on the way. A fit that starts far off takes what it leaves
+/// for a load that wanders, and is content there: so least squares are tried as a start as well.
 pub(crate) fn fit(
     pieces: &Pieces,
     model: &Model,
@@ -30,32 +32,71 @@ pub(crate) fn fit(
     let begun = (starts.par_iter()).filter_map(|start| {
         let mut x = start.clone();
         model.clamp(&mut x);
-        let at = At::new(pieces, model, x)?;
+        Some(Likeliest::new(
+            pieces,
+            model,
+            kind,
+            At::new(pieces, model, x)?,
+        ))
+    });
+    let begun: Vec<Likeliest> = begun.collect();
+    let first = (begun.into_iter()).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let mut best = first.settled(pieces, model, kind)?;
+    if best.noise.strength > 0.0 {
+        let around = surroundings(pieces, model, &best.at.x, kind);
+        let squares = dot(&best.at.residual, &best.at.residual) / pieces.len.max(1) as f64;
+        let evenly = Whitener::even(pieces, &around, squares.max(ROUNDING));
+        let plain = minimise(pieces, model, &evenly, best.at.clone())
+            .map(|at| Likeliest::new(pieces, model, kind, at))
+            .filter(|plain| plain.cost < best.cost);
+        if let Some(settled) = plain.and_then(|plain| plain.settled(pieces, model, kind)) {
+            best = settled;
+        }
+    }
+    finished(pieces, model, kind, best.at.x, best.noise)
+}
+
+/// Numbers with the noise under which what they leave is likeliest.
+#[derive(Debug, Clone)]
+struct Likeliest {
+    at: At,
+    noise: Noise,
+    /// Negative logarithm of likelihood and prior, in nats.
+    cost: f64,
+}
+
+impl Likeliest {
+    fn new(pieces: &Pieces, model: &Model, kind: CommandKind, at: At) -> Self {
         let around = surroundings(pieces, model, &at.x, kind);
         let noise = likeliest(pieces, &around, &at.residual);
         let whitener = Whitener::new(pieces, &around, noise);
-        let e = whitener.whiten(&at.residual);
         let determinants = whitener.log_det.iter().sum::<f64>();
-        let cost = 0.5 * (dot(&e, &e) + determinants) + model.prior(&at.x);
-        Some((cost, at, noise))
-    });
-    let begun: Vec<(f64, At, Noise)> = begun.collect();
-    let (_, mut at, mut noise) = (begun.into_iter()).min_by(|a, b| a.0.total_cmp(&b.0))?;
-    for round in 0..ROUNDS {
-        let around = surroundings(pieces, model, &at.x, kind);
-        let whitener = Whitener::new(pieces, &around, noise);
-        at = minimise(pieces, model, &whitener, at)?;
-        if let Some(other) = elsewhere(pieces, model, &whitener, &at) {
-            at = minimise(pieces, model, &whitener, other)?;
+        Self {
+            cost: cost_of(model, &whitener, &at) + 0.5 * determinants,
+            at,
+            noise,
         }
-        let around = surroundings(pieces, model, &at.x, kind);
-        let found = likeliest(pieces, &around, &at.residual);
-        if found == noise && round > 0 {
-            break;
-        }
-        noise = found;
     }
-    finished(pieces, model, kind, at.x, noise)
+
+    /// The fit from here on, with the noise found anew until it stands still.
+    fn settled(self, pieces: &Pieces, model: &Model, kind: CommandKind) -> Option<Self> {
+        let mut now = self;
+        for round in 0..ROUNDS {
+            let around = surroundings(pieces, model, &now.at.x, kind);
+            let whitener = Whitener::new(pieces, &around, now.noise);
+            let mut at = minimise(pieces, model, &whitener, now.at)?;
+            if let Some(other) = elsewhere(pieces, model, &whitener, &at) {
+                at = minimise(pieces, model, &whitener, other)?;
+            }
+            let next = Self::new(pieces, model, kind, at);
+            let stands_still = next.noise == now.noise && round > 0;
+            now = next;
+            if stands_still {
+                break;
+            }
+        }
+        Some(now)
+    }
 }
 
 /// Numbers, and what they leave.

@@ -175,13 +175,15 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     })
 }
 
-/// Whether what scatters, the last of a set, predicts as well without the others.
+/// Whether what scatters, the last of a set, predicts as well without the others, and leaves no more.
 fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
     let last = best.model.members.last().cloned();
     let model = Model::new(base, last.into_iter().collect());
     let starts = [model.start_from(&best.model, &best.x), model.start()];
     let alone = fit(pieces, &model, base.kind, &starts);
-    alone.is_some_and(|alone| alone.score() + LEAST_GAIN >= best.score())
+    alone.is_some_and(|alone| {
+        alone.score() + LEAST_GAIN >= best.score() && closed(&alone, best) < CLOSES
+    })
 }
 
 /// Whether a simulation bears a recording out: with no load that shakes as no bench does, and with a motor as the file may have it.

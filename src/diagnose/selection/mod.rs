@@ -13,7 +13,7 @@ use super::settings::{CHANCE, FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WAND
 use super::validation::{Presence, presence};
 use crate::motor::fit::ParameterId;
 
-pub(crate) use forward::{Forward, Judged, forward, simpler_of};
+pub(crate) use forward::{Forward, Judged, above_rounding, forward, simpler_of};
 
 /// One level of the search.
 #[derive(Debug)]
