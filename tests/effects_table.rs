@@ -1,4 +1,4 @@
-//! docs/effects.md is the catalogue, written out. `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.
+//! docs/reference/effects.md is the catalogue, written out. `UPDATE_DOCS=1 cargo test --test effects_table` writes it anew.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -44,7 +44,7 @@ fn table() -> String {
 \
          What repeats with the angle may be in a motor twice, with other orders: `[effects.\"cogging#2\"]` beside `[effects.cogging]`, and
 \
-         `[effects.\"torque_ripple#2\"]`. How the equations combine and are solved: [simulation.md](simulation.md).
+         `[effects.\"torque_ripple#2\"]`. How the equations combine and are solved: [simulation.md](../method/simulation.md).
 
 \
          The last column is an experiment, at a sample time of 3 ms: in it the default strength shows on the handout's motor. No motor
@@ -122,7 +122,7 @@ fn table() -> String {
 
 #[test]
 fn the_documented_table_is_the_registry() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/effects.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/effects.md");
     let table = table();
     if std::env::var_os("UPDATE_DOCS").is_some() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -131,7 +131,7 @@ fn the_documented_table_is_the_registry() {
     let there = fs::read_to_string(&path).unwrap_or_default();
     assert!(
         there == table,
-        "docs/effects.md is not the registry's: UPDATE_DOCS=1 cargo test --test effects_table"
+        "docs/reference/effects.md is not the registry's: UPDATE_DOCS=1 cargo test --test effects_table"
     );
 }
 
