@@ -16,6 +16,7 @@ use std::process::Command;
 use clap::Parser;
 use command::run;
 use motorlab::cli::CommandLine;
+use motorlab::motor::catalogue::catalogue;
 use pages::{Page, root, sentences, words};
 use serde_json::Value;
 
@@ -174,6 +175,8 @@ fn sentences_are_short() {
 fn the_readme_and_the_method_are_no_longer_than_somebody_reads() {
     let readme = Page::read(Path::new("README.md"));
     assert!(readme.text.lines().count() <= README_LINES);
+    let effects = format!("{} effects", catalogue().len());
+    assert!(readme.text.contains(&effects), "{effects}");
     let method = Page::read(Path::new("docs/method/diagnosis.md"));
     assert!(method.text.split_whitespace().count() <= METHOD_WORDS);
 }
