@@ -315,7 +315,7 @@ fn so_many_frames_of_noise_fit_to_a_sample_as_the_documentation_says() {
         push(&mut frame, &BoardMessage::Data(noise));
         at_zero.clone().push(0, &frame, |_| passed += 1);
     }
-    // docs/recorder.md: 7e-6 of them, 14 expected; four standard deviations.
+    // docs/method/recorder.md: 7e-6 of them, 14 expected; four standard deviations.
     assert!((1..=29).contains(&passed), "{passed}");
 }
 

@@ -1,4 +1,4 @@
-//! docs/recorder.md names a test for each promise: those tests exist.
+//! docs/method/recorder.md names a test for each promise: those tests exist.
 
 use std::fs;
 use std::path::Path;
@@ -24,7 +24,7 @@ fn sources(path: &[&str]) -> Vec<String> {
 
 #[test]
 fn every_test_that_the_documentation_names_is_there() {
-    let named = named_tests(include_str!("../docs/recorder.md"));
+    let named = named_tests(include_str!("../docs/method/recorder.md"));
     assert!(named.len() > 40, "{}", named.len());
     for name in named {
         let parts: Vec<&str> = name.split("::").collect();
@@ -41,7 +41,7 @@ fn every_test_that_the_documentation_names_is_there() {
 fn the_table_of_faults_is_the_one_that_its_test_holds() {
     let snapshot = include_str!("snapshots/faults__the_sweep.snap");
     let table = snapshot.rsplit("---").next().unwrap_or_default();
-    let document = include_str!("../docs/recorder.md");
+    let document = include_str!("../docs/method/recorder.md");
     for row in table.lines().filter(|row| !row.is_empty()) {
         assert!(document.contains(&format!("    {row}\n")), "{row}");
     }

@@ -30,7 +30,7 @@ const EXAMPLE: &str = "Examples:
   motorlab check a.csv b.csv --motor motor.toml --json
 
 The exit status is 1 with a fatal finding: no diagnosis means anything before it is mended.
-Warnings and notes leave it at 0. Every kind of finding: docs/check.md.";
+Warnings and notes leave it at 0. Every kind of finding: docs/reference/check.md.";
 
 /// For `--json`.
 #[derive(Debug, Serialize)]

@@ -33,7 +33,7 @@ const EXAMPLE: &str = "Examples:
   motorlab effects stribeck --json
 
 In the profile that is named the effect shows at its default strength: no motor without it makes
-the same run, whatever its gain, time constant and friction. docs/effects.md is the same list.";
+the same run, whatever its gain, time constant and friction. docs/reference/effects.md is the same list.";
 
 /// For `--json`.
 #[derive(Debug, Serialize)]

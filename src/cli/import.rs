@@ -54,7 +54,7 @@ const EXAMPLE: &str = "Examples:
   motorlab import next.csv.gz --map map.toml -o run.csv
 
 What the log does not say is asked for in one message, with the finished command line. Every key of a
-mapping file: docs/import.md. Rows that cannot be used are named by their line and kept in
+mapping file: docs/reference/import.md. Rows that cannot be used are named by their line and kept in
 run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check).";
 
 /// For `--json`.

@@ -1,6 +1,6 @@
 //! A mapping: which column of a log is what, and in which unit.
 //!
-//! A value in SI is `(number * scale + offset) * unit`. docs/import.md explains every key.
+//! A value in SI is `(number * scale + offset) * unit`. docs/reference/import.md explains every key.
 
 use std::fs::File;
 use std::io::{self, Read};

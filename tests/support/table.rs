@@ -5,11 +5,12 @@ pub fn decade(error: f64) -> String {
     format!("< 1e{}", error.max(1e-12).log10().ceil())
 }
 
-/// The table stands in docs/simulation.md as it is.
+/// The table stands in docs/method/simulation.md as it is.
 pub fn documented(table: &str) {
-    let document = std::fs::read_to_string("docs/simulation.md").expect("docs/simulation.md");
+    let document =
+        std::fs::read_to_string("docs/method/simulation.md").expect("docs/method/simulation.md");
     assert!(
         document.contains(table.trim_end()),
-        "docs/simulation.md has another table than this:\n{table}"
+        "docs/method/simulation.md has another table than this:\n{table}"
     );
 }

@@ -19,7 +19,7 @@ pub struct Missing {
 pub enum Unclear {
     /// No rows of numbers.
     #[error(
-        "no table of numbers was found in its first lines{}; a mapping file says how it is laid out: --map MAP.toml (docs/import.md)", began(.0)
+        "no table of numbers was found in its first lines{}; a mapping file says how it is laid out: --map MAP.toml (docs/reference/import.md)", began(.0)
     )]
     NoTable(Vec<String>),
     /// No text at all.
