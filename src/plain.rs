@@ -80,6 +80,24 @@ pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     ))
 }
 
+/// A word of a command line, in quotes where a shell would take it apart.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=,-~".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    if one_line(word) == word {
+        return format!("'{}'", word.replace('\'', "'\\''"));
+    }
+    // What steers a terminal or begins a line is written as bash reads it back.
+    let escaped = word.chars().map(|c| match c {
+        '\'' | '\\' => format!("\\{c}"),
+        c if one_line(c.encode_utf8(&mut [0; 4])).contains(c) => c.to_string(),
+        c => format!("\\u{:04x}", u32::from(c)),
+    });
+    format!("$'{}'", escaped.collect::<String>())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -29,12 +29,16 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     // The sentence comes first.
     let sentence = json["sentence"].as_str().expect("a sentence");
     let lead = page.find("class=\"lead\"").expect("a lead");
-    let escaped = sentence.replace('\'', "&#39;");
+    let escaped = motorlab::report::escaped(sentence);
     assert!(
         page.find(&escaped)
             .is_some_and(|at| at > lead && at < lead + 20)
     );
     assert!(page.find("<h2>").is_some_and(|at| at > lead));
+
+    // The command to copy asks the same again, and every number beside it is one of the document.
+    assert!(sentence.contains("--motor motor.toml"), "{sentence}");
+    assert_numbers_of(&json, sentence);
 
     // Nothing is fetched, nothing runs, and the file's name is text.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
@@ -68,5 +72,46 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
             page.contains(&format!("<td>{name}: {parameter}</td>")),
             "{parameter}"
         );
+    }
+}
+
+/// Every number of a text but those of its commands is a number of the document, or follows from two, as it is rounded there.
+fn assert_numbers_of(document: &serde_json::Value, text: &str) {
+    let mut known = Vec::new();
+    numbers(document, &mut known);
+    let gap = |key: &str| document["gap"][key].as_f64().expect("a number");
+    known.push(gap("before") / gap("travel"));
+    let shares: Vec<f64> = known.iter().map(|number| 100.0 * number).collect();
+    known.extend(shares);
+    let regions = document["where"]["regions"].as_array().expect("a list");
+    for region in regions {
+        let alike = regions
+            .iter()
+            .filter(|other| other["regime"] == region["regime"]);
+        known.push(100.0 * alike.filter_map(|r| r["share"].as_f64()).sum::<f64>());
+    }
+    let mut told = 0;
+    for word in text.split('`').step_by(2).flat_map(str::split_whitespace) {
+        let word = word.trim_matches(|c: char| "(),.;:%".contains(c));
+        let Ok(number) = word.parse::<f64>() else {
+            continue;
+        };
+        let decimals = word.split_once('.').map_or(0, |(_, after)| after.len());
+        // Shares are rounded down, all else to the nearest.
+        let step = 10f64.powi(-i32::try_from(decimals).expect("few"));
+        let is_near =
+            |known: &f64| (known - number).abs() <= 0.5001 * step || known.floor() == number;
+        assert!(known.iter().any(is_near), "{word} in {text}");
+        told += 1;
+    }
+    assert!(told >= 5, "{text}");
+}
+
+fn numbers(value: &serde_json::Value, into: &mut Vec<f64>) {
+    match value {
+        serde_json::Value::Number(number) => into.extend(number.as_f64()),
+        serde_json::Value::Array(values) => values.iter().for_each(|value| numbers(value, into)),
+        serde_json::Value::Object(map) => map.values().for_each(|value| numbers(value, into)),
+        _ => (),
     }
 }

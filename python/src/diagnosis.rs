@@ -2,7 +2,7 @@
 
 use motorlab::check::{check, is_fatal};
 use motorlab::diagnose as diagnosing;
-use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, Options, nominal_fit};
+use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit};
 use motorlab::motor;
 use motorlab::recording;
 use motorlab::report::diagnosis::page;
@@ -148,9 +148,17 @@ impl Question {
             false => &self.reference,
         };
         let is_unknown = self.motor.is_none() && first.iter().any(recording::Run::is_foreign);
+        let mut nominal_source = match self.motor {
+            Some(_) => NominalSource::Given,
+            None => NominalSource::Handout,
+        };
         let mut motor = self.motor.unwrap_or_default();
         if self.is_fitted.unwrap_or(is_unknown) {
-            motor = nominal_fit(first, &motor)?.motor;
+            let fit = nominal_fit(first, &motor)?;
+            if !fit.is_given {
+                nominal_source = NominalSource::Fit;
+            }
+            motor = fit.motor;
         }
         let options = Options {
             held_out: &self.held_out,
@@ -158,6 +166,8 @@ impl Question {
             repeats: &self.repeats,
             good_enough: self.good_enough,
             is_doubtful: is_bad,
+            nominal_source,
+            asked: None,
             progress: &|_| given.go_on(),
         };
         let mut diagnosis = diagnosing::diagnose(&self.runs, &motor, &options)?;

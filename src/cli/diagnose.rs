@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::asked::asked_here;
 use super::diagnose_text::show;
 use super::findings::check_and_say;
 use super::foreign::unreadable;
@@ -13,10 +14,12 @@ use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
 use super::{Failure, Output, Status};
 use crate::check::{Finding, is_fatal};
-use crate::diagnose::{BadRecording, GoodEnough, NominalFit, Options, diagnose, nominal_fit};
+use crate::diagnose::{
+    BadRecording, GoodEnough, NominalFit, NominalSource, Options, SeenMotor, diagnose, nominal_fit,
+};
 use crate::plain::shown;
-use crate::recording::{Run, read_run};
-use crate::report::diagnosis::page;
+use crate::recording::{CommandKind, Run, read_run};
+use crate::report::diagnosis::{page, seen_words};
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
@@ -100,11 +103,19 @@ impl Diagnose {
         } else {
             &reference
         };
+        let mut nominal_source = match self.motor.is_given() {
+            true => NominalSource::Given,
+            false => NominalSource::Handout,
+        };
         if self.is_fitted(first) {
             let fit = nominal_fit(first, &motor).map_err(Failure::input)?;
-            output.message(&words_of(&fit));
+            output.message(&words_of(&fit, first[0].command_kind));
+            if !fit.is_given {
+                nominal_source = NominalSource::Fit;
+            }
             motor = fit.motor;
         }
+        let asked = asked_here();
         let spinner = ProgressBar::new_spinner();
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             spinner.set_style(style);
@@ -117,6 +128,8 @@ impl Diagnose {
             repeats: &repeats,
             good_enough: self.good_enough,
             is_doubtful: is_bad,
+            nominal_source,
+            asked: Some(&asked),
             progress: &progress,
         };
         let found = diagnose(&runs, &motor, &options);
@@ -208,9 +221,8 @@ fn good_enough(text: &str) -> Result<GoodEnough, String> {
     }
 }
 
-/// What the fit came to, and by how much it misses.
-fn words_of(fit: &NominalFit) -> String {
-    let p = &fit.motor.parameters;
+/// What the fit came to in what the runs tell, and by how much it misses.
+fn words_of(fit: &NominalFit, kind: CommandKind) -> String {
     let given = match fit.given_left_counts {
         Some(left) => format!("the motor it starts from leaves {left:.2}"),
         None => "the motor it starts from cannot be simulated".to_owned(),
@@ -219,18 +231,13 @@ fn words_of(fit: &NominalFit) -> String {
         "it leaves {:.2} counts of position, {given}, a shaft that stands still {:.1}",
         fit.left_counts, fit.at_rest_counts
     );
-    if fit.is_given {
-        return format!("nominal: the given motor, since no first-order fit leaves less: {left}");
+    match SeenMotor::of(&fit.motor, kind).filter(|_| !fit.is_given) {
+        None => format!("nominal: the given motor, since no first-order fit leaves less: {left}"),
+        Some(seen) => format!(
+            "nominal: the first-order motor that fits these runs best ({}): {left}",
+            seen_words(&seen)
+        ),
     }
-    format!(
-        "nominal: the first-order model's best fit to these runs (R = {:.4} ohm and Kt = {:.4} N m/A taken as given: \
-         J = {:.4e} kg m2, Kb = {:.4e} V s/rad, Tf = {:.4e} N m): {left}",
-        p.resistance_ohm,
-        p.torque_constant_nm_per_a,
-        p.inertia_kg_m2,
-        p.back_emf_v_s_per_rad,
-        p.coulomb_friction_nm
-    )
 }
 
 /// Ends a diagnosis before anything is fitted: the recording has to be mended first.

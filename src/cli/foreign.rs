@@ -7,7 +7,8 @@ use thiserror::Error;
 
 use super::Failure;
 use super::import::{open, run_name};
-use crate::import::{Form, Said, Unclear, quoted, understand};
+use crate::import::{Form, Said, Unclear, understand};
+use crate::plain::quoted;
 use crate::recording::{ReadError, ReadProblem};
 
 /// Bytes of the file that are looked at.

@@ -15,10 +15,8 @@ use super::import_words::{say, say_understood};
 use super::output_file::{Force, Form, Outputs};
 use super::{Failure, Output, Status};
 use crate::check::Finding;
-use crate::import::{
-    ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over, quoted,
-};
-use crate::plain::shown;
+use crate::import::{ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over};
+use crate::plain::{quoted, shown};
 use crate::recording::{next_free_name, refuse_no_file};
 
 /// Turn a log that another program wrote into a run file: by the names of its columns, by flags, or by a mapping file.

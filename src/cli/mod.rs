@@ -4,6 +4,7 @@
 //! With `--json` one JSON document goes to standard output and nothing else; messages and progress
 //! go to standard error.
 
+mod asked;
 mod blind;
 mod capture;
 mod capture_report;

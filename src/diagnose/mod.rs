@@ -29,8 +29,8 @@ pub use error::DiagnoseError;
 pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     BadRecording, Cause, Diagnosis, EffectSet, Evidence, Fitted, FloorParts, Gap, GoodEnough,
-    Interval, KnownChange, NextExperiment, Place, ReferenceRuns, Regime, Region, Rival, SHAPE,
-    Step, Verdict, other_means,
+    Interval, KnownChange, NextExperiment, NominalSource, Place, ReferenceRuns, Regime, Region,
+    Rival, SHAPE, SeenMotor, Step, Verdict, other_means,
 };
 
 use crate::check::check;
@@ -56,6 +56,10 @@ pub struct Options<'a> {
     pub good_enough: Option<GoodEnough>,
     /// Whether something fatal was found in the recordings: nothing is said with more than 90 % then.
     pub is_doubtful: bool,
+    /// Where the numbers of the motor come from.
+    pub nominal_source: NominalSource,
+    /// The command line that asks this: what to do next repeats it. None where the runs' names say enough.
+    pub asked: Option<&'a str>,
     /// Is told what is being done.
     pub progress: &'a dyn Fn(&str),
 }
@@ -68,6 +72,8 @@ impl Default for Options<'_> {
             repeats: &[],
             good_enough: None,
             is_doubtful: false,
+            nominal_source: NominalSource::Given,
+            asked: None,
             progress: &|_| (),
         }
     }
@@ -148,6 +154,11 @@ pub fn diagnose(
         repeats: options.repeats,
         good_enough: options.good_enough,
         is_doubtful: options.is_doubtful,
+        nominal_source: options.nominal_source,
+        asked: options.asked.map_or_else(
+            || report::asked(runs, options.held_out, options.reference),
+            str::to_owned,
+        ),
         steps: conclusion::steps(&found, &unknown),
     };
     let mut diagnosis = conclusion::conclude(grounds).ok_or(DiagnoseError::NoFit)?;

@@ -118,6 +118,10 @@ pub(crate) const NAMED_REGIME: f64 = 0.25;
 pub(crate) const AS_IT_IS: f64 = 1.0;
 /// Rivals are named in a sentence up to so many words; the others are counted. Convention: a sentence has 25 at most.
 pub(crate) const RIVAL_WORDS: usize = 14;
+/// So many named effects are explained in the sentence. Convention: more is no sentence.
+pub(crate) const EXPLAINED_EFFECTS: usize = 2;
+/// A command to copy has so many characters at most in the sentence. Convention: three lines of a terminal.
+pub(crate) const COPIED_CHARACTERS: usize = 240;
 /// Separation in standard deviations below which two models are one class: beyond it one draw in 700 mistakes them.
 pub(crate) const TIE: f64 = 3.0;
 /// Where no experiment separates any pair so far, one is still asked for that separates some by this much.

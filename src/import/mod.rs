@@ -37,6 +37,6 @@ pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::Map;
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
-    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, quoted, understand,
+    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, understand,
     understand_table,
 };

@@ -22,16 +22,6 @@ impl FloorParts {
         let stated = [self.repeats, self.good_enough];
         stated.into_iter().flatten().fold(self.rounding, f64::max)
     }
-
-    /// Where the largest comes from, in words.
-    pub(crate) fn words(&self) -> &'static str {
-        let largest = self.largest();
-        match self {
-            _ if self.good_enough == Some(largest) => "what is called good enough",
-            _ if self.repeats == Some(largest) => "what repeats differ by",
-            _ => "what rounding leaves",
-        }
-    }
 }
 
 /// The floor of these runs. What rounding leaves is that of the motor without effects: where one slips or jumps, a start's error grows

@@ -19,7 +19,9 @@ use super::design::next_experiment;
 use super::error::name_of;
 use super::fit::{Base, Fit, Left, score_at};
 use super::pieces::{Pieces, Thinned};
-use super::report::{Diagnosis, Gap, GoodEnough, Place, SHAPE, Step, Verdict};
+use super::report::{
+    Diagnosis, Gap, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict,
+};
 use super::selection::Forward;
 use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
 use super::validation::Unknown;
@@ -53,6 +55,10 @@ pub(crate) struct Grounds<'a> {
     pub good_enough: Option<GoodEnough>,
     /// Whether something fatal was found in the recordings.
     pub is_doubtful: bool,
+    /// Where the nominal motor comes from.
+    pub nominal_source: NominalSource,
+    /// The command that asks.
+    pub asked: String,
     pub steps: Vec<Step>,
 }
 
@@ -142,7 +148,9 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         is_held_out: grounds.held.is_some(),
         is_doubtful: grounds.is_doubtful,
         unknown: weights.unknown,
+        asked: grounds.asked,
     };
+    let is_fit = grounds.nominal_source == NominalSource::Fit && grounds.reference.is_none();
     let mut diagnosis = Diagnosis {
         shape: SHAPE,
         verdict: said.verdict,
@@ -178,6 +186,9 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         steps: grounds.steps,
         elapsed_s: 0.0,
         reference: grounds.reference.map(Reference::report),
+        fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind))).flatten(),
+        nominal_source: grounds.nominal_source,
+        command_kind: base.kind,
         nominal: base.motor.clone(),
         model: shown.with_effects.left.motor,
         refitted: shown.refitted.left.motor,

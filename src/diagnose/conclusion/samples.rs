@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::report::{
-    Diagnosis, Fitted, FloorParts, Gap, Place, Regime, Region, SHAPE, Verdict,
+    Diagnosis, Fitted, FloorParts, Gap, NominalSource, Place, Regime, Region, SHAPE, Verdict,
 };
-use crate::motor::Motor;
+use crate::motor::{CommandKind, Motor};
 
 /// Rungs above a floor of rounding.
 pub(crate) fn gap([before, after_parameters, after_effect]: [f64; 3], floor: f64) -> Gap {
@@ -66,6 +66,9 @@ pub(crate) fn diagnosis(verdict: Verdict, effects: Option<&&[&'static str]>) -> 
         steps: Vec::new(),
         elapsed_s: 0.0,
         reference: None,
+        fitted_nominal: None,
+        nominal_source: NominalSource::Given,
+        command_kind: CommandKind::Voltage,
         nominal: Motor::default(),
         model: Motor::default(),
         refitted: Motor::default(),

@@ -1,7 +1,7 @@
 //! What has changed since reference runs, in plain sentences.
 
-use super::words::{rivals, sure, words};
-use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
+use super::words::{rivals, three};
+use crate::diagnose::report::{Cause, Interval};
 use crate::motor::catalogue::find;
 
 /// What a diagnosis against a reference says beside its own figures.
@@ -11,49 +11,6 @@ pub(crate) struct Since {
     pub changed: Vec<String>,
     /// Sets that the runs show and that the reference may have had as well.
     pub alike: Vec<Vec<&'static str>>,
-}
-
-/// What the verdict says of runs that are held against a reference; none where it says nothing of a change.
-pub(crate) fn lead(
-    said: &Diagnosis,
-    tied: &[Vec<&'static str>],
-    is_by_floor: bool,
-) -> Option<String> {
-    let sure = sure(said.probability);
-    let of_several = "These runs cannot tell which.";
-    let more = "Something more has changed that no named effect explains.";
-    Some(match said.verdict {
-        Verdict::NoChange if is_by_floor => {
-            let floor = said.gap.floor_parts.words();
-            format!("These runs do as the reference did, but for less than {floor} ({sure}).")
-        }
-        Verdict::Effect => format!("What has changed is {} ({sure}).", words(&said.effects)),
-        Verdict::Partial if tied.len() > 1 => {
-            let rivals = rivals(tied);
-            format!("What has changed is {rivals} ({sure}). {of_several} {more}")
-        }
-        Verdict::Partial => {
-            let effects = words(&said.effects);
-            format!("What has changed is {effects} ({sure}). {more}")
-        }
-        Verdict::Ambiguous if tied.len() < 2 => format!(
-            "What has changed may be {} ({sure}). These runs do not tell it from other causes.",
-            rivals(tied)
-        ),
-        Verdict::Ambiguous => {
-            let is = if said.probability <= 0.5 {
-                "may be"
-            } else {
-                "is"
-            };
-            let rivals = rivals(tied);
-            format!("What has changed {is} {rivals} ({sure}). {of_several}")
-        }
-        Verdict::OutsideCatalogue => {
-            format!("Something has changed that no known effect explains ({sure}).")
-        }
-        _ => return None,
-    })
 }
 
 /// What the runs show that is no change, since the reference may have had it as well.
@@ -93,7 +50,7 @@ fn sentence(effect: &str, number: &Interval) -> String {
         "" => String::new(),
         unit => format!(" {unit}"),
     };
-    let value = digits(number.value);
+    let value = three(number.value);
     match number.reference.filter(|then| *then != 0.0) {
         None => format!("Since the reference {effect} is new, with {value}{unit}."),
         Some(then) => {
@@ -101,20 +58,9 @@ fn sentence(effect: &str, number: &Interval) -> String {
                 true => "grown",
                 false => "shrunk",
             };
-            let then = digits(then);
+            let then = three(then);
             format!("Since the reference {effect} has {has} from {then} to {value}{unit}.")
         }
-    }
-}
-
-/// A number with three digits that count.
-fn digits(value: f64) -> String {
-    let size = value.abs().max(1e-12).log10().floor() as i32;
-    let decimals = usize::try_from(2 - size).unwrap_or(0);
-    let text = format!("{value:.decimals$}");
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
     }
 }
 
@@ -148,7 +94,5 @@ mod tests {
                 "Since the reference backlash is new, with 0.02 rad."
             );
         }
-        assert_eq!(digits(1234.6), "1235");
-        assert_eq!(digits(-0.00456), "-0.00456");
     }
 }

@@ -28,20 +28,37 @@ pub(crate) fn words(set: &[&str]) -> String {
 
 /// Rivals, as many as are read.
 pub(crate) fn rivals(sets: &[Vec<&'static str>]) -> String {
+    listed(sets.iter().map(|set| words(set)).collect(), "or")
+}
+
+/// The same of causes as the document names them.
+pub(crate) fn rivals_of(causes: &[&str]) -> String {
+    let name = |cause: &&str| match *cause {
+        "none" => "no effect at all".to_owned(),
+        "unknown" => "an unknown cause".to_owned(),
+        ids => words(&ids.split('+').collect::<Vec<&str>>()),
+    };
+    listed(causes.iter().map(name).collect(), "and")
+}
+
+fn listed(all: Vec<String>, last_word: &str) -> String {
+    let count = all.len();
     let mut names: Vec<String> = Vec::new();
     let mut length = 0;
-    for name in sets.iter().map(|set| words(set)) {
+    for name in all {
         length += name.split_whitespace().count();
         if !names.is_empty() && length > RIVAL_WORDS {
             break;
         }
         names.push(name);
     }
-    if names.len() < sets.len() {
-        names.push(format!("{} more", sets.len() - names.len()));
+    if names.len() < count {
+        names.push(format!("{} more", count - names.len()));
     }
     match names.split_last() {
-        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        Some((last, others)) if !others.is_empty() => {
+            format!("{} {last_word} {last}", others.join(", "))
+        }
         _ => names.concat(),
     }
 }
@@ -55,6 +72,17 @@ pub(crate) fn digits(percent: f64) -> String {
     }
 }
 
+/// A number with three digits that count.
+pub(crate) fn three(value: f64) -> String {
+    let size = value.abs().max(1e-12).log10().floor() as i32;
+    let decimals = usize::try_from(2 - size).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,5 +93,12 @@ mod tests {
         assert_eq!(sure(0.9899), "99 % sure");
         assert_eq!(sure(0.9989), "99.8 % sure");
         assert_eq!(sure(1.0), "over 99.9 % sure");
+    }
+
+    #[test]
+    fn three_digits_count_whatever_the_size() {
+        assert_eq!(three(1234.6), "1235");
+        assert_eq!(three(-0.00456), "-0.00456");
+        assert_eq!(three(0.0), "0");
     }
 }

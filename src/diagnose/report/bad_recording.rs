@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{SHAPE, Verdict};
 use crate::check::{Finding, Severity};
+use crate::plain::quoted;
 
 /// The document in the shape `motorlab-diagnosis/2` with the verdict `bad_recording`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,17 +41,14 @@ pub struct BadRecording {
 impl BadRecording {
     /// The document of these findings, of which one at least is fatal.
     pub fn of(findings: Vec<Finding>) -> Self {
-        let fatal = findings
+        let fatal: Vec<&Finding> = findings
             .iter()
-            .filter(|finding| finding.severity == Severity::Fatal);
-        let said: Vec<String> = fatal.map(Finding::sentence).collect();
+            .filter(|finding| finding.severity == Severity::Fatal)
+            .collect();
         Self {
             shape: SHAPE,
             verdict: Verdict::BadRecording,
-            sentence: format!(
-                "{}. Nothing is diagnosed before that is mended (--despite-findings goes on)",
-                said.join(". ")
-            ),
+            sentence: sentence(&fatal),
             probability: 1.0,
             effects: [],
             causes: [],
@@ -63,4 +61,23 @@ impl BadRecording {
             elapsed_s: 0.0,
         }
     }
+}
+
+/// The same four parts as of every verdict: no gap is measured, the cause is in the recording, what to do.
+fn sentence(fatal: &[&Finding]) -> String {
+    let mut whats: Vec<&str> = fatal.iter().map(|found| found.message.as_str()).collect();
+    let mut remedies: Vec<&str> = fatal.iter().map(|found| found.remedy.as_str()).collect();
+    let mut runs: Vec<String> = fatal.iter().map(|found| quoted(&found.run)).collect();
+    for words in [&mut whats, &mut remedies] {
+        words.dedup();
+    }
+    runs.dedup();
+    format!(
+        "No gap is measured: the recording itself is wrong. The cause, read off the recording: {}. \
+         How far a gap would shrink is not known before that is mended. Next, {}; then look again: `motorlab check {}` \
+         (--despite-findings goes on all the same).",
+        whats.join("; "),
+        remedies.join("; "),
+        runs.join(" ")
+    )
 }

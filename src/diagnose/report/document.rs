@@ -5,9 +5,9 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::{Gap, NextExperiment, Place, Step};
+use super::{Gap, NextExperiment, NominalSource, Place, SeenMotor, Step};
 use crate::check::Finding;
-use crate::motor::Motor;
+use crate::motor::{CommandKind, Motor};
 
 /// Version of the document.
 pub const SHAPE: &str = "motorlab-diagnosis/2";
@@ -74,6 +74,15 @@ pub struct Diagnosis {
     /// The runs that these are held against, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceRuns>,
+    /// The nominal motor in what the runs tell, where it was fitted to them because nobody says which motor it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fitted_nominal: Option<SeenMotor>,
+    /// Where the nominal motor comes from.
+    #[serde(skip)]
+    pub nominal_source: NominalSource,
+    /// What the command drives: voltage, current or torque.
+    #[serde(skip)]
+    pub command_kind: CommandKind,
     /// The motor that the runs are held against: the motor file's, or the reference's.
     #[serde(skip)]
     pub nominal: Motor,

@@ -30,7 +30,7 @@ use super::Map;
 use super::lines::lines;
 use super::map_file::MapFile;
 use super::table::Table;
-use crate::plain::one_line;
+use crate::plain::quoted;
 
 /// A log's beginning in bytes that is looked at.
 pub const HEAD_BYTES: u64 = 4 << 20;
@@ -131,22 +131,4 @@ fn finished(command: &str, flags: &[(&'static str, String)]) -> String {
         }
     }
     line
-}
-
-/// A word of a command line, in quotes where a shell would take it apart.
-pub fn quoted(word: &str) -> String {
-    let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=,-~".contains(c);
-    if !word.is_empty() && word.chars().all(is_plain) {
-        return word.to_owned();
-    }
-    if one_line(word) == word {
-        return format!("'{}'", word.replace('\'', "'\\''"));
-    }
-    // What steers a terminal or begins a line is written as bash reads it back.
-    let escaped = word.chars().map(|c| match c {
-        '\'' | '\\' => format!("\\{c}"),
-        c if one_line(c.encode_utf8(&mut [0; 4])).contains(c) => c.to_string(),
-        c => format!("\\u{:04x}", u32::from(c)),
-    });
-    format!("$'{}'", escaped.collect::<String>())
 }

@@ -15,7 +15,7 @@ use crate::motor::SimulationError;
 use crate::recording::Run;
 use laid::{LaidRun, lay};
 
-pub use words::{cause_words, effects_words, of_reference, rungs, strongest};
+pub use words::{cause_words, effects_words, of_reference, rungs, seen_words, strongest};
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;

@@ -1,9 +1,10 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
-use crate::diagnose::{Diagnosis, ReferenceRuns};
+use crate::diagnose::{Diagnosis, ReferenceRuns, SeenMotor};
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
+use crate::units::rpm_from_rad_s;
 
 /// An effect of the catalogue by its id.
 pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
@@ -68,6 +69,17 @@ pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
         Some(_) => "reference's",
         None => "file's",
     }
+}
+
+/// A motor in what voltage in and position out tell of it.
+pub fn seen_words(seen: &SeenMotor) -> String {
+    let unit = seen.command_unit;
+    format!(
+        "{} RPM per {unit}, time constant {} s, friction {} {unit}",
+        figure(rpm_from_rad_s(seen.steady_rad_s_per_unit), 3),
+        figure(seen.time_constant_s, 3),
+        figure(seen.friction, 3)
+    )
 }
 
 /// What the reference is, in a sentence.

@@ -1,0 +1,58 @@
+//! The command line as it was typed, without what it only writes: what to do next repeats it.
+
+use crate::plain::quoted;
+
+/// Flags of `diagnose` that change no figure, and whether a word follows.
+const WRITING: [(&str, bool); 5] = [
+    ("--json", false),
+    ("--explain", false),
+    ("--force", false),
+    ("--html", true),
+    ("--model-out", true),
+];
+
+/// The words behind the program's name as one line to copy.
+pub(super) fn asked(words: impl Iterator<Item = String>) -> String {
+    let mut line = "motorlab".to_owned();
+    let mut words = words;
+    while let Some(word) = words.next() {
+        let flag = word.split_once('=').map_or(word.as_str(), |(flag, _)| flag);
+        match WRITING.iter().find(|(name, _)| *name == flag) {
+            Some((_, true)) if flag == word => {
+                words.next();
+            }
+            Some(_) => (),
+            None => {
+                line.push(' ');
+                line.push_str(&quoted(&word));
+            }
+        }
+    }
+    line
+}
+
+/// Of this process.
+pub(super) fn asked_here() -> String {
+    asked(
+        std::env::args_os()
+            .skip(1)
+            .map(|word| word.to_string_lossy().into_owned()),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_only_written_is_left_out() {
+        let words = "diagnose a.csv --html why.html --json --motor=m.toml --html=x --model-out d.toml --good-enough 1%";
+        let line = asked(words.split(' ').map(str::to_owned));
+        assert_eq!(
+            line,
+            "motorlab diagnose a.csv --motor=m.toml --good-enough 1%"
+        );
+        let spaced = ["diagnose", "my run.csv"].map(str::to_owned);
+        assert_eq!(asked(spaced.into_iter()), "motorlab diagnose 'my run.csv'");
+    }
+}
