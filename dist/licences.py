@@ -32,11 +32,20 @@ def linked(target: str) -> list[dict]:
     return sorted((packages[at] for at in reached if packages[at]["source"]), key=lambda one: (one["name"], one["version"]))
 
 
+def inside() -> list[tuple[str, pathlib.Path]]:
+    """What others wrote that is kept in the source: its title, and the file of its licence beside it."""
+    root = pathlib.Path(__file__).resolve().parent.parent / "src"
+    licences = sorted(root.rglob("LICENSE"))
+    return [((path.parent / "README.md").read_text(encoding="utf-8").splitlines()[0].lstrip("# "), path) for path in licences]
+
+
 def main() -> None:
     packages = linked(sys.argv[1])
     print("Licences of what motorlab is linked with\n")
     for package in packages:
         print(f"{package['name']} {package['version']}: {package['license'] or 'see its text'}")
+    for name, path in inside():
+        print(f"{name}: {path.read_text(encoding='utf-8').splitlines()[0]}")
     # A text that several have stands once.
     bearers: dict[str, list[str]] = {}
     for package in packages:
@@ -44,6 +53,8 @@ def main() -> None:
         for path in sorted({path for pattern in TEXTS for path in folder.glob(pattern) if path.is_file()}):
             text = path.read_text(encoding="utf-8", errors="replace").strip()
             bearers.setdefault(text, []).append(f"{package['name']} {package['version']}")
+    for name, path in inside():
+        bearers.setdefault(path.read_text(encoding="utf-8").strip(), []).append(name)
     for text, names in bearers.items():
         print(f"\n{'=' * 80}\n{', '.join(names)}\n{'=' * 80}\n\n{text}")
 

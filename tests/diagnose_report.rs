@@ -26,15 +26,30 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
 
-    // The sentence comes first.
+    // What the check finds comes first, then the sentence in its four parts, then pictures.
     let sentence = json["sentence"].as_str().expect("a sentence");
-    let lead = page.find("class=\"lead\"").expect("a lead");
-    let escaped = motorlab::report::escaped(sentence);
-    assert!(
-        page.find(&escaped)
-            .is_some_and(|at| at > lead && at < lead + 20)
-    );
-    assert!(page.find("<h2>").is_some_and(|at| at > lead));
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let lead = at("<dl class=\"lead\">");
+    assert!(at("motorlab check finds nothing wrong") < lead && lead < at("<h2>"));
+    let plain = page.replace("<code>", "`").replace("</code>", "`");
+    for name in [
+        "The gap",
+        "Its cause",
+        "How far it shrinks",
+        "What to do next",
+    ] {
+        let part = plain
+            .split(&format!("<dt>{name}</dt><dd>"))
+            .nth(1)
+            .expect("a part");
+        let part = part.split("</dd>").next().expect("its end");
+        for piece in part.split('`') {
+            assert!(
+                motorlab::report::escaped(sentence).contains(piece),
+                "{piece}"
+            );
+        }
+    }
 
     // The command to copy asks the same again, and every number beside it is one of the document.
     assert!(sentence.contains("--motor motor.toml"), "{sentence}");
@@ -42,13 +57,15 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
 
     // Nothing is fetched, nothing runs, and the file's name is text.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
-    assert!(!addresses.contains("http") && !page.contains("src=\"") && !page.contains("href"));
-    assert!(!page.contains("<script") && !page.contains("<img") && !page.contains("\"'>"));
+    let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
+    assert!(!addresses.contains("http") && !page.contains("src=\"") && !page.contains("href="));
+    assert_eq!(page.matches("<script").count(), 1);
+    assert!(!page.contains("<script>alert") && !page.contains("<img") && !page.contains("\"'>"));
     assert!(page.contains("alert(2)&gt;.csv"));
 
     // Rungs, stages and the overlays twice each (desk and phone), four pictures of what orders the gap.
     let titles = |title: &str| page.matches(&format!("aria-label=\"{title}\"")).count();
-    assert_eq!(titles("Position error"), 2);
+    assert_eq!(titles("Position error over pieces"), 2);
     assert_eq!(titles("Stage of the chain"), 2);
     for axis in [
         "speed (RPM)",
@@ -58,6 +75,30 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     ] {
         assert!(page.contains(&format!(">{axis}</text></svg>")), "{axis}");
     }
+    // One measure: under the pictures stand, run by run, the figures that the bars have of all runs together.
+    let of_run = |text: &str| -> f64 {
+        let number = text
+            .split("nominal ")
+            .nth(1)
+            .and_then(|rest| rest.split(',').next());
+        number
+            .and_then(|number| number.parse().ok())
+            .expect("a number")
+    };
+    let captions = page
+        .split("Position error in counts RMS over pieces: ")
+        .skip(1);
+    let of_runs: Vec<f64> = captions.map(|text| of_run(text)).collect();
+    let before = json["gap"]["before"].as_f64().expect("a number");
+    assert_eq!(of_runs.len(), names.len());
+    assert!(
+        of_runs.iter().any(|run| *run <= 1.01 * before),
+        "{of_runs:?} {before}"
+    );
+    assert!(
+        of_runs.iter().any(|run| *run >= 0.99 * before),
+        "{of_runs:?} {before}"
+    );
     // The rungs and the likeliest cause are those of the document.
     for rung in ["before", "after_parameters", "floor"] {
         let value = json["gap"][rung].as_f64().expect("a number");

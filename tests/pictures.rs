@@ -40,19 +40,30 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     let done = run(directory.path(), &compare);
     assert_eq!(done.status, Some(0), "{}", done.messages);
 
-    // Without a terminal: no colours, 80 columns, every panel of both runs with its name.
+    // Without a terminal: no colours, 80 columns, every panel of the worst run with its name, and a line a run.
     assert!(!done.output.contains('\u{1b}'));
     let is_drawn = |c: char| ('\u{2801}'..='\u{28ff}').contains(&c);
     assert!(done.output.contains(is_drawn));
     for label in ["speed (RPM)", "position (counts)", "gap (counts)"] {
-        assert_eq!(done.output.matches(label).count(), 2, "{label}");
+        assert_eq!(done.output.matches(label).count(), 1, "{label}");
     }
     let plotted = done.output.lines().filter(|line| line.contains('┤'));
     assert!(plotted.map(|line| line.chars().count()).max() <= Some(80));
 
+    // Of three runs or a hundred the picture is of the worst.
+    let gap = |k: usize| {
+        json_of(directory.path(), &compare[..5])["runs"][k]["position_rmse_counts"].as_f64()
+    };
+    let (worst, name) = if gap(0) > gap(1) {
+        (0, "a&amp;b.csv")
+    } else {
+        (1, "fast.csv")
+    };
+    assert!(gap(worst) > gap(1 - worst));
     let svg = file("gap.svg");
+    assert!(svg.contains(name), "{name}");
     assert!(svg.contains("<svg ") && svg.contains("</svg>\n<!-- written by motorlab compare -->"));
-    assert!(svg.contains("a&amp;b.csv") && !svg.contains("a&b"));
+    assert!(!svg.contains("a&b"));
     for label in [
         "recorded",
         "simulated",
@@ -67,11 +78,16 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
 
     let page = file("gap.html");
     // One figure a run, drawn for a desk and for a phone.
-    assert_eq!(page.matches("<figure>").count(), 2);
+    assert_eq!(page.matches("<figure data-plot=").count(), 2);
     assert_eq!(page.matches("<svg").count(), 4);
     assert!(page.contains("inertia_kg_m2 = 0.004") && page.contains("fast.csv"));
+    // Nothing is fetched: no address but SVG's name and where uPlot, which is inside, comes from.
     let addresses = page.replace("http://www.w3.org/2000/svg", "");
-    assert!(!addresses.contains("http") && !page.contains("<script"));
+    let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
+    assert!(!addresses.contains("http") && page.contains("Copyright (c) 2022 Leon Sorokin"));
+    assert_eq!(page.matches("<script").count(), 1);
+    // The lines of the table sort, and the worst run comes first among the pictures.
+    assert!(page.contains("<table class=\"sortable\">"));
 
     // The figures on the page are those of the document.
     let json = run(directory.path(), &[&compare[..5], &["--json"]].concat());
@@ -82,4 +98,9 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
         assert!(page.contains(&format!(">{rmse:.3}<")), "{rmse}");
         assert!(done.output.contains(&format!("{rmse:.3}")), "{rmse}");
     }
+}
+
+fn json_of(directory: &std::path::Path, arguments: &[&str]) -> serde_json::Value {
+    let done = run(directory, &[arguments, &["--json"]].concat());
+    serde_json::from_str(&done.output).expect("one document")
 }

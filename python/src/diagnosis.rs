@@ -5,7 +5,7 @@ use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit};
 use motorlab::motor;
 use motorlab::recording;
-use motorlab::report::diagnosis::page;
+use motorlab::report::diagnosis::page_held_out;
 use pyo3::prelude::*;
 
 use crate::apart::{Given, apart};
@@ -33,6 +33,7 @@ pub(crate) struct Asked<'py> {
 pub(crate) struct Diagnosis {
     found: Found,
     runs: Vec<recording::Run>,
+    held_out: Vec<recording::Run>,
 }
 
 enum Found {
@@ -77,7 +78,7 @@ impl Diagnosis {
         match &self.found {
             Found::Bad(document) => Err(refused(py, document.sentence.clone())),
             Found::Diagnosis(diagnosis) => py
-                .detach(|| page(diagnosis, &self.runs, title))
+                .detach(|| page_held_out(diagnosis, &self.runs, &self.held_out, title))
                 .map_err(|error| refused(py, error)),
         }
     }
@@ -117,10 +118,14 @@ pub(crate) fn diagnose(
         },
         motor: motor.map(|motor| motor.inner.clone()),
     };
-    let runs = question.runs.clone();
+    let (runs, held_out) = (question.runs.clone(), question.held_out.clone());
     let found = apart(py, move |given| question.answer(given))?;
     let found = found.map_err(|error| refused(py, error))?;
-    Ok(Diagnosis { found, runs })
+    Ok(Diagnosis {
+        found,
+        runs,
+        held_out,
+    })
 }
 
 struct Question {

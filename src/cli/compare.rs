@@ -15,7 +15,8 @@ use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
-use crate::report::comparison::{figures_table, overlay, page, verdict};
+use crate::report::comparison::{all_words, figures_table, overlay, page, verdict, worst_first};
+use crate::report::table::Table;
 use crate::report::{Size, svg};
 
 /// Lay recorded runs over their simulation, in RPM and in counts, and say how far they are apart.
@@ -37,12 +38,22 @@ pub struct Compare {
     /// Write everything as one HTML file that needs no network.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Write the picture of the first run as SVG.
+    /// Write the picture of the run with the largest gap as SVG.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
     force: Force,
 }
+
+/// Columns of the figures that a line of several runs has on a terminal, and their names there.
+const SHORT: [(usize, &str); 6] = [
+    (0, "run"),
+    (1, "TS (s)"),
+    (3, "lost"),
+    (4, "gap (counts RMS)"),
+    (5, "largest"),
+    (7, "speed (RPM RMS)"),
+];
 
 impl Compare {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
@@ -99,29 +110,41 @@ impl Compare {
             let title = format!("Recorded against simulated ({})", self.motor.words());
             outputs.write(path, &page(&pairs, motor, &title), Form::Markup, output)?;
         }
-        if let (Some(path), Some(run), Some(first)) = (&self.svg, runs.first(), overlays.first()) {
+        let figures: Vec<_> = overlays.iter().map(|overlay| &overlay.figures).collect();
+        if let (Some(path), Some(&worst)) = (&self.svg, worst_first(&figures).first()) {
+            let (run, laid) = (&runs[worst], &overlays[worst]);
             let size = Size {
                 width: 860,
                 height: 760,
             };
-            let figure = overlay(run, first, &first.figures.path);
+            let figure = overlay(run, laid, &laid.figures.path);
             outputs.write(path, &svg::document(&figure, size), Form::Markup, output)?;
         }
         Ok(())
     }
 
+    /// One run whole; of several a line each and the picture of the worst.
     fn show(&self, runs: &[Run], overlays: &[Overlay], output: &Output) -> Result<(), Failure> {
-        for (run, laid) in runs.iter().zip(overlays) {
-            let figure = overlay(run, laid, &laid.figures.path);
-            for panel in figure.panels.iter().take(3) {
-                output.picture(&on_terminal(panel, &figure.x_label))?;
-            }
-            output.line(&verdict(&laid.figures))?;
-        }
         let figures: Vec<_> = overlays.iter().map(|overlay| &overlay.figures).collect();
+        let Some(&worst) = worst_first(&figures).first() else {
+            return Ok(());
+        };
+        let (run, laid) = (&runs[worst], &overlays[worst]);
+        let figure = overlay(run, laid, &laid.figures.path);
+        for panel in figure.panels.iter().take(3) {
+            output.picture(&on_terminal(panel, &figure.x_label))?;
+        }
+        output.line(&verdict(&laid.figures))?;
         let (names, rows) = figures_table(&figures);
-        for row in rows {
-            for (name, cell) in names.iter().zip(row) {
+        if rows.len() > 1 {
+            let mut table = Table::new(SHORT.map(|(_, name)| name));
+            for row in rows {
+                table.row(SHORT.map(|(column, _)| row[column].clone()));
+            }
+            output.line(table.to_string().trim_end())?;
+            output.line(&all_words(&figures).unwrap_or_default())?;
+        } else {
+            for (name, cell) in names.iter().zip(rows.concat()) {
                 output.line(&format!("  {name:<24} {cell}"))?;
             }
         }

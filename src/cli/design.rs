@@ -158,7 +158,7 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
 }
 
 /// What to record next, in words.
-pub(super) fn next_line(next: &NextExperiment) -> String {
+fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
         [one] => format!("show whether {one} is there"),
         several => {

@@ -19,7 +19,7 @@ use crate::diagnose::{
 };
 use crate::plain::shown;
 use crate::recording::{CommandKind, Run, read_run};
-use crate::report::diagnosis::{page, seen_words};
+use crate::report::diagnosis::{page_held_out, seen_words};
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
@@ -144,7 +144,8 @@ impl Diagnose {
                 true => format!("What makes the gap ({})", self.motor.words()),
                 false => "What has changed since the reference".to_owned(),
             };
-            let page = page(&diagnosis, &runs, &title).map_err(Failure::input)?;
+            let page =
+                page_held_out(&diagnosis, &runs, &held_out, &title).map_err(Failure::input)?;
             outputs.write(path, &page, Form::Markup, output)?;
         }
         if output.json {

@@ -1,11 +1,13 @@
 //! A diagnosis on the terminal, in short.
 
-use super::design::next_line;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis, other_means};
+use crate::diagnose::{Cause, Diagnosis};
+use crate::plain::one_line;
 use crate::report::Bars;
-use crate::report::diagnosis::{cause_words, of_reference, rungs};
-use crate::report::number::{figure, percent, probability};
+use crate::report::diagnosis::{
+    PARTS, cause_words, closed_words, of_reference, rungs, seen_name, seen_scale,
+};
+use crate::report::number::{figure, probability};
 
 /// How many causes and stretches are listed.
 const LISTED: usize = 5;
@@ -16,63 +18,68 @@ const BESIDE_FROM: f64 = 0.5;
 /// Causes that are there with less than this probability have their numbers left out.
 const NUMBERS_FROM: f64 = 0.02;
 
-/// Writes the short form.
+/// Writes the short form: the four parts of the sentence, each with its figures.
 pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    output.line(&diagnosis.sentence)?;
+    let gap = &diagnosis.gap;
+    let part = |k: usize| {
+        if k > 0 {
+            output.line("")?;
+        }
+        output.line(&PARTS[k].to_uppercase())?;
+        output.line(&diagnosis.parts[k])
+    };
+    part(0)?;
+    output.line(&format!(
+        "  a piece is {} s long and travels {} counts",
+        figure(gap.horizon_s, 3),
+        figure(gap.travel, 4)
+    ))?;
     if !diagnosis.note.is_empty() {
         output.line(&diagnosis.note)?;
     }
     if let Some(reference) = &diagnosis.reference {
         output.line(&of_reference(reference))?;
     }
-    let gap = &diagnosis.gap;
-    output.line("\nposition error on data kept from the fit, with 95 % intervals (logarithmic)")?;
-    for line in bars(&rungs(diagnosis)) {
-        output.line(&line)?;
-    }
-    output.line(&format!(
-        "  closed {:.1} % (95 %: {:.1} to {:.1}); {}",
-        100.0 * gap.closed,
-        100.0 * gap.closed_lo95,
-        100.0 * gap.closed_hi95,
-        gap.held_out
-    ))?;
-    output.line(&format!(
-        "  the gap is {} of the travel of a piece, {} counts in {} s",
-        percent(gap.before / gap.travel.max(f64::MIN_POSITIVE)),
-        figure(gap.travel, 4),
-        figure(gap.horizon_s, 3)
-    ))?;
-    output.line("\ncauses")?;
+    part(1)?;
     let listed = diagnosis.causes.iter().enumerate();
     for (_, cause) in
         listed.filter(|(place, cause)| *place < LISTED || cause.inclusion >= BESIDE_FROM)
     {
-        causes(cause, output)?;
+        causes(diagnosis, cause, output)?;
     }
     if !diagnosis.place.regions.is_empty() {
-        output.line("\nwhere")?;
+        output.line("  where it arises")?;
     }
     for region in diagnosis.place.regions.iter().take(LISTED) {
         output.line(&format!(
-            "  {:>4.0} %  {} from {:.2} s to {:.2} s, {}",
+            "  {:>6.0} %  {} from {:.2} s to {:.2} s, {}",
             100.0 * region.share,
             region.regime.words(),
             region.from_s,
             region.to_s,
-            region.run
+            one_line(&region.run)
         ))?;
     }
-    if let Some(next) = &diagnosis.next_experiment {
-        output.line(&format!("\n{}", next_line(next)))?;
+    part(2)?;
+    output.line(
+        "  position error over pieces kept from the fit, with 95 % intervals (logarithmic)",
+    )?;
+    for line in bars(&rungs(diagnosis)) {
+        output.line(&line)?;
     }
-    if let Some(means) = other_means(diagnosis) {
-        output.line(&format!("\n{means}"))?;
+    output.line(&format!("  {}", closed_words(gap)))?;
+    output.line(&format!("  held out: {}", gap.held_out))?;
+    part(3)?;
+    if let Some(next) = &diagnosis.next_experiment {
+        output.line(&format!(
+            "  expected to part them by {} standard deviations at least",
+            figure(next.expected_separation, 2)
+        ))?;
     }
     Ok(())
 }
 
-fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
+fn causes(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<(), Failure> {
     let mut line = format!(
         "  {:>8}  {}",
         probability(cause.probability),
@@ -86,7 +93,7 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
     }
     if !cause.indistinguishable_from.is_empty() {
         line.push_str(&format!(
-            "; not told from {}",
+            "; fits as well: {}",
             cause.indistinguishable_from.join(", ")
         ));
     }
@@ -95,22 +102,20 @@ fn causes(cause: &Cause, output: &Output) -> Result<(), Failure> {
         return Ok(());
     }
     for (name, number) in &cause.parameters {
+        let (scale, unit) = seen_scale(diagnosis, number.unit);
+        let value = |value: f64| figure(value * scale, 4);
         let ends = if number.lo95 == number.hi95 {
             "held".to_owned()
         } else {
-            format!(
-                "95 %: {} to {}",
-                figure(number.lo95, 4),
-                figure(number.hi95, 4)
-            )
+            format!("95 %: {} to {}", value(number.lo95), value(number.hi95))
         };
         let then = number.reference.map_or_else(String::new, |then| {
-            format!("; {} in the reference", figure(then, 4))
+            format!("; {} in the reference", value(then))
         });
+        let name = seen_name(name, number.unit, unit);
         output.line(&format!(
-            "            {name} = {} {} ({ends}{then})",
-            figure(number.value, 4),
-            number.unit
+            "            {name} = {} {unit} ({ends}{then})",
+            value(number.value)
         ))?;
     }
     Ok(())

@@ -29,8 +29,8 @@ pub use error::DiagnoseError;
 pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     BadRecording, Cause, Diagnosis, EffectSet, Evidence, Fitted, FloorParts, Gap, GoodEnough,
-    Interval, KnownChange, NextExperiment, NominalSource, Place, ReferenceRuns, Regime, Region,
-    Rival, SHAPE, SeenMotor, Step, Verdict, other_means,
+    Interval, KnownChange, NextExperiment, NominalSource, Place, PredictedRun, ReferenceRuns,
+    Regime, Region, Rival, SHAPE, SeenMotor, Step, Verdict, other_means,
 };
 
 use crate::check::check;

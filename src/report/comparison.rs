@@ -109,7 +109,7 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         title: title.to_owned(),
         x_label: "time (s)".to_owned(),
         panels: vec![
-            Panel::new("speed (RPM)", speed).weighing(2.0),
+            Panel::new("speed (RPM)", speed).weighing(2.0).robust(),
             Panel::new("position (counts)", position).weighing(1.5),
             Panel::new("gap (counts)", vec![residual]).marked(0.0, ""),
             Panel::new(command_label(run), vec![command]).weighing(0.6),
@@ -169,10 +169,18 @@ pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<Str
     (names, rows)
 }
 
+/// A run is met where the position error is below so many floors. Convention.
+const MET: f64 = 1.2;
+
+/// Whether a run is met down to the encoder's own rounding.
+fn is_met(figures: &RunFigures) -> bool {
+    figures.position_rmse_counts < MET * figures.floor_counts
+}
+
 /// One sentence on how well a run is met.
 pub fn verdict(figures: &RunFigures) -> String {
     let ratio = figures.position_rmse_counts / figures.floor_counts;
-    let words = if ratio < 1.2 {
+    let words = if is_met(figures) {
         "the simulation meets the recording down to the encoder's own rounding"
     } else if ratio < 3.0 {
         "the simulation is close; a little more than the encoder's rounding is left"
@@ -187,23 +195,57 @@ pub fn verdict(figures: &RunFigures) -> String {
     )
 }
 
-/// The whole comparison as one offline page.
+/// So many runs are drawn in a page at most; of more, the worst. Convention: nobody looks at more, and each is a third of a megabyte.
+const DRAWN: usize = 6;
+
+/// Numbers of the runs from the one that is met worst to the one that is met best.
+pub fn worst_first(figures: &[&RunFigures]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..figures.len()).collect();
+    order.sort_by(|&a, &b| {
+        let error = |k: usize| figures[k].position_rmse_counts;
+        error(b).total_cmp(&error(a))
+    });
+    order
+}
+
+/// What several runs come to, in a sentence: how many are met, and which is worst.
+pub fn all_words(figures: &[&RunFigures]) -> Option<String> {
+    let worst = figures[*worst_first(figures).first()?];
+    let met = figures.iter().filter(|run| is_met(run)).count();
+    Some(format!(
+        "Of {} runs the simulation meets {met} down to the encoder's own rounding. The worst is {} with {:.3} counts RMS.",
+        figures.len(),
+        one_line(&worst.path),
+        worst.position_rmse_counts
+    ))
+}
+
+/// The whole comparison as one offline page: a line a run, and pictures, the worst first.
 pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
     let mut page = Page::new(title);
-    for (_, overlay) in pairs {
-        page.lead(&verdict(&overlay.figures));
-    }
     let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
+    match figures.as_slice() {
+        [one] => page.lead(&verdict(one)),
+        several => page.lead(&all_words(several).unwrap_or_default()),
+    }
     let (names, rows) = figures_table(&figures);
-    page.table(&names, &rows);
+    page.sortable(&names, &rows);
     page.note(
         "Position: recorded against simulated counts, the whole run in open loop from rest. Speed: by the \
          recorder's difference rule on both sides; NRMSE is relative to how much the recorded speed varies. \
          Floor: what rounding to whole counts leaves of a perfect model, 1/\u{221a}12 counts.",
     );
-    for (run, overlay) in pairs {
+    let order = worst_first(&figures);
+    let drawn = if order.len() > DRAWN { 1 } else { order.len() };
+    if drawn < order.len() {
+        page.note("The picture is of the worst run; name a run alone for its own.");
+    }
+    for (run, overlay) in order.iter().take(drawn).map(|&k| pairs[k]) {
         let name = &overlay.figures.path;
         page.section(name);
+        if pairs.len() > 1 {
+            page.paragraph(&verdict(&overlay.figures));
+        }
         for note in &overlay.figures.notes {
             page.note(note);
         }

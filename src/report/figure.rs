@@ -78,6 +78,8 @@ pub struct Panel {
     pub marks: Vec<(f64, String)>,
     /// Shaded stretches, behind everything.
     pub bands: Vec<Band>,
+    /// Whether isolated spikes do not set its scale.
+    pub is_robust: bool,
 }
 
 impl Panel {
@@ -89,6 +91,7 @@ impl Panel {
             weight: 1.0,
             marks: Vec::new(),
             bands: Vec::new(),
+            is_robust: false,
         }
     }
 
@@ -107,6 +110,12 @@ impl Panel {
     /// The panel with shaded stretches.
     pub fn shaded(mut self, bands: Vec<Band>) -> Self {
         self.bands = bands;
+        self
+    }
+
+    /// The panel with a scale that isolated spikes do not set.
+    pub fn robust(mut self) -> Self {
+        self.is_robust = true;
         self
     }
 
@@ -139,7 +148,7 @@ impl Figure {
     }
 }
 
-fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|v| v.is_finite()).fold(None, |range, v| {
         let (low, high) = range.unwrap_or((v, v));
         Some((f64::min(low, v), f64::max(high, v)))

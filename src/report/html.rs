@@ -6,6 +6,7 @@ use std::fmt::Write;
 
 use super::bars::Bars;
 use super::escape::escaped;
+use super::explore;
 use super::figure::Figure;
 use super::matrix::Matrix;
 use super::svg::{self, Size};
@@ -16,12 +17,15 @@ const STYLE: &str = "\
 *{box-sizing:border-box}body{margin:0 auto;padding:1.2rem;max-width:62rem;background:var(--paper);color:var(--ink);\
 font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
-.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
+.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}dt{font-size:.85rem;color:var(--faint)}dd{margin:0 0 .7rem}dd code{display:block;overflow-x:auto;white-space:pre;font-size:.85rem;padding:.3rem .5rem;margin:.2rem 0;border:1px solid var(--grid);border-radius:6px}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
 figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figure.wide svg{min-width:36rem}figcaption{color:var(--faint);font-size:.9rem}\
 .grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,22rem),1fr));gap:0 1rem}.grid figure{margin:.5rem 0}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
 td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
+table.sortable th{cursor:pointer}table.sortable th::after{content:' \\2195';color:var(--faint)}\
+th[aria-sort=ascending]::after{content:' \\2191'!important}th[aria-sort=descending]::after{content:' \\2193'!important}\
+details{margin:1rem 0}summary{cursor:pointer}\
 footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}\
 @media(max-width:40rem){figure .broad{display:none}figure .narrow{display:block}\
 td:first-child:not(.number),td:last-child:not(.number){min-width:8.5rem}\
@@ -36,6 +40,8 @@ const PHONE: u32 = 360;
 pub struct Page {
     title: String,
     body: String,
+    /// Whether there is something to explore.
+    is_live: bool,
 }
 
 impl Page {
@@ -44,12 +50,35 @@ impl Page {
         Self {
             title: title.to_owned(),
             body: format!("<h1>{}</h1>\n", escaped(title)),
+            is_live: false,
         }
     }
 
     /// The one sentence that says it all.
     pub fn lead(&mut self, text: &str) {
         self.element("p class=\"lead\"", "p", text);
+    }
+
+    /// What is said in parts, each with its name; what stands between backticks is a command.
+    pub fn parts(&mut self, parts: &[(&str, &str)]) {
+        self.body.push_str("<dl class=\"lead\">");
+        for (name, text) in parts {
+            let _ = write!(self.body, "<dt>{}</dt><dd>", escaped(name));
+            for (k, piece) in text.split('`').enumerate() {
+                // A command stands on a line of its own: the full stop behind it would begin the next.
+                let piece = match k {
+                    0 => piece,
+                    _ => piece.trim_start_matches(['.', ' ']),
+                };
+                let piece = escaped(piece);
+                let _ = match k % 2 {
+                    0 => write!(self.body, "{piece}"),
+                    _ => write!(self.body, "<code>{piece}</code>"),
+                };
+            }
+            self.body.push_str("</dd>");
+        }
+        self.body.push_str("</dl>\n");
     }
 
     /// A heading of a section.
@@ -105,6 +134,16 @@ impl Page {
     /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words stand
     /// one above the other on a phone.
     pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
+        self.rows(names, rows, None);
+    }
+
+    /// A table that sorts by a click on a column's name.
+    pub fn sortable(&mut self, names: &[&str], rows: &[Vec<String>]) {
+        self.is_live = true;
+        self.rows(names, rows, Some("sortable"));
+    }
+
+    fn rows(&mut self, names: &[&str], rows: &[Vec<String>], class_name: Option<&str>) {
         let numeric: Vec<bool> = (0..names.len())
             .map(|k| {
                 !rows.is_empty()
@@ -124,7 +163,10 @@ impl Page {
         let _ = write!(
             self.body,
             "<div class=\"wide\"><table{}><thead><tr>",
-            if prose { " class=\"prose\"" } else { "" }
+            match class_name.or(prose.then_some("prose")) {
+                Some(name) => format!(" class=\"{name}\""),
+                None => String::new(),
+            }
         );
         for (k, name) in names.iter().enumerate() {
             let _ = write!(self.body, "<th{}>{}</th>", class(k), escaped(name));
@@ -142,9 +184,11 @@ impl Page {
 
     /// A drawing with what it shows; drawn a second time for a phone, so that its text stays readable there.
     pub fn figure(&mut self, figure: &Figure, size: Size, caption: &str) {
+        self.is_live = true;
         let _ = writeln!(
             self.body,
-            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
+            "<figure data-plot=\"{}\"><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
+            escaped(&explore::data(figure, size)),
             svg::inline(figure, size),
             svg::inline(
                 figure,
@@ -161,9 +205,11 @@ impl Page {
     pub fn figures<'a>(&mut self, figures: impl IntoIterator<Item = (&'a Figure, &'a str)>) {
         self.body.push_str("<div class=\"grid\">");
         for (figure, caption) in figures {
+            self.is_live = true;
             let _ = write!(
                 self.body,
-                "<figure>{}<figcaption>{}</figcaption></figure>",
+                "<figure data-plot=\"{}\">{}<figcaption>{}</figcaption></figure>",
+                escaped(&explore::data(figure, Size::HALF)),
                 svg::inline(figure, Size::HALF),
                 escaped(caption)
             );
@@ -198,10 +244,18 @@ impl Page {
 
     /// The whole file.
     pub fn finish(self) -> String {
+        let [licence, uplot, script] = explore::SCRIPT;
+        let (style, script) = match self.is_live {
+            true => (
+                explore::STYLE.concat(),
+                format!("<script>/*\n{licence}\n*/\n{uplot}\n{script}</script>\n"),
+            ),
+            false => (String::new(), String::new()),
+        };
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
 <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{}</title>\
-<style>{STYLE}{}</style></head>\n<body>\n{}<footer>motorlab {}</footer>\n</body></html>\n",
+<style>{STYLE}{}{style}</style></head>\n<body>\n{}<footer>motorlab {}</footer>\n{script}</body></html>\n",
             escaped(&self.title),
             svg::STYLE,
             self.body,

@@ -1,16 +1,20 @@
 //! What people look at: plots, one offline HTML file, the terminal.
 //!
 //! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
-//! A [`Page`] gathers text, tables and figures into one self-contained HTML file.
+//! A [`Page`] gathers text, tables and figures into one self-contained HTML file, in which figures are zoomed and read off (uPlot,
+//! inlined) and tables sorted; without scripts the drawings stay.
 
 mod bars;
 pub mod comparison;
 pub mod diagnosis;
 mod escape;
+mod explore;
 pub mod figure;
 mod html;
+mod legend;
 mod matrix;
 pub mod number;
+mod scale;
 pub mod svg;
 pub mod table;
 pub mod terminal;
@@ -20,4 +24,5 @@ pub use escape::escaped;
 pub use figure::{Band, Figure, Panel, Series, Stroke};
 pub use html::Page;
 pub use matrix::Matrix;
+pub use scale::AxisScale;
 pub use svg::Size;

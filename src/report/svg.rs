@@ -8,6 +8,7 @@ use std::fmt::Write;
 
 use super::escape::escaped;
 use super::figure::{Figure, Panel, Series, Stroke, thinned, tick_label, ticks, widened};
+use super::legend::{LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, look};
 
 /// Colours of a drawing, light and dark; put once into a page, or into a drawing of its own.
 pub const STYLE: &str = "\
@@ -20,7 +21,7 @@ pub const STYLE: &str = "\
 .plot .curve{fill:none;stroke-width:1.6;stroke-linejoin:round}";
 
 /// How many colours the palette has.
-const COLOURS: usize = 7;
+pub(super) const COLOURS: usize = 7;
 
 /// Outer size of a drawing in pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,13 +50,13 @@ impl Size {
     };
 }
 
-const LEFT: f64 = 64.0;
+pub(super) const LEFT: f64 = 64.0;
 const RIGHT: f64 = 16.0;
 const TITLE: f64 = 30.0;
 const TITLE_LINE: f64 = 18.0;
-const LEGEND_ROW: f64 = 18.0;
 const BOTTOM: f64 = 44.0;
-const BETWEEN: f64 = 16.0;
+/// Between panels: the numbers of the x axis stand there.
+const BETWEEN: f64 = 30.0;
 
 /// A drawing that stands alone: with its own colours and paper.
 pub fn document(figure: &Figure, size: Size) -> String {
@@ -109,20 +110,20 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
         widened(x_range)
     };
     let mut top = title_height;
-    for (k, (panel, entries)) in figure.panels.iter().zip(&legends).enumerate() {
+    for (panel, entries) in figure.panels.iter().zip(&legends) {
         draw_legend(&mut out, entries, top, width - LEFT - RIGHT);
         top += legend_height(entries);
         let panel_height = (height - fixed).max(40.0) * panel.weight / weights;
-        let last = k + 1 == figure.panels.len();
+        let scale = panel.scale();
         let frame = Frame {
             left: LEFT,
             top,
             width: width - LEFT - RIGHT,
             height: panel_height,
             x_range,
-            y_range: widened(panel.y_range().unwrap_or((0.0, 1.0))),
+            y_range: widened(scale.map_or((0.0, 1.0), |scale| scale.range)),
         };
-        frame.draw(&mut out, panel, last);
+        frame.draw(&mut out, panel, scale.and_then(|scale| scale.words()));
         top += panel_height + BETWEEN;
     }
     let _ = write!(
@@ -133,88 +134,6 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
         escaped(&figure.x_label)
     );
     out
-}
-
-/// A title in lines that fit the width, broken between words. Letters are taken as 8 px wide.
-fn lines(title: &str, width: f64) -> Vec<String> {
-    let letters = (width / 8.0) as usize;
-    let mut lines: Vec<String> = Vec::new();
-    for word in title.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= letters => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
-/// Series that the legend names: those with a name, each once.
-fn legend_entries(panel: &Panel) -> Vec<&Series> {
-    panel.series.iter().filter(|s| !s.name.is_empty()).collect()
-}
-
-/// Legend entries in rows that fit the width, with their x positions. Letters are taken as 6.6 px wide.
-fn legend_rows<'a>(entries: &[&'a Series], width: f64) -> Vec<Vec<(f64, &'a Series)>> {
-    let mut rows: Vec<Vec<(f64, &Series)>> = Vec::new();
-    let mut x = 0.0;
-    for series in entries {
-        let wide = 40.0 + 6.6 * series.name.chars().count() as f64;
-        if rows.is_empty() || x + wide > width {
-            rows.push(Vec::new());
-            x = 0.0;
-        }
-        if let Some(row) = rows.last_mut() {
-            row.push((x, series));
-        }
-        x += wide;
-    }
-    rows
-}
-
-fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width: f64) {
-    for (k, row) in legend_rows(entries, width).into_iter().enumerate() {
-        let y = top + LEGEND_ROW * k as f64 + 8.0;
-        for (x, series) in row {
-            let x = LEFT + x;
-            let colour = series.colour % COLOURS;
-            if series.stroke == Stroke::Dots {
-                let _ = write!(
-                    out,
-                    "<circle cx=\"{:.1}\" cy=\"{y:.1}\" r=\"3\" fill=\"var(--c{colour})\"/>",
-                    x + 11.0
-                );
-            } else {
-                // A faint curve shows by its many strokes; one stroke in the legend needs full strength.
-                let look = match series.stroke {
-                    Stroke::FaintStep => " style=\"stroke-width:1;stroke-opacity:.8\"",
-                    stroke => look(stroke),
-                };
-                let _ = write!(
-                    out,
-                    "<path class=\"curve\" d=\"M{x:.1} {y:.1}h22\" stroke=\"var(--c{colour})\"{look}/>"
-                );
-            }
-            let _ = write!(
-                out,
-                "<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
-                x + 28.0,
-                y + 4.0,
-                escaped(&series.name)
-            );
-        }
-    }
-}
-
-fn look(stroke: Stroke) -> &'static str {
-    match stroke {
-        Stroke::Dashed => " stroke-dasharray=\"6 4\"",
-        Stroke::FaintStep => " stroke-opacity=\".3\"",
-        Stroke::Broad | Stroke::BroadStep => " style=\"stroke-width:5;stroke-opacity:.5\"",
-        Stroke::Line | Stroke::Step | Stroke::Dots => "",
-    }
 }
 
 /// Where a panel lies on the paper and what its axes span.
@@ -233,12 +152,14 @@ impl Frame {
         self.left + (value - low) / (high - low) * self.width
     }
 
+    /// What lies beyond the scale is drawn to the frame's edge.
     fn y(&self, value: f64) -> f64 {
         let (low, high) = self.y_range;
+        let value = value.clamp(low, high);
         self.top + (high - value) / (high - low) * self.height
     }
 
-    fn draw(&self, out: &mut String, panel: &Panel, with_x_labels: bool) {
+    fn draw(&self, out: &mut String, panel: &Panel, said: Option<String>) {
         let (bottom, right) = (self.top + self.height, self.left + self.width);
         self.draw_bands(out, panel);
         let x_ticks = ticks(self.x_range, ((self.width / 60.0) as usize).clamp(3, 8));
@@ -250,14 +171,12 @@ impl Frame {
                 "<path class=\"grid\" d=\"M{x:.1} {:.1}V{bottom:.1}\"/>",
                 self.top
             );
-            if with_x_labels {
-                let _ = write!(
-                    out,
-                    "<text class=\"tick\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                    bottom + 15.0,
-                    tick_label(tick, x_step)
-                );
-            }
+            let _ = write!(
+                out,
+                "<text class=\"tick\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+                bottom + 15.0,
+                tick_label(tick, x_step)
+            );
         }
         let y_ticks = ticks(self.y_range, ((self.height / 40.0) as usize).max(3));
         let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
@@ -285,6 +204,15 @@ impl Frame {
         }
         for series in &panel.series {
             self.draw_series(out, series);
+        }
+        if let Some(said) = said {
+            let _ = write!(
+                out,
+                "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                right - 4.0,
+                self.top + 12.0,
+                escaped(&said)
+            );
         }
         let _ = write!(
             out,

@@ -16,7 +16,7 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
             let (low, high) = range.unwrap_or((x, x));
             Some((low.min(x), high.max(x)))
         });
-    let (Some(x_range), Some(y_range)) = (x_range, panel.y_range()) else {
+    let (Some(x_range), Some(scale)) = (x_range, panel.scale()) else {
         return format!("{}: nothing to plot\n", panel.y_label);
     };
     let x_range = if x_range.1 > x_range.0 {
@@ -24,7 +24,7 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
     } else {
         widened(x_range)
     };
-    let y_range = widened(y_range);
+    let y_range = widened(scale.range);
     let label_width = 8;
     let width = columns.saturating_sub(label_width + 1).max(10);
     let height = rows.saturating_sub(3).max(3);

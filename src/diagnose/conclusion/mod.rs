@@ -155,6 +155,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         shape: SHAPE,
         verdict: said.verdict,
         sentence: String::new(),
+        parts: Default::default(),
         probability: said.probability,
         effects: said.effects,
         causes,
@@ -188,13 +189,15 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         reference: grounds.reference.map(Reference::report),
         fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind))).flatten(),
         nominal_source: grounds.nominal_source,
+        predicted: rungs.predicted,
         command_kind: base.kind,
         nominal: base.motor.clone(),
         model: shown.with_effects.left.motor,
         refitted: shown.refitted.left.motor,
     };
     diagnosis.note = sentence::note(&diagnosis, &beside);
-    diagnosis.sentence = sentence::sentence(&diagnosis, &beside);
+    diagnosis.parts = sentence::parts(&diagnosis, &beside);
+    diagnosis.sentence = diagnosis.parts.join(" ");
     Some(diagnosis)
 }
 

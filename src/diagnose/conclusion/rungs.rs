@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 use super::floor::{median, travel};
 use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::report::{Fitted, FloorParts, Gap, Verdict};
+use crate::diagnose::report::{Fitted, FloorParts, Gap, PredictedRun, Verdict};
 use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, ROUNDING};
 
 /// Draws of the bootstrap.
@@ -63,6 +63,8 @@ impl Shown {
 #[derive(Debug)]
 pub(crate) struct Rungs {
     pub gap: Gap,
+    /// The same sample by sample.
+    pub predicted: Vec<PredictedRun>,
     draws: Vec<[f64; 3]>,
 }
 
@@ -170,7 +172,30 @@ pub(crate) fn rungs(
         held_out: held_out_words((all, pieces), held),
         rungs95: [0, 1, 2].map(|k| quantiles(draws.iter().map(|draw| draw[k]).collect())),
     };
-    Some(Rungs { gap, draws })
+    Some(Rungs {
+        gap,
+        predicted: predicted(measured, &by_model),
+        draws,
+    })
+}
+
+/// What the models leave of each run, sample by sample.
+fn predicted(measured: &Pieces, by_model: &[Vec<f64>; 3]) -> Vec<PredictedRun> {
+    let mut runs: Vec<PredictedRun> = (measured.runs.iter().enumerate())
+        .map(|(run, recording)| PredictedRun {
+            run,
+            gap_counts: [(); 3].map(|()| vec![f64::NAN; recording.t_s.len()]),
+            starts: Vec::new(),
+        })
+        .collect();
+    for piece in &measured.pieces {
+        let run = &mut runs[piece.run];
+        run.starts.push(piece.from);
+        for (gap, left) in run.gap_counts.iter_mut().zip(by_model) {
+            gap[piece.from..piece.to].copy_from_slice(&left[measured.range(piece)]);
+        }
+    }
+    runs
 }
 
 /// How the data was kept from the fits.

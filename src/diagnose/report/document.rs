@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::Serialize;
 
-use super::{Gap, NextExperiment, NominalSource, Place, SeenMotor, Step};
+use super::{Gap, NextExperiment, NominalSource, Place, PredictedRun, SeenMotor, Step};
 use crate::check::Finding;
 use crate::motor::{CommandKind, Motor};
 
@@ -46,6 +46,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// The same in plain sentences.
     pub sentence: String,
+    /// Its four parts: how large the gap is, what causes it, how far it shrinks, what to do next.
+    #[serde(skip)]
+    pub parts: [String; 4],
     /// Probability of what the verdict says; of `partial`, that the named effects are there.
     pub probability: f64,
     /// Ids of the effects that the verdict names; none where it names none.
@@ -80,6 +83,9 @@ pub struct Diagnosis {
     /// Where the nominal motor comes from.
     #[serde(skip)]
     pub nominal_source: NominalSource,
+    /// The runs behind the figures of the gap, sample by sample.
+    #[serde(skip)]
+    pub predicted: Vec<PredictedRun>,
     /// What the command drives: voltage, current or torque.
     #[serde(skip)]
     pub command_kind: CommandKind,

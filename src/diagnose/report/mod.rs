@@ -8,6 +8,7 @@ mod next;
 mod nominal;
 mod other_means;
 mod place;
+mod predicted;
 mod step;
 
 pub(crate) use asked::asked;
@@ -20,4 +21,5 @@ pub use next::{KnownChange, NextExperiment};
 pub use nominal::{NominalSource, SeenMotor};
 pub use other_means::other_means;
 pub use place::{Place, Regime, Region};
+pub use predicted::PredictedRun;
 pub use step::{Rival, Step};

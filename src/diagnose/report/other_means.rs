@@ -69,7 +69,7 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
     let means: Vec<String> = in_play
         .filter_map(|id| {
             let (_, what) = MEANS.iter().find(|(known, _)| known == id)?;
-            Some(format!("{id}: {what}"))
+            Some(format!("{}: {what}", id.replace('_', " ")))
         })
         .collect();
     (!means.is_empty()).then(|| {

@@ -73,7 +73,7 @@ fn path(run: &Run) -> Option<String> {
 }
 
 /// Short names where these tell the runs apart, else whole paths.
-fn names(runs: &[Run]) -> Vec<String> {
+pub(super) fn names(runs: &[Run]) -> Vec<String> {
     let short: Vec<String> = runs
         .iter()
         .enumerate()

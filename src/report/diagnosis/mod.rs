@@ -3,26 +3,28 @@
 mod laid;
 mod ordered;
 mod overlay;
+mod parameters;
 mod place;
 mod words;
 
-use super::number::{figure, percent, probability};
+use super::number::{figure, probability};
 use super::{Page, Size};
 use crate::check::Finding;
-use crate::diagnose::{Cause, Diagnosis, Interval, other_means};
-use crate::export::PARAMETERS;
+use crate::diagnose::{Cause, Diagnosis, other_means};
 use crate::motor::SimulationError;
 use crate::recording::Run;
-use laid::{LaidRun, lay};
+use laid::{lay, names};
+use overlay::Beside;
 
-pub use words::{cause_words, effects_words, of_reference, rungs, seen_words, strongest};
+pub use words::{
+    PARTS, cause_words, closed_words, effects_words, of_reference, rungs, seen_name, seen_scale,
+    seen_words, strongest,
+};
 
 /// Causes below this probability are summed up instead of listed, where others are above.
 const LISTED_FROM: f64 = 0.001;
 /// So many causes are listed in any case.
 const LISTED: usize = 5;
-/// A cause from this probability on has its numbers shown.
-const NUMBERS_FROM: f64 = 0.05;
 
 /// Size of the overlay of one run.
 const OVERLAY: Size = Size {
@@ -35,9 +37,24 @@ const OVERLAY: Size = Size {
 /// # Errors
 /// A run that cannot be simulated with one of the motors.
 pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, SimulationError> {
+    page_held_out(diagnosis, runs, &[], title)
+}
+
+/// The same where the gap was measured on runs that nothing was fitted to.
+///
+/// # Errors
+/// A run that cannot be simulated with one of the motors.
+pub fn page_held_out(
+    diagnosis: &Diagnosis,
+    runs: &[Run],
+    held_out: &[Run],
+    title: &str,
+) -> Result<String, SimulationError> {
     let laid = lay(diagnosis, runs)?;
     let mut page = Page::new(title);
-    page.lead(&diagnosis.sentence);
+    checks(&mut page, &diagnosis.data);
+    let said = diagnosis.parts.iter().map(String::as_str);
+    page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
     if !diagnosis.note.is_empty() {
         page.note(&diagnosis.note);
     }
@@ -49,15 +66,20 @@ pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, 
             page.note(&format!("{id}: {} ({}).", kind.summary, kind.equation));
         }
     }
-    before_and_after(&mut page, &laid);
+    let measured = if held_out.is_empty() { runs } else { held_out };
+    before_and_after(&mut page, diagnosis, measured);
     how_far(&mut page, diagnosis);
     place::section(&mut page, diagnosis, &laid);
     which(&mut page, diagnosis);
-    parameters(&mut page, diagnosis);
-    checks(&mut page, &diagnosis.data);
+    parameters::section(&mut page, diagnosis);
     next_experiment(&mut page, diagnosis);
     page.section("Motor with what was found");
     page.note("A motor file for simulate and compare; diagnose writes it with --model-out.");
+    if diagnosis.fitted_nominal.is_some() {
+        page.note(
+            "Its resistance and torque constant are assumed: nobody measured them, and these runs do not tell them. Torques and inertia are in proportion.",
+        );
+    }
     page.verbatim(&diagnosis.model.to_toml());
     page.note(&format!(
         "The diagnosis took {}\u{a0}s.",
@@ -66,15 +88,28 @@ pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, 
     Ok(page.finish())
 }
 
-fn before_and_after(page: &mut Page, laid: &[LaidRun<'_>]) {
+fn before_and_after(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {
     page.section("Before and after");
-    page.note(
-        "Every run in open loop from rest, with the numbers that fit all runs best. Gap: recorded less simulated position.",
-    );
-    for run in laid {
-        page.subsection(&run.name);
-        page.figure(&overlay::figure(run), OVERLAY, &overlay::caption(run));
+    page.note(&format!(
+        "Every piece, about {} s long, from its own measured start: the position error below is that of the bars. Gap: recorded less predicted position. {}.",
+        figure(diagnosis.gap.horizon_s, 2),
+        capital(&diagnosis.gap.held_out)
+    ));
+    let names = names(measured);
+    for beside in Beside::all(diagnosis, measured) {
+        page.subsection(&names[beside.predicted.run]);
+        page.figure(
+            &overlay::figure(&beside),
+            OVERLAY,
+            &overlay::caption(&beside),
+        );
     }
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(|c| c.to_ascii_uppercase());
+    first.into_iter().chain(letters).collect()
 }
 
 fn how_far(page: &mut Page, diagnosis: &Diagnosis) {
@@ -82,18 +117,25 @@ fn how_far(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("How far the gap shrinks");
     page.bars(
         &rungs(diagnosis),
-        "Position error on data kept from the fit, counts RMS, with 95 % intervals; the scale is logarithmic.",
+        "Position error on data kept from the fit, counts RMS over pieces, with 95 % intervals; the scale is logarithmic.",
     );
     if words::best_set(diagnosis).is_empty() {
-        page.paragraph("No effect is added: what closes is what refitting closes.");
+        page.paragraph("No effect is added: what shrinks is what other numbers shrink.");
     }
-    page.paragraph(&format!(
-        "Closed: {} of the gap above the floor (95 % interval {} to {}).",
-        percent(gap.closed),
-        percent(gap.closed_lo95),
-        percent(gap.closed_hi95)
+    page.paragraph(&closed_words(gap));
+    let fitted = [
+        gap.fitted.before,
+        gap.fitted.after_parameters,
+        gap.fitted.after_effect,
+    ];
+    let fitted = words::models(diagnosis).into_iter().zip(fitted);
+    let fitted: Vec<String> = fitted
+        .map(|(name, left)| format!("{name} {}", figure(left, 3)))
+        .collect();
+    page.note(&format!(
+        "On the very data that was fitted the models leave: {}.",
+        fitted.join(", ")
     ));
-    page.note(&format!("Held out: {}.", gap.held_out));
 }
 
 fn which(page: &mut Page, diagnosis: &Diagnosis) {
@@ -112,7 +154,7 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
                     || "\u{2013}".to_owned(),
                     |found| {
                         format!(
-                            "{} \u{b1} {} nats, in {} of {} pieces",
+                            "{} \u{b1} {}, in {} of {} pieces",
                             figure(found.gain_nats, 3),
                             figure(found.error_nats, 2),
                             found.gaining_pieces,
@@ -123,19 +165,19 @@ fn which(page: &mut Page, diagnosis: &Diagnosis) {
             ]
         })
         .collect();
-    page.table(
+    page.sortable(
         &[
             "cause",
             "stage",
             "probability",
             "is there at all",
-            "not told from",
-            "gains on pieces not fitted",
+            "fits as well",
+            "evidence (nats)",
         ],
         &rows,
     );
     page.note(
-        "The probabilities of all causes add to 1; several effects at once are one cause. An effect that is there at all is there alone, with others or beside something unknown.",
+        "The probabilities of all causes add to 1; several effects at once are one cause. An effect that is there at all is there alone, with others or beside something unknown. Evidence: what a cause gains on pieces that it was not fitted to; three nats are a factor of twenty. A click on a column's name sorts.",
     );
     if !others.is_empty() {
         let total: f64 = others.iter().map(|cause| cause.probability).sum();
@@ -184,87 +226,29 @@ fn tie_words(cause: &Cause) -> String {
     cause.indistinguishable_from.join(", ")
 }
 
-fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
-    let whose = words::whose(diagnosis);
-    page.section("Parameters");
-    let best = words::best_set(diagnosis).join("+");
-    let shown = |cause: &&Cause| cause.effect == best || cause.inclusion >= NUMBERS_FROM;
-    let beside = |mut row: Vec<String>, then: Option<f64>| {
-        if diagnosis.reference.is_some() {
-            let then = then.map_or_else(|| "\u{2013}".to_owned(), |then| figure(then, 4));
-            row.insert(1, then);
-        }
-        row
-    };
-    let mut rows = Vec::new();
-    for cause in diagnosis.causes.iter().filter(shown) {
-        for (name, interval) in &cause.parameters {
-            let row = vec![
-                format!("{}: {name}", cause.effect),
-                figure(interval.value, 4),
-                ends(interval, 1.0),
-                unit(interval.unit),
-            ];
-            rows.push(beside(row, interval.reference));
-        }
-    }
-    for (key, ratio) in &diagnosis.base {
-        let of_nominal = diagnosis.nominal.parameters.get(key);
-        let Some(value) = of_nominal.filter(|value| *value != 0.0) else {
-            continue;
-        };
-        let named = PARAMETERS.iter().find(|named| named.key == *key);
-        let row = vec![
-            format!("{key} ({} of the {whose})", percent(ratio.value)),
-            figure(ratio.value * value, 4),
-            ends(ratio, value),
-            unit(named.map_or("", |named| named.unit)),
-        ];
-        rows.push(beside(row, Some(value)));
-    }
-    let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
-    if diagnosis.reference.is_some() {
-        names.insert(1, "in the reference");
-    }
-    page.table(&names, &rows);
-    page.note(
-        "An effect's numbers are those of the likeliest set that has it. Voltage in and position out tell inertia, back EMF and friction only as seen from the terminals: resistance and torque constant are held, and the motor's numbers take up what these have.",
-    );
-}
-
-fn ends(interval: &Interval, scale: f64) -> String {
-    if interval.lo95 == interval.hi95 {
-        return "held".to_owned();
-    }
-    format!(
-        "{} to {}",
-        figure(interval.lo95 * scale, 4),
-        figure(interval.hi95 * scale, 4)
-    )
-}
-
-fn unit(unit: &str) -> String {
-    if unit.is_empty() { "1" } else { unit }.to_owned()
-}
-
+/// What is wrong with the recordings comes first: nothing else means much before it is mended.
 fn checks(page: &mut Page, findings: &[Finding]) {
-    page.section("Checks of the recordings");
     if findings.is_empty() {
-        page.paragraph("motorlab check finds nothing.");
+        page.note("motorlab check finds nothing wrong with the recordings.");
         return;
     }
+    page.subsection("What is found in the recordings");
     let rows: Vec<Vec<String>> = findings
         .iter()
         .map(|found| {
             vec![
                 found.run.clone(),
+                found.severity.word().to_owned(),
                 found.id().replace('_', " "),
                 found.message.clone(),
                 found.remedy.clone(),
             ]
         })
         .collect();
-    page.table(&["run", "finding", "what was found", "what to do"], &rows);
+    page.table(
+        &["run", "weight", "finding", "what was found", "what to do"],
+        &rows,
+    );
 }
 
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {

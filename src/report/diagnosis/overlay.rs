@@ -1,103 +1,129 @@
-//! One run before and after: speed, position, what is left.
+//! One run before and after: speed, position, what is left; every piece from its own measured start, as the figures of the gap are.
 
-use super::laid::{LaidModel, LaidRun};
+use super::words;
 use crate::compare::speed_of_one_count;
+use crate::diagnose::{Diagnosis, PredictedRun};
 use crate::recording::Run;
 use crate::report::comparison::{COARSE, COMMAND, RECORDED, command_label, what_ran};
+use crate::report::number::figure as digits;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::{rad_per_count, rpm_from_rad_s};
 
 /// Time over which speeds are smoothed where one count in one sample is much of the speed, in s.
 const SMOOTH_S: f64 = 0.06;
+/// Colours of the models, from the nominal on.
+const COLOURS: [usize; 3] = [6, 4, 1];
+
+/// A run beside what the models predict of it.
+pub(super) struct Beside<'a> {
+    pub run: &'a Run,
+    pub predicted: &'a PredictedRun,
+    /// Names of the models; two where there are no effects.
+    pub models: Vec<String>,
+}
+
+impl<'a> Beside<'a> {
+    /// The runs that the figures of the gap are of.
+    pub fn all(diagnosis: &'a Diagnosis, runs: &'a [Run]) -> Vec<Self> {
+        let both = diagnosis.predicted.iter().filter_map(|predicted| {
+            let run = runs.get(predicted.run)?;
+            Some(Self {
+                run,
+                predicted,
+                models: words::models(diagnosis),
+            })
+        });
+        both.filter(|both| both.predicted.gap_counts[0].len() == both.run.len())
+            .collect()
+    }
+
+    /// Position as a model predicts it.
+    fn position(&self, model: usize) -> Vec<f64> {
+        let gaps = &self.predicted.gap_counts[model];
+        let both = self.run.counts.iter().zip(gaps);
+        both.map(|(&counts, gap)| counts as f64 - gap).collect()
+    }
+
+    /// Speed of a predicted position, which begins anew with each piece.
+    fn speed(&self, position: &[f64], is_coarse: bool) -> Vec<f64> {
+        let starts = &self.predicted.starts;
+        let ends = starts.iter().skip(1).copied().chain([position.len()]);
+        let mut rpm = vec![f64::NAN; position.len()];
+        for (&from, to) in starts.iter().zip(ends) {
+            let piece = smooth(
+                self.run,
+                position,
+                from..to,
+                if is_coarse { SMOOTH_S } else { 0.0 },
+            );
+            rpm[from..to].copy_from_slice(&piece);
+        }
+        rpm
+    }
+}
 
 /// Whether one count in one sample is much of the speed.
-fn is_coarse(laid: &LaidRun<'_>) -> bool {
-    let run = laid.run;
-    let speeds = laid
-        .models
+fn is_coarse(run: &Run) -> bool {
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let top = smooth_rpm(run, &counts)
         .iter()
-        .flat_map(|model| &model.overlay.true_speed_rad_s);
-    let top = speeds.fold(0.0, |top, speed| f64::max(top, speed.abs()));
-    let one_count = speed_of_one_count(run.counts_per_rev, run.sample_time_s);
+        .fold(0.0, |top, speed| f64::max(top, speed.abs()));
+    let one_count = rpm_from_rad_s(speed_of_one_count(run.counts_per_rev, run.sample_time_s));
     one_count > COARSE * top && run.sample_time_s < SMOOTH_S / 2.0
 }
 
 /// Speed in RPM of a position in counts, over the samples around each one.
 pub(super) fn smooth_rpm(run: &Run, counts: &[f64]) -> Vec<f64> {
-    let half = ((SMOOTH_S / 2.0 / run.sample_time_s).round() as usize).max(1);
-    let last = counts.len().saturating_sub(1);
-    (0..counts.len())
-        .map(|k| {
-            let (from, to) = (k.saturating_sub(half), (k + half).min(last));
-            let turned_rad = (counts[to] - counts[from]) * rad_per_count(run.counts_per_rev);
-            rpm_from_rad_s(turned_rad / (run.t_s[to] - run.t_s[from]))
-        })
-        .collect()
+    smooth(run, counts, 0..counts.len(), SMOOTH_S)
 }
 
-/// Speed in RPM by the recorder's difference.
-fn difference_rpm(speeds: &[Option<f64>]) -> Vec<f64> {
-    let rpm = speeds.iter().map(|s| s.map_or(f64::NAN, rpm_from_rad_s));
-    rpm.collect()
+/// The same of some samples, by no other samples, over a time; of none, from the sample before.
+fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f64) -> Vec<f64> {
+    let half = (over_s / 2.0 / run.sample_time_s).round() as usize;
+    let (first, last) = (samples.start, samples.end.saturating_sub(1));
+    let speed = |k: usize| {
+        let (from, to) = match half {
+            0 => (k.saturating_sub(1).max(first), k),
+            half => (k.saturating_sub(half).max(first), (k + half).min(last)),
+        };
+        let turned_rad = (counts[to] - counts[from]) * rad_per_count(run.counts_per_rev);
+        rpm_from_rad_s(turned_rad / (run.t_s[to] - run.t_s[from]))
+    };
+    samples.clone().map(speed).collect()
 }
 
 /// Speed, position, gap and command of a run, under every model.
-pub(super) fn figure(laid: &LaidRun<'_>) -> Figure {
-    let run = laid.run;
+pub(super) fn figure(beside: &Beside<'_>) -> Figure {
+    let run = beside.run;
     let t_s = &run.t_s;
-    let coarse = is_coarse(laid);
+    let coarse = is_coarse(run);
     let (broad, thin) = if coarse {
         (Stroke::Broad, Stroke::Line)
     } else {
         (Stroke::BroadStep, Stroke::Step)
     };
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
-    let recorded_rpm = match laid.models.first() {
-        Some(model) if !coarse => difference_rpm(&model.overlay.recorded_speed_rad_s),
-        _ => smooth_rpm(run, &counts),
-    };
-    let mut speed = vec![Series::new("recorded", broad, RECORDED, t_s, &recorded_rpm)];
-    let mut position = vec![Series::new(
-        "recorded",
-        Stroke::Broad,
-        RECORDED,
-        t_s,
-        &counts,
-    )];
-    for model in &laid.models {
-        let line = |stroke: Stroke, y: &[f64]| {
-            Series::new(model.name.clone(), stroke, model.colour, t_s, y)
-        };
-        let position_counts = &model.overlay.simulated_position_counts;
-        let model_rpm = if coarse {
-            smooth_rpm(run, position_counts)
-        } else {
-            difference_rpm(&model.overlay.simulated_speed_rad_s)
-        };
-        speed.push(line(thin, &model_rpm));
-        position.push(line(Stroke::Line, position_counts));
+    let whole = 0..counts.len();
+    let recorded_rpm = smooth(run, &counts, whole, if coarse { SMOOTH_S } else { 0.0 });
+    let recorded = |stroke, y: &[f64]| Series::new("recorded", stroke, RECORDED, t_s, y);
+    let mut speed = vec![recorded(broad, &recorded_rpm)];
+    let mut position = vec![recorded(Stroke::Broad, &counts)];
+    let mut gaps = Vec::new();
+    for (k, (name, colour)) in beside.models.iter().zip(COLOURS).enumerate() {
+        let line = |stroke, y: &[f64]| Series::new(name.clone(), stroke, colour, t_s, y);
+        let predicted = beside.position(k);
+        speed.push(line(thin, &beside.speed(&predicted, coarse)));
+        position.push(line(Stroke::Line, &predicted));
+        gaps.push(line(Stroke::Line, &beside.predicted.gap_counts[k]));
     }
-    let gap = |model: &LaidModel| {
-        let stroke = Stroke::Line;
-        Series::new(
-            model.name.clone(),
-            stroke,
-            model.colour,
-            t_s,
-            &model.overlay.residual_counts,
-        )
-    };
+    let with_effects = gaps.split_off(gaps.len().min(2));
     let mut panels = vec![
-        Panel::new("speed (RPM)", speed).weighing(2.0),
+        Panel::new("speed (RPM)", speed).weighing(2.0).robust(),
         Panel::new("position (counts)", position).weighing(1.4),
-        Panel::new(
-            "gap (counts)",
-            laid.models.iter().take(2).map(gap).collect(),
-        )
-        .marked(0.0, ""),
+        Panel::new("gap (counts)", gaps).marked(0.0, ""),
     ];
-    if let Some(with_effects) = laid.models.get(2) {
-        panels.push(Panel::new("gap (counts)", vec![gap(with_effects)]).marked(0.0, ""));
+    if !with_effects.is_empty() {
+        panels.push(Panel::new("gap (counts)", with_effects).marked(0.0, ""));
     }
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
     panels.push(Panel::new(command_label(run), vec![command]).weighing(0.6));
@@ -109,22 +135,18 @@ pub(super) fn figure(laid: &LaidRun<'_>) -> Figure {
 }
 
 /// What the picture shows, and each model's figure.
-pub(super) fn caption(laid: &LaidRun<'_>) -> String {
-    let figures: Vec<String> = laid
-        .models
-        .iter()
-        .map(|model| {
-            let figures = &model.overlay.figures;
-            format!("{} {:.2}", model.name, figures.position_rmse_counts)
-        })
+pub(super) fn caption(beside: &Beside<'_>) -> String {
+    let figures = beside.models.iter().enumerate();
+    let figures: Vec<String> = figures
+        .map(|(k, name)| format!("{name} {}", digits(beside.predicted.rms(k), 3)))
         .collect();
-    let mean = if is_coarse(laid) {
+    let mean = if is_coarse(beside.run) {
         " Speeds are taken over 60 ms: one count in one sample is much of the speed."
     } else {
         ""
     };
     format!(
-        "Position gap in counts RMS: {}; the encoder alone leaves 0.29.{mean}",
+        "Position error in counts RMS over pieces: {}.{mean}",
         figures.join(", ")
     )
 }

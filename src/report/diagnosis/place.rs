@@ -125,6 +125,7 @@ fn stretches(laid: &LaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Fig
         panels: vec![
             Panel::new("speed (RPM)", vec![speed])
                 .weighing(2.0)
+                .robust()
                 .shaded(bands),
             Panel::new(command_label(run), vec![command]),
         ],

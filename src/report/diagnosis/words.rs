@@ -1,8 +1,9 @@
 //! What the page and the terminal say of a diagnosis in the same words.
 
-use crate::diagnose::{Diagnosis, ReferenceRuns, SeenMotor};
+use crate::diagnose::{Diagnosis, Gap, ReferenceRuns, SeenMotor};
+use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
-use crate::report::number::figure;
+use crate::report::number::{figure, percent};
 use crate::report::{Bar, Bars, Scale};
 use crate::units::rpm_from_rad_s;
 
@@ -10,6 +11,14 @@ use crate::units::rpm_from_rad_s;
 pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
     catalogue().iter().find(|kind| kind.id == id)
 }
+
+/// Names of the four parts of what a diagnosis says.
+pub const PARTS: [&str; 4] = [
+    "The gap",
+    "Its cause",
+    "How far it shrinks",
+    "What to do next",
+];
 
 /// A cause and what it is.
 pub fn cause_words(id: &str) -> String {
@@ -82,6 +91,34 @@ pub fn seen_words(seen: &SeenMotor) -> String {
     )
 }
 
+/// By what a number of this unit is multiplied, and the unit that it is told in then. Where nobody measured the motor's resistance and
+/// torque constant, a torque is told as the voltage that makes it, an inertia and a friction by the same rule.
+pub fn seen_scale(diagnosis: &Diagnosis, unit: &'static str) -> (f64, &'static str) {
+    let p = &diagnosis.nominal.parameters;
+    let is_driven_by_voltage = diagnosis.command_kind == CommandKind::Voltage;
+    if diagnosis.fitted_nominal.is_none() || !is_driven_by_voltage {
+        return (1.0, unit);
+    }
+    let volts = p.resistance_ohm / p.torque_constant_nm_per_a;
+    match unit {
+        "N m" => (volts, "V"),
+        "N m s/rad" => (volts, "V s/rad"),
+        "N m s^2/rad^2" => (volts, "V s^2/rad^2"),
+        "kg m^2" => (volts, "V s^2/rad"),
+        other => (1.0, other),
+    }
+}
+
+/// A number's name without the unit that it is not in.
+pub fn seen_name(key: &str, unit: &str, seen_unit: &str) -> String {
+    if unit == seen_unit {
+        return key.to_owned();
+    }
+    let name = ["_nm_s_per_rad", "_nm_per_rad", "_kg_m2", "_nm"];
+    let name = name.iter().find_map(|end| key.strip_suffix(end));
+    format!("{} as seen from the terminals", name.unwrap_or(key))
+}
+
 /// What the reference is, in a sentence.
 pub fn of_reference(reference: &ReferenceRuns) -> String {
     let effects = match reference.effects.as_slice() {
@@ -95,30 +132,47 @@ pub fn of_reference(reference: &ReferenceRuns) -> String {
     )
 }
 
+/// How much of the gap closes, with its interval.
+pub fn closed_words(gap: &Gap) -> String {
+    if gap.closed <= 0.0 {
+        return "Nothing of what exceeds the floor closes on data kept from the fit.".to_owned();
+    }
+    let from = match gap.closed_lo95 {
+        lo95 if lo95 <= 0.0 => "nothing".to_owned(),
+        lo95 => percent(lo95),
+    };
+    format!(
+        "{} of what exceeds the floor closes (95 % interval {from} to {}).",
+        percent(gap.closed),
+        percent(gap.closed_hi95)
+    )
+}
+
+/// The models that the pictures show, from the nominal one on.
+pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
+    let mut names = vec![nominal(diagnosis).to_owned(), "refitted".to_owned()];
+    let effects = best_set(diagnosis);
+    if !effects.is_empty() {
+        names.push(format!("with {}", effects.join(" + ")));
+    }
+    names
+}
+
 /// The four rungs as bars on a logarithmic scale.
 pub fn rungs(diagnosis: &Diagnosis) -> Bars {
     let gap = &diagnosis.gap;
-    let effects = best_set(diagnosis);
-    let [before, after_parameters, after_effect] = gap.rungs95;
-    let mut rungs = vec![
-        (nominal(diagnosis).to_owned(), gap.before, Some(before), 6),
-        (
-            "refitted".to_owned(),
-            gap.after_parameters,
-            Some(after_parameters),
-            4,
-        ),
-    ];
-    if !effects.is_empty() {
-        let name = format!("with {}", effects.join(" + "));
-        rungs.push((name, gap.after_effect, Some(after_effect), 1));
-    }
+    let values = [gap.before, gap.after_parameters, gap.after_effect];
+    let names = models(diagnosis).into_iter().zip(values);
+    let mut rungs: Vec<(String, f64, Option<(f64, f64)>, usize)> = names
+        .zip(gap.rungs95.into_iter().zip([6, 4, 1]))
+        .map(|((name, value), (ends, colour))| (name, value, Some(ends), colour))
+        .collect();
     rungs.push(("floor".to_owned(), gap.floor, None, 2));
     let most = rungs.iter().fold(gap.floor, |most, rung| {
         most.max(rung.2.map_or(rung.1, |ends| ends.1.max(rung.1)))
     });
     Bars {
-        title: "Position error".to_owned(),
+        title: "Position error over pieces".to_owned(),
         scale: Scale::Logarithmic(0.5 * gap.floor, 1.1 * most),
         bars: rungs
             .into_iter()

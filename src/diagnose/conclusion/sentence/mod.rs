@@ -45,11 +45,12 @@ pub(crate) struct Beside {
     pub asked: String,
 }
 
-/// The sentences.
-pub(crate) fn sentence(said: &Diagnosis, beside: &Beside) -> String {
-    let mut sentences = size::size(said, beside);
-    sentences.extend(cause::cause(said, beside));
-    sentences.extend(shrinks::shrinks(said, beside));
-    sentences.push(what_next::what_next(said, beside));
-    sentences.join(" ")
+/// The four parts.
+pub(crate) fn parts(said: &Diagnosis, beside: &Beside) -> [String; 4] {
+    [
+        size::size(said, beside).join(" "),
+        cause::cause(said, beside).join(" "),
+        shrinks::shrinks(said, beside).join(" "),
+        what_next::what_next(said, beside),
+    ]
 }

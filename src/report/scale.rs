@@ -1,0 +1,125 @@
+//! The range of a panel's axis, which a few isolated points do not set.
+//!
+//! A difference of counts over one sample jumps where a sample is late or an edge is lost. Such a spike lasts a sample or two, so a
+//! running median of five (Tukey, 1977) is without it.
+
+use super::figure::{Panel, Series};
+
+/// Points in the running median: what lasts for fewer than half of them is a spike.
+const MEDIAN: usize = 5;
+/// Spikes set no scale where they are no more than this share of the points; more are what the curve does. Convention.
+const RARE: f64 = 0.01;
+/// Spikes are left outside where the scale would be wider than this many times the curve. Convention.
+const WIDER: f64 = 1.5;
+
+/// From where to where an axis goes, and how many points lie outside.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisScale {
+    /// Least and largest value.
+    pub range: (f64, f64),
+    /// Points that lie outside.
+    pub beyond: usize,
+}
+
+impl AxisScale {
+    /// What is said of the points outside; nothing where there are none.
+    pub fn words(&self) -> Option<String> {
+        match self.beyond {
+            0 => None,
+            1 => Some("1 isolated point lies beyond the scale".to_owned()),
+            n => Some(format!("{n} isolated points lie beyond the scale")),
+        }
+    }
+}
+
+impl Panel {
+    /// The scale of its values; `None` where nothing is finite.
+    pub fn scale(&self) -> Option<AxisScale> {
+        let range = self.y_range()?;
+        let whole = AxisScale { range, beyond: 0 };
+        if !self.is_robust {
+            return Some(whole);
+        }
+        let steady = self.series.iter().flat_map(without_spikes);
+        let marks = self.marks.iter().map(|mark| mark.0);
+        let (low, high) = super::figure::range(steady.chain(marks))?;
+        let values = self.series.iter().flat_map(|s| &s.points).map(|p| p.1);
+        let (mut beyond, mut all) = (0, 0);
+        for value in values.filter(|v| v.is_finite()) {
+            all += 1;
+            beyond += usize::from(value < low || value > high);
+        }
+        let is_wider = range.1 - range.0 > WIDER * (high - low);
+        let is_rare = beyond as f64 <= RARE * all as f64;
+        Some(if high > low && is_wider && is_rare {
+            AxisScale {
+                range: (low, high),
+                beyond,
+            }
+        } else {
+            whole
+        })
+    }
+}
+
+/// The running median of a curve.
+fn without_spikes(series: &Series) -> Vec<f64> {
+    let values: Vec<f64> = (series.points.iter().map(|p| p.1))
+        .filter(|v| v.is_finite())
+        .collect();
+    let medians = values.windows(MEDIAN).map(|window| {
+        let mut sorted = [0.0; MEDIAN];
+        sorted.copy_from_slice(window);
+        sorted.sort_by(f64::total_cmp);
+        sorted[MEDIAN / 2]
+    });
+    match values.len() {
+        0..MEDIAN => values,
+        _ => medians.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::figure::Stroke;
+
+    fn panel(y: &[f64]) -> Panel {
+        let x: Vec<f64> = (0..y.len()).map(|k| k as f64).collect();
+        Panel::new("speed", vec![Series::new("", Stroke::Step, 0, &x, y)]).robust()
+    }
+
+    #[test]
+    fn spikes_of_a_sample_or_two_do_not_set_the_scale() {
+        let mut speed: Vec<f64> = (0..1000).map(|k| f64::from(k % 50)).collect();
+        (speed[300], speed[301], speed[700]) = (9000.0, 8000.0, -7000.0);
+        let scale = panel(&speed).scale().expect("a scale");
+        assert!(scale.range.0 >= 0.0 && scale.range.1 <= 49.0, "{scale:?}");
+        // The saw's own tips are outside too, where the median cuts them.
+        assert!(scale.beyond >= 3);
+        assert!(scale.words().is_some());
+        let plain = Panel {
+            is_robust: false,
+            ..panel(&speed)
+        };
+        assert_eq!(plain.scale().map(|s| s.range), Some((-7000.0, 9000.0)));
+    }
+
+    #[test]
+    fn a_move_of_a_few_samples_and_coarse_counting_stay_whole() {
+        let mut moved = vec![0.0; 1000];
+        moved[500..504].fill(10.0);
+        assert_eq!(
+            panel(&moved).scale(),
+            Some(AxisScale {
+                range: (0.0, 10.0),
+                beyond: 0
+            })
+        );
+        let coarse: Vec<f64> = (0..1000)
+            .map(|k| if k % 10 == 0 { 6.0 } else { 0.0 })
+            .collect();
+        assert_eq!(panel(&coarse).scale().map(|s| s.range), Some((0.0, 6.0)));
+        assert_eq!(panel(&[]).scale(), None);
+    }
+}
