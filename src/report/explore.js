@@ -50,7 +50,7 @@
       },
       axes: [
         { stroke: ink, grid, ticks: grid, size: 30 },
-        { stroke: ink, grid, ticks: grid, size: 64, space: 24 },
+        { stroke: ink, grid, ticks: grid, size: 64, space: 18 },
       ],
       cursor: { sync: { key, setSeries: false }, drag: { x: true, y: false, dist: 4 } },
       series: [{ label: spec.x, value: (u, v) => said(v) }, ...part.s.map(one => series(one, colour))],

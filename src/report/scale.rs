@@ -12,6 +12,9 @@ const RARE: f64 = 0.01;
 /// Spikes are left outside where the scale would be wider than this many times the curve. Convention.
 const WIDER: f64 = 1.5;
 
+/// A curve's own tips reach beyond its running median by up to this share of its range. Convention.
+const TIPS: f64 = 0.25;
+
 /// From where to where an axis goes, and how many points lie outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisScale {
@@ -43,17 +46,21 @@ impl Panel {
         let steady = self.series.iter().flat_map(without_spikes);
         let marks = self.marks.iter().map(|mark| mark.0);
         let (low, high) = super::figure::range(steady.chain(marks))?;
-        let values = self.series.iter().flat_map(|s| &s.points).map(|p| p.1);
-        let (mut beyond, mut all) = (0, 0);
-        for value in values.filter(|v| v.is_finite()) {
-            all += 1;
-            beyond += usize::from(value < low || value > high);
-        }
-        let is_wider = range.1 - range.0 > WIDER * (high - low);
-        let is_rare = beyond as f64 <= RARE * all as f64;
+        // The median cuts a curve's own tips.
+        let tips = TIPS * (high - low);
+        let is_near = |value: &f64| *value >= low - tips && *value <= high + tips;
+        let values = || {
+            let points = self.series.iter().flat_map(|s| &s.points);
+            points.map(|p| p.1).filter(|y| y.is_finite())
+        };
+        let marks = self.marks.iter().map(|mark| mark.0);
+        let near = super::figure::range(values().filter(is_near).chain(marks))?;
+        let beyond = values().filter(|value| !is_near(value)).count();
+        let is_wider = range.1 - range.0 > WIDER * (near.1 - near.0);
+        let is_rare = beyond as f64 <= RARE * values().count() as f64;
         Some(if high > low && is_wider && is_rare {
             AxisScale {
-                range: (low, high),
+                range: near,
                 beyond,
             }
         } else {
@@ -94,10 +101,15 @@ mod tests {
         let mut speed: Vec<f64> = (0..1000).map(|k| f64::from(k % 50)).collect();
         (speed[300], speed[301], speed[700]) = (9000.0, 8000.0, -7000.0);
         let scale = panel(&speed).scale().expect("a scale");
-        assert!(scale.range.0 >= 0.0 && scale.range.1 <= 49.0, "{scale:?}");
-        // The saw's own tips are outside too, where the median cuts them.
-        assert!(scale.beyond >= 3);
-        assert!(scale.words().is_some());
+        let saw = AxisScale {
+            range: (0.0, 49.0),
+            beyond: 3,
+        };
+        assert_eq!(scale, saw);
+        assert_eq!(
+            scale.words().as_deref(),
+            Some("3 isolated points lie beyond the scale")
+        );
         let plain = Panel {
             is_robust: false,
             ..panel(&speed)

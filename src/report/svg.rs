@@ -178,7 +178,12 @@ impl Frame {
                 tick_label(tick, x_step)
             );
         }
-        let y_ticks = ticks(self.y_range, ((self.height / 40.0) as usize).max(3));
+        let wanted = ((self.height / 40.0) as usize).max(3);
+        let mut y_ticks = ticks(self.y_range, wanted);
+        // One number says no scale.
+        if y_ticks.len() < 2 {
+            y_ticks = ticks(self.y_range, 2 * wanted);
+        }
         let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
         for &tick in &y_ticks {
             let y = self.y(tick);
@@ -349,6 +354,24 @@ mod tests {
                 .count(),
             1
         );
+    }
+
+    /// Every panel has two numbers at least on each axis, the lowest and flattest too.
+    #[test]
+    fn every_panel_has_a_scale() {
+        let panel = |y: &[f64]| {
+            let series = Series::new("a", Stroke::Step, 0, &[0.0, 1.0, 2.0], y);
+            Panel::new("command (V)", vec![series]).weighing(0.1)
+        };
+        let both = Figure {
+            panels: vec![panel(&[-4.5, 4.5, 4.5]), panel(&[3.0; 3])],
+            ..figure("a")
+        };
+        let svg = inline(&both, Size::PAGE);
+        let x_numbers = svg.matches("text-anchor=\"middle\">2.0<").count();
+        assert_eq!(x_numbers, 2);
+        let y_numbers = svg.matches("text-anchor=\"end\">").count();
+        assert!(y_numbers >= 4, "{y_numbers}");
     }
 
     #[test]
