@@ -116,10 +116,12 @@ fn units(documents: &[Document]) -> Vec<Unit> {
     of.into_iter().map(in_order).collect()
 }
 
+/// A number as it was found: by unit, with the date of each diagnosis.
+type Found = BTreeMap<usize, Vec<(Option<f64>, Interval)>>;
+
 fn numbers(documents: &[Document], units: &[Unit]) -> Vec<Number> {
-    /// Of one unit: number, date and interval of each diagnosis.
-    type Found = BTreeMap<(bool, String), BTreeMap<usize, Vec<(Option<f64>, Interval)>>>;
-    let mut found = Found::new();
+    // By whether it is an effect's, and by name: the base model's come first.
+    let mut found: BTreeMap<(bool, String), Found> = BTreeMap::new();
     for (k, unit) in units.iter().enumerate() {
         for document in unit.documents.iter().map(|place| &documents[*place]) {
             for (name, interval) in document
@@ -132,38 +134,38 @@ fn numbers(documents: &[Document], units: &[Unit]) -> Vec<Number> {
             }
         }
     }
-    let number = |((is_effects, name), of): (
-        (bool, String),
-        BTreeMap<usize, Vec<(Option<f64>, Interval)>>,
-    )| {
-        let mut dated: Vec<(usize, f64, f64)> = (of.iter())
-            .flat_map(|(unit, found)| {
-                let dated = found
-                    .iter()
-                    .filter_map(|(days, number)| Some(((*days)?, number.value)));
-                dated.map(|(days, value)| (*unit, days, value))
-            })
-            .collect();
-        dated.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let middle = |(unit, mut found): (usize, Vec<(Option<f64>, Interval)>)| {
-            found.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-            let middle = (found.len() - 1) / 2;
-            (unit, found.swap_remove(middle).1)
-        };
-        let mut values: Vec<(usize, Interval)> = of.into_iter().map(middle).collect();
-        values.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let all: Vec<f64> = values.iter().map(|(_, number)| number.value).collect();
-        Number {
-            name,
-            is_base: !is_effects,
-            centre: (all.len() >= FEWEST_UNITS)
-                .then(|| centre_and_sigma(&all))
-                .flatten(),
-            values,
-            dated,
-        }
+    let all = found.into_iter();
+    all.map(|((is_effects, name), of)| number(!is_effects, name, of))
+        .collect()
+}
+
+fn number(is_base: bool, name: String, of: Found) -> Number {
+    let mut dated: Vec<(usize, f64, f64)> = (of.iter())
+        .flat_map(|(unit, found)| {
+            let dated = found
+                .iter()
+                .filter_map(|(days, number)| Some(((*days)?, number.value)));
+            dated.map(|(days, value)| (*unit, days, value))
+        })
+        .collect();
+    dated.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let middle = |(unit, mut found): (usize, Vec<(Option<f64>, Interval)>)| {
+        found.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        let middle = (found.len() - 1) / 2;
+        (unit, found.swap_remove(middle).1)
     };
-    found.into_iter().map(number).collect()
+    let mut values: Vec<(usize, Interval)> = of.into_iter().map(middle).collect();
+    values.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+    let all: Vec<f64> = values.iter().map(|(_, number)| number.value).collect();
+    Number {
+        name,
+        is_base,
+        centre: (all.len() >= FEWEST_UNITS)
+            .then(|| centre_and_sigma(&all))
+            .flatten(),
+        values,
+        dated,
+    }
 }
 
 fn standing(numbers: &[Number]) -> Vec<Standing> {
