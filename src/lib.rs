@@ -16,6 +16,7 @@
 //! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
+//! | [`fleet`] | many diagnoses as tables, and each unit against the population |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`plain`] | text from files and devices made harmless for whoever reads it |
@@ -33,6 +34,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod effects;
 pub mod export;
+pub mod fleet;
 pub mod import;
 pub mod lab;
 pub mod least_squares;

@@ -3,12 +3,13 @@
 use crate::plain::quoted;
 
 /// Flags of `diagnose` that change no figure, and whether a word follows.
-const WRITING: [(&str, bool); 5] = [
+const WRITING: [(&str, bool); 6] = [
     ("--json", false),
     ("--explain", false),
     ("--force", false),
     ("--html", true),
     ("--model-out", true),
+    ("--threads", true),
 ];
 
 /// The words behind the program's name as one line to copy.
@@ -46,7 +47,7 @@ mod tests {
 
     #[test]
     fn what_is_only_written_is_left_out() {
-        let words = "diagnose a.csv --html why.html --json --motor=m.toml --html=x --model-out d.toml --good-enough 1%";
+        let words = "diagnose a.csv --html why.html --json --motor=m.toml --html=x --model-out d.toml --threads 1 --good-enough 1%";
         let line = asked(words.split(' ').map(str::to_owned));
         assert_eq!(
             line,

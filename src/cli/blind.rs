@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form};
 use super::signals::StopSignal;
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::blind::{
     self, BlindError, Ledger, Manifest, NewCase, Program, Recipe, Truth, add_cases, judge,
@@ -68,6 +69,8 @@ struct Make {
     /// File for the labels, outside the set. [default: DIR.labels.json]
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 /// Seal recorded runs whose cause you arranged, as one case of a set.
@@ -99,13 +102,15 @@ struct Run {
     /// Directory of the set.
     #[arg(value_name = "DIR")]
     directory: PathBuf,
-    /// Cases at a time. [default: one a core]
+    /// Cases at a time. [default: one a thread]
     #[arg(long)]
     jobs: Option<usize>,
     /// Another program that keeps the contract of `motorlab diagnose`, started in a folder with copies of a case and
     /// nothing else; its --version in an empty one, for a minute at most. [default: this one]
     #[arg(long, value_name = "PROGRAM")]
     diagnoser: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 /// Open the labels and score the verdicts; refuses where anything was changed.
@@ -127,6 +132,8 @@ struct Score {
     /// Write everything in Markdown, for a document.
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
     #[command(flatten)]
     force: Force,
 }
@@ -169,6 +176,7 @@ impl Sealed<'_> {
 
 impl Make {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         if !(self.wander.is_finite() && self.wander >= 0.0) {
             return Err(Failure::input("--wander must be 0 or more"));
         }
@@ -259,7 +267,8 @@ struct Judged<'a> {
 
 impl Run {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
-        let cores = thread::available_parallelism().map_or(1, usize::from);
+        let cores = || thread::available_parallelism().map_or(1, usize::from);
+        let cores = self.threads.count().unwrap_or_else(cores);
         let jobs = self.jobs.unwrap_or(cores).max(1);
         let program = match &self.diagnoser {
             Some(program) => program.clone(),
@@ -329,6 +338,7 @@ impl Run {
 
 impl Score {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let inputs = [&self.labels, &self.directory.join("manifest.json")];
         let outputs = self.force.outputs("blind score", inputs);
         outputs.check(self.html.iter().chain(&self.markdown))?;

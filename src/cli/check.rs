@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::findings::words;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
 use crate::plain::shown;
@@ -23,6 +24,8 @@ pub struct Check {
     /// Motor file: some things can only be told against it, such as counts that are off by 4.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 const EXAMPLE: &str = "Examples:
@@ -41,6 +44,7 @@ struct Document<'a> {
 
 impl Check {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let motor = match &self.motor {
             Some(path) => Some(motor_file(path, output)?),
             None => None,

@@ -10,6 +10,7 @@ use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form, Outputs};
 use super::picture::on_terminal;
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
@@ -42,6 +43,8 @@ pub struct Compare {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     force: Force,
 }
 
@@ -57,6 +60,7 @@ const SHORT: [(usize, &str); 6] = [
 
 impl Compare {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let inputs = self.runs.iter().chain(self.motor.file());
         let outputs = self.force.outputs("compare", inputs);
         outputs.check(self.html.iter().chain(&self.svg))?;

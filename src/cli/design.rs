@@ -9,6 +9,7 @@ use serde::Deserialize;
 
 use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s, supply_v};
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
@@ -38,6 +39,8 @@ pub struct Design {
     /// Print what this diagnosis (the JSON of `diagnose`) wants recorded next, instead.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["profile", "ts", "duration", "supply"])]
     diagnosis: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 /// How long a built-in profile takes in s.
@@ -66,6 +69,7 @@ struct Diagnosed {
 
 impl Design {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         if let Some(path) = &self.diagnosis {
             return next_of(path, output);
         }

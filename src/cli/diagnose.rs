@@ -12,6 +12,8 @@ use super::foreign::unreadable;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
+use super::run_facts::{Role, RunFacts, WithRuns};
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, is_fatal};
 use crate::diagnose::{
@@ -65,6 +67,8 @@ pub struct Diagnose {
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     force: Force,
 }
 
@@ -79,6 +83,7 @@ enum Nominal {
 
 impl Diagnose {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let paths = || {
             (self.runs.iter())
                 .chain(&self.hold_out)
@@ -93,9 +98,14 @@ impl Diagnose {
         let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
         let reference = runs.split_off(self.runs.len() + self.hold_out.len());
         let held_out = runs.split_off(self.runs.len());
+        let facts = RunFacts::of([
+            (Role::Diagnosed, &runs),
+            (Role::HoldOut, &held_out),
+            (Role::Reference, &reference),
+        ]);
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
-            return bad_recording(findings, output);
+            return bad_recording(findings, &facts, output);
         }
         // The motor file, or the fit in its place, is that of the reference where there is one.
         let first = if reference.is_empty() {
@@ -149,7 +159,7 @@ impl Diagnose {
             outputs.write(path, &page, Form::Markup, output)?;
         }
         if output.json {
-            output.document(&diagnosis)?;
+            output.document(&WithRuns::new(&diagnosis, &facts))?;
         } else {
             if self.explain {
                 output.line(&diagnosis.to_string())?;
@@ -242,10 +252,14 @@ fn words_of(fit: &NominalFit, kind: CommandKind) -> String {
 }
 
 /// Ends a diagnosis before anything is fitted: the recording has to be mended first.
-fn bad_recording(findings: Vec<Finding>, output: &Output) -> Result<Status, Failure> {
+fn bad_recording(
+    findings: Vec<Finding>,
+    facts: &[RunFacts],
+    output: &Output,
+) -> Result<Status, Failure> {
     let document = BadRecording::of(findings);
     if output.json {
-        output.document(&document)?;
+        output.document(&WithRuns::new(&document, facts))?;
     } else {
         output.line(&document.sentence)?;
     }

@@ -80,7 +80,7 @@ impl RunFile {
 
 /// Formats that not everyone needs are features of the build.
 #[cfg(not(all(feature = "parquet", feature = "mcap")))]
-fn not_built(feature: &str) -> Failure {
+pub(super) fn not_built(feature: &str) -> Failure {
     Failure::input(format!(
         "this motorlab was built without {feature}; build it with `--features {feature}`"
     ))

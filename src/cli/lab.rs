@@ -11,6 +11,7 @@ use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::signals::StopSignal;
+use super::threads::Threads;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::lab::{Lab as Handout, Source, columns, page};
@@ -41,6 +42,8 @@ pub struct Lab {
     #[arg(short, long, value_name = "DIR", default_value = "lab")]
     output: PathBuf,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     force: Force,
 }
 
@@ -59,6 +62,7 @@ const RECORDED: Size = Size {
 
 impl Lab {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let outputs = (self.force).outputs("lab", self.runs.iter().chain(&self.motor));
         outputs.may_replace(&self.output.join("index.html"), None)?;
         outputs.may_replace(&self.output.join(WITNESS), None)?;

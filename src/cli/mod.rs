@@ -43,8 +43,12 @@ mod ports;
 mod progress;
 mod reconnect;
 mod replay;
+mod run_facts;
+mod schema;
 mod signals;
 mod simulate;
+mod tabulate;
+mod threads;
 mod virtual_board;
 mod virtual_capture;
 mod virtual_spec;
@@ -96,11 +100,13 @@ enum Command {
     Effects(effects::Effects),
     Motor(motor::MotorFile),
     Export(export::Export),
+    Tabulate(tabulate::Tabulate),
     Blind(blind::Blind),
     Import(import::Import),
     Demo(demo::Demo),
     Firmware(firmware::Firmware),
     Flash(flash::Flash),
+    Schema(schema::Schema),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -281,11 +287,13 @@ impl CommandLine {
             Command::Effects(command) => command.run(&output),
             Command::Motor(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
+            Command::Tabulate(command) => command.run(&output),
             Command::Blind(command) => command.run(&output),
             Command::Import(command) => command.run(&output),
             Command::Demo(command) => command.run(&output),
             Command::Firmware(command) => command.run(&output),
             Command::Flash(command) => command.run(&output),
+            Command::Schema(command) => command.run(&output),
             Command::Completions(command) => command.run(&output),
             Command::Man(command) => command.run(&output),
         };

@@ -11,6 +11,7 @@ use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s};
 use super::output_file::{Force, Form};
 use super::picture::on_terminal;
+use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
@@ -49,6 +50,8 @@ pub struct Simulate {
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
     force: Force,
 }
 
@@ -85,6 +88,7 @@ const MOST_SAMPLES: f64 = 5e7;
 
 impl Simulate {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let outputs = self.force.outputs("simulate", self.motor.file());
         outputs.check(&self.svg)?;
         let motor = self.motor.motor(output)?;

@@ -9,6 +9,7 @@ use super::escape::escaped;
 use super::explore;
 use super::figure::Figure;
 use super::matrix::Matrix;
+use super::strip::Strip;
 use super::svg::{self, Size};
 
 const STYLE: &str = "\
@@ -226,6 +227,28 @@ impl Page {
             bars.inline(PHONE),
             escaped(caption)
         );
+    }
+
+    /// Many values as a drawing, with what it shows.
+    pub fn strip(&mut self, strip: &Strip, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
+            strip.inline(Size::PAGE.width),
+            strip.inline(PHONE),
+            escaped(caption)
+        );
+    }
+
+    /// A long table that is unfolded by a click.
+    pub fn folded_table(&mut self, summary: &str, names: &[&str], rows: &[Vec<String>]) {
+        let _ = write!(
+            self.body,
+            "<details><summary>{}</summary>",
+            escaped(summary)
+        );
+        self.table(names, rows);
+        self.body.push_str("</details>\n");
     }
 
     /// A table of counts as a drawing, with what it shows.

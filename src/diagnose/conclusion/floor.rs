@@ -178,7 +178,9 @@ pub(crate) fn wander(pieces: &Pieces, fit: &Fit) -> f64 {
             let left = less_start(pieces, fit.around.time_constant_s, &left);
             left.iter().map(|r| r * r).sum::<f64>() / left.len().max(1) as f64
         };
-        (0..NULLS as u64).into_par_iter().map(one).sum::<f64>() / NULLS as f64
+        // Added in the order of the seeds: in that of the threads the last bits would be theirs.
+        let each: Vec<f64> = (0..NULLS as u64).into_par_iter().map(one).collect();
+        each.iter().sum::<f64>() / NULLS as f64
     };
     (mean_square(fit.noise) - mean_square(Noise::NONE))
         .max(0.0)

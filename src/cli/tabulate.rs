@@ -1,0 +1,258 @@
+//! `motorlab tabulate`: many diagnoses as tables, and as one page.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::output_file::{Force, Form, Outputs};
+use super::threads::Threads;
+use super::{Failure, Output, Status};
+use crate::fleet::{Damaged, Document, Population, Table, tables};
+use crate::plain::shown;
+use crate::report::fleet::{Names, page};
+
+/// Lay many diagnoses out as flat tables (CSV or Parquet), and hold each unit against the population on one page.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Tabulate {
+    /// Documents of `motorlab diagnose --json`, or folders of them (every *.json in it, in the order of names).
+    #[arg(required = true, value_name = "DOCUMENT")]
+    documents: Vec<PathBuf>,
+    /// Table with a row a diagnosis; .csv or .parquet.
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["html", "causes", "numbers"])]
+    output: Option<PathBuf>,
+    /// Table with a row a cause.
+    #[arg(long, value_name = "FILE")]
+    causes: Option<PathBuf>,
+    /// Table with a row an identified number.
+    #[arg(long, value_name = "FILE")]
+    numbers: Option<PathBuf>,
+    /// The fleet page: one HTML file that needs no network.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
+    #[command(flatten)]
+    force: Force,
+}
+
+const EXAMPLE: &str = "Examples:
+  motorlab tabulate diagnoses/*.json -o fleet.csv
+  motorlab tabulate diagnoses -o fleet.parquet --causes causes.parquet --numbers numbers.parquet --html fleet.html
+
+A unit is what the run's header calls it (`unit`, else the serial number of the board), else the document's
+name without the date in it. Documents that are no diagnosis are named and passed over, with exit status 1.
+Columns: docs/many-recordings.md.";
+
+/// For `--json`.
+#[derive(Debug, Serialize)]
+struct Said<'a> {
+    shape: &'static str,
+    diagnoses: usize,
+    causes: usize,
+    numbers: usize,
+    units: usize,
+    files: Vec<&'a Path>,
+    /// Documents that were passed over.
+    skipped: &'a [Damaged],
+}
+
+impl Tabulate {
+    pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        let inputs = self.all()?;
+        let outputs = self.force.outputs("tabulate", &inputs);
+        let tables_of = [&self.output, &self.causes, &self.numbers];
+        for path in tables_of.into_iter().flatten() {
+            Kind::of(path)?;
+        }
+        self.refuse_twice()?;
+        for path in tables_of.into_iter().flatten().chain(&self.html) {
+            outputs.may_replace(path, self.witness(path))?;
+        }
+        self.threads.set()?;
+        let read: Vec<_> = inputs.par_iter().map(|path| Document::read(path)).collect();
+        let (mut documents, mut damaged) = (Vec::new(), Vec::new());
+        for one in read {
+            match one {
+                Ok(document) => documents.push(document),
+                Err(why) => damaged.push(why),
+            }
+        }
+        for Damaged { document, why } in &damaged {
+            output.message(&format!("{}: {why}; it is passed over", shown(document)));
+        }
+        if documents.is_empty() {
+            return Err(Failure::input(format!(
+                "none of the {} documents is a diagnosis; `motorlab diagnose RUN --json > DOCUMENT` writes one",
+                inputs.len()
+            )));
+        }
+        let made = tables(&documents);
+        let of = [&made.diagnoses, &made.causes, &made.numbers];
+        for (path, table) in tables_of.into_iter().zip(of) {
+            if let Some(path) = path {
+                let content = Kind::of(path)?.content(table, path)?;
+                outputs.write_bytes(path, &content, self.witness(path))?;
+            }
+        }
+        let population = Population::of(&documents);
+        if let Some(path) = &self.html {
+            self.write_page(path, &documents, &damaged, &population, &outputs)?;
+        }
+        self.say(of, &population, &damaged, output)?;
+        Ok(match damaged.is_empty() {
+            true => Status::Done,
+            false => Status::FellShort,
+        })
+    }
+
+    /// The documents, those of folders in the order of their names.
+    fn all(&self) -> Result<Vec<PathBuf>, Failure> {
+        let mut all = Vec::new();
+        for path in &self.documents {
+            if !path.is_dir() {
+                all.push(path.clone());
+                continue;
+            }
+            let failed = |error| Failure::input(format!("{}: {error}", shown(path)));
+            let mut inside = Vec::new();
+            for entry in fs::read_dir(path).map_err(failed)? {
+                let file = entry.map_err(failed)?.path();
+                if file.extension().is_some_and(|end| end == "json") {
+                    inside.push(file);
+                }
+            }
+            if inside.is_empty() {
+                return Err(Failure::input(format!(
+                    "{} holds no *.json; name the folder that the diagnoses were written to",
+                    shown(path)
+                )));
+            }
+            inside.sort();
+            all.append(&mut inside);
+        }
+        Ok(all)
+    }
+
+    fn files(&self) -> impl Iterator<Item = &PathBuf> {
+        let tables = [&self.output, &self.causes, &self.numbers];
+        tables.into_iter().flatten().chain(&self.html)
+    }
+
+    fn refuse_twice(&self) -> Result<(), Failure> {
+        let files: Vec<&PathBuf> = self.files().collect();
+        let twice = (1..files.len()).find(|k| files[..*k].contains(&files[*k]));
+        match twice {
+            Some(k) => Err(Failure::input(format!(
+                "{} is named for two outputs; name two files",
+                shown(files[k])
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    /// The first table bears the mark in every row; another may have no row.
+    fn witness<'a>(&'a self, path: &Path) -> Option<&'a Path> {
+        self.output.as_deref().filter(|output| *output != path)
+    }
+
+    fn write_page(
+        &self,
+        path: &Path,
+        documents: &[Document],
+        damaged: &[Damaged],
+        population: &Population,
+        outputs: &Outputs,
+    ) -> Result<(), Failure> {
+        let name = |path: &Option<PathBuf>, default: &str| {
+            path.as_ref()
+                .map_or(default.to_owned(), |path| path.display().to_string())
+        };
+        let names = Names {
+            diagnoses: name(&self.output, "fleet.parquet"),
+            causes: name(&self.causes, "causes.parquet"),
+            numbers: name(&self.numbers, "numbers.parquet"),
+        };
+        outputs.write_silently(
+            path,
+            &page(documents, damaged, population, &names),
+            Form::Markup,
+        )
+    }
+
+    fn say(
+        &self,
+        [diagnoses, causes, numbers]: [&Table; 3],
+        population: &Population,
+        damaged: &[Damaged],
+        output: &Output,
+    ) -> Result<(), Failure> {
+        if output.json {
+            return output.document(&Said {
+                shape: "motorlab-table/1",
+                diagnoses: diagnoses.rows,
+                causes: causes.rows,
+                numbers: numbers.rows,
+                units: population.units.len(),
+                files: self.files().map(PathBuf::as_path).collect(),
+                skipped: damaged,
+            });
+        }
+        output.line(&format!(
+            "{} diagnoses of {} units, {} causes, {} numbers",
+            diagnoses.rows,
+            population.units.len(),
+            causes.rows,
+            numbers.rows
+        ))?;
+        for (verdict, count) in &population.verdicts {
+            output.line(&format!("  {count:>6}  {verdict}"))?;
+        }
+        for path in self.files() {
+            output.line(&format!("wrote {}", shown(path)))?;
+        }
+        Ok(())
+    }
+}
+
+/// What a table is written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Csv,
+    #[cfg(feature = "parquet")]
+    Parquet,
+}
+
+impl Kind {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        match path.extension().and_then(|end| end.to_str()) {
+            Some("csv") => Ok(Self::Csv),
+            #[cfg(feature = "parquet")]
+            Some("parquet") => Ok(Self::Parquet),
+            #[cfg(not(feature = "parquet"))]
+            Some("parquet") => Err(super::export_run::not_built("parquet")),
+            _ => Err(Failure::input(format!(
+                "{}: a table is written as .csv or .parquet; end its name with one of them",
+                shown(path)
+            ))),
+        }
+    }
+
+    fn content(self, table: &Table, path: &Path) -> Result<Vec<u8>, Failure> {
+        let failed =
+            |error: String| Failure::device(format!("cannot write {}: {error}", shown(path)));
+        match self {
+            Self::Csv => table.to_csv().map_err(|error| failed(error.to_string())),
+            #[cfg(feature = "parquet")]
+            Self::Parquet => {
+                let mut content = Vec::new();
+                crate::fleet::write_table(table, &mut content)
+                    .map_err(|error| failed(error.to_string()))?;
+                Ok(content)
+            }
+        }
+    }
+}

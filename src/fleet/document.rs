@@ -1,0 +1,363 @@
+//! A diagnosis as it is read again, as far as tables and pages need it.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use time::format_description::well_known::Rfc3339;
+use time::{OffsetDateTime, Time};
+
+use super::date::{DATE_LENGTH, date_in};
+use crate::diagnose::SHAPE;
+use crate::plain::clipped;
+
+/// Longest document that is read, in bytes: some hundred times the longest that a diagnosis writes.
+pub const MOST_BYTES: u64 = 1 << 26;
+/// Characters of another program's message that are repeated.
+const MOST_CHARACTERS: usize = 300;
+/// Seconds of a day.
+const DAY_S: f64 = 86_400.0;
+
+/// A document that is no diagnosis, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Damaged {
+    /// The file.
+    pub document: String,
+    /// What is wrong with it.
+    pub why: String,
+}
+
+/// What is read of a diagnosis. Keys that it does not know are passed over.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Document {
+    /// The file that it was read from.
+    #[serde(skip)]
+    pub document: String,
+    shape: String,
+    /// What it comes to, as the document has it.
+    pub verdict: String,
+    /// Probability of what the verdict says.
+    pub probability: f64,
+    /// Effects that the verdict names.
+    pub effects: Vec<String>,
+    /// The verdict in words.
+    pub sentence: String,
+    /// What else is to be known.
+    #[serde(default)]
+    pub note: String,
+    /// Causes, likeliest first.
+    pub causes: Vec<Cause>,
+    #[serde(rename = "where")]
+    place: Option<Place>,
+    /// How far the gap shrinks.
+    pub gap: Option<Gap>,
+    /// The base model's numbers relative to the motor file's.
+    #[serde(default)]
+    pub base: BTreeMap<String, Interval>,
+    /// Findings about the recordings.
+    #[serde(default)]
+    pub data: Vec<Finding>,
+    /// What to record next.
+    pub next_experiment: Option<Next>,
+    /// How long it took in s.
+    pub elapsed_s: f64,
+    /// The recordings.
+    #[serde(default)]
+    pub runs: Vec<RunFacts>,
+}
+
+/// One cause.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Cause {
+    /// Effects joined by `+`, `none` or `unknown`.
+    pub effect: String,
+    /// Stage of the chain.
+    pub stage: Option<String>,
+    /// Probability of exactly this.
+    pub probability: f64,
+    /// Probability that it is there at all.
+    pub inclusion: f64,
+    /// Its numbers.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, Interval>,
+    /// Causes that the runs do not tell from it.
+    #[serde(default)]
+    pub indistinguishable_from: Vec<String>,
+    /// Class of effects that it belongs to.
+    pub class: Option<String>,
+    /// Probability of the class.
+    pub class_probability: Option<f64>,
+    /// What speaks for it.
+    pub evidence: Option<Evidence>,
+}
+
+/// What a cause gains on data that it was not fitted to.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct Evidence {
+    /// Gain in nats.
+    pub gain_nats: Option<f64>,
+    /// Its standard error.
+    pub error_nats: Option<f64>,
+    /// Pieces that it gains in.
+    pub gaining_pieces: i64,
+    /// Pieces in all.
+    pub pieces: i64,
+}
+
+/// A number with its 95 % interval.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Interval {
+    /// Best value.
+    #[serde(deserialize_with = "finite_or_nan")]
+    pub value: f64,
+    /// Lower end.
+    #[serde(deserialize_with = "finite_or_nan")]
+    pub lo95: f64,
+    /// Upper end.
+    #[serde(deserialize_with = "finite_or_nan")]
+    pub hi95: f64,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+}
+
+/// A number; JSON has null for one that is not finite.
+fn finite_or_nan<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+#[derive(Debug, Clone, Deserialize)]
+struct Place {
+    stage: Option<String>,
+}
+
+/// The rungs in counts RMS.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Gap {
+    /// How far ahead a piece is predicted in s.
+    pub horizon_s: Option<f64>,
+    /// What is not asked to be explained.
+    pub floor: Option<f64>,
+    /// What a wandering load leaves.
+    pub wander: Option<f64>,
+    /// Travel of a piece.
+    pub travel: Option<f64>,
+    /// The nominal model.
+    pub before: Option<f64>,
+    /// Refitted.
+    pub after_parameters: Option<f64>,
+    /// With the effects.
+    pub after_effect: Option<f64>,
+    /// Share that closes.
+    pub closed: Option<f64>,
+    /// Lower end.
+    pub closed_lo95: Option<f64>,
+    /// Upper end.
+    pub closed_hi95: Option<f64>,
+    /// The same rungs on the data that was fitted.
+    pub fitted: Fitted,
+}
+
+/// Rungs on the data that was fitted, in counts RMS.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Fitted {
+    /// The nominal model.
+    pub before: Option<f64>,
+    /// Refitted.
+    pub after_parameters: Option<f64>,
+    /// With the effects.
+    pub after_effect: Option<f64>,
+}
+
+/// A finding about a recording.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Finding {
+    /// Its id.
+    pub id: String,
+    /// fatal, warning or note.
+    pub severity: String,
+}
+
+/// What to record next.
+#[derive(Debug, Clone, Deserialize)]
+pub struct Next {
+    /// The profile.
+    pub profile: String,
+    /// By how many standard deviations it is expected to tell apart.
+    pub expected_separation: Option<f64>,
+}
+
+/// One recording.
+#[derive(Debug, Clone, Deserialize)]
+pub struct RunFacts {
+    /// `diagnosed`, `hold_out` or `reference`.
+    pub role: String,
+    /// Which motor it is of.
+    pub unit: Option<String>,
+    /// When it began.
+    pub started: Option<String>,
+    /// Samples.
+    pub samples: i64,
+    /// Sample time in s.
+    pub sample_time_s: f64,
+    /// Length in s.
+    pub duration_s: f64,
+}
+
+impl Document {
+    /// Reads a document.
+    ///
+    /// # Errors
+    /// The file cannot be read or holds no diagnosis.
+    pub fn read(path: &Path) -> Result<Self, Damaged> {
+        let document = path.display().to_string();
+        let damaged = |why: String| Damaged {
+            document: document.clone(),
+            why,
+        };
+        let mut text = String::new();
+        let read =
+            File::open(path).and_then(|file| file.take(MOST_BYTES + 1).read_to_string(&mut text));
+        read.map_err(|error| damaged(error.to_string()))?;
+        if text.len() as u64 > MOST_BYTES {
+            return Err(damaged(format!("is longer than {MOST_BYTES} bytes")));
+        }
+        let mut found = Self::of(&text).map_err(damaged)?;
+        found.document = document;
+        Ok(found)
+    }
+
+    /// The diagnosis in a text, or why there is none.
+    fn of(text: &str) -> Result<Self, String> {
+        let found: Result<Self, _> = serde_json::from_str(text);
+        let found = found.map_err(|error| no_diagnosis(text, &error))?;
+        if found.shape != SHAPE {
+            return Err(format!(
+                "its shape is '{}', not '{SHAPE}'",
+                clipped(&found.shape, MOST_CHARACTERS)
+            ));
+        }
+        if !(0.0..=1.0).contains(&found.probability) {
+            return Err(format!("its probability is {}", found.probability));
+        }
+        Ok(found)
+    }
+
+    /// Which motor it is of: what the first run says of itself, else the file's name without the date in it.
+    pub fn unit(&self) -> String {
+        let said = self.diagnosed().find_map(|run| run.unit.clone());
+        said.unwrap_or_else(|| {
+            let stem = Path::new(&self.document).file_stem().unwrap_or_default();
+            let stem = stem.to_string_lossy();
+            match date_in(&stem) {
+                Some((at, _)) => {
+                    let rest = format!("{}{}", &stem[..at], &stem[at + DATE_LENGTH..]);
+                    let rest = rest.trim_matches(['-', '_', '.', ' ', 'T']);
+                    if rest.is_empty() {
+                        stem.into_owned()
+                    } else {
+                        rest.to_owned()
+                    }
+                }
+                None => stem.into_owned(),
+            }
+        })
+    }
+
+    /// When the first run began: as it says itself, else the date in the file's name.
+    pub fn started(&self) -> Option<String> {
+        let said = self.diagnosed().find_map(|run| run.started.clone());
+        said.or_else(|| {
+            let stem = Path::new(&self.document).file_stem()?.to_string_lossy();
+            date_in(&stem).map(|(at, _)| stem[at..at + DATE_LENGTH].to_owned())
+        })
+    }
+
+    /// The same in days since 1970, where it is a time or a date.
+    pub fn started_days(&self) -> Option<f64> {
+        let text = self.started()?;
+        let at = OffsetDateTime::parse(&text, &Rfc3339).ok().or_else(|| {
+            let (_, date) = date_in(&text)?;
+            Some(date.with_time(Time::MIDNIGHT).assume_utc())
+        })?;
+        Some(at.unix_timestamp() as f64 / DAY_S)
+    }
+
+    /// The runs that were diagnosed.
+    pub fn diagnosed(&self) -> impl Iterator<Item = &RunFacts> {
+        self.runs.iter().filter(|run| run.role == "diagnosed")
+    }
+
+    /// Stage of the chain that the verdict puts the gap in.
+    pub fn stage(&self) -> Option<&str> {
+        self.place.as_ref()?.stage.as_deref()
+    }
+
+    /// Whether the recording has to be mended first.
+    pub fn is_bad(&self) -> bool {
+        self.verdict == "bad_recording"
+    }
+
+    /// The cause that the verdict names.
+    pub fn named(&self) -> Option<&Cause> {
+        if self.effects.is_empty() {
+            return None;
+        }
+        let wanted = self.effects.join("+");
+        let whole = self.causes.iter().find(|cause| cause.effect == wanted);
+        whole.or_else(|| {
+            let holds = |cause: &&Cause| {
+                let parts: Vec<&str> = cause.effect.split('+').collect();
+                self.effects
+                    .iter()
+                    .all(|effect| parts.contains(&effect.as_str()))
+            };
+            self.causes.iter().find(holds)
+        })
+    }
+
+    /// Every identified number by its name: the base model's, and `EFFECT.KEY` of the effects that are named.
+    pub fn numbers(&self) -> impl Iterator<Item = (String, &Interval)> {
+        let base = self
+            .base
+            .iter()
+            .map(|(name, number)| (name.clone(), number));
+        let named = self.named().into_iter().flat_map(|cause| {
+            (cause.parameters.iter()).map(|(key, number)| (full_name(&cause.effect, key), number))
+        });
+        base.chain(named)
+    }
+}
+
+/// `EFFECT.KEY`, whether the key already says its effect or not.
+pub(super) fn full_name(effect: &str, key: &str) -> String {
+    if key.contains('.') {
+        key.to_owned()
+    } else {
+        format!("{effect}.{key}")
+    }
+}
+
+/// Why a text is no diagnosis.
+fn no_diagnosis(text: &str, error: &serde_json::Error) -> String {
+    let value: Option<serde_json::Value> = serde_json::from_str(text).ok();
+    let said = value
+        .as_ref()
+        .and_then(|value| value["error"]["message"].as_str());
+    if let Some(said) = said {
+        return format!(
+            "holds an error, no diagnosis: {}",
+            clipped(said, MOST_CHARACTERS)
+        );
+    }
+    let shape = (value.as_ref()).and_then(|value| value["shape"].as_str());
+    match shape {
+        Some(shape) if shape != SHAPE => format!(
+            "its shape is '{}', not '{SHAPE}'",
+            clipped(shape, MOST_CHARACTERS)
+        ),
+        _ if text.trim().is_empty() => "is empty".to_owned(),
+        _ => format!("is no diagnosis: {error}"),
+    }
+}

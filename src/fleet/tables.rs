@@ -1,0 +1,226 @@
+//! Three tables of many diagnoses: a row a diagnosis, a row a cause, a row a number.
+//!
+//! Columns are stable: names and meanings stay, further ones come at the end, before `written_by`.
+
+use super::document::{Cause, Document, Gap, Interval, full_name};
+use super::table::{Columns, Table};
+
+/// Who wrote a table; the last column of each, because CSV has no place for a comment.
+const WRITTEN_BY: &str = concat!("written by motorlab tabulate ", env!("CARGO_PKG_VERSION"));
+
+/// The tables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tables {
+    /// A row a diagnosis.
+    pub diagnoses: Table,
+    /// A row a cause of a diagnosis.
+    pub causes: Table,
+    /// A row an identified number of a diagnosis.
+    pub numbers: Table,
+}
+
+/// Lays diagnoses out, in their order.
+pub fn tables(documents: &[Document]) -> Tables {
+    Tables {
+        diagnoses: diagnoses(documents),
+        causes: causes(documents),
+        numbers: numbers(documents),
+    }
+}
+
+fn diagnoses(documents: &[Document]) -> Table {
+    let gap = |of: fn(&Gap) -> Option<f64>| move |d: &Document| d.gap.as_ref().and_then(of);
+    let findings = |severity: &'static str| {
+        move |d: &Document| {
+            let found = d.data.iter().filter(|finding| finding.severity == severity);
+            Some(found.count() as i64)
+        }
+    };
+    let of_cause = |id: &'static str| {
+        move |d: &Document| {
+            let found = d.causes.iter().find(|cause| cause.effect == id);
+            found.map(|cause| cause.probability)
+        }
+    };
+    Columns::of(documents)
+        .text("document", |d| Some(d.document.clone()))
+        .text("unit", |d| Some(d.unit()))
+        .text("started", Document::started)
+        .text("verdict", |d| Some(d.verdict.clone()))
+        .number("probability", |d| Some(d.probability))
+        .text("effects", |d| Some(d.effects.join("+")))
+        .text("stage", |d| d.stage().map(str::to_owned))
+        .text("sentence", |d| Some(d.sentence.clone()))
+        .text("note", |d| Some(d.note.clone()))
+        .text("likeliest_cause", |d| {
+            d.causes.first().map(|cause| cause.effect.clone())
+        })
+        .number("likeliest_cause_probability", |d| {
+            d.causes.first().map(|cause| cause.probability)
+        })
+        .number("none_probability", of_cause("none"))
+        .number("unknown_probability", of_cause("unknown"))
+        .number("before_counts", gap(|gap| gap.before))
+        .number("after_parameters_counts", gap(|gap| gap.after_parameters))
+        .number("after_effect_counts", gap(|gap| gap.after_effect))
+        .number("closed", gap(|gap| gap.closed))
+        .number("closed_lo95", gap(|gap| gap.closed_lo95))
+        .number("closed_hi95", gap(|gap| gap.closed_hi95))
+        .number("floor_counts", gap(|gap| gap.floor))
+        .number("wander_counts", gap(|gap| gap.wander))
+        .number("travel_counts", gap(|gap| gap.travel))
+        .number("horizon_s", gap(|gap| gap.horizon_s))
+        .number("fitted_before_counts", gap(|gap| gap.fitted.before))
+        .number(
+            "fitted_after_parameters_counts",
+            gap(|gap| gap.fitted.after_parameters),
+        )
+        .number(
+            "fitted_after_effect_counts",
+            gap(|gap| gap.fitted.after_effect),
+        )
+        .whole("fatal_findings", findings("fatal"))
+        .whole("warnings", findings("warning"))
+        .whole("notes", findings("note"))
+        .text("finding_ids", |d| {
+            let ids: Vec<&str> = d.data.iter().map(|finding| finding.id.as_str()).collect();
+            Some(ids.join("+"))
+        })
+        .text("next_profile", |d| {
+            d.next_experiment.as_ref().map(|next| next.profile.clone())
+        })
+        .number("next_separation", |d| {
+            d.next_experiment.as_ref()?.expected_separation
+        })
+        .whole("runs", |d| {
+            some_runs(d).then(|| d.diagnosed().count() as i64)
+        })
+        .whole("samples", |d| {
+            some_runs(d).then(|| d.diagnosed().map(|run| run.samples).sum())
+        })
+        .number("sample_time_s", |d| {
+            d.diagnosed().next().map(|run| run.sample_time_s)
+        })
+        .number("duration_s", |d| {
+            some_runs(d).then(|| d.diagnosed().map(|run| run.duration_s).sum())
+        })
+        .number("elapsed_s", |d| Some(d.elapsed_s))
+        .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
+        .table()
+}
+
+fn some_runs(document: &Document) -> bool {
+    !document.runs.is_empty()
+}
+
+/// One cause and the diagnosis that it is of.
+struct CauseRow<'a> {
+    of: &'a Document,
+    rank: usize,
+    cause: &'a Cause,
+}
+
+fn causes(documents: &[Document]) -> Table {
+    let rows: Vec<CauseRow<'_>> = documents
+        .iter()
+        .flat_map(|of| {
+            let causes = of.causes.iter().enumerate();
+            causes.map(move |(k, cause)| CauseRow {
+                of,
+                rank: k + 1,
+                cause,
+            })
+        })
+        .collect();
+    Columns::of(&rows)
+        .text("document", |row| Some(row.of.document.clone()))
+        .text("unit", |row| Some(row.of.unit()))
+        .text("started", |row| row.of.started())
+        .text("verdict", |row| Some(row.of.verdict.clone()))
+        .whole("rank", |row| i64::try_from(row.rank).ok())
+        .text("effect", |row| Some(row.cause.effect.clone()))
+        .whole("named", |row| {
+            let named = row
+                .of
+                .named()
+                .is_some_and(|named| std::ptr::eq(named, row.cause));
+            Some(i64::from(named))
+        })
+        .text("stage", |row| row.cause.stage.clone())
+        .number("probability", |row| Some(row.cause.probability))
+        .number("inclusion", |row| Some(row.cause.inclusion))
+        .text("class", |row| row.cause.class.clone())
+        .number("class_probability", |row| row.cause.class_probability)
+        .text("indistinguishable_from", |row| {
+            Some(row.cause.indistinguishable_from.join(" "))
+        })
+        .number("gain_nats", |row| {
+            row.cause.evidence.and_then(|evidence| evidence.gain_nats)
+        })
+        .number("error_nats", |row| {
+            row.cause.evidence.and_then(|evidence| evidence.error_nats)
+        })
+        .whole("gaining_pieces", |row| {
+            row.cause.evidence.map(|evidence| evidence.gaining_pieces)
+        })
+        .whole("pieces", |row| {
+            row.cause.evidence.map(|evidence| evidence.pieces)
+        })
+        .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
+        .table()
+}
+
+/// One number and the diagnosis that it is of.
+struct NumberRow<'a> {
+    of: &'a Document,
+    /// None of the base model's.
+    cause: Option<&'a Cause>,
+    name: String,
+    number: &'a Interval,
+}
+
+fn numbers(documents: &[Document]) -> Table {
+    let rows: Vec<NumberRow<'_>> = documents
+        .iter()
+        .flat_map(|of| {
+            let base = of.base.iter().map(move |(name, number)| NumberRow {
+                of,
+                cause: None,
+                name: name.clone(),
+                number,
+            });
+            let causes = of.causes.iter().flat_map(move |cause| {
+                cause.parameters.iter().map(move |(key, number)| NumberRow {
+                    of,
+                    cause: Some(cause),
+                    name: full_name(&cause.effect, key),
+                    number,
+                })
+            });
+            base.chain(causes)
+        })
+        .collect();
+    Columns::of(&rows)
+        .text("document", |row| Some(row.of.document.clone()))
+        .text("unit", |row| Some(row.of.unit()))
+        .text("started", |row| row.of.started())
+        .text("cause", |row| row.cause.map(|cause| cause.effect.clone()))
+        .whole("named", |row| {
+            let named = |cause| {
+                row.of
+                    .named()
+                    .is_some_and(|named| std::ptr::eq(named, cause))
+            };
+            row.cause.map(|cause| i64::from(named(cause)))
+        })
+        .number("probability", |row| {
+            row.cause.map(|cause| cause.probability)
+        })
+        .text("name", |row| Some(row.name.clone()))
+        .number("value", |row| Some(row.number.value))
+        .number("lo95", |row| Some(row.number.lo95))
+        .number("hi95", |row| Some(row.number.hi95))
+        .text("si_unit", |row| Some(row.number.unit.clone()))
+        .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
+        .table()
+}

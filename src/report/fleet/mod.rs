@@ -1,0 +1,398 @@
+//! The fleet page: units against the population, what drifts, what is named, what is not usable.
+
+mod queries;
+
+pub use queries::Names;
+
+use super::number::{figure, percent};
+use super::strip::{Dot, Strip};
+use super::{Bar, Bars, Page, Scale};
+use crate::fleet::{
+    Damaged, Document, Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Population,
+    SIGNIFICANT, Standing,
+};
+
+/// Numbers that are drawn: those that most units have.
+const DRAWN: usize = 12;
+/// Rows of a table that is read; all rows are in the tables that the queries ask.
+const LISTED: usize = 100;
+/// Characters of a reason.
+const REASON: usize = 240;
+/// Days of a month, for a slope that is read.
+const MONTH_D: f64 = 30.0;
+/// Days from 1970 to the first day of the Julian calendar's count, less a half.
+const JULIAN_1970: i32 = 2_440_588;
+
+/// The page.
+pub fn page(
+    documents: &[Document],
+    damaged: &[Damaged],
+    population: &Population,
+    names: &Names,
+) -> String {
+    let mut page = Page::new("Many diagnoses side by side");
+    page.lead(&lead(documents, damaged, population));
+    outstanding(&mut page, documents, population);
+    named(&mut page, documents, population);
+    numbers(&mut page, population);
+    drift(&mut page, population);
+    unusable(&mut page, documents, damaged);
+    units(&mut page, documents, population);
+    queries::put(&mut page, names);
+    page.finish()
+}
+
+fn lead(documents: &[Document], damaged: &[Damaged], population: &Population) -> String {
+    let mut apart: Vec<usize> = population
+        .standing
+        .iter()
+        .map(|standing| standing.unit)
+        .collect();
+    apart.sort_unstable();
+    apart.dedup();
+    let bad = documents
+        .iter()
+        .filter(|document| document.is_bad())
+        .count();
+    format!(
+        "{} of {}. {}. {}.",
+        several(documents.len(), "diagnosis", "diagnoses"),
+        several(population.units.len(), "unit", "units"),
+        match apart.len() {
+            0 => "No unit stands out".to_owned(),
+            1 => "1 unit stands out".to_owned(),
+            n => format!("{n} units stand out"),
+        },
+        match bad + damaged.len() {
+            0 => "Every recording is usable".to_owned(),
+            1 => "1 recording is not usable".to_owned(),
+            n => format!("{n} recordings are not usable"),
+        }
+    )
+}
+
+fn several(count: usize, one: &str, more: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { more })
+}
+
+/// A number's name as it is read.
+fn name_of(number: &Number) -> String {
+    if number.is_base {
+        format!("{}, relative to the motor file", number.name)
+    } else {
+        match number.values.first() {
+            Some((_, first)) if !first.unit.is_empty() => {
+                format!("{} ({})", number.name, first.unit)
+            }
+            _ => number.name.clone(),
+        }
+    }
+}
+
+/// The same short enough for a drawing on a phone; what it is relative to stands below.
+fn drawn_name(number: &Number) -> String {
+    if number.is_base {
+        number.name.clone()
+    } else {
+        name_of(number)
+    }
+}
+
+/// What stands below a drawing first.
+fn relative(number: &Number) -> &'static str {
+    if number.is_base {
+        "Relative to the motor file. "
+    } else {
+        ""
+    }
+}
+
+/// What the unit's last diagnosis names.
+fn cause_of(documents: &[Document], population: &Population, unit: usize) -> String {
+    let last = population.units[unit]
+        .documents
+        .last()
+        .map(|place| &documents[*place]);
+    match last {
+        Some(last) if !last.effects.is_empty() => {
+            format!("{} ({})", last.effects.join("+"), percent(last.probability))
+        }
+        Some(last) => last.verdict.clone(),
+        None => String::new(),
+    }
+}
+
+fn outstanding(page: &mut Page, documents: &[Document], population: &Population) {
+    page.section("Which units stand out");
+    if population.standing.is_empty() {
+        page.answer("None.");
+    } else {
+        let row = |standing: &Standing| {
+            let number = &population.numbers[standing.number];
+            let of_unit = number
+                .values
+                .iter()
+                .find(|(unit, _)| *unit == standing.unit);
+            let ends = of_unit.map_or(String::new(), |(_, value)| {
+                format!("{} to {}", figure(value.lo95, 3), figure(value.hi95, 3))
+            });
+            vec![
+                population.units[standing.unit].name.clone(),
+                name_of(number),
+                of_unit.map_or(String::new(), |(_, value)| figure(value.value, 4)),
+                ends,
+                number
+                    .centre
+                    .map_or(String::new(), |(centre, _)| figure(centre, 4)),
+                figure(standing.z, 3),
+                cause_of(documents, population, standing.unit),
+            ]
+        };
+        let rows: Vec<Vec<String>> = population.standing.iter().take(LISTED).map(row).collect();
+        page.table(
+            &[
+                "unit",
+                "number",
+                "value",
+                "95 % interval",
+                "median of all",
+                "robust z",
+                "last diagnosis names",
+            ],
+            &rows,
+        );
+        left_out(page, population.standing.len());
+    }
+    page.note(&format!(
+        "A unit stands out where a number lies more than {OUTSTANDING} robust standard deviations from the median of all units, and its own interval does not \
+         hold that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, 1.2533 times the mean \
+         one. It takes {FEWEST_UNITS} units."
+    ));
+}
+
+fn left_out(page: &mut Page, all: usize) {
+    if all > LISTED {
+        page.note(&format!("{} more are in the tables.", all - LISTED));
+    }
+}
+
+fn named(page: &mut Page, documents: &[Document], population: &Population) {
+    page.section("What is named");
+    let most = documents.len().max(1) as f64;
+    let bars = |title: &str, counts: Vec<(String, usize, String)>, colour: usize| Bars {
+        title: title.to_owned(),
+        scale: Scale::Linear(most),
+        bars: (counts.into_iter())
+            .map(|(name, count, text)| Bar {
+                name,
+                value: count as f64,
+                text,
+                interval: None,
+                colour,
+            })
+            .collect(),
+    };
+    let verdicts = population.verdicts.iter();
+    let verdicts = verdicts
+        .map(|(name, count)| (name.clone(), *count, count.to_string()))
+        .collect();
+    page.bars(
+        &bars("verdicts", verdicts, 0),
+        "Diagnoses by their verdict.",
+    );
+    if population.effects.is_empty() {
+        return;
+    }
+    let effects = population.effects.iter().map(|(name, count, units)| {
+        let text = format!("{count}, of {}", several(*units, "unit", "units"));
+        (name.clone(), *count, text)
+    });
+    page.bars(
+        &bars("effects that verdicts name", effects.collect(), 1),
+        "Diagnoses that name the effect, alone or with others.",
+    );
+}
+
+/// The numbers that most units have, in their order.
+fn drawn(population: &Population) -> Vec<(usize, &Number)> {
+    let mut all: Vec<(usize, &Number)> = population.numbers.iter().enumerate().collect();
+    all.retain(|(_, number)| number.values.len() >= FEWEST_UNITS);
+    all.sort_by_key(|(place, number)| (std::cmp::Reverse(number.values.len()), *place));
+    all.truncate(DRAWN);
+    all.sort_by_key(|(place, _)| *place);
+    all
+}
+
+fn numbers(page: &mut Page, population: &Population) {
+    page.section("Each number over all units");
+    let drawn = drawn(population);
+    if drawn.is_empty() {
+        page.paragraph(&format!("No number is known of {FEWEST_UNITS} units."));
+        return;
+    }
+    for (place, number) in drawn {
+        let is_marked = |unit: usize| {
+            let mut standing = population.standing.iter();
+            standing.any(|standing| standing.unit == unit && standing.number == place)
+        };
+        let dot = |(k, (unit, value)): (usize, &(usize, crate::fleet::Interval))| Dot {
+            x: k as f64,
+            y: value.value,
+            interval: Some((value.lo95, value.hi95)),
+            is_marked: is_marked(*unit),
+        };
+        let last = number.values.len() - 1;
+        let strip = Strip {
+            title: drawn_name(number),
+            x_label: "units, the least value first".to_owned(),
+            ticks: vec![(0.0, "1".to_owned()), (last as f64, (last + 1).to_string())],
+            dots: number.values.iter().enumerate().map(dot).collect(),
+            ordinary: number
+                .centre
+                .map(|(centre, sigma)| (centre, OUTSTANDING * sigma)),
+        };
+        let caption = match number.centre {
+            Some((centre, sigma)) => format!(
+                "{}{}: median {}, robust standard deviation {}. Grey: not outstanding. Bars: 95 % intervals. What lies far outside stands \
+                 at the edge.",
+                relative(number),
+                several(number.values.len(), "unit", "units"),
+                figure(centre, 4),
+                figure(sigma, 2)
+            ),
+            None => String::new(),
+        };
+        page.strip(&strip, &caption);
+    }
+}
+
+/// A day since 1970 as a date.
+fn date(days: f64) -> String {
+    let date = time::Date::from_julian_day(days.floor() as i32 + JULIAN_1970);
+    date.map_or(String::new(), |date| date.to_string())
+}
+
+fn drift(page: &mut Page, population: &Population) {
+    page.section("What drifts");
+    if population.trends == 0 {
+        page.paragraph(&format!(
+            "Nothing can be said: no unit has dates of {FEWEST_DATES} recordings or more."
+        ));
+        return;
+    }
+    if population.drifts.is_empty() {
+        page.answer("Nothing, beside what chance makes.");
+    } else {
+        let row = |drift: &Drift| {
+            let number = &population.numbers[drift.number];
+            vec![
+                population.units[drift.unit].name.clone(),
+                name_of(number),
+                figure(MONTH_D * drift.per_day, 3),
+                number
+                    .centre
+                    .map_or(String::new(), |(centre, _)| figure(centre, 4)),
+                drift.dates.to_string(),
+                figure(drift.p, 2),
+            ]
+        };
+        let rows: Vec<Vec<String>> = population.drifts.iter().take(LISTED).map(row).collect();
+        page.table(
+            &[
+                "unit",
+                "number",
+                "change in 30 days",
+                "median of all",
+                "dates",
+                "p",
+            ],
+            &rows,
+        );
+        left_out(page, population.drifts.len());
+    }
+    page.note(&format!(
+        "Slopes are the median over pairs of dates (Theil and Sen). {} trends were asked for by ranks (Mann and Kendall); shown is what is \
+         clear beside so many: p times their number is below {SIGNIFICANT}.",
+        population.trends
+    ));
+    for (place, number) in drawn(population) {
+        let days = number.dated.iter().map(|(_, days, _)| *days);
+        let (first, last) = days.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), day| {
+            (a.min(day), b.max(day))
+        });
+        if first >= last {
+            continue;
+        }
+        let is_marked = |unit: usize| {
+            let mut drifts = population.drifts.iter();
+            drifts.any(|drift| drift.unit == unit && drift.number == place)
+        };
+        let dot = |(unit, days, value): &(usize, f64, f64)| Dot {
+            x: *days,
+            y: *value,
+            interval: None,
+            is_marked: is_marked(*unit),
+        };
+        let strip = Strip {
+            title: drawn_name(number),
+            x_label: "date".to_owned(),
+            ticks: [first, 0.5 * (first + last), last]
+                .map(|day| (day, date(day)))
+                .to_vec(),
+            dots: number.dated.iter().map(dot).collect(),
+            ordinary: number
+                .centre
+                .map(|(centre, sigma)| (centre, OUTSTANDING * sigma)),
+        };
+        let caption = format!(
+            "{}Every diagnosis with a date. Large: units that drift.",
+            relative(number)
+        );
+        page.strip(&strip, &caption);
+    }
+}
+
+fn unusable(page: &mut Page, documents: &[Document], damaged: &[Damaged]) {
+    page.section("Recordings that are not usable");
+    let short = |text: &str| crate::plain::clipped(text, REASON).into_owned();
+    let bad = documents.iter().filter(|document| document.is_bad());
+    let bad = bad.map(|document| vec![document.document.clone(), short(&document.sentence)]);
+    let rows: Vec<Vec<String>> = (damaged.iter())
+        .map(|damaged| vec![damaged.document.clone(), short(&damaged.why)])
+        .chain(bad)
+        .collect();
+    if rows.is_empty() {
+        page.answer("None.");
+        return;
+    }
+    page.table(&["document", "why"], &rows[..rows.len().min(LISTED)]);
+    left_out(page, rows.len());
+}
+
+fn units(page: &mut Page, documents: &[Document], population: &Population) {
+    page.section("Every unit");
+    let mut farthest = vec![None; population.units.len()];
+    for standing in population.standing.iter().rev() {
+        farthest[standing.unit] = Some(standing);
+    }
+    let row = |(k, unit): (usize, &crate::fleet::Unit)| {
+        vec![
+            unit.name.clone(),
+            unit.documents.len().to_string(),
+            cause_of(documents, population, k),
+            farthest[k].map_or(String::new(), |standing: &Standing| {
+                format!(
+                    "{} by {}",
+                    figure(standing.z, 3),
+                    population.numbers[standing.number].name
+                )
+            }),
+        ]
+    };
+    let rows: Vec<Vec<String>> = population.units.iter().enumerate().map(row).collect();
+    page.folded_table(
+        &several(rows.len(), "unit", "units"),
+        &["unit", "diagnoses", "last diagnosis", "largest robust z"],
+        &rows,
+    );
+}

@@ -1,0 +1,190 @@
+//! Thousands of values with their intervals as one small drawing: a path for all dots, a path for all intervals.
+
+use std::fmt::Write;
+
+use super::escape::escaped;
+use super::number::figure;
+
+/// One value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dot {
+    /// Where it stands.
+    pub x: f64,
+    /// The value.
+    pub y: f64,
+    /// Its interval.
+    pub interval: Option<(f64, f64)>,
+    /// Whether it is one that is looked for.
+    pub is_marked: bool,
+}
+
+/// Values side by side.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Strip {
+    /// What they are.
+    pub title: String,
+    /// What x is.
+    pub x_label: String,
+    /// Marks below, with their words.
+    pub ticks: Vec<(f64, String)>,
+    /// The values.
+    pub dots: Vec<Dot>,
+    /// Their middle, and how far from it a value is ordinary.
+    pub ordinary: Option<(f64, f64)>,
+}
+
+const HEIGHT: f64 = 210.0;
+const TOP: f64 = 30.0;
+const BOTTOM: f64 = 44.0;
+const LEFT: f64 = 58.0;
+const RIGHT: f64 = 10.0;
+/// Values farther from the middle than so many times what is ordinary are drawn at the edge: one bad unit
+/// would flatten all others.
+const SHOWN: f64 = 3.0;
+
+impl Strip {
+    /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`].
+    pub fn inline(&self, width: u32) -> String {
+        let width = f64::from(width);
+        let (x0, x1) = range(self.dots.iter().map(|dot| dot.x));
+        let (y0, y1) = self.y_range();
+        let x = |value: f64| LEFT + (width - LEFT - RIGHT) * (value - x0) / (x1 - x0);
+        let foot = HEIGHT - BOTTOM;
+        let y = |value: f64| foot - (foot - TOP) * ((value.clamp(y0, y1) - y0) / (y1 - y0));
+        let title = escaped(&self.title);
+        let mut out = format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {HEIGHT}\" role=\"img\" aria-label=\"{title}\">\
+             <text class=\"title\" x=\"4\" y=\"17\">{title}</text>"
+        );
+        if let Some((middle, far)) = self.ordinary {
+            let (low, high) = (y(middle - far), y(middle + far));
+            let _ = write!(
+                out,
+                "<rect x=\"{LEFT}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--grid)\" fill-opacity=\".45\"/>\
+                 <path class=\"mark\" d=\"M{LEFT} {:.1}H{:.1}\"/>",
+                width - LEFT - RIGHT,
+                low - high,
+                y(middle),
+                width - RIGHT
+            );
+        }
+        let _ = write!(
+            out,
+            "<path class=\"frame\" d=\"M{LEFT} {TOP}V{foot}H{:.1}\"/>",
+            width - RIGHT
+        );
+        for value in [y0, 0.5 * (y0 + y1), y1] {
+            let _ = write!(
+                out,
+                "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                LEFT - 5.0,
+                y(value) + 4.0,
+                figure(value, 3)
+            );
+        }
+        let last = self.ticks.len().saturating_sub(1);
+        for (k, (at, words)) in self.ticks.iter().enumerate() {
+            let anchor = match k {
+                0 => "start",
+                k if k == last => "end",
+                _ => "middle",
+            };
+            let _ = write!(
+                out,
+                "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{}</text>",
+                x(*at),
+                foot + 15.0,
+                escaped(words)
+            );
+        }
+        let _ = write!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
+            0.5 * (LEFT + width - RIGHT),
+            HEIGHT - 8.0,
+            escaped(&self.x_label)
+        );
+        let mut bars = String::new();
+        for dot in &self.dots {
+            if let Some((low, high)) = dot
+                .interval
+                .filter(|(low, high)| low.is_finite() && high.is_finite())
+            {
+                let _ = write!(bars, "M{:.0} {:.0}V{:.0}", x(dot.x), y(low), y(high));
+            }
+        }
+        if !bars.is_empty() {
+            let _ = write!(
+                out,
+                "<path d=\"{bars}\" stroke=\"var(--c0)\" stroke-opacity=\".3\" fill=\"none\"/>"
+            );
+        }
+        for (marked, colour, thick) in [(false, 0, 3), (true, 1, 6)] {
+            let mut path = String::new();
+            for dot in self.dots.iter().filter(|dot| dot.is_marked == marked) {
+                let _ = write!(path, "M{:.0} {:.1}h0", x(dot.x), y(dot.y));
+            }
+            if !path.is_empty() {
+                let _ = write!(
+                    out,
+                    "<path d=\"{path}\" stroke=\"var(--c{colour})\" stroke-width=\"{thick}\" stroke-linecap=\"round\" fill=\"none\"/>"
+                );
+            }
+        }
+        out.push_str("</svg>");
+        out
+    }
+
+    fn y_range(&self) -> (f64, f64) {
+        let (low, high) = range(self.dots.iter().map(|dot| dot.y));
+        match self.ordinary {
+            Some((middle, far)) if far > 0.0 => {
+                let most = SHOWN * far;
+                let (low, high) = (low.max(middle - most), high.min(middle + most));
+                (low.min(middle - far), high.max(middle + far))
+            }
+            _ => (low, high),
+        }
+    }
+}
+
+/// From the least to the most; never empty.
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    match ends {
+        (low, high) if low < high => (low, high),
+        (low, high) if low == high => {
+            // A twentieth of the value to each side; of 0 a half.
+            let half = if low == 0.0 { 0.5 } else { 0.05 * low.abs() };
+            (low - half, low + half)
+        }
+        _ => (0.0, 1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_far_off_stays_on_the_drawing_and_flattens_no_other() {
+        let dot = |x, y| Dot {
+            x,
+            y,
+            interval: None,
+            is_marked: y > 10.0,
+        };
+        let strip = Strip {
+            dots: vec![dot(0.0, 1.0), dot(1.0, 2.0), dot(2.0, 1e9)],
+            ordinary: Some((1.5, 1.0)),
+            ..Strip::default()
+        };
+        assert_eq!(strip.y_range(), (0.5, 4.5));
+        // The two ordinary ones are a quarter of the height apart: 136 of 4 by hand.
+        let drawn = strip.inline(360);
+        assert!(drawn.contains("M58 149.0h0M204 115.0h0"), "{drawn}");
+        assert!(drawn.contains("M350 30.0h0"), "{drawn}");
+    }
+}
