@@ -45,6 +45,7 @@ mod reconnect;
 mod replay;
 mod signals;
 mod simulate;
+mod until_known;
 mod virtual_board;
 mod virtual_capture;
 mod virtual_spec;
