@@ -30,6 +30,7 @@ mod import_source;
 mod import_words;
 mod known;
 mod lab;
+mod lab_class;
 mod live;
 mod man;
 mod motor;
