@@ -15,7 +15,7 @@ use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
 use super::until_known::{UntilKnown, until_known};
-use super::virtual_spec::{PREFIX, VirtualSpec};
+use super::virtual_spec::{PREFIX, VirtualSpec, nearly};
 use super::{Failure, Output, Status};
 use crate::board::text_lines::Column;
 use crate::board::{
@@ -103,7 +103,7 @@ fn after_help() -> String {
 fn sample_time_us(text: &str) -> Result<u32, String> {
     let seconds: f64 = text
         .parse()
-        .map_err(|_| "not a number of seconds")?;
+        .map_err(|_| "a number of seconds, as in 0.003 for 3 ms")?;
     let micros = (seconds * 1e6).round();
     if (100.0..=60e6).contains(&micros) {
         Ok(micros as u32)
@@ -115,7 +115,7 @@ fn sample_time_us(text: &str) -> Result<u32, String> {
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e7).contains(&seconds) => Ok(seconds),
-        _ => Err("a duration is between 0 and 10,000,000 s".to_owned()),
+        _ => Err("a duration is a number of seconds between 0 and 10,000,000".to_owned()),
     }
 }
 
@@ -276,7 +276,7 @@ impl Capture {
     /// The virtual board, if one is asked for.
     fn plug_in(&self, output: &Output) -> Result<Option<VirtualBoard>, Failure> {
         let Some(text) = self.port.strip_prefix(PREFIX) else {
-            return Ok(None);
+            return nearly(&self.port).map_or(Ok(None), Err);
         };
         let spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?

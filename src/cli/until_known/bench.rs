@@ -7,7 +7,7 @@ use super::plan::Plan;
 use crate::board::{Board, BoardOptions, VirtualBoard};
 use crate::cli::capture::{Capture, board_failure, capture_failure};
 use crate::cli::signals::StopSignal;
-use crate::cli::virtual_spec::{PREFIX, VirtualSpec};
+use crate::cli::virtual_spec::{PREFIX, VirtualSpec, nearly};
 use crate::cli::{Failure, Output};
 use crate::diagnose::KnownChange;
 use crate::motor::KnownDifferences;
@@ -35,7 +35,7 @@ impl<'a> Bench<'a> {
     /// Where the board is, with a change made on the bench.
     fn port(&mut self, change: Option<&KnownChange>, output: &Output) -> Result<PathBuf, Failure> {
         let Some(text) = self.asked.port.strip_prefix(PREFIX) else {
-            return Ok(PathBuf::from(&self.asked.port));
+            return nearly(&self.asked.port).map_or(Ok(PathBuf::from(&self.asked.port)), Err);
         };
         if let Some((board, made)) = &self.plugged
             && made.as_ref() == change
