@@ -11,7 +11,7 @@ use std::process::Child;
 use command::{RunFile, finish, run, start};
 
 #[test]
-fn the_demo_records_both_sample_times_and_shows_them() {
+fn the_demo_records_both_sample_times_and_diagnoses_a_gap() {
     let directory = tempfile::tempdir().expect("a directory");
     let done = run(directory.path(), &["demo", "--json"]);
     assert_eq!(done.status, Some(0), "{}", done.messages);
@@ -27,11 +27,19 @@ fn the_demo_records_both_sample_times_and_shows_them() {
         let file = run["path"].as_str().expect("a path");
         assert!(RunFile::read(&directory.path().join(file)).complete());
     }
+    // The third is of another motor: a gap of many counts, and the diagnosis names what the board has.
+    let gap = &document["gap"]["runs"][0];
+    assert!(gap["position_rmse_counts"].as_f64() > Some(10.0), "{gap}");
+    let diagnosis = &document["diagnosis"];
+    assert_eq!(diagnosis["verdict"], "effect", "{}", diagnosis["sentence"]);
+    assert_eq!(diagnosis["effects"][0], "voltage_drop");
     let html = document["html"].as_str().expect("a path");
     let html = std::fs::read_to_string(directory.path().join(html)).expect("a page");
-    // One figure a run, drawn for a desk and for a phone.
-    assert_eq!(html.matches("<figure data-plot=").count(), 2);
-    assert_eq!(html.matches("<svg").count(), 4);
+    // Matches, gap and diagnosis are on one page.
+    for name in ["step30.csv", "step3.csv", "gap.csv", "What makes the gap"] {
+        assert!(html.contains(name), "{name}");
+    }
+    assert!(html.matches("<figure data-plot=").count() >= 4);
     // It opens without a network: no address but the name of SVG's language and where uPlot, which is inside, comes from.
     let addresses = html.replace("http://www.w3.org/2000/svg", "");
     let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");

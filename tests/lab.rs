@@ -173,7 +173,7 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     let lab = json(&folder.join("plain/lab.json"));
     assert_eq!(lab["source"], "recorded");
     let short = answer(&lab, "3.a")["short"].as_str().expect("text");
-    assert!(short.starts_with("Something is"), "{short}");
+    assert!(!short.starts_with("Nothing"), "{short}");
     let diagnosis = &lab["missing"]["diagnosed"];
     assert!(short.ends_with(diagnosis["sentence"].as_str().expect("text")));
     assert_ne!(diagnosis["verdict"], "no_gap");
@@ -242,4 +242,42 @@ fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
     let short = answer(&lab, "1.2")["short"].as_str().expect("text");
     assert!(short.starts_with("The dominant damping is Coulomb friction"));
     assert!(lab["missing"]["diagnosed"]["sentence"].is_string());
+}
+
+/// What stands in answer 3.a goes with the verdict of the diagnosis beside it, whatever that is.
+#[test]
+fn the_answer_goes_with_the_diagnosis() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let folder = directory.path();
+    let mut seen = Vec::new();
+    for board in [
+        "",
+        "effect=voltage_drop&drop_v=0.8",
+        "effect=coulomb_friction&torque_nm=0.05",
+        "inertia_kg_m2=0.0024",
+    ] {
+        let done = run(folder, &["lab", "--board", board, "-o", "lab"]);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+        let lab = json(&folder.join("lab/lab.json"));
+        let verdict = lab["missing"]["diagnosed"]["verdict"]
+            .as_str()
+            .expect("a verdict");
+        let short = answer(&lab, "3.a")["short"].as_str().expect("text");
+        let begins = match verdict {
+            "no_gap" => "Nothing",
+            "parameters" => "No effect is missing",
+            "ambiguous" => "These recordings do not settle it",
+            "outside_catalogue" => "Something is",
+            "partial" if lab["missing"]["diagnosed"]["effects"] == serde_json::json!([]) => {
+                "A known effect is"
+            }
+            _ => "This is",
+        };
+        assert!(short.starts_with(begins), "{board}: {verdict}: {short}");
+        seen.push(verdict.to_owned());
+    }
+    seen.sort();
+    seen.dedup();
+    assert!(seen.len() >= 2, "one verdict tries little: {seen:?}");
+    assert!(seen.contains(&"no_gap".to_owned()), "{seen:?}");
 }

@@ -1,6 +1,7 @@
 //! The effects that a model has, with their values.
 
 use crate::Parameters;
+use crate::called::meant;
 use crate::catalogue::{
     Absent, EffectKind, EffectParameter, MAX_PARAMETERS, again, catalogue, find, kind,
 };
@@ -10,7 +11,7 @@ use crate::plausible::Shown;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
-    #[error("there is no effect '{id}'{}; `motorlab simulate --help` says where they are listed", did_you_mean(.nearest))]
+    #[error("there is no effect '{id}'{}; `motorlab effects` lists them", did_you_mean(.nearest))]
     UnknownEffect {
         /// What was asked for.
         id: String,
@@ -47,18 +48,6 @@ pub(crate) fn did_you_mean(nearest: &Option<&'static str>) -> String {
     nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
 }
 
-/// The nearest of `names` to `asked`, if any is near.
-pub(crate) fn nearest(
-    asked: &str,
-    names: impl Iterator<Item = &'static str>,
-) -> Option<&'static str> {
-    names
-        .map(|name| (strsim::jaro_winkler(asked, name), name))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .filter(|(likeness, _)| *likeness > 0.7)
-        .map(|(_, name)| name)
-}
-
 /// Every id that an effect can have.
 fn ids() -> impl Iterator<Item = &'static str> {
     catalogue().iter().chain(again()).map(|kind| kind.id)
@@ -78,7 +67,7 @@ impl ActiveEffect {
     pub fn new(id: &str, values: &[f64]) -> Result<Self, EffectError> {
         let (index, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: nearest(id, ids()),
+            nearest: meant(id, ids()),
         })?;
         let mut active = Self {
             index,
@@ -114,7 +103,7 @@ impl ActiveEffect {
     ) -> Result<Self, EffectError> {
         let (_, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: nearest(id, ids()),
+            nearest: meant(id, ids()),
         })?;
         let mut values = [0.0; MAX_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(kind.parameters) {
@@ -125,7 +114,7 @@ impl ActiveEffect {
             let k = known.ok_or_else(|| EffectError::UnknownParameter {
                 id: kind.id,
                 key: key.to_owned(),
-                nearest: nearest(key, kind.parameters.iter().map(|p| p.key)),
+                nearest: meant(key, kind.parameters.iter().map(|p| p.key)),
             })?;
             values[k] = value;
         }

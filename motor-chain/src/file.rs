@@ -6,7 +6,8 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use crate::active::{ActiveEffect, EffectError, did_you_mean, nearest};
+use crate::active::{ActiveEffect, EffectError, did_you_mean};
+use crate::called::meant;
 use crate::catalogue::find;
 use crate::plausible::{self, Range, Shown};
 use crate::{Effects, Parameters};
@@ -156,7 +157,7 @@ impl Motor {
                         MotorFileError::UnknownKey {
                             line,
                             key: key.clone(),
-                            nearest: nearest(key, keys.chain(["tolerance", "effects"])),
+                            nearest: meant(key, keys.chain(["tolerance", "effects"])),
                         }
                     })?;
                     *slot = number(value, key, line)?;
@@ -206,7 +207,7 @@ impl Motor {
                 return Err(MotorFileError::UnknownKey {
                     line,
                     key: format!("tolerance.{key}"),
-                    nearest: nearest(key, Parameters::KEYS.iter().copied()),
+                    nearest: meant(key, Parameters::KEYS.iter().copied()),
                 });
             }
             let sigma = number(value, key, line)?;
@@ -244,7 +245,7 @@ impl Motor {
                         error: EffectError::UnknownParameter {
                             id: kind.id,
                             key: key.clone(),
-                            nearest: nearest(key, known),
+                            nearest: meant(key, known),
                         },
                     });
                 }

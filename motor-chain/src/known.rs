@@ -4,7 +4,7 @@
 //! hold with all of them times the same number. Runs of one axis with a known inertia or load between them do
 //! (Gautier, Identification of robot dynamics, 1986; the payload method of Khalil, Gautier and Lemoine, ICRA 2007).
 
-use crate::active::nearest;
+use crate::called::meant;
 use crate::catalogue::MAX_PARAMETERS;
 use crate::plausible::{Range, of_parameter};
 use crate::{ActiveEffect, Motor, ParameterId, Parameters};
@@ -95,7 +95,7 @@ impl KnownDifferences {
                     let keys = Parameters::KEYS.into_iter();
                     return Err(KnownError::UnknownKey {
                         key: key.to_owned(),
-                        nearest: nearest(key, keys.chain([ADDED_INERTIA, GRAVITY])),
+                        nearest: meant(key, keys.chain([ADDED_INERTIA, GRAVITY])),
                     });
                 };
                 within(of_parameter(key))?;

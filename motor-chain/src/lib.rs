@@ -1,6 +1,7 @@
 //! The motor: parameters with units, the signal chain, the simulator.
 
 mod active;
+mod called;
 pub mod catalogue;
 mod chain;
 mod command_kind;
@@ -22,6 +23,7 @@ mod sine;
 mod stages;
 mod workspace;
 
+pub use called::meant;
 pub use catalogue::{ActiveEffect, Effects};
 pub use command_kind::CommandKind;
 pub use file::{Motor, MotorFileError, read_motor, read_motor_and_lacking};

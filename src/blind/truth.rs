@@ -6,6 +6,7 @@ use case_generator::{Label, OUTSIDE};
 use serde::{Deserialize, Serialize};
 
 use crate::motor::catalogue::{catalogue, find};
+use crate::motor::meant;
 
 /// The truth of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,7 +91,7 @@ impl Truth {
                 if find(id).is_none() {
                     return Err(BadLabel::Unknown {
                         name: id.to_owned(),
-                        nearest: nearest(id),
+                        nearest: meant(id, catalogue().iter().map(|kind| kind.id)),
                     });
                 }
                 if effects.iter().any(|known| known.id == id) {
@@ -163,14 +164,4 @@ impl From<Label> for Truth {
             unseen_floor_counts: Some(label.unseen_floor_counts),
         }
     }
-}
-
-fn nearest(name: &str) -> Option<&'static str> {
-    let close = |id: &'static str| (id, strsim::jaro_winkler(name, id));
-    catalogue()
-        .iter()
-        .map(|kind| close(kind.id))
-        .filter(|(_, closeness)| *closeness > 0.7)
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map(|(id, _)| id)
 }

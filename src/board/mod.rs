@@ -13,6 +13,7 @@ mod port;
 mod port_list;
 mod profile;
 mod profile_levels;
+mod profile_words;
 pub mod pty;
 pub mod rawlog;
 mod reader;

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::profile_levels::{chirp, probing_levels};
+use super::profile_words::nearest;
 use crate::motor::plausible;
 use crate::plain::shown;
 
@@ -155,16 +156,10 @@ impl Profile {
         if path.exists() || name.contains(['/', '.']) {
             return Self::read(path);
         }
-        let nearest = BUILT_IN
-            .map(|(known, _)| (strsim::damerau_levenshtein(known, name), known))
-            .into_iter()
-            .min()
-            .filter(|(distance, _)| *distance <= 3);
         Err(ProfileError::Unknown {
             name: name.to_owned(),
-            hint: nearest.map_or_else(String::new, |(_, known)| {
-                format!(" (did you mean '{known}'?)")
-            }),
+            hint: nearest(name, &BUILT_IN.map(|(known, _)| known))
+                .map_or_else(String::new, |word| format!(" (did you mean '{word}'?)")),
         })
     }
 

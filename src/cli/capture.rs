@@ -14,7 +14,8 @@ use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
-use super::virtual_spec::{PREFIX, VirtualSpec};
+use super::until_known::{UntilKnown, until_known};
+use super::virtual_spec::{PREFIX, VirtualSpec, nearly};
 use super::{Failure, Output, Status};
 use crate::board::text_lines::Column;
 use crate::board::{
@@ -32,7 +33,7 @@ use crate::recording::{
 pub(super) const DURATION_S: f64 = 4.0;
 
 /// Record a run from a board, or from a virtual one.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(after_help = after_help())]
 pub struct Capture {
     /// Serial port (`motorlab ports` lists them), or `virtual:` for a board without hardware.
@@ -76,11 +77,13 @@ pub struct Capture {
     #[arg(long, conflicts_with = "columns")]
     reconnect: bool,
     /// Show speed, counts, command and losses on the whole terminal, with the simulation running along.
-    #[arg(long)]
+    #[arg(long, group = "simulating")]
     live: bool,
-    /// Motor file of the simulation that runs along. [default: the lab handout's motor]
-    #[arg(long, value_name = "FILE", requires = "live")]
-    motor: Option<PathBuf>,
+    #[command(flatten)]
+    until: UntilKnown,
+    /// Motor file that is simulated along, or diagnosed against. [default: the lab handout's motor]
+    #[arg(long, value_name = "FILE", requires = "simulating")]
+    pub(super) motor: Option<PathBuf>,
 }
 
 /// Sample time in microseconds unless another is asked for.
@@ -93,12 +96,14 @@ fn after_help() -> String {
         .map(|(name, what)| format!("  {name:<10} {what}\n"))
         .collect();
     format!(
-        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nColumns of text lines:\n  {columns}\n  One of counts, increments and a speed has to be there; the last two are summed up, and the run says so.\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9\n  motorlab capture COM7 --columns t_ms,rpm,pwm --supply 12 --counts-per-rev 360"
+        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nColumns of text lines:\n  {columns}\n  One of counts, increments and a speed has to be there; the last two are summed up, and the run says so.\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyACM0 --until-known 60s -o run.csv\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9\n  motorlab capture COM7 --columns t_ms,rpm,pwm --supply 12 --counts-per-rev 360"
     )
 }
 
 fn sample_time_us(text: &str) -> Result<u32, String> {
-    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds")?;
+    let seconds: f64 = text
+        .parse()
+        .map_err(|_| "a number of seconds, as in 0.003 for 3 ms")?;
     let micros = (seconds * 1e6).round();
     if (100.0..=60e6).contains(&micros) {
         Ok(micros as u32)
@@ -110,7 +115,7 @@ fn sample_time_us(text: &str) -> Result<u32, String> {
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e7).contains(&seconds) => Ok(seconds),
-        _ => Err("a duration is between 0 and 10,000,000 s".to_owned()),
+        _ => Err("a duration is a number of seconds between 0 and 10,000,000".to_owned()),
     }
 }
 
@@ -121,7 +126,10 @@ impl Capture {
             .enable_all()
             .build()
             .map_err(Failure::device)?;
-        let result = runtime.block_on(self.record(output));
+        let result = match self.until.bound() {
+            Some(bound) => runtime.block_on(until_known(self, bound, output)),
+            None => runtime.block_on(self.record(output)),
+        };
         // Nothing may keep the process: the run is in its file.
         runtime.shutdown_background();
         result
@@ -268,7 +276,7 @@ impl Capture {
     /// The virtual board, if one is asked for.
     fn plug_in(&self, output: &Output) -> Result<Option<VirtualBoard>, Failure> {
         let Some(text) = self.port.strip_prefix(PREFIX) else {
-            return Ok(None);
+            return nearly(&self.port).map_or(Ok(None), Err);
         };
         let spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?
@@ -316,7 +324,7 @@ impl Capture {
         self.profile.as_deref().unwrap_or("step")
     }
 
-    fn request(&self, board: &Board, path: &Path) -> Result<CaptureRequest, Failure> {
+    pub(super) fn request(&self, board: &Board, path: &Path) -> Result<CaptureRequest, Failure> {
         let hello = board.hello();
         let supply_v = self.supply.unwrap_or(f64::from(hello.supply_mv) / 1000.0);
         let sample_time_us = self.ts.unwrap_or(SAMPLE_TIME_US);

@@ -124,7 +124,7 @@ pub(super) fn report(
 }
 
 /// What to say of a recording that did not end as it should.
-fn trouble(ending: Ending) -> Option<&'static str> {
+pub(super) fn trouble(ending: Ending) -> Option<&'static str> {
     match ending {
         Ending::Complete | Ending::Stopped => None,
         Ending::LinkLost => Some(

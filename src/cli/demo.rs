@@ -11,23 +11,26 @@ use super::picture::on_terminal;
 use super::signals::StopSignal;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
-use crate::compare::{Comparison, compare};
+use crate::compare::{Comparison, Overlay, compare};
+use crate::diagnose::{Options, diagnose};
 use crate::motor::{Model, Motor};
 use crate::plain::shown;
-use crate::recording::read_run;
-use crate::report::comparison::{overlay, page, verdict};
+use crate::recording::{Run, read_run};
+use crate::report::comparison::{overlay, verdict};
+use crate::report::demo::{Shown, page};
 use crate::report::{Size, svg};
 
-/// Record a virtual board at both of the lab's sample times, compare with the simulation, show the page.
+/// Record virtual boards, compare with the simulation, diagnose a gap, show the page.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  motorlab demo\n  motorlab demo --board 'effect=stribeck' -o demo-stribeck"
 )]
 pub struct Demo {
-    /// Folder for the two runs and the page.
+    /// Folder for the runs and the page.
     #[arg(short, long, value_name = "DIR", default_value = "demo")]
     output: PathBuf,
-    /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
+    /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys). Without an effect of its own, the
+    /// diagnosed one drops voltage.
     #[arg(long, value_name = "KEYS", default_value = "")]
     board: String,
     /// Open the page in a browser.
@@ -37,10 +40,51 @@ pub struct Demo {
     force: Force,
 }
 
-/// Sample times of the lab handout in us, with the names of their runs.
-const SAMPLE_TIMES: [(u32, &str); 2] = [(30_000, "step30.csv"), (3_000, "step3.csv")];
-/// How long each run records in s: rest, step and a good second of steady speed.
-const DURATION_S: f64 = 1.8;
+/// Size of the drawings beside the page.
+const PICTURE: Size = Size {
+    width: 860,
+    height: 760,
+};
+
+/// One recording of the demo.
+#[derive(Debug, Clone, Copy)]
+struct Take {
+    name: &'static str,
+    sample_time_us: u32,
+    profile: &'static str,
+    duration_s: f64,
+}
+
+/// The handout's step at both of its sample times: rest, step and a good second of steady speed.
+const STEPS: [Take; 2] = [
+    Take {
+        name: "step30.csv",
+        sample_time_us: 30_000,
+        profile: "step",
+        duration_s: 1.8,
+    },
+    Take {
+        name: "step3.csv",
+        sample_time_us: 3_000,
+        profile: "step",
+        duration_s: 1.8,
+    },
+];
+/// What is diagnosed: both signs and several sizes.
+const GAP: Take = Take {
+    name: "gap.csv",
+    sample_time_us: 10_000,
+    profile: "reversing",
+    duration_s: 6.0,
+};
+/// What the board of that run has, where no other effect is asked for: a common driver's drop, a sixth of the supply.
+const GAP_EFFECT: &str = "effect=voltage_drop&drop_v=0.8";
+
+/// What was recorded: the steps, and the run with a gap.
+struct Recorded {
+    steps: Vec<PathBuf>,
+    gap: PathBuf,
+}
 
 impl Demo {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
@@ -53,116 +97,157 @@ impl Demo {
             .map_err(Failure::device)?;
         let recorded = runtime.block_on(self.record_all(&outputs, output));
         runtime.shutdown_background();
-        let Some(paths) = recorded? else {
+        let Some(recorded) = recorded? else {
             output.message("stopped; the runs recorded so far are whole");
             return Ok(Status::FellShort);
         };
-        self.show(&paths, &outputs, output)
+        self.show(&recorded, &outputs, output)
     }
 
     /// Refuses before the recording what could not be replaced after it.
     fn check(&self, outputs: &Outputs) -> Result<(), Failure> {
         outputs.may_replace(&self.output.join("index.html"), None)?;
-        for (_, name) in SAMPLE_TIMES {
-            let run = self.output.join(name);
+        for take in STEPS.iter().chain([&GAP]) {
+            let run = self.output.join(take.name);
             outputs.may_replace(&run, None)?;
             outputs.may_replace(&run.with_extension("svg"), None)?;
         }
         Ok(())
     }
 
-    /// Records both runs; `None` after Ctrl-C.
+    /// The board of the run with a gap: faster than time passes, and with an effect.
+    fn gap_board(&self) -> String {
+        let asked = self.board.trim_start_matches('?');
+        let keys = match asked {
+            "" => GAP_EFFECT.to_owned(),
+            keys if keys.split('&').any(|key| key.starts_with("effect=")) => keys.to_owned(),
+            keys => format!("{keys}&{GAP_EFFECT}"),
+        };
+        format!("speed=max&{keys}")
+    }
+
+    /// Records all runs; `None` after Ctrl-C.
     async fn record_all(
         &self,
         outputs: &Outputs,
         output: &Output,
-    ) -> Result<Option<Vec<PathBuf>>, Failure> {
+    ) -> Result<Option<Recorded>, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
             Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
         })?;
-        let mut paths = Vec::new();
-        for (sample_time_us, name) in SAMPLE_TIMES {
-            let file = self.output.join(name);
-            let part = begin(&file)?;
-            output.message(&format!(
-                "recording {} from a virtual board every {} ms ...",
-                shown(&file),
-                f64::from(sample_time_us) / 1000.0
-            ));
-            let order = Order {
-                command: "demo",
-                board: &self.board,
-                sample_time_us,
-                profile: "step",
-                duration_s: DURATION_S,
-                output: &part,
-            };
-            match record(order, stop.clone(), output).await? {
-                Some(captured) => paths.push(take_place(&captured.path, file, outputs)?),
-                None => {
-                    let _ = std::fs::remove_file(&part);
-                    return Ok(None);
-                }
+        let mut steps = Vec::new();
+        for take in STEPS {
+            match self.take(take, &self.board, &stop, outputs, output).await? {
+                Some(path) => steps.push(path),
+                None => return Ok(None),
             }
         }
-        Ok(Some(paths))
+        let board = self.gap_board();
+        let gap = self.take(GAP, &board, &stop, outputs, output);
+        Ok(gap.await?.map(|gap| Recorded { steps, gap }))
+    }
+
+    /// Records one run; `None` after Ctrl-C.
+    async fn take(
+        &self,
+        take: Take,
+        board: &str,
+        stop: &StopSignal,
+        outputs: &Outputs,
+        output: &Output,
+    ) -> Result<Option<PathBuf>, Failure> {
+        let file = self.output.join(take.name);
+        let part = begin(&file)?;
+        output.message(&format!(
+            "recording {} from a virtual board every {} ms ...",
+            shown(&file),
+            f64::from(take.sample_time_us) / 1000.0
+        ));
+        let order = Order {
+            command: "demo",
+            board,
+            sample_time_us: take.sample_time_us,
+            profile: take.profile,
+            duration_s: take.duration_s,
+            output: &part,
+        };
+        match record(order, stop.clone(), output).await? {
+            Some(captured) => Ok(Some(take_place(&captured.path, file, outputs)?)),
+            None => {
+                let _ = std::fs::remove_file(&part);
+                Ok(None)
+            }
+        }
     }
 
     fn show(
         &self,
-        paths: &[PathBuf],
+        recorded: &Recorded,
         outputs: &Outputs,
         output: &Output,
     ) -> Result<Status, Failure> {
         let motor = Motor::default();
-        let mut runs = Vec::new();
-        let mut overlays = Vec::new();
-        for path in paths {
+        let mut laid = Vec::new();
+        for path in recorded.steps.iter().chain([&recorded.gap]) {
             let (run, _) = read_run(path).map_err(Failure::input)?;
-            let laid = compare(&run, &motor, Model::default()).map_err(Failure::input)?;
-            runs.push(run);
-            overlays.push(laid);
+            let overlay = compare(&run, &motor, Model::default()).map_err(Failure::input)?;
+            laid.push((run, overlay));
         }
-        let pairs: Vec<_> = runs.iter().zip(&overlays).collect();
+        let Some(((gap, gap_overlay), met)) = laid.split_last() else {
+            return Ok(Status::FellShort);
+        };
+        output.message("diagnosing the run with a gap ...");
+        let found = diagnose(std::slice::from_ref(gap), &motor, &Options::default());
+        let found = found.map_err(Failure::input)?;
+        let pairs: Vec<_> = met.iter().map(|(run, overlay)| (run, overlay)).collect();
         let html = self.output.join("index.html");
-        let title = "A recorded motor and its simulation";
-        outputs.write_silently(&html, &page(&pairs, &motor, title), Form::Markup)?;
+        let board = self.gap_board();
+        let shown_there = Shown {
+            met: &pairs,
+            gap: (gap, gap_overlay, &found),
+            board: &board,
+        };
+        let page = page(&shown_there).map_err(Failure::input)?;
+        outputs.write_silently(&html, &page, Form::Markup)?;
         let mut pictures = Vec::new();
-        for (run, laid) in &pairs {
-            let path = Path::new(&laid.figures.path).with_extension("svg");
-            let figure = overlay(run, laid, &laid.figures.path);
-            let size = Size {
-                width: 860,
-                height: 760,
-            };
-            outputs.write_silently(&path, &svg::document(&figure, size), Form::Markup)?;
+        for (run, overlay) in &laid {
+            let path = Path::new(&overlay.figures.path).with_extension("svg");
+            let figure = self::overlay(run, overlay, &overlay.figures.path);
+            outputs.write_silently(&path, &svg::document(&figure, PICTURE), Form::Markup)?;
             pictures.push(path);
         }
-        let comparison = Comparison::of(&overlays);
+        let of = |laid: &[(Run, Overlay)]| {
+            let overlays: Vec<Overlay> = laid.iter().map(|(_, overlay)| overlay.clone()).collect();
+            Comparison::of(&overlays)
+        };
+        let comparison = of(met);
         if output.json {
             output.document(&json!({
                 "shape": "motorlab-demo/1",
                 "html": html,
                 "svg": pictures,
                 "comparison": comparison,
+                "gap": of(&laid[met.len()..]),
+                "diagnosis": found,
             }))?;
         } else {
-            if let Some((run, laid)) = pairs.first() {
-                let figure = overlay(run, laid, &laid.figures.path);
+            if let Some((run, overlay)) = met.first() {
+                let figure = self::overlay(run, overlay, &overlay.figures.path);
                 if let Some(panel) = figure.panels.first() {
                     output.picture(&on_terminal(panel, &figure.x_label))?;
                 }
             }
-            for laid in &overlays {
-                output.line(&verdict(&laid.figures))?;
+            for (_, overlay) in &laid {
+                output.line(&verdict(&overlay.figures))?;
             }
+            output.line(&found.sentence)?;
             output.line(&format!("the page with all pictures: {}", shown(&html)))?;
         }
         if self.open {
             open(&html, output);
         }
-        let lost: u64 = comparison.runs.iter().map(|run| run.lost).sum();
+        let lost: u64 = laid.iter().map(|(_, overlay)| overlay.figures.lost).sum();
         Ok(if lost == 0 {
             Status::Done
         } else {

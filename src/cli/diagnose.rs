@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use super::asked::asked_here;
 use super::diagnose_text::show;
@@ -12,6 +11,7 @@ use super::foreign::unreadable;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
+use super::progress::spinner;
 use super::run_facts::{Role, RunFacts, WithRuns};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
@@ -126,11 +126,7 @@ impl Diagnose {
             motor = fit.motor;
         }
         let asked = asked_here();
-        let spinner = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
-            spinner.set_style(style);
-        }
-        spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+        let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());
         let options = Options {
             held_out: &held_out,

@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::motor_file::motor_file;
 use super::{Failure, Output, Status};
 use crate::effects::{Entry, Number, entries, rounded};
-use crate::motor::catalogue::{EffectError, Stage};
+use crate::motor::catalogue::{Stage, catalogue};
 use crate::motor::plausible::Shown;
-use crate::motor::{ActiveEffect, Parameters};
+use crate::motor::{Parameters, meant};
 
 /// Say which effects there are: equation, numbers, what shows each, and what it is confused with.
 #[derive(Debug, Args)]
@@ -77,13 +77,10 @@ impl Effects {
 }
 
 fn unknown(id: &str) -> Failure {
-    let hint = match ActiveEffect::new(id, &[]) {
-        Err(EffectError::UnknownEffect {
-            nearest: Some(nearest),
-            ..
-        }) => format!(" (did you mean '{nearest}'?)"),
-        _ => String::new(),
-    };
+    let ids = catalogue().iter().map(|kind| kind.id);
+    let names = ids.chain(Stage::ALL.map(Stage::id));
+    let hint =
+        meant(id, names).map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
     let stages = Stage::ALL.map(Stage::id).join(", ");
     Failure::input(format!(
         "there is no effect and no stage '{id}'{hint}; `motorlab effects` lists the effects, the stages are {stages}"

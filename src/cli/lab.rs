@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::demo::{begin, take_place};
 use super::foreign::unreadable;
+use super::lab_class::{Asked, class};
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
+use super::progress::spinner;
 use super::signals::StopSignal;
 use super::threads::Threads;
 use super::virtual_capture::{Order, record};
@@ -23,7 +24,7 @@ use crate::report::{Figure, Size, svg};
 /// Work through the lab handout: curves, transfer functions, sampling, recorded against simulated, every question answered.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab lab\n  motorlab lab --motor motor.toml --run step30.csv --run step3.csv -o report\n  motorlab lab --board 'effect=voltage_drop'"
+    after_help = "Examples:\n  motorlab lab\n  motorlab lab --motor motor.toml --run step30.csv --run step3.csv -o report\n  motorlab lab --board 'effect=voltage_drop'\n  motorlab lab --class monday -o monday-page"
 )]
 pub struct Lab {
     /// Motor file; without it the lab handout's motor.
@@ -38,9 +39,13 @@ pub struct Lab {
     /// Do not diagnose what is missing in the simulation; for long recordings that takes minutes.
     #[arg(long)]
     no_diagnosis: bool,
-    /// Folder for the page, drawings and tables.
-    #[arg(short, long, value_name = "DIR", default_value = "lab")]
-    output: PathBuf,
+    /// A class: this folder has one folder a student, each with recordings (NAME.csv) and perhaps a motor.toml. One page
+    /// says what each recording shows, and which are not usable.
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["runs", "board", "no_diagnosis"])]
+    class: Option<PathBuf>,
+    /// Folder for the page, drawings and tables. [default: lab; of a class, class]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
     #[command(flatten)]
@@ -63,9 +68,18 @@ const RECORDED: Size = Size {
 impl Lab {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         self.threads.set()?;
+        if let Some(folder) = &self.class {
+            let outputs = (self.force).outputs("lab --class", self.motor.iter());
+            let asked = Asked {
+                folder,
+                motor: self.motor.as_ref(),
+                to: self.output.as_deref().unwrap_or(Path::new("class")),
+            };
+            return class(asked, &outputs, output);
+        }
         let outputs = (self.force).outputs("lab", self.runs.iter().chain(&self.motor));
-        outputs.may_replace(&self.output.join("index.html"), None)?;
-        outputs.may_replace(&self.output.join(WITNESS), None)?;
+        outputs.may_replace(&self.folder().join("index.html"), None)?;
+        outputs.may_replace(&self.folder().join(WITNESS), None)?;
         let motor = match &self.motor {
             Some(path) => motor_file(path, output)?,
             None => {
@@ -73,8 +87,8 @@ impl Lab {
                 Motor::default()
             }
         };
-        std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
+        std::fs::create_dir_all(self.folder()).map_err(|error| {
+            Failure::device(format!("cannot make {}: {error}", shown(self.folder())))
         })?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -98,6 +112,11 @@ impl Lab {
         } else {
             Status::Done
         })
+    }
+
+    /// Folder of what is written.
+    fn folder(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("lab"))
     }
 
     /// The virtual board's word: this motor, as fast as possible, and what `--board` says.
@@ -134,11 +153,7 @@ impl Lab {
             (self.runs.clone(), Source::Recorded)
         };
         let runs = read_all(&paths, output)?;
-        let spinner = ProgressBar::new_spinner();
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
-            spinner.set_style(style);
-        }
-        spinner.enable_steady_tick(std::time::Duration::from_millis(100));
+        let spinner = spinner();
         let shown = spinner.clone();
         let diagnosed = !self.no_diagnosis;
         let computing = tokio::task::spawn_blocking(move || {
@@ -164,7 +179,7 @@ impl Lab {
         let board = self.virtual_board();
         let mut paths = Vec::new();
         for (sample_time_us, name) in SAMPLE_TIMES {
-            let file = self.output.join(name);
+            let file = self.folder().join(name);
             outputs.may_replace(&file, None)?;
             let part = begin(&file)?;
             output.message(&format!(
@@ -192,7 +207,7 @@ impl Lab {
 
     /// Writes the page and the same as SVG, CSV and JSON; the paths, the page first.
     fn write(&self, lab: &Handout, outputs: &Outputs) -> Result<Vec<PathBuf>, Failure> {
-        let mut files = Files::new(&self.output, outputs);
+        let mut files = Files::new(self.folder(), outputs);
         files.text("index.html", &page::page(lab))?;
         files.text("part1.csv", &columns::step_responses(lab))?;
         files.drawing("part1.svg", &page::step_responses(lab), page::TALL)?;

@@ -30,12 +30,14 @@ mod import_source;
 mod import_words;
 mod known;
 mod lab;
+mod lab_class;
 mod live;
 mod man;
 mod motor;
 mod motor_choice;
 mod motor_file;
 mod motor_template;
+mod names;
 mod numbers;
 mod output_file;
 mod picture;
@@ -49,9 +51,11 @@ mod signals;
 mod simulate;
 mod tabulate;
 mod threads;
+mod until_known;
 mod virtual_board;
 mod virtual_capture;
 mod virtual_spec;
+mod wrong_use;
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -99,6 +103,7 @@ enum Command {
     Design(design::Design),
     Effects(effects::Effects),
     Motor(motor::MotorFile),
+    Names(names::Names),
     Export(export::Export),
     Tabulate(tabulate::Tabulate),
     Blind(blind::Blind),
@@ -264,7 +269,8 @@ impl CommandLine {
         // Asked again with every argument as it is shown: the parser repeats them.
         let shown =
             (arguments.iter()).map(|argument| one_line(&argument.to_string_lossy()).into_owned());
-        let wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
+        let mut wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
+        wrong_use::mend(&mut wrong);
         let text = wrong.to_string();
         Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
             .of_kind("wrong_use")
@@ -286,6 +292,7 @@ impl CommandLine {
             Command::Design(command) => command.run(&output),
             Command::Effects(command) => command.run(&output),
             Command::Motor(command) => command.run(&output),
+            Command::Names(command) => command.run(&output),
             Command::Export(command) => command.run(&output),
             Command::Tabulate(command) => command.run(&output),
             Command::Blind(command) => command.run(&output),

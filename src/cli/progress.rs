@@ -6,6 +6,8 @@ use std::sync::{Arc, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use indicatif::{ProgressBar, ProgressStyle};
+
 use crate::recording::{Live, SharedLive};
 use crate::units::rpm_from_rad_s;
 
@@ -14,6 +16,16 @@ const EVERY: Duration = Duration::from_millis(100);
 
 /// Characters of the picture.
 const WIDTH: usize = 32;
+
+/// What a long computation is doing, and for how long, on standard error if that is a terminal.
+pub(super) fn spinner() -> ProgressBar {
+    let spinner = ProgressBar::new_spinner();
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+        spinner.set_style(style);
+    }
+    spinner.enable_steady_tick(EVERY);
+    spinner
+}
 
 /// The line; dropping it wipes the line away. A terminal that blocks blocks this thread alone.
 pub(super) struct ProgressLine(Option<Arc<AtomicBool>>);

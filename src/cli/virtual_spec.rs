@@ -6,14 +6,29 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use super::{Output, motor_file};
+use super::{Failure, Output, motor_file};
 use crate::board::{Pace, VirtualBoard, VirtualBoardOptions};
 use crate::motor::catalogue::{EffectError, EffectKind, find};
-use crate::motor::{ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError};
+use crate::motor::{
+    ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, meant,
+};
 use crate::recording::CommandKind;
 
 /// What a word must begin with to be one.
 pub(super) const PREFIX: &str = "virtual:";
+
+/// What is meant by a port that is nearly a virtual board's name.
+pub(super) fn nearly(port: &str) -> Option<Failure> {
+    let rest = port.strip_prefix("virtual")?;
+    let is_word = rest.is_empty() || rest.starts_with(['?', '=', '/']);
+    let keys = rest.trim_start_matches(['?', '=', '/', ':']);
+    (is_word && !std::path::Path::new(port).exists()).then(|| {
+        let meant = if keys.is_empty() { "" } else { "?" };
+        Failure::input(format!(
+            "there is no port {port}; a virtual board has a colon after its name: did you mean 'virtual:{meant}{keys}'?"
+        ))
+    })
+}
 
 /// Keys of the board and its line, with what they do.
 pub(super) const BOARD_KEYS: [(&str, &str); 18] = [
@@ -203,16 +218,9 @@ impl VirtualSpec {
 /// The known key that is most like `key`; the parameters of the effect named before it come first.
 fn nearest_key(key: &str, effect: Option<&EffectKind>) -> Option<&'static str> {
     let of_effect = effect.map_or(&[][..], |kind| kind.parameters);
-    let best = |names: &mut dyn Iterator<Item = &'static str>| {
-        names
-            .map(|name| (strsim::jaro_winkler(name, key), name))
-            .max_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(likeness, _)| *likeness > 0.75)
-            .map(|(_, name)| name)
-    };
     let others = BOARD_KEYS.iter().map(|(name, _)| *name).chain(["effect"]);
-    best(&mut of_effect.iter().map(|parameter| parameter.key))
-        .or_else(|| best(&mut others.chain(Parameters::KEYS.iter().copied())))
+    meant(key, of_effect.iter().map(|parameter| parameter.key))
+        .or_else(|| meant(key, others.chain(Parameters::KEYS)))
 }
 
 fn wrong(key: &str, value: &str, expected: &'static str) -> SpecError {

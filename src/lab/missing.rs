@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::Source;
 use super::recorded::Recorded;
+use crate::check::{Severity, check};
 use crate::diagnose::{Cause, Diagnosis, Interval, Options, diagnose};
 use crate::motor::Motor;
 use crate::recording::Run;
@@ -35,6 +36,17 @@ impl Missing {
             for run in &mut runs {
                 run.host_t_s = None;
             }
+        }
+        // As `diagnose` has it: what is to be mended first says nothing of the motor.
+        let findings = check(&runs, None);
+        if let Some(fatal) = findings
+            .iter()
+            .find(|found| found.severity == Severity::Fatal)
+        {
+            return Self::Undiagnosed(format!(
+                "the recording has to be mended first: {}",
+                fatal.sentence()
+            ));
         }
         let options = Options {
             progress,

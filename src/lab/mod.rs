@@ -9,9 +9,12 @@
 //! | [`recorded`] | Part 3: recordings against simulations |
 //! | [`missing`] | Part 3: what explains the gap between them |
 //! | [`answers`] | every question of the handout, answered |
+//! | [`class`], [`class_page`] | many students' recordings side by side, and their page |
 //! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
 
 pub mod answers;
+pub mod class;
+pub mod class_page;
 pub mod columns;
 pub mod damping;
 pub mod missing;

@@ -223,6 +223,14 @@ pub fn all_words(figures: &[&RunFigures]) -> Option<String> {
 /// The whole comparison as one offline page: a line a run, and pictures, the worst first.
 pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
     let mut page = Page::new(title);
+    lay_out(&mut page, pairs);
+    page.section("Motor");
+    page.verbatim(&motor.to_toml());
+    page.finish()
+}
+
+/// What the runs come to, the figures of all, and pictures, the worst first.
+pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)]) {
     let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
     match figures.as_slice() {
         [one] => page.lead(&verdict(one)),
@@ -263,7 +271,4 @@ pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
             ),
         );
     }
-    page.section("Motor");
-    page.verbatim(&motor.to_toml());
-    page.finish()
 }

@@ -6,6 +6,7 @@
 
 mod bars;
 pub mod comparison;
+pub mod demo;
 pub mod diagnosis;
 mod escape;
 mod explore;

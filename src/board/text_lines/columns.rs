@@ -8,6 +8,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::speed_unit::SpeedUnit;
+use crate::motor::meant;
 
 /// Meaning of one column of a text line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +40,7 @@ pub enum Column {
 }
 
 /// Every name under which a column is known; the first of a column is the one that is printed.
-const NAMES: &[(&str, Column)] = &[
+pub(super) const NAMES: &[(&str, Column)] = &[
     ("t_us", Column::TimeMicros),
     ("time_us", Column::TimeMicros),
     ("micros", Column::TimeMicros),
@@ -190,14 +191,15 @@ fn plain(name: &str) -> String {
 pub enum ColumnError {
     /// A name that no column goes by.
     #[error(
-        "unknown column `{name}`: did you mean `{nearest}`? The names are {}; `-` leaves a column out",
+        "unknown column `{name}`{}; the names are {}; `-` leaves a column out",
+        nearest.map_or_else(String::new, |name| format!(": did you mean `{name}`?")),
         Column::names()
     )]
     Unknown {
         /// The name as given.
         name: String,
-        /// The known name closest to it.
-        nearest: &'static str,
+        /// The known name that is meant, if one is near.
+        nearest: Option<&'static str>,
     },
     /// A speed without its unit, or an angle.
     #[error(
@@ -322,13 +324,8 @@ fn unknown(name: &str) -> ColumnError {
     }
 }
 
-fn nearest(name: &str) -> &'static str {
-    let plain = plain(name);
-    NAMES
-        .iter()
-        .map(|&(known, _)| (strsim::osa_distance(known, &plain), known))
-        .min()
-        .map_or("counts", |(_, known)| known)
+fn nearest(name: &str) -> Option<&'static str> {
+    meant(&plain(name), NAMES.iter().map(|&(known, _)| known))
 }
 
 #[cfg(test)]
@@ -368,7 +365,7 @@ mod tests {
             Columns::parse("t_us,cuonts"),
             Err(ColumnError::Unknown {
                 name: "cuonts".into(),
-                nearest: "counts"
+                nearest: Some("counts")
             })
         );
         assert_eq!(Columns::parse("t_us,pwm"), Err(ColumnError::NoCounts));

@@ -10,6 +10,7 @@
 
 mod columns;
 mod decoder;
+mod meanings;
 mod speed_unit;
 
 pub use columns::{Column, ColumnError, Columns};

@@ -127,26 +127,25 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
             ));
         }
     }
-    let seen = if open.is_empty() {
-        match source {
-            Source::Recorded => "Nothing that these recordings show: what is left is the encoder's rounding.".to_owned(),
-            Source::VirtualBoard(_) => "Nothing that these recordings show: what is left is the encoder's rounding. (The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.)".to_owned(),
-        }
-    } else {
-        format!(
-            "Something is: {} of {} recordings differ from every model here by more than the encoder's rounding.",
-            open.len(),
-            runs.len()
-        )
+    if open.is_empty() && matches!(source, Source::VirtualBoard(_)) {
+        because.push("The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.".to_owned());
+    }
+    let seen = Seen {
+        differing: open.len(),
+        recordings: runs.len(),
     };
     let short = match missing {
         Missing::Diagnosed(diagnosis) => {
             because.extend(diagnosed(diagnosis));
-            format!("{seen} The diagnosis: {}", diagnosis.sentence)
+            format!(
+                "{} The diagnosis: {}",
+                seen.answer(diagnosis.verdict, &diagnosis.effects),
+                diagnosis.sentence
+            )
         }
         Missing::Undiagnosed(why) => {
             because.push(format!("No diagnosis: {why}."));
-            seen
+            seen.alone()
         }
     };
     Answer {
@@ -154,6 +153,68 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
         topic: "What is missing in the simulation?",
         short,
         because,
+    }
+}
+
+/// Recordings that differ from every model of the handout by more than the encoder's rounding.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    differing: usize,
+    recordings: usize,
+}
+
+impl Seen {
+    /// How the recordings stand to the models of the handout.
+    fn words(self) -> String {
+        match self.differing {
+            0 => "a model of the handout meets every recording down to the encoder's rounding"
+                .to_owned(),
+            differing => format!(
+                "{differing} of {} recordings differ from every model of the handout by more than the encoder's rounding",
+                self.recordings
+            ),
+        }
+    }
+
+    /// Where nothing was diagnosed.
+    fn alone(self) -> String {
+        format!(
+            "Without a diagnosis this is all that is seen: {}.",
+            self.words()
+        )
+    }
+
+    /// What is missing, as the verdict has it: never more, and never less.
+    fn answer(self, verdict: Verdict, effects: &[&str]) -> String {
+        let seen = self.words();
+        let named = effects.join(" and ");
+        match verdict {
+            Verdict::NoGap => format!(
+                "Nothing that these recordings show: {seen}, and the diagnosis finds no gap."
+            ),
+            Verdict::Parameters => {
+                format!("No effect is missing; the motor's numbers are other ones: {seen}.")
+            }
+            Verdict::Effect => format!("This is: {named}; {seen}."),
+            Verdict::Partial if effects.is_empty() => {
+                format!(
+                    "A known effect is, these recordings do not tell which, and something more that no known effect explains; {seen}."
+                )
+            }
+            Verdict::Partial => format!(
+                "This is: {named}, and something more that no known effect explains; {seen}."
+            ),
+            Verdict::Ambiguous => {
+                format!("These recordings do not settle it: {seen}, and several causes remain.")
+            }
+            Verdict::OutsideCatalogue => {
+                format!("Something is that no known effect explains: {seen}.")
+            }
+            Verdict::NoChange => format!("Nothing beyond what the reference shows: {seen}."),
+            Verdict::BadRecording => {
+                "That cannot be said: the recording has to be mended first.".to_owned()
+            }
+        }
     }
 }
 
@@ -192,4 +253,43 @@ fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
 /// A path's last part.
 fn file_name(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// "Nothing" stands before a diagnosis that finds no gap, and before no other; an effect is named where the verdict names one.
+    #[test]
+    fn the_answer_says_what_the_verdict_says() {
+        let verdicts = [
+            (Verdict::BadRecording, vec![]),
+            (Verdict::NoGap, vec![]),
+            (Verdict::Parameters, vec![]),
+            (Verdict::Effect, vec!["dead_zone", "backlash"]),
+            (Verdict::Partial, vec!["dead_zone"]),
+            (Verdict::Partial, vec![]),
+            (Verdict::Ambiguous, vec![]),
+            (Verdict::OutsideCatalogue, vec![]),
+        ];
+        for differing in [0, 2] {
+            let seen = Seen {
+                differing,
+                recordings: 2,
+            };
+            for (verdict, effects) in &verdicts {
+                let said = seen.answer(*verdict, effects);
+                assert_eq!(
+                    said.starts_with("Nothing"),
+                    *verdict == Verdict::NoGap,
+                    "{said}"
+                );
+                assert!(effects.iter().all(|id| said.contains(id)), "{said}");
+                let is_open = matches!(verdict, Verdict::Ambiguous);
+                assert_eq!(said.contains("do not settle"), is_open, "{said}");
+                let more = matches!(verdict, Verdict::Partial | Verdict::OutsideCatalogue);
+                assert_eq!(said.contains("no known effect explains"), more, "{said}");
+            }
+        }
+    }
 }

@@ -50,9 +50,23 @@ pub fn page_held_out(
     held_out: &[Run],
     title: &str,
 ) -> Result<String, SimulationError> {
-    let laid = lay(diagnosis, runs)?;
     let mut page = Page::new(title);
-    checks(&mut page, &diagnosis.data);
+    lay_out(&mut page, diagnosis, runs, held_out)?;
+    Ok(page.finish())
+}
+
+/// All of a diagnosis, below the heading of a page.
+///
+/// # Errors
+/// A run that cannot be simulated with one of the motors.
+pub(super) fn lay_out(
+    page: &mut Page,
+    diagnosis: &Diagnosis,
+    runs: &[Run],
+    held_out: &[Run],
+) -> Result<(), SimulationError> {
+    let laid = lay(diagnosis, runs)?;
+    checks(page, &diagnosis.data);
     let said = diagnosis.parts.iter().map(String::as_str);
     page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
     if !diagnosis.note.is_empty() {
@@ -67,12 +81,12 @@ pub fn page_held_out(
         }
     }
     let measured = if held_out.is_empty() { runs } else { held_out };
-    before_and_after(&mut page, diagnosis, measured);
-    how_far(&mut page, diagnosis);
-    place::section(&mut page, diagnosis, &laid);
-    which(&mut page, diagnosis);
-    parameters::section(&mut page, diagnosis);
-    next_experiment(&mut page, diagnosis);
+    before_and_after(page, diagnosis, measured);
+    how_far(page, diagnosis);
+    place::section(page, diagnosis, &laid);
+    which(page, diagnosis);
+    parameters::section(page, diagnosis);
+    next_experiment(page, diagnosis);
     page.section("Motor with what was found");
     page.note("A motor file for simulate and compare; diagnose writes it with --model-out.");
     if diagnosis.fitted_nominal.is_some() {
@@ -85,7 +99,7 @@ pub fn page_held_out(
         "The diagnosis took {}\u{a0}s.",
         figure(diagnosis.elapsed_s, 2)
     ));
-    Ok(page.finish())
+    Ok(())
 }
 
 fn before_and_after(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {

@@ -163,8 +163,8 @@ pub fn rungs(diagnosis: &Diagnosis) -> Bars {
     let gap = &diagnosis.gap;
     let values = [gap.before, gap.after_parameters, gap.after_effect];
     let names = models(diagnosis).into_iter().zip(values);
-    let mut rungs: Vec<(String, f64, Option<(f64, f64)>, usize)> = names
-        .zip(gap.rungs95.into_iter().zip([6, 4, 1]))
+    let names = names.zip(gap.rungs95.into_iter().zip([6, 4, 1]));
+    let mut rungs: Vec<_> = names
         .map(|((name, value), (ends, colour))| (name, value, Some(ends), colour))
         .collect();
     rungs.push(("floor".to_owned(), gap.floor, None, 2));

@@ -1,0 +1,171 @@
+//! Names that are meant: what people call an effect or a number of the motor, and slips of the hand.
+
+/// What an effect or a number is called elsewhere: in the handout's script, in books, at the bench; and its name here. Where a word has
+/// several, the first that is asked among counts.
+const ALSO_CALLED: &[(&str, &str)] = &[
+    ("friction", "coulomb_friction"),
+    ("friction", "coulomb_friction_nm"),
+    ("dry_friction", "coulomb_friction"),
+    ("damping", "viscous_friction"),
+    ("damping", "viscous_friction_nm_s_per_rad"),
+    ("stiction", "static_friction"),
+    ("breakaway", "static_friction"),
+    ("drag", "quadratic_drag"),
+    ("fan", "quadratic_drag"),
+    ("gravity", "gravity_load"),
+    ("weight", "gravity_load"),
+    ("load", "constant_load"),
+    ("slack", "backlash"),
+    ("play", "backlash"),
+    ("gear", "backlash"),
+    ("gearbox", "backlash"),
+    ("spring", "compliance"),
+    ("elasticity", "compliance"),
+    ("flexible", "compliance"),
+    ("clutch", "slipping_clutch"),
+    ("slip", "slipping_clutch"),
+    ("delay", "transport_delay"),
+    ("latency", "transport_delay"),
+    ("lag", "transport_delay"),
+    ("dead_time", "transport_delay"),
+    ("deadtime", "transport_delay"),
+    ("deadband", "dead_zone"),
+    ("dead_band", "dead_zone"),
+    ("threshold", "dead_zone"),
+    ("driver", "voltage_drop"),
+    ("h_bridge", "voltage_drop"),
+    ("l298", "voltage_drop"),
+    ("battery", "supply_sag"),
+    ("saturation", "current_limit"),
+    ("coast", "coast_at_zero"),
+    ("freewheel", "pwm_freewheel"),
+    ("temperature", "winding_heating"),
+    ("heat", "winding_heating"),
+    ("heating", "winding_heating"),
+    ("thermal", "winding_heating"),
+    ("ripple", "torque_ripple"),
+    ("demagnetization", "magnet_weakening"),
+    ("eccentricity", "encoder_eccentricity"),
+    ("resolution", "resolution_error"),
+    ("missing_counts", "missed_counts"),
+    ("lost_counts", "missed_counts"),
+    ("filter", "speed_filter"),
+    ("jitter", "sample_jitter"),
+    ("clock", "clock_error"),
+    ("r", "resistance_ohm"),
+    ("rm", "resistance_ohm"),
+    ("kb", "back_emf_v_s_per_rad"),
+    ("ke", "back_emf_v_s_per_rad"),
+    ("kt", "torque_constant_nm_per_a"),
+    ("b", "viscous_friction_nm_s_per_rad"),
+    ("bm", "viscous_friction_nm_s_per_rad"),
+    ("l", "inductance_h"),
+    ("lm", "inductance_h"),
+    ("j", "inertia_kg_m2"),
+    ("jm", "inertia_kg_m2"),
+    ("tf", "coulomb_friction_nm"),
+    ("encoder_counts", "counts_per_rev"),
+    ("cpr", "counts_per_rev"),
+    ("vsupply", "supply_v"),
+    ("v_supply", "supply_v"),
+];
+
+/// From this likeness on (Jaro and Winkler's) a name is taken for a slip of another: below it, what is proposed is another thing.
+const ALIKE_FROM: f64 = 0.84;
+
+/// The one of `names` that is meant by `asked`, if any is: what it is also called, the only name that has it as a part, or else the most
+/// alike. What is far from all is no slip, and a wrong guess leads away.
+pub fn meant<'a>(asked: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let asked = asked.trim().to_lowercase().replace(['-', ' '], "_");
+    let names: Vec<&str> = names.into_iter().collect();
+    let same = names.iter().find(|name| **name == asked);
+    let called = ALSO_CALLED.iter().filter(|(word, _)| *word == asked);
+    let called = || {
+        let mut meant = called.map(|(_, name)| *name);
+        meant.find_map(|name| names.iter().find(|known| **known == name))
+    };
+    same.or_else(called)
+        .or_else(|| only_with_part(&asked, &names))
+        .or_else(|| most_alike(&asked, &names))
+        .copied()
+}
+
+fn only_with_part<'n, 'a>(asked: &str, names: &'n [&'a str]) -> Option<&'n &'a str> {
+    let mut with = names
+        .iter()
+        .filter(|name| name.split('_').any(|part| part == asked));
+    with.next().filter(|_| with.next().is_none())
+}
+
+fn most_alike<'n, 'a>(asked: &str, names: &'n [&'a str]) -> Option<&'n &'a str> {
+    let alike = names
+        .iter()
+        .map(|name| (strsim::jaro_winkler(asked, name), name));
+    let best = alike.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(likeness, _)| *likeness >= ALIKE_FROM)
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Parameters;
+    use crate::catalogue::{catalogue, find};
+
+    fn effect(asked: &str) -> Option<&'static str> {
+        meant(asked, catalogue().iter().map(|kind| kind.id))
+    }
+
+    #[test]
+    fn everything_that_is_proposed_is_there() {
+        for (word, name) in ALSO_CALLED {
+            let is_there = find(name).is_some() || Parameters::KEYS.contains(name);
+            assert!(is_there, "{word}: {name}");
+            assert!(
+                find(word).is_none() && !Parameters::KEYS.contains(word),
+                "{word}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_people_type_leads_to_what_they_mean() {
+        for (asked, name) in [
+            ("friction", "coulomb_friction"),
+            ("Backlash", "backlash"),
+            ("dead-zone", "dead_zone"),
+            ("deadzone", "dead_zone"),
+            ("lag", "transport_delay"),
+            ("stiction", "static_friction"),
+            ("slack", "backlash"),
+            ("backlsh", "backlash"),
+            ("cog", "cogging"),
+            ("eccentricity", "encoder_eccentricity"),
+            ("visous_friction", "viscous_friction"),
+            ("stribek", "stribeck"),
+            ("sag", "supply_sag"),
+        ] {
+            assert_eq!(effect(asked), Some(name), "{asked}");
+        }
+        let key = |asked| meant(asked, Parameters::KEYS);
+        for (asked, name) in [
+            ("Kt", "torque_constant_nm_per_a"),
+            ("Rm", "resistance_ohm"),
+            ("resistance", "resistance_ohm"),
+            ("resistence_ohm", "resistance_ohm"),
+            ("supply", "supply_v"),
+            ("Vsupply", "supply_v"),
+            ("inertia", "inertia_kg_m2"),
+            ("friction", "coulomb_friction_nm"),
+        ] {
+            assert_eq!(key(asked), Some(name), "{asked}");
+        }
+    }
+
+    #[test]
+    fn what_is_nothing_of_the_kind_is_taken_for_nothing() {
+        for asked in ["noise", "motor", "banana", "x", "", "error"] {
+            assert_eq!(effect(asked), None, "{asked}");
+        }
+    }
+}

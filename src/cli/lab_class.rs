@@ -1,0 +1,219 @@
+//! `motorlab lab --class FOLDER`: one page over the recordings of a class, a folder a student.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::foreign::unreadable;
+use super::motor_file::motor_file;
+use super::output_file::{Form, Outputs};
+use super::progress::spinner;
+use super::signals::StopSignal;
+use super::{Failure, Output, Status};
+use crate::lab::class::{Class, Folder, Student};
+use crate::lab::class_page::page;
+use crate::motor::Motor;
+use crate::plain::shown;
+use crate::recording::{Run, read_run};
+
+/// A student's own motor file.
+const MOTOR: &str = "motor.toml";
+
+/// What the call names.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Asked<'a> {
+    /// The class's folder.
+    pub folder: &'a Path,
+    /// The motor of all who have no file of their own.
+    pub motor: Option<&'a PathBuf>,
+    /// Folder of the page.
+    pub to: &'a Path,
+}
+
+/// The document of `--json`.
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    class: &'a Class,
+    files: [PathBuf; 2],
+}
+
+/// Reads, works and writes the page; what is not usable is said and makes the exit status 1.
+pub(super) fn class(
+    asked: Asked<'_>,
+    outputs: &Outputs,
+    output: &Output,
+) -> Result<Status, Failure> {
+    let files = ["index.html", "class.json"].map(|name| asked.to.join(name));
+    for file in &files {
+        outputs.may_replace(file, None)?;
+    }
+    let folders = folders(asked)?;
+    let motor = match asked.motor {
+        Some(path) => Some(motor_file(path, output)?),
+        None => None,
+    };
+    let runtime = tokio::runtime::Builder::new_multi_thread()
+        .worker_threads(2)
+        .enable_all()
+        .build()
+        .map_err(Failure::device)?;
+    let students = runtime.block_on(all(&folders, motor, output));
+    runtime.shutdown_background();
+    let class = Class {
+        shape: "motorlab-class/1",
+        folder: shown(asked.folder),
+        folders: folders.len(),
+        students: students?,
+    };
+    fs::create_dir_all(asked.to)
+        .map_err(|error| Failure::device(format!("cannot make {}: {error}", shown(asked.to))))?;
+    outputs.write_silently(&files[0], &page(&class), Form::Markup)?;
+    let json = serde_json::to_string_pretty(&class).map_err(Failure::input)?;
+    outputs.write_silently(&files[1], &json, Form::Json)?;
+    let is_all = class.students.len() == class.folders;
+    let is_sound = is_all && class.students.iter().all(Student::is_sound);
+    if output.json {
+        output.document(&Document {
+            class: &class,
+            files,
+        })?;
+    } else {
+        if !is_all {
+            output.line(&format!(
+                "stopped after {} of {} folders; the page has these",
+                class.students.len(),
+                class.folders
+            ))?;
+        }
+        output.line(&format!("the page: {}", shown(&files[0])))?;
+    }
+    Ok(match is_sound {
+        true => Status::Done,
+        false => Status::FellShort,
+    })
+}
+
+/// The folders of the class by name; hidden ones, and the one that the page goes to, are none.
+fn folders(asked: Asked<'_>) -> Result<Vec<PathBuf>, Failure> {
+    let cannot = |error: std::io::Error| {
+        Failure::input(format!(
+            "{}: {error}; --class takes a folder that has one folder a student",
+            shown(asked.folder)
+        ))
+    };
+    let mut folders = Vec::new();
+    for entry in fs::read_dir(asked.folder).map_err(cannot)? {
+        let path = entry.map_err(cannot)?.path();
+        let is_hidden = name_of(&path).starts_with('.');
+        let is_page = same(&path, asked.to);
+        if path.is_dir() && !is_hidden && !is_page {
+            folders.push(path);
+        }
+    }
+    folders.sort();
+    if folders.is_empty() {
+        return Err(Failure::input(format!(
+            "{} has no folder in it; --class takes a folder that has one folder a student",
+            shown(asked.folder)
+        )));
+    }
+    Ok(folders)
+}
+
+fn same(one: &Path, other: &Path) -> bool {
+    let whole = (one.canonicalize().ok()).zip(other.canonicalize().ok());
+    whole.is_some_and(|(one, other)| one == other)
+}
+
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Student after student; those who are done where Ctrl-C came.
+async fn all(
+    folders: &[PathBuf],
+    motor: Option<Motor>,
+    output: &Output,
+) -> Result<Vec<Student>, Failure> {
+    let stop = StopSignal::install().map_err(Failure::device)?;
+    let mut students = Vec::new();
+    for (k, path) in folders.iter().enumerate() {
+        let said = spinner();
+        let name = name_of(path);
+        let place = format!("{name} ({} of {})", k + 1, folders.len());
+        said.set_message(place.clone());
+        let folder = read(path, motor.clone(), output);
+        let shown = said.clone();
+        let working = tokio::task::spawn_blocking(move || match folder {
+            Ok(folder) => {
+                let progress = |what: &str| shown.set_message(format!("{place}: {what}"));
+                Student::of(folder, &progress)
+            }
+            Err(why) => Student::unreadable(name, why),
+        });
+        let student = tokio::select! {
+            student = working => student.map_err(Failure::device)?,
+            () = stop.clone().asked() => break,
+        };
+        said.finish_and_clear();
+        let line = format!(
+            "{}/{}  {}: {}",
+            k + 1,
+            folders.len(),
+            student.name,
+            student.words()
+        );
+        match output.json {
+            true => output.message(&line),
+            false => output.line(&line)?,
+        }
+        students.push(student);
+    }
+    Ok(students)
+}
+
+/// What a folder holds: files `NAME.csv`, and perhaps a motor file.
+fn read(path: &Path, motor: Option<Motor>, output: &Output) -> Result<Folder, String> {
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(path).map_err(|error| format!("cannot be read: {error}"))? {
+        let file = entry
+            .map_err(|error| format!("cannot be read: {error}"))?
+            .path();
+        let is_csv = file
+            .extension()
+            .is_some_and(|end| end.eq_ignore_ascii_case("csv"));
+        if is_csv && file.is_file() && !name_of(&file).starts_with('.') {
+            files.push(file);
+        }
+    }
+    files.sort();
+    let own = path.join(MOTOR);
+    let motor = match (own.exists(), motor) {
+        (true, _) => motor_file(&own, output)
+            .map(|motor| (motor, true))
+            .map_err(|why| why.to_string()),
+        (false, Some(motor)) => Ok((motor, true)),
+        (false, None) => Ok((Motor::default(), false)),
+    };
+    let runs = files
+        .iter()
+        .map(|file| (name_of(file), run(file)))
+        .collect();
+    Ok(Folder {
+        name: name_of(path),
+        motor,
+        runs,
+    })
+}
+
+fn run(file: &Path) -> Result<Run, String> {
+    let read = read_run(file).map_err(|error| unreadable(file, error).to_string());
+    let (run, _) = read?;
+    match run.len() {
+        0 | 1 => Err("the recording has fewer than two samples".to_owned()),
+        _ => Ok(run),
+    }
+}

@@ -1,0 +1,97 @@
+//! The bench that is recorded from: a port, or a virtual board that changes itself where a recording asks for it.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use super::plan::Plan;
+use crate::board::{Board, BoardOptions, VirtualBoard};
+use crate::cli::capture::{Capture, board_failure, capture_failure};
+use crate::cli::signals::StopSignal;
+use crate::cli::virtual_spec::{PREFIX, VirtualSpec, nearly};
+use crate::cli::{Failure, Output};
+use crate::diagnose::KnownChange;
+use crate::motor::KnownDifferences;
+use crate::recording::{Captured, SharedLive, capture};
+
+/// A port, and what is plugged in there if it is a virtual one.
+pub(super) struct Bench<'a> {
+    asked: &'a Capture,
+    plugged: Option<(VirtualBoard, Option<KnownChange>)>,
+}
+
+impl<'a> Bench<'a> {
+    pub fn of(asked: &'a Capture) -> Self {
+        Self {
+            asked,
+            plugged: None,
+        }
+    }
+
+    /// Whether a disc, a load or another supply is there without anybody's hand.
+    pub fn changes_itself(&self) -> bool {
+        self.asked.port.starts_with(PREFIX)
+    }
+
+    /// Where the board is, with a change made on the bench.
+    fn port(&mut self, change: Option<&KnownChange>, output: &Output) -> Result<PathBuf, Failure> {
+        let Some(text) = self.asked.port.strip_prefix(PREFIX) else {
+            return nearly(&self.asked.port).map_or(Ok(PathBuf::from(&self.asked.port)), Err);
+        };
+        if let Some((board, made)) = &self.plugged
+            && made.as_ref() == change
+        {
+            return Ok(board.path().to_owned());
+        }
+        let mut spec = VirtualSpec::parse(text)
+            .map_err(Failure::input)?
+            .said(output);
+        if let Some(KnownChange { key, value }) = change {
+            let mut known = KnownDifferences::default();
+            known.set(key, *value).map_err(Failure::input)?;
+            spec.motor = known.applied_to(&spec.motor);
+        }
+        // An arm that is hung on hangs down where the counts begin: a bench that is changed begins anew.
+        let board = spec.spawn().map_err(Failure::input)?;
+        let path = board.path().to_owned();
+        self.plugged = Some((board, change.cloned()));
+        Ok(path)
+    }
+
+    /// Records what is planned into `file`; `None` where Ctrl-C came before the board said who it is.
+    pub async fn record(
+        &mut self,
+        plan: &Plan,
+        file: PathBuf,
+        stop: &StopSignal,
+        output: &Output,
+    ) -> Result<Option<Captured>, Failure> {
+        let path = self.port(plan.change.as_ref(), output)?;
+        let options = BoardOptions {
+            baud: self.asked.baud,
+            patience: Duration::from_secs_f64(self.asked.patience),
+            log: None,
+        };
+        let mut board = tokio::select! {
+            board = Board::open(&path, options) => board.map_err(board_failure)?,
+            () = stop.clone().asked() => return Ok(None),
+        };
+        let mut one = self.asked.clone();
+        one.profile = Some(plan.profile.clone());
+        one.duration = Some(plan.duration_s);
+        one.output = file;
+        let mut request = one.request(&board, &path)?;
+        // The header says of a changed bench what `diagnose` is to know of it; the supply stands there by itself.
+        if let Some(KnownChange { key, value }) = plan.change.as_ref()
+            && key != "supply_v"
+        {
+            let differs = toml::Table::from_iter([(key.clone(), (*value).into())]);
+            request.further.insert("differs".to_owned(), differs.into());
+        }
+        let live = SharedLive::default();
+        let counts_per_rev = f64::from(board.hello().counts_per_rev);
+        let display = one.display(&live, counts_per_rev, &request.profile.name, output)?;
+        let captured = capture(&mut board, &request, &live, stop.clone().asked()).await;
+        drop(display);
+        captured.map(Some).map_err(capture_failure)
+    }
+}

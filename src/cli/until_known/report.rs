@@ -1,0 +1,250 @@
+//! What is said of each round, and at the end.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::bound::Bound;
+use super::plan::{Next, Plan};
+use crate::check::Finding;
+use crate::cli::{Failure, Output, Status};
+use crate::diagnose::{Diagnosis, KnownChange, NextExperiment, Verdict};
+use crate::plain::{quoted, shown};
+use crate::recording::Captured;
+use crate::report::number::probability;
+
+/// Version of the document.
+const SHAPE: &str = "motorlab-until-known/1";
+/// So many causes are named in a round's line.
+const NAMED: usize = 3;
+/// A cause of less than this probability is not named there.
+const NAMED_FROM: f64 = 0.02;
+
+/// Why no further recording was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Ended {
+    /// The cause stands.
+    Known,
+    /// The bound was reached.
+    Bound,
+    /// Ctrl-C.
+    Stopped,
+    /// Only a change on the bench tells more.
+    ByHand,
+    /// A recording has to be mended first.
+    BadRecording,
+}
+
+/// One recording and what was known after it.
+#[derive(Debug, Serialize)]
+pub(super) struct Round {
+    path: PathBuf,
+    profile: String,
+    duration_s: f64,
+    samples: u64,
+    lost: u64,
+    /// What was changed on the bench for it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    change: Option<KnownChange>,
+    /// None where Ctrl-C came before the diagnosis was done.
+    verdict: Option<Verdict>,
+    probability: Option<f64>,
+    effects: Vec<&'static str>,
+    /// What is recorded after it, and why.
+    next: Option<String>,
+    why: Option<String>,
+}
+
+impl Round {
+    pub fn of(plan: &Plan, captured: &Captured) -> Self {
+        Self {
+            path: captured.path.clone(),
+            profile: plan.profile.clone(),
+            duration_s: captured.statistics.duration_s,
+            samples: captured.statistics.samples,
+            lost: captured.statistics.lost,
+            change: plan.change.clone(),
+            verdict: None,
+            probability: None,
+            effects: Vec::new(),
+            next: None,
+            why: None,
+        }
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Takes in what the diagnosis of all runs so far says.
+    pub fn diagnosed(&mut self, found: &Diagnosis) {
+        self.verdict = Some(found.verdict);
+        self.probability = Some(found.probability);
+        self.effects.clone_from(&found.effects);
+    }
+
+    /// Takes in what comes after it.
+    pub fn then(&mut self, next: &Next) {
+        if let Next::Record(plan) = next {
+            self.next = Some(plan.profile.clone());
+            self.why = Some(plan.why.clone());
+        }
+    }
+}
+
+/// The line of a round: what was recorded, what it comes to, what is recorded next and why.
+pub(super) fn round_line(number: usize, round: &Round, found: &Diagnosis, next: &Next) -> String {
+    let lost = match round.lost {
+        0 => String::new(),
+        lost => format!(", {lost} samples lost"),
+    };
+    let change = |change: &Option<KnownChange>| {
+        (change.as_ref()).map_or(String::new(), |change| format!(" with {}", change.words()))
+    };
+    let then = match next {
+        Next::Nothing => "known".to_owned(),
+        Next::Record(plan) => format!(
+            "next {}{}, {}",
+            plan.profile,
+            change(&plan.change),
+            plan.why
+        ),
+        Next::ByHand => "more is told only by a change on the bench".to_owned(),
+    };
+    format!(
+        "{number}  {} ({}{}{lost}): {}; {then}",
+        shown(&round.path),
+        round.profile,
+        change(&round.change),
+        outcome(found)
+    )
+}
+
+/// The verdict in a few words.
+fn outcome(found: &Diagnosis) -> String {
+    let sure = probability(found.probability);
+    match found.verdict {
+        Verdict::Effect => format!("{}, {sure} sure", found.effects.join(" and ")),
+        Verdict::NoGap => format!("no gap, {sure} sure"),
+        Verdict::Parameters => format!("other numbers of the motor, no effect, {sure} sure"),
+        Verdict::Partial if found.effects.is_empty() => {
+            format!(
+                "a named effect ({sure}) and something more; {}",
+                likeliest(found)
+            )
+        }
+        Verdict::Partial => format!(
+            "{} ({sure}), and something more",
+            found.effects.join(" and ")
+        ),
+        Verdict::Ambiguous => format!("still open: {}", likeliest(found)),
+        Verdict::OutsideCatalogue => format!("no known effect explains it ({sure})"),
+        Verdict::NoChange => format!("as before ({sure})"),
+        Verdict::BadRecording => "the recording has to be mended first".to_owned(),
+    }
+}
+
+fn likeliest(found: &Diagnosis) -> String {
+    let causes = (found.causes.iter().take(NAMED)).filter(|cause| cause.probability >= NAMED_FROM);
+    let named: Vec<String> = causes
+        .map(|cause| format!("{} {}", cause.effect, probability(cause.probability)))
+        .collect();
+    named.join(", ")
+}
+
+/// The `diagnose` command over the files.
+pub(super) fn command_line(rounds: &[Round], motor: Option<&PathBuf>) -> String {
+    let word = |path: &Path| quoted(&path.to_string_lossy());
+    let runs: Vec<String> = rounds.iter().map(|round| word(round.path())).collect();
+    let motor = motor.map_or(String::new(), |motor| format!(" --motor {}", word(motor)));
+    format!("motorlab diagnose {}{motor}", runs.join(" "))
+}
+
+/// All that was reached.
+#[derive(Debug)]
+pub(super) struct Reached<'a> {
+    pub ended: Ended,
+    pub bound: Bound,
+    pub rounds: &'a [Round],
+    pub found: Option<&'a Diagnosis>,
+    pub findings: &'a [Finding],
+    pub diagnose: String,
+}
+
+#[derive(Serialize)]
+struct Document<'a> {
+    shape: &'static str,
+    ended: Ended,
+    recorded_s: f64,
+    rounds: &'a [Round],
+    verdict: Option<Verdict>,
+    probability: Option<f64>,
+    effects: &'a [&'static str],
+    sentence: Option<&'a str>,
+    findings: &'a [Finding],
+    next_experiment: Option<&'a NextExperiment>,
+    diagnose: &'a str,
+}
+
+impl Reached<'_> {
+    /// Says it; the exit status that it leads to.
+    pub fn say(&self, output: &Output) -> Result<Status, Failure> {
+        let next = self.found.and_then(|found| found.next_experiment.as_ref());
+        let next = next.filter(|_| self.ended != Ended::Known);
+        if output.json {
+            output.document(&Document {
+                shape: SHAPE,
+                ended: self.ended,
+                recorded_s: self.recorded_s(),
+                rounds: self.rounds,
+                verdict: self.found.map(|found| found.verdict),
+                probability: self.found.map(|found| found.probability),
+                effects: self.found.map_or(&[], |found| &found.effects),
+                sentence: self.found.map(|found| found.sentence.as_str()),
+                findings: self.findings,
+                next_experiment: next,
+                diagnose: &self.diagnose,
+            })?;
+        } else {
+            output.line(&format!("\n{}", self.in_words()))?;
+            if let Some(found) = self.found {
+                output.line(&found.sentence)?;
+            }
+            if !self.rounds.is_empty() {
+                output.line(&format!("all of it once more: {}", self.diagnose))?;
+            }
+        }
+        Ok(match self.ended {
+            Ended::Known => Status::Done,
+            _ => Status::FellShort,
+        })
+    }
+
+    fn recorded_s(&self) -> f64 {
+        self.rounds.iter().map(|round| round.duration_s).sum()
+    }
+
+    fn in_words(&self) -> String {
+        let files = match self.rounds {
+            [] => return "stopped; nothing was recorded".to_owned(),
+            [_] => "one recording".to_owned(),
+            several => format!("{} recordings", several.len()),
+        };
+        let made = format!("{files}, {:.0} s in all", self.recorded_s());
+        match self.ended {
+            Ended::Known => format!("known after {made}"),
+            Ended::Bound => format!(
+                "not known yet after {made}: {} were asked for at most",
+                self.bound.words()
+            ),
+            Ended::Stopped => format!("stopped after {made}; what was recorded is kept"),
+            Ended::ByHand => {
+                format!("not known yet after {made}: no profile alone is expected to tell more")
+            }
+            Ended::BadRecording => {
+                format!("ended after {made}: the recording has to be mended first")
+            }
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! What was typed and is not there: what is meant by it, where that is known, and no guess that leads away.
+
+use clap::builder::StyledStr;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{CommandFactory, Error};
+
+use super::CommandLine;
+
+/// What people call a subcommand, and how it is said here.
+const COMMANDS: &[(&[&str], &str)] = &[
+    (
+        &["record", "log", "acquire", "measure", "read"],
+        "a board is recorded by: motorlab capture PORT",
+    ),
+    (
+        &["plot", "show", "graph", "view", "draw"],
+        "a recording is drawn by: motorlab compare RUN --html page.html",
+    ),
+    (
+        &["list", "devices", "port", "scan"],
+        "boards are listed by: motorlab ports",
+    ),
+    (
+        &["fit", "identify", "sysid", "estimate", "tune", "calibrate"],
+        "a motor is fitted to recordings by: motorlab diagnose RUN --nominal fit --model-out motor.toml",
+    ),
+    (
+        &["analyze", "analyse", "explain", "why", "diagnosis"],
+        "a gap is explained by: motorlab diagnose RUN --motor motor.toml",
+    ),
+    (
+        &["convert", "csv", "load"],
+        "a log of another program is read by: motorlab import LOG",
+    ),
+    (
+        &["validate", "verify", "lint"],
+        "a recording is checked by: motorlab check RUN",
+    ),
+    (
+        &["profile", "profiles", "columns", "words"],
+        "profiles, columns and effects are listed by: motorlab names",
+    ),
+    (
+        &["start", "init", "example", "tutorial"],
+        "everything once, without hardware: motorlab demo",
+    ),
+];
+
+/// What people call an option, the option, and a remark on it.
+const OPTIONS: &[(&[&str], &str, &str)] = &[
+    (
+        &["time", "length", "seconds", "dur", "for"],
+        "--duration",
+        " SECONDS",
+    ),
+    (
+        &[
+            "sample-time",
+            "sampling-time",
+            "dt",
+            "period",
+            "rate",
+            "fs",
+            "freq",
+        ],
+        "--ts",
+        " SECONDS (0.003 for 3 ms)",
+    ),
+    (
+        &["voltage", "volts", "vsupply"],
+        "--supply",
+        " VOLTS; a part of it is commanded by a profile, as in --profile step@0.5",
+    ),
+    (
+        &["file", "out-file", "save", "to"],
+        "--output",
+        " FILE (-o)",
+    ),
+    (&["input", "signal", "command"], "--profile", " NAME"),
+    (
+        &["params", "parameters", "model-file", "config"],
+        "--motor",
+        " FILE",
+    ),
+    (&["page", "report", "plot"], "--html", " FILE"),
+    (&["baudrate", "bps", "speed"], "--baud", " BITS_PER_SECOND"),
+    (
+        &["cpr", "ppr", "counts", "resolution"],
+        "--counts-per-rev",
+        " COUNTS",
+    ),
+];
+
+/// From this likeness on (Jaro and Winkler's) a proposal of the parser is a slip of the hand; below it, it leads away.
+const ALIKE_FROM: f64 = 0.84;
+
+/// Puts what is meant in place of the parser's guesses.
+pub(super) fn mend(error: &mut Error) {
+    match error.kind() {
+        ErrorKind::InvalidSubcommand => {
+            let asked = text(error, ContextKind::InvalidSubcommand);
+            let known = COMMANDS
+                .iter()
+                .find(|(words, _)| words.contains(&asked.as_str()));
+            keep_near(error, &asked, ContextKind::SuggestedSubcommand);
+            if let Some((_, tip)) = known {
+                error.remove(ContextKind::SuggestedSubcommand);
+                say(error, (*tip).to_owned());
+            }
+        }
+        ErrorKind::UnknownArgument => {
+            let asked = text(error, ContextKind::InvalidArg);
+            let name = asked.trim_start_matches('-').to_owned();
+            // How a value may begin with a dash helps nobody who mistyped an option.
+            error.remove(ContextKind::Suggested);
+            keep_near(error, &asked, ContextKind::SuggestedArg);
+            if let Some(tip) = tip_of_option(error, &name) {
+                error.remove(ContextKind::SuggestedArg);
+                say(error, tip);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn text(error: &Error, kind: ContextKind) -> String {
+    match error.get(kind) {
+        Some(ContextValue::String(text)) => text.clone(),
+        _ => String::new(),
+    }
+}
+
+fn say(error: &mut Error, tip: String) {
+    error.remove(ContextKind::Suggested);
+    error.insert(
+        ContextKind::Suggested,
+        ContextValue::StyledStrs(vec![StyledStr::from(tip)]),
+    );
+}
+
+/// Leaves of the parser's proposals those that are near.
+fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
+    let plain = |text: &str| text.trim_start_matches('-').to_lowercase();
+    let asked = plain(asked);
+    let is_near = |name: &String| strsim::jaro_winkler(&asked, &plain(name)) >= ALIKE_FROM;
+    let kept = match error.remove(kind) {
+        Some(ContextValue::Strings(names)) => {
+            let near: Vec<String> = names.into_iter().filter(is_near).collect();
+            (!near.is_empty()).then_some(ContextValue::Strings(near))
+        }
+        Some(ContextValue::String(name)) => is_near(&name).then_some(ContextValue::String(name)),
+        other => other,
+    };
+    if let Some(kept) = kept {
+        error.insert(kind, kept);
+    }
+}
+
+/// What is meant by an option, where the subcommand has it.
+fn tip_of_option(error: &Error, name: &str) -> Option<String> {
+    let usage = match error.get(ContextKind::Usage) {
+        Some(ContextValue::StyledStr(usage)) => usage.to_string(),
+        _ => return None,
+    };
+    let command = CommandLine::command();
+    let asked = usage
+        .split_whitespace()
+        .find_map(|word| command.find_subcommand(word))?;
+    if name == "effect" || name == "effects" {
+        return Some(
+            "an effect belongs to a motor: [effects.ID] in a motor file, or virtual:?effect=ID on a virtual board"
+                .to_owned(),
+        );
+    }
+    let (_, option, remark) = OPTIONS.iter().find(|(words, _, _)| words.contains(&name))?;
+    let has = asked
+        .get_arguments()
+        .any(|argument| argument.get_long() == option.strip_prefix("--"));
+    has.then(|| format!("did you mean {option}{remark}?"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    fn said(arguments: &[&str]) -> String {
+        let all = ["motorlab"].iter().chain(arguments);
+        let mut error = CommandLine::try_parse_from(all).expect_err("wrong use");
+        mend(&mut error);
+        error.to_string()
+    }
+
+    #[test]
+    fn what_people_type_leads_to_what_there_is() {
+        for (arguments, meant) in [
+            (&["record", "COM3"][..], "motorlab capture"),
+            (&["plot", "run.csv"], "motorlab compare"),
+            (&["list"], "motorlab ports"),
+            (&["fit", "run.csv"], "--nominal fit"),
+            (&["captur"], "'capture'"),
+            (&["diagnos"], "'diagnose'"),
+            (&["capture", "virtual:", "--time", "4"], "--duration"),
+            (&["capture", "virtual:", "--sample-time", "1"], "--ts"),
+            (&["capture", "virtual:", "--out", "a"], "--output"),
+            (&["simulate", "--effect", "backlash"], "virtual:?effect="),
+            (&["simulate", "--dt", "0.01"], "--ts"),
+            (&["diagnose", "a.csv", "--explian"], "--explain"),
+            (&["compare", "a.csv", "--report", "x"], "--html"),
+        ] {
+            let said = said(arguments);
+            assert!(said.contains(meant), "{arguments:?}: {said}");
+        }
+    }
+
+    #[test]
+    fn what_leads_away_is_not_said() {
+        for (arguments, away) in [
+            (&["plot", "run.csv"][..], "'ports'"),
+            (&["capture", "virtual:", "--time", "4"], "--patience"),
+            (&["capture", "virtual:", "--sample-time", "1"], "as a value"),
+            (&["banana"], "similar"),
+        ] {
+            let said = said(arguments);
+            assert!(!said.contains(away), "{arguments:?}: {said}");
+        }
+    }
+
+    #[test]
+    fn every_option_that_is_proposed_is_one_of_a_subcommand() {
+        let command = CommandLine::command();
+        for (_, option, _) in OPTIONS {
+            let mut all = command
+                .get_subcommands()
+                .flat_map(|sub| sub.get_arguments());
+            assert!(
+                all.any(|argument| argument.get_long() == option.strip_prefix("--")),
+                "{option}"
+            );
+        }
+    }
+}

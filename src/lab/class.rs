@@ -1,0 +1,289 @@
+//! A class: one folder a student with recordings in it, each checked, compared and diagnosed, laid side by side.
+//!
+//! Every recording is diagnosed by itself, and all usable ones of a student together, as `diagnose` does: against the student's motor
+//! file, or the one that is given for all. What cannot be read or has to be mended first is said and stops nobody else.
+
+use serde::Serialize;
+
+use crate::check::{Finding, Severity, check, is_fatal};
+use crate::compare::compare;
+use crate::diagnose::{Diagnosis, NominalSource, Options, Verdict, diagnose, nominal_fit};
+use crate::motor::{Model, Motor};
+use crate::recording::Run;
+
+/// The class whole; serialises to the shape `motorlab-class/1`.
+#[derive(Debug, Clone, Serialize)]
+pub struct Class {
+    /// Name of the shape.
+    pub shape: &'static str,
+    /// The folder.
+    pub folder: String,
+    /// How many folders there are in it; fewer were looked at where the work was stopped.
+    pub folders: usize,
+    /// Those that were looked at.
+    pub students: Vec<Student>,
+}
+
+/// One student's folder.
+#[derive(Debug, Clone, Serialize)]
+pub struct Student {
+    /// The folder's name.
+    pub name: String,
+    /// Why nothing is said of it, where nothing is.
+    pub problem: Option<String>,
+    /// Its recordings, by name.
+    pub recordings: Vec<Recording>,
+    /// What all usable recordings show together.
+    pub together: Option<Outcome>,
+    /// Why they are not diagnosed together, where they are not.
+    pub undiagnosed: Option<String>,
+}
+
+/// One recording.
+#[derive(Debug, Clone, Serialize)]
+pub struct Recording {
+    /// The file's name.
+    pub name: String,
+    /// Why it is not usable, with what to do; none where it is.
+    pub unusable: Option<String>,
+    /// What `check` finds in it.
+    pub findings: Vec<Finding>,
+    /// Its figures; none where it cannot be read.
+    pub figures: Option<Figures>,
+    /// What it shows by itself.
+    pub outcome: Option<Outcome>,
+}
+
+/// Figures of a recording.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Figures {
+    /// Sample time in s.
+    pub sample_time_s: f64,
+    /// Samples.
+    pub samples: usize,
+    /// How long it is in s.
+    pub duration_s: f64,
+    /// Recorded against simulated counts over the whole run, RMS; none where it cannot be simulated.
+    pub position_rmse_counts: Option<f64>,
+}
+
+/// What a diagnosis comes to.
+#[derive(Debug, Clone, Serialize)]
+pub struct Outcome {
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// Probability of what the verdict says.
+    pub probability: f64,
+    /// The effects that it names.
+    pub effects: Vec<&'static str>,
+    /// The same as a sentence.
+    pub sentence: String,
+    /// Position error of the nominal model over pieces, in counts RMS.
+    pub gap_counts: f64,
+    /// The same with what was found.
+    pub after_counts: f64,
+    /// What nothing can go below.
+    pub floor_counts: f64,
+    /// The command that records what would tell more.
+    pub next: Option<String>,
+}
+
+impl Outcome {
+    fn of(found: &Diagnosis) -> Self {
+        Self {
+            verdict: found.verdict,
+            probability: found.probability,
+            effects: found.effects.clone(),
+            sentence: found.sentence.clone(),
+            gap_counts: found.gap.before,
+            after_counts: found.gap.after_effect,
+            floor_counts: found.gap.floor,
+            next: (found.next_experiment.as_ref()).map(|next| next.command.clone()),
+        }
+    }
+
+    /// The verdict in a few words.
+    pub fn words(&self) -> String {
+        let named = self.effects.join(" and ");
+        match self.verdict {
+            Verdict::BadRecording => "to be mended first".to_owned(),
+            Verdict::NoGap => "no gap".to_owned(),
+            Verdict::Parameters => "other numbers of the motor".to_owned(),
+            Verdict::Effect => named,
+            Verdict::Partial if named.is_empty() => "a known effect and more".to_owned(),
+            Verdict::Partial => format!("{named} and more"),
+            Verdict::Ambiguous => "still open".to_owned(),
+            Verdict::OutsideCatalogue => "no known effect".to_owned(),
+            Verdict::NoChange => "no change".to_owned(),
+        }
+    }
+}
+
+/// What was read of a student's folder.
+#[derive(Debug, Clone)]
+pub struct Folder {
+    /// Its name.
+    pub name: String,
+    /// The motor that the recordings are held against, and whether somebody said so.
+    pub motor: Result<(Motor, bool), String>,
+    /// Files with their runs, or why they cannot be read.
+    pub runs: Vec<(String, Result<Run, String>)>,
+}
+
+impl Student {
+    /// A student whose folder cannot be read.
+    pub fn unreadable(name: String, why: String) -> Self {
+        Self {
+            name,
+            problem: Some(why),
+            recordings: Vec::new(),
+            together: None,
+            undiagnosed: None,
+        }
+    }
+
+    /// Checks, compares and diagnoses everything; `progress` is told what is being done.
+    pub fn of(folder: Folder, progress: &(dyn Fn(&str) + Sync)) -> Self {
+        let Folder { name, motor, runs } = folder;
+        let (motor, is_given) = match motor {
+            Ok(motor) => motor,
+            Err(why) => return Self::unreadable(name, why),
+        };
+        if runs.is_empty() {
+            let why = "no recording (a file NAME.csv) in this folder".to_owned();
+            return Self::unreadable(name, why);
+        }
+        let work = Work {
+            motor,
+            is_given,
+            progress,
+        };
+        let mut recordings = Vec::new();
+        let mut usable = Vec::new();
+        for (file, run) in runs {
+            let recording = match &run {
+                Ok(run) => work.recording(file, run),
+                Err(why) => Recording::unreadable(file, why.clone()),
+            };
+            if let (Ok(run), None) = (run, &recording.unusable) {
+                usable.push(run);
+            }
+            recordings.push(recording);
+        }
+        let only = (recordings.iter()).find_map(|recording| recording.outcome.clone());
+        let (together, undiagnosed) = match usable.len() {
+            0 => (None, Some("no recording is usable".to_owned())),
+            1 if only.is_some() => (only, None),
+            _ => match work.outcome(&usable) {
+                Ok(outcome) => (Some(outcome), None),
+                Err(why) => (None, Some(why)),
+            },
+        };
+        Self {
+            name,
+            problem: None,
+            recordings,
+            together,
+            undiagnosed,
+        }
+    }
+
+    /// Recordings that are not usable.
+    pub fn unusable(&self) -> impl Iterator<Item = &Recording> {
+        let recordings = self.recordings.iter();
+        recordings.filter(|recording| recording.unusable.is_some())
+    }
+
+    /// Whether all of it could be read and used.
+    pub fn is_sound(&self) -> bool {
+        self.problem.is_none() && self.together.is_some() && self.unusable().next().is_none()
+    }
+
+    /// In a few words: what all recordings show, or why nothing is said.
+    pub fn words(&self) -> String {
+        let why = self.problem.as_ref().or(self.undiagnosed.as_ref());
+        match (&self.together, why) {
+            (Some(outcome), _) => outcome.words(),
+            (None, Some(why)) => why.clone(),
+            (None, None) => "nothing".to_owned(),
+        }
+    }
+}
+
+impl Recording {
+    fn unreadable(name: String, why: String) -> Self {
+        Self {
+            name,
+            unusable: Some(why),
+            findings: Vec::new(),
+            figures: None,
+            outcome: None,
+        }
+    }
+}
+
+/// What the recordings of one student are held against.
+struct Work<'a> {
+    motor: Motor,
+    is_given: bool,
+    progress: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Work<'_> {
+    fn recording(&self, name: String, run: &Run) -> Recording {
+        let given = self.is_given.then_some(&self.motor);
+        let findings = check(std::slice::from_ref(run), given);
+        let laid = compare(run, &self.motor, Model::default()).ok();
+        let fatal = findings
+            .iter()
+            .find(|found| found.severity == Severity::Fatal);
+        let fatal = fatal.map(Finding::sentence);
+        let (unusable, outcome) = match fatal {
+            Some(why) => (Some(why), None),
+            None => match self.outcome(std::slice::from_ref(run)) {
+                Ok(outcome) => (None, Some(outcome)),
+                Err(why) => (Some(why), None),
+            },
+        };
+        Recording {
+            name,
+            unusable,
+            findings,
+            figures: Some(Figures {
+                sample_time_s: run.sample_time_s,
+                samples: run.len(),
+                duration_s: run.t_s.last().copied().unwrap_or(0.0),
+                position_rmse_counts: laid.map(|laid| laid.figures.position_rmse_counts),
+            }),
+            outcome,
+        }
+    }
+
+    /// What `diagnose` says of these runs: of a log of another program without a motor file, against the model that fits it.
+    fn outcome(&self, runs: &[Run]) -> Result<Outcome, String> {
+        if is_fatal(&check(runs, self.is_given.then_some(&self.motor))) {
+            return Err("the recordings contradict each other; see motorlab check".to_owned());
+        }
+        let mut motor = self.motor.clone();
+        let mut nominal_source = match self.is_given {
+            true => NominalSource::Given,
+            false => NominalSource::Handout,
+        };
+        if !self.is_given && runs.iter().any(Run::is_foreign) {
+            let fit = nominal_fit(runs, &motor).map_err(|why| why.to_string())?;
+            if !fit.is_given {
+                nominal_source = NominalSource::Fit;
+            }
+            motor = fit.motor;
+        }
+        let options = Options {
+            nominal_source,
+            progress: &self.progress,
+            ..Options::default()
+        };
+        let found = diagnose(runs, &motor, &options);
+        found
+            .map(|found| Outcome::of(&found))
+            .map_err(|why| why.to_string())
+    }
+}

@@ -1,0 +1,155 @@
+//! The page of a class: a row a student, then each student's recordings.
+
+use super::class::{Class, Outcome, Recording, Student};
+use crate::report::Page;
+use crate::report::number::{figure, probability, time};
+
+/// What stands where there is no figure.
+const NONE: &str = "\u{2013}";
+
+/// The whole page.
+pub fn page(class: &Class) -> String {
+    let mut page = Page::new("What the recordings of a class show");
+    page.lead(&summary(class));
+    let rows: Vec<Vec<String>> = class.students.iter().map(row).collect();
+    page.table(
+        &[
+            "student",
+            "what the recordings show",
+            "sure",
+            "gap (counts)",
+            "floor (counts)",
+            "usable",
+        ],
+        &rows,
+    );
+    page.note(
+        "Gap: position error of the motor file's model over pieces of the recordings, in counts RMS. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
+    );
+    mended(&mut page, class);
+    for student in &class.students {
+        section(&mut page, student);
+    }
+    page.finish()
+}
+
+fn summary(class: &Class) -> String {
+    let sound = class
+        .students
+        .iter()
+        .filter(|student| student.is_sound())
+        .count();
+    let all = class.students.len();
+    let of_all = match all == class.folders {
+        true => String::new(),
+        false => format!(
+            " The work was stopped after {all} of {} folders.",
+            class.folders
+        ),
+    };
+    let rest = match all - sound {
+        0 => "All that they hold is usable.".to_owned(),
+        1 => "In one of them something is not usable.".to_owned(),
+        several => format!("In {several} of them something is not usable."),
+    };
+    match all {
+        0 => format!("{} holds no folder.{of_all}", class.folder),
+        1 => format!("One folder in {}. {rest}{of_all}", class.folder),
+        all => format!("{all} folders in {}. {rest}{of_all}", class.folder),
+    }
+}
+
+fn row(student: &Student) -> Vec<String> {
+    let outcome = student.together.as_ref();
+    let or_none = |text: Option<String>| text.unwrap_or_else(|| NONE.to_owned());
+    let all = student.recordings.len();
+    let usable = all - student.unusable().count();
+    vec![
+        student.name.clone(),
+        student.words(),
+        or_none(outcome.map(|outcome| probability(outcome.probability))),
+        or_none(outcome.map(|outcome| figure(outcome.gap_counts, 3))),
+        or_none(outcome.map(|outcome| figure(outcome.floor_counts, 3))),
+        format!("{usable} of {all}"),
+    ]
+}
+
+/// Everything that is not usable, in one place.
+fn mended(page: &mut Page, class: &Class) {
+    let mut rows = Vec::new();
+    for student in &class.students {
+        if let Some(why) = &student.problem {
+            rows.push(vec![student.name.clone(), why.clone()]);
+        }
+        for recording in student.unusable() {
+            let why = recording.unusable.clone().unwrap_or_default();
+            rows.push(vec![format!("{}/{}", student.name, recording.name), why]);
+        }
+    }
+    if !rows.is_empty() {
+        page.section("What is not usable, and why");
+        page.table(&["recording", "why, and what to do"], &rows);
+    }
+}
+
+fn section(page: &mut Page, student: &Student) {
+    page.section(&student.name);
+    if let Some(why) = student.problem.as_ref().or(student.undiagnosed.as_ref()) {
+        page.paragraph(why);
+    }
+    if let Some(outcome) = &student.together {
+        page.answer(&outcome.sentence);
+        if let Some(next) = &outcome.next {
+            page.note("What would tell more:");
+            page.verbatim(next);
+        }
+    }
+    for recording in &student.recordings {
+        one(page, recording);
+    }
+}
+
+fn one(page: &mut Page, recording: &Recording) {
+    page.subsection(&recording.name);
+    if let Some(figures) = recording.figures {
+        let error = figures.position_rmse_counts.map_or(String::new(), |error| {
+            format!("; the simulation is off by {} counts RMS", figure(error, 3))
+        });
+        page.note(&format!(
+            "{} samples every {} s, {} in all{error}.",
+            figures.samples,
+            figures.sample_time_s,
+            time(figures.duration_s)
+        ));
+    }
+    match (&recording.unusable, &recording.outcome) {
+        (Some(why), _) => page.paragraph(&format!("Not usable: {why}")),
+        (None, Some(outcome)) => page.paragraph(&alone(outcome)),
+        (None, None) => {}
+    }
+    let findings = recording.findings.iter();
+    let findings: Vec<String> = findings
+        .map(|found| {
+            format!(
+                "{} ({}): {}",
+                found.id().replace('_', " "),
+                found.severity.word(),
+                found.sentence()
+            )
+        })
+        .collect();
+    if !findings.is_empty() {
+        page.list(&findings);
+    }
+}
+
+fn alone(outcome: &Outcome) -> String {
+    format!(
+        "By itself: {} ({} sure), gap {} counts, floor {}. {}",
+        outcome.words(),
+        probability(outcome.probability),
+        figure(outcome.gap_counts, 3),
+        figure(outcome.floor_counts, 3),
+        outcome.sentence
+    )
+}

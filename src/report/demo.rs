@@ -1,0 +1,41 @@
+//! The page of `motorlab demo`: a motor that the simulation meets, then one with a gap, and what makes it.
+
+use super::{Page, comparison, diagnosis};
+use crate::compare::Overlay;
+use crate::diagnose::Diagnosis;
+use crate::motor::SimulationError;
+use crate::recording::Run;
+
+/// Runs with their simulations, and the one that was diagnosed.
+#[derive(Debug)]
+pub struct Shown<'a> {
+    /// Runs of the motor as it is simulated.
+    pub met: &'a [(&'a Run, &'a Overlay)],
+    /// The run with a gap, its simulation, and what makes it.
+    pub gap: (&'a Run, &'a Overlay, &'a Diagnosis),
+    /// The virtual board of that run, as after `virtual:?`.
+    pub board: &'a str,
+}
+
+/// The whole demo as one offline page.
+///
+/// # Errors
+/// The diagnosed run cannot be simulated with one of the motors.
+pub fn page(shown: &Shown<'_>) -> Result<String, SimulationError> {
+    let (run, overlay, found) = shown.gap;
+    let mut page = Page::new("A recorded motor, its simulation, and the gap between them");
+    page.lead(
+        "First a motor that does what its simulation does. Then one in which something differs, and what motorlab says of it.",
+    );
+    page.section("Recorded and simulated");
+    comparison::lay_out(&mut page, shown.met);
+    page.section("Another motor: recorded, and simulated as before");
+    page.note(&format!(
+        "A virtual board whose motor differs in one thing ({}). The diagnosis below is not told which.",
+        shown.board
+    ));
+    comparison::lay_out(&mut page, &[(run, overlay)]);
+    page.section("What makes the gap");
+    diagnosis::lay_out(&mut page, found, std::slice::from_ref(run), &[])?;
+    Ok(page.finish())
+}
