@@ -88,7 +88,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     let captions = page
         .split("Position error in counts RMS over pieces: ")
         .skip(1);
-    let of_runs: Vec<f64> = captions.map(|text| of_run(text)).collect();
+    let of_runs: Vec<f64> = captions.map(of_run).collect();
     let before = json["gap"]["before"].as_f64().expect("a number");
     assert_eq!(of_runs.len(), names.len());
     assert!(

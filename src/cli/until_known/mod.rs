@@ -278,8 +278,8 @@ fn free_names(path: &Path, output: &Output) -> usize {
     if first > 1 {
         output.message(&format!(
             "{} exists and stays as it is; recording from {} on",
-            shown(&numbered(path, first - 1)),
-            shown(&numbered(path, first))
+            shown(numbered(path, first - 1)),
+            shown(numbered(path, first))
         ));
     }
     first
