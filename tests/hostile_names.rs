@@ -267,6 +267,10 @@ const CALLS: &[&str] = &[
     "man {run}",
     "man {bad}/x",
     "schema {gone}",
+    "names {gone}",
+    "lab --class {gone}",
+    "lab --class {run}",
+    "capture virtual: --until-known {gone}",
     "tabulate {gone}",
 ];
 

@@ -133,7 +133,7 @@ fn every_key_is_described_and_every_key_with_a_unit_says_it_in_words() {
                 unit.filter(|_| says["type"] != "object" && says["type"] != "string")
             {
                 let of_type = schema["description"].as_str().unwrap_or_default();
-                let said = format!(" {said} {of_type}").replace("seconds", " s");
+                let said = format!(" {said} {of_type}").replace(" seconds", " s");
                 assert!(
                     said.contains(unit),
                     "{name}: the unit of {key} is not in '{said}'"
@@ -197,6 +197,14 @@ fn what_simulates_checks_compares_and_exports() {
     );
     prints(here, "export", "export mujoco");
     prints(here, "ports", "ports");
+    prints(here, "names", "names");
+    prints(here, "names", "names effects");
+    fs::create_dir_all(here.join("monday/one")).expect("a folder");
+    fs::create_dir_all(here.join("monday/two")).expect("a folder");
+    fs::copy(here.join("run.csv"), here.join("monday/one/run.csv")).expect("copied");
+    let class = prints(here, "class", "lab --class monday -o page");
+    assert!(class["students"][0]["together"].is_object(), "{class}");
+    assert!(class["students"][1]["problem"].is_string(), "{class}");
     prints(here, "firmware", "firmware sketch");
     let lab = prints(here, "lab", "lab --run run.csv --no-diagnosis");
     assert!(
@@ -231,6 +239,12 @@ fn what_records_and_imports() {
         "capture virtual:?speed=max --duration 0.5 -o run.csv",
     );
     prints(here, "demo", "demo --board speed=max");
+    let known = prints(
+        here,
+        "until-known",
+        "capture virtual:?speed=max --until-known 1 --duration 2 --ts 0.03 -o loop.csv",
+    );
+    assert_eq!(known["rounds"].as_array().map(Vec::len), Some(1), "{known}");
     let text = "time_ms,volts,counts\n0,0,0\n10,2,1\n20,2,5\n20,2,x\n30,2,11\n40,2,18\n50,2,26\n60,2,34\n70,2,42\n80,2,50\n90,2,58\n";
     fs::write(here.join("log.csv"), text).expect("a file");
     let imported = prints(

@@ -18,7 +18,7 @@ pub struct Schema {
 }
 
 /// Every document of `--json`, in the order of the alphabet; the files are those of `docs/json`.
-const DOCUMENTS: [(&str, &str); 24] = [
+const DOCUMENTS: [(&str, &str); 27] = [
     ("blind-run", include_str!("../../docs/json/blind-run.json")),
     (
         "blind-score",
@@ -30,6 +30,7 @@ const DOCUMENTS: [(&str, &str); 24] = [
     ),
     ("capture", include_str!("../../docs/json/capture.json")),
     ("check", include_str!("../../docs/json/check.json")),
+    ("class", include_str!("../../docs/json/class.json")),
     (
         "comparison",
         include_str!("../../docs/json/comparison.json"),
@@ -52,6 +53,7 @@ const DOCUMENTS: [(&str, &str); 24] = [
     ),
     ("lab", include_str!("../../docs/json/lab.json")),
     ("motor", include_str!("../../docs/json/motor.json")),
+    ("names", include_str!("../../docs/json/names.json")),
     (
         "next-experiment",
         include_str!("../../docs/json/next-experiment.json"),
@@ -64,6 +66,10 @@ const DOCUMENTS: [(&str, &str); 24] = [
         include_str!("../../docs/json/simulation.json"),
     ),
     ("table", include_str!("../../docs/json/table.json")),
+    (
+        "until-known",
+        include_str!("../../docs/json/until-known.json"),
+    ),
 ];
 
 /// For `--json` without a name.

@@ -2,7 +2,7 @@
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
-use clap::{CommandFactory, Error};
+use clap::{Command, CommandFactory, Error};
 
 use super::CommandLine;
 
@@ -118,6 +118,14 @@ pub(super) fn mend(error: &mut Error) {
                 error.remove(ContextKind::SuggestedArg);
                 say(error, tip);
             }
+            // The parser's usage is that of its own proposal.
+            if error.get(ContextKind::SuggestedArg).is_none()
+                && let Some(mut asked) = asked_for(error)
+            {
+                let usage = ContextValue::StyledStr(asked.render_usage());
+                error.remove(ContextKind::Usage);
+                error.insert(ContextKind::Usage, usage);
+            }
         }
         _ => {}
     }
@@ -156,16 +164,22 @@ fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
     }
 }
 
-/// What is meant by an option, where the subcommand has it.
-fn tip_of_option(error: &Error, name: &str) -> Option<String> {
-    let usage = match error.get(ContextKind::Usage) {
-        Some(ContextValue::StyledStr(usage)) => usage.to_string(),
-        _ => return None,
+/// The subcommand that the arguments are of.
+fn asked_for(error: &Error) -> Option<Command> {
+    let Some(ContextValue::StyledStr(usage)) = error.get(ContextKind::Usage) else {
+        return None;
     };
     let command = CommandLine::command();
-    let asked = usage
-        .split_whitespace()
-        .find_map(|word| command.find_subcommand(word))?;
+    let usage = usage.to_string();
+    let mut words = usage.split_whitespace();
+    let asked = words.find_map(|word| command.find_subcommand(word))?;
+    let name = format!("{} {}", command.get_name(), asked.get_name());
+    Some(asked.clone().bin_name(name))
+}
+
+/// What is meant by an option, where the subcommand has it.
+fn tip_of_option(error: &Error, name: &str) -> Option<String> {
+    let asked = asked_for(error)?;
     if name == "effect" || name == "effects" {
         return Some(
             "an effect belongs to a motor: [effects.ID] in a motor file, or virtual:?effect=ID on a virtual board"
