@@ -140,11 +140,31 @@ impl Canvas {
         self.colours[cell] = colour;
     }
 
+    /// A line, of which only what lies on the canvas is gone along (Liang and Barsky, 1984): the scale leaves spikes far outside.
     fn line(&mut self, from: (i64, i64), to: (i64, i64), colour: usize) {
-        let steps = (to.0 - from.0).abs().max((to.1 - from.1).abs()).max(1);
-        for k in 0..=steps {
-            let at = |a: i64, b: i64| a + ((b - a) as f64 * k as f64 / steps as f64).round() as i64;
-            self.dot((at(from.0, to.0), at(from.1, to.1)), colour);
+        let sizes = [2 * self.width, 4 * self.height].map(|size| size as f64);
+        let from = [from.0 as f64, from.1 as f64];
+        let by = [to.0 as f64 - from[0], to.1 as f64 - from[1]];
+        let steps = by[0].abs().max(by[1].abs()).max(1.0);
+        let (mut first, mut last) = (0.0_f64, steps);
+        for ((from, by), size) in from.into_iter().zip(by).zip(sizes) {
+            let edges = [-0.5, size - 0.5].map(|edge| (edge - from) / by * steps);
+            match by {
+                0.0 if (-0.5..size).contains(&from) => (),
+                0.0 => return,
+                _ => {
+                    first = first.max(edges[0].min(edges[1]).ceil());
+                    last = last.min(edges[0].max(edges[1]).floor());
+                }
+            }
+        }
+        if first > last {
+            return;
+        }
+        for step in 0..=(last - first) as usize {
+            let step = first + step as f64;
+            let at = |k: usize| (from[k] + (by[k] * step / steps).round()) as i64;
+            self.dot((at(0), at(1)), colour);
         }
     }
 
@@ -204,5 +224,36 @@ mod tests {
             vec![Series::new("a", Stroke::Line, 0, &[0.0], &[f64::NAN])],
         );
         assert!(plot(&panel, "time (s)", 80, 20, true).contains("nothing to plot"));
+    }
+
+    fn drawn(from: (i64, i64), to: (i64, i64)) -> Vec<u8> {
+        let mut canvas = Canvas::new(10, 5);
+        canvas.line(from, to, 0);
+        canvas.dots
+    }
+
+    /// What lies far outside costs nothing, and what is seen of the line is the line.
+    #[test]
+    fn a_line_that_leads_far_away_ends_at_the_edge() {
+        assert_eq!(drawn((3, 0), (i64::MAX, 0)), drawn((3, 0), (19, 0)));
+        assert_eq!(drawn((3, -(1 << 40)), (3, 1 << 40)), drawn((3, 0), (3, 19)));
+        assert_eq!(drawn((0, 0), (1 << 40, 1 << 40)), drawn((0, 0), (19, 19)));
+        assert_eq!(
+            drawn((5, 5), (5, 5))
+                .iter()
+                .filter(|dots| **dots != 0)
+                .count(),
+            1
+        );
+        for (from, to) in [
+            ((-1, -5), (-1, 40)),
+            ((i64::MIN, -1), (i64::MAX, -1)),
+            ((25, 0), (40, 0)),
+        ] {
+            assert!(
+                drawn(from, to).iter().all(|dots| *dots == 0),
+                "{from:?} {to:?}"
+            );
+        }
     }
 }
