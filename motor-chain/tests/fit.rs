@@ -1,0 +1,274 @@
+//! Simulations for fits against those that are made once: uneven samples, resets, what is left out, several encoders.
+//!
+//! A binary of its own: it alone needs the derivatives of every machine, which take a minute to compile.
+
+use motor_chain::catalogue::catalogue;
+use motor_chain::fit::{Reset, Simulator, Skipped, Workspace, move_alike};
+use motor_chain::{
+    ActiveEffect, CommandKind, Drive, Model, Motor, ParameterId, SimulationOptions, simulate,
+};
+
+/// Fits take steps of four times the sample time and read uneven samples off inside them; what is simulated once takes
+/// shorter ones with a smaller error.
+#[test]
+fn what_fits_see_of_uneven_samples_is_what_is_simulated() {
+    const LEVELS_V: [f64; 7] = [4.5, -1.0, 0.35, -4.0, 2.0, -0.6, 0.0];
+    let t_s: Vec<f64> = (0..2000_u32)
+        .map(|k| f64::from(k) * 0.003 + f64::from(k * 7919 % 7) * 1e-6)
+        .collect();
+    let command: Vec<f64> = (0..2000).map(|k| LEVELS_V[k / 90 % 7]).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let options = SimulationOptions::default();
+    let simulator = Simulator::new(&drive, options.model).expect("a drive");
+    let mut workspace = Workspace::default();
+    let mut apart = |id: &str, values: &[(&str, f64)]| {
+        let mut motor = Motor::default();
+        let values = values.iter().copied();
+        let effect = ActiveEffect::from_keys(id, values, &motor.parameters);
+        motor.effects.set(effect.expect("in the catalogue"));
+        let exact = simulate(&motor, &drive, &options).expect("a motor");
+        let mut angles = vec![0.0; t_s.len()];
+        (simulator.angles(&motor, &mut workspace, &mut angles)).expect("a motor");
+        let counts = motor.parameters.counts_per_rev / std::f64::consts::TAU;
+        let gap = |(a, b): (&f64, &f64)| ((a - b) * counts).abs();
+        let gaps: Vec<f64> = (angles.iter().zip(&exact.measured_angle_rad))
+            .map(gap)
+            .collect();
+        let largest = gaps.iter().copied().fold(0.0, f64::max);
+        let rms = (gaps.iter().map(|x| x * x).sum::<f64>() / gaps.len() as f64).sqrt();
+        (largest, rms)
+    };
+    for kind in catalogue() {
+        let (largest, rms) = apart(kind.id, &[]);
+        assert!(largest < 0.01, "{}: {largest} counts", kind.id);
+        assert!(rms < 0.002, "{}: {rms} counts RMS", kind.id);
+    }
+    // The strongest that the catalogue holds plausible of what bends the equations within a step.
+    let strong: [(&str, &[(&str, f64)]); 4] = [
+        (
+            "torque_ripple",
+            &[("amplitude", 0.25), ("cycles_per_rev", 30.0)],
+        ),
+        (
+            "torque_ripple",
+            &[("amplitude", 0.25), ("cycles_per_rev", 8.0)],
+        ),
+        ("cogging", &[("torque_nm", 0.02), ("cycles_per_rev", 24.0)]),
+        (
+            "stribeck",
+            &[("extra_torque_nm", 0.1), ("stribeck_speed_rad_s", 0.1)],
+        ),
+    ];
+    for (id, values) in strong {
+        let (largest, rms) = apart(id, values);
+        assert!(largest < 0.01, "{id} {values:?}: {largest} counts");
+        assert!(rms < 0.004, "{id} {values:?}: {rms} counts RMS");
+    }
+}
+
+/// A piece of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
+/// encoder that says something else begins anew; times between the ends of steps, too.
+#[test]
+fn a_reset_is_a_start() {
+    for late_s in [0.0, 1e-4] {
+        let t_s: Vec<f64> = (0..900)
+            .map(|k| f64::from(k) * 0.003 + late_s * f64::from(k * 7919 % 7) / 7.0)
+            .collect();
+        let command: Vec<f64> = (0..900)
+            .map(|k| [4.5, -1.0, 0.35, -4.0][k / 70 % 4])
+            .collect();
+        let drive = |from: usize, to: usize| Drive {
+            t_s: &t_s[from..to],
+            command: &command[from..to],
+            kind: CommandKind::Voltage,
+        };
+        let whole = Simulator::new(&drive(0, 900), Model::FirstOrder).expect("a drive");
+        let effects: [Option<(&str, &[f64])>; 4] = [
+            None,
+            Some(("resolution_error", &[500.0])),
+            Some(("cogging", &[0.03, 12.0, 1.1])),
+            Some(("encoder_eccentricity", &[0.03, 1.0])),
+        ];
+        for effect in effects {
+            let mut motor = Motor::default();
+            if let Some((id, values)) = effect {
+                motor
+                    .effects
+                    .set(ActiveEffect::new(id, values).expect("in the catalogue"));
+            }
+            let resets = vec![
+                Reset {
+                    sample: 300,
+                    angle_rad: 7.0,
+                    speed_rad_s: 2.5,
+                },
+                Reset {
+                    sample: 551,
+                    angle_rad: -1.0,
+                    speed_rad_s: 0.0,
+                },
+            ];
+            let wanted: Vec<ParameterId> = (0..4).map(ParameterId::Nominal).collect();
+            let mut workspace = Workspace::default();
+            let (mut all, mut slopes) = (vec![0.0; 900], vec![0.0; 3600]);
+            (whole.clone().resetting(resets.clone()))
+                .sensitivities(&motor, &wanted, &mut workspace, &mut all, &mut slopes)
+                .expect("a motor");
+            for (reset, to) in resets.iter().zip([551, 900]) {
+                let n = to - reset.sample;
+                let (mut alone, mut alone_slopes) = (vec![0.0; n], vec![0.0; 4 * n]);
+                (Simulator::new(&drive(reset.sample, to), Model::FirstOrder).expect("a drive"))
+                    .starting(reset.angle_rad, reset.speed_rad_s)
+                    .sensitivities(
+                        &motor,
+                        &wanted,
+                        &mut workspace,
+                        &mut alone,
+                        &mut alone_slopes,
+                    )
+                    .expect("a motor");
+                let count = std::f64::consts::TAU / motor.parameters.counts_per_rev;
+                for (a, b) in all[reset.sample..to].iter().zip(&alone) {
+                    assert!((a - b).abs() < 0.02 * count, "{effect:?} {late_s}: {a} {b}");
+                }
+                for j in 0..4 {
+                    let largest = alone_slopes[j * n..(j + 1) * n]
+                        .iter()
+                        .fold(1e-9_f64, |m, x| m.max(x.abs()));
+                    let part = &slopes[j * 900 + reset.sample..j * 900 + to];
+                    for (a, b) in part.iter().zip(&alone_slopes[j * n..(j + 1) * n]) {
+                        assert!(
+                            (a - b).abs() < 0.02 * largest,
+                            "{effect:?} {late_s} slope {j}: {a} {b}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// What is left out warms the winding as it does where it is simulated.
+#[test]
+fn a_winding_goes_on_warming_through_what_is_left_out() {
+    let mut motor = Motor::default();
+    let values = [("resistance_rise_per_w", 0.5), ("time_constant_s", 8.0)];
+    let heating = ActiveEffect::from_keys("winding_heating", values, &motor.parameters);
+    motor.effects.set(heating.expect("in the catalogue"));
+    let t_s: Vec<f64> = (0..8000).map(|k| f64::from(k) * 0.003).collect();
+    let command: Vec<f64> = (0..8000).map(|k| [4.5, 1.5, -4.0][k / 90 % 3]).collect();
+    let drive = |range: std::ops::Range<usize>| Drive {
+        t_s: &t_s[range.clone()],
+        command: &command[range],
+        kind: CommandKind::Voltage,
+    };
+    let whole = simulate(&motor, &drive(0..8000), &SimulationOptions::default());
+    let whole = whole.expect("a motor");
+    // The last piece is all that is simulated, after 24 samples before what is left out.
+    let (until, from) = (24, 7290);
+    let shorter: Vec<f64> = (0..until + 8000 - from).map(|k| t_s[k]).collect();
+    let their_command = [&command[..until], &command[from..]].concat();
+    let reset = Reset {
+        sample: until,
+        angle_rad: whole.angle_rad[from],
+        speed_rad_s: whole.speed_rad_s[from],
+    };
+    let blocks = (until..from).step_by(300).map(|k| {
+        let block = k..(k + 300).min(from);
+        let n = block.len() as f64;
+        let mean = |of: &dyn Fn(usize) -> f64| block.clone().map(of).sum::<f64>() / n;
+        let (u, w) = (&command, &whole.speed_rad_s);
+        Skipped {
+            before: until,
+            span_s: 0.003 * n,
+            means: [
+                mean(&|k| u[k] * u[k]),
+                mean(&|k| u[k] * w[k]),
+                mean(&|k| w[k] * w[k]),
+            ],
+        }
+    });
+    let blocks: Vec<Skipped> = blocks.collect();
+    let apart = |skipped: Vec<Skipped>| {
+        let drive = Drive {
+            t_s: &shorter,
+            command: &their_command,
+            kind: CommandKind::Voltage,
+        };
+        let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+        let simulator = simulator.resetting(vec![reset]).skipping(skipped);
+        let mut angles = vec![0.0; shorter.len()];
+        (simulator.angles(&motor, &mut Workspace::default(), &mut angles)).expect("a motor");
+        let apart = (angles[until..].iter().zip(&whole.angle_rad[from..]))
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        apart * motor.parameters.counts_per_rev / std::f64::consts::TAU
+    };
+    let (cold, warm) = (apart(Vec::new()), apart(blocks));
+    assert!(cold > 10.0 * warm && warm < 0.5, "{cold} {warm}");
+}
+
+/// One motion read by encoders with and without effects of their own, on either side of a spring and of a gap: to the bit
+/// what each says alone.
+#[test]
+fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
+    let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
+    let command: Vec<f64> = (0..600).map(|k| [4.5, -1.0, 0.35][k / 70 % 3]).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+    let simulator = simulator.starting(0.3, 2.0);
+    let with = |effects: &[(&str, &[f64])]| {
+        let mut motor = Motor::default();
+        for (id, values) in effects {
+            let effect = ActiveEffect::new(id, values);
+            motor.effects.set(effect.expect("in the catalogue"));
+        }
+        motor
+    };
+    for (beside, other_side) in [
+        (
+            ("compliance", &[8.0, 0.05, 0.4, 1.0][..]),
+            ("compliance", &[8.0, 0.05, 0.4, 0.0][..]),
+        ),
+        (
+            ("backlash", &[0.1, 0.5, 0.0]),
+            ("backlash", &[0.1, 0.5, 1.0]),
+        ),
+    ] {
+        let motors = [
+            with(&[beside]),
+            with(&[beside, ("resolution_error", &[500.0])]),
+            with(&[beside, ("missed_counts", &[0.02, 0.0])]),
+            with(&[beside, ("missed_counts", &[0.0, 200.0])]),
+            with(&[beside, ("encoder_eccentricity", &[0.03, 1.0])]),
+            with(&[other_side]),
+        ];
+        assert!(motors.iter().all(|motor| move_alike(motor, &motors[0])));
+        let mut workspace = Workspace::default();
+        let mut together = vec![0.0; motors.len() * t_s.len()];
+        (simulator.angles_by_encoder(&motors, &mut workspace, &mut together)).expect("motors");
+        let together_work = workspace.take_work();
+        let mut alone = vec![0.0; t_s.len()];
+        let mut rows: Vec<&[f64]> = Vec::new();
+        for (motor, row) in motors.iter().zip(together.chunks_exact(t_s.len())) {
+            (simulator.angles(motor, &mut workspace, &mut alone)).expect("a motor");
+            assert_eq!(row, alone);
+            assert!(
+                !rows.contains(&row),
+                "an encoder that says what another does"
+            );
+            rows.push(row);
+        }
+        assert!(2 * together_work < workspace.take_work());
+    }
+    let jitter = with(&[("sample_jitter", &[1e-3])]);
+    assert!(!move_alike(&jitter, &with(&[])));
+}
