@@ -106,6 +106,11 @@ fn most_alike<'n, 'a>(asked: &str, names: &'n [&'a str]) -> Option<&'n &'a str> 
         .map(|(_, name)| name)
 }
 
+/// Whether one name is a slip of the other.
+pub fn is_alike(asked: &str, name: &str) -> bool {
+    strsim::jaro_winkler(asked, name) >= ALIKE_FROM
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

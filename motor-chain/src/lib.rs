@@ -23,7 +23,7 @@ mod sine;
 mod stages;
 mod workspace;
 
-pub use called::meant;
+pub use called::{is_alike, meant};
 pub use catalogue::{ActiveEffect, Effects};
 pub use command_kind::CommandKind;
 pub use file::{Motor, MotorFileError, read_motor, read_motor_and_lacking};

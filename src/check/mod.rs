@@ -19,6 +19,8 @@
 //! assert_eq!(findings[0].severity, Severity::Fatal);
 //! ```
 
+use std::ops::Range;
+
 mod channel_stuck;
 mod clock_rate;
 mod command_beyond_supply;
@@ -74,14 +76,15 @@ const KINDS: &[Find] = &[
 type FindAmong = fn(&[Subject<'_>]) -> Vec<Finding>;
 
 /// Every such kind; of those of the same severity they are listed first.
-const AMONG_RUNS: &[FindAmong] = &[
-    encoder_reversed::find,
-    too_short::find_among,
-    edges_lost::find,
-];
+const AMONG_RUNS: &[FindAmong] = &[encoder_reversed::find, edges_lost::find];
 
 /// Everything that is wrong with these runs of one motor, what is fatal first; with the motor file where there is one.
 pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
+    check_taught(runs, std::slice::from_ref(&(0..runs.len())), motor)
+}
+
+/// The same, where each of these ranges of the runs has to teach something by itself: the shaft moves in it.
+pub fn check_taught(runs: &[Run], taught: &[Range<usize>], motor: Option<&Motor>) -> Vec<Finding> {
     let names: Vec<String> = (runs.iter().enumerate())
         .map(|(k, run)| match &run.path {
             Some(path) => path.display().to_string(),
@@ -99,7 +102,8 @@ pub fn check(runs: &[Run], motor: Option<&Motor>) -> Vec<Finding> {
             short => short,
         });
     let among = AMONG_RUNS.iter().flat_map(|find| find(&subjects));
-    let mut findings: Vec<Finding> = among.chain(each).collect();
+    let still = (taught.iter()).flat_map(|runs| too_short::find_among(&subjects[runs.clone()]));
+    let mut findings: Vec<Finding> = among.chain(still).chain(each).collect();
     findings.sort_by_key(|finding| finding.severity);
     findings
 }

@@ -75,3 +75,38 @@ fn travel(counts: &[i64]) -> u64 {
     let ends = counts.iter().min().zip(counts.iter().max());
     ends.map_or(0, |(low, high)| high.abs_diff(*low))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::check::{Kind, check, check_taught};
+    use crate::recording::Run;
+
+    fn run(counts_per_sample: f64) -> Run {
+        let count = |k: usize| (counts_per_sample * k as f64) as i64;
+        Run {
+            sample_time_s: 0.03,
+            counts_per_rev: 720.0,
+            supply_v: Some(4.5),
+            t_s: (0..100).map(|k| 0.03 * f64::from(k)).collect(),
+            command: vec![4.5; 100],
+            counts: (0..100).map(count).collect(),
+            ..Run::default()
+        }
+    }
+
+    /// What moves in a run that is held out teaches nothing of one that stands still.
+    #[test]
+    fn the_shaft_has_to_move_in_what_is_taught() {
+        let runs = [run(0.045), run(5.0)];
+        let is_short = |found: Vec<crate::check::Finding>| {
+            found.iter().any(|finding| finding.id == Kind::TooShort)
+        };
+        assert!(!is_short(check(&runs, None)));
+        for (from, is_still) in [(0, true), (1, false)] {
+            let part = from..from + 1;
+            let found = check_taught(&runs, std::slice::from_ref(&part), None);
+            assert_eq!(is_short(found), is_still, "{part:?}");
+        }
+        assert!(is_short(check_taught(&runs, &[1..2, 0..1], None)));
+    }
+}

@@ -32,15 +32,6 @@ pub(super) fn asked(words: impl Iterator<Item = String>) -> String {
     line
 }
 
-/// Of this process.
-pub(super) fn asked_here() -> String {
-    asked(
-        std::env::args_os()
-            .skip(1)
-            .map(|word| word.to_string_lossy().into_owned()),
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,9 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::asked::asked_here;
 use super::diagnose_text::show;
-use super::findings::check_and_say;
+use super::findings::said;
 use super::foreign::unreadable;
 use super::known::With;
 use super::motor_choice::MotorChoice;
@@ -15,7 +14,7 @@ use super::progress::spinner;
 use super::run_facts::{Role, RunFacts, WithRuns};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
-use crate::check::{Finding, is_fatal};
+use crate::check::{Finding, check_taught, is_fatal};
 use crate::diagnose::{
     BadRecording, GoodEnough, NominalFit, NominalSource, Options, SeenMotor, diagnose, nominal_fit,
 };
@@ -95,9 +94,14 @@ impl Diagnose {
         self.with.refuse_others(paths().map(PathBuf::as_path))?;
         let repeats = self.repeating()?;
         let mut runs = read(paths(), &self.with, output)?;
-        let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
-        let reference = runs.split_off(self.runs.len() + self.hold_out.len());
-        let held_out = runs.split_off(self.runs.len());
+        // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
+        let held_from = self.runs.len();
+        let reference_from = held_from + self.hold_out.len();
+        let taught = [0..held_from, reference_from..runs.len()];
+        let given = self.motor.is_given().then_some(&motor);
+        let findings = said(check_taught(&runs, &taught, given), output);
+        let reference = runs.split_off(reference_from);
+        let held_out = runs.split_off(held_from);
         let facts = RunFacts::of([
             (Role::Diagnosed, &runs),
             (Role::HoldOut, &held_out),
@@ -125,7 +129,6 @@ impl Diagnose {
             }
             motor = fit.motor;
         }
-        let asked = asked_here();
         let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());
         let options = Options {
@@ -135,7 +138,7 @@ impl Diagnose {
             good_enough: self.good_enough,
             is_doubtful: is_bad,
             nominal_source,
-            asked: Some(&asked),
+            asked: Some(&output.asked),
             progress: &progress,
         };
         let found = diagnose(&runs, &motor, &options);

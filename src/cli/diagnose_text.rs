@@ -72,7 +72,10 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
     part(3)?;
     if let Some(next) = &diagnosis.next_experiment {
         output.line(&format!(
-            "  expected to part them by {} standard deviations at least",
+            "  profile {} for {} s is expected to part {} by {} standard deviations at least",
+            next.profile,
+            figure(next.duration_s, 3),
+            next.tells_apart.join(", "),
             figure(next.expected_separation, 2)
         ))?;
     }

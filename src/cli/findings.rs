@@ -31,7 +31,11 @@ pub(super) fn words(finding: &Finding) -> String {
 
 /// Checks runs and says what is fatal or a warning; notes are left to `motorlab check`.
 pub(super) fn check_and_say(runs: &[Run], motor: Option<&Motor>, output: &Output) -> Vec<Finding> {
-    let findings = check(runs, motor);
+    said(check(runs, motor), output)
+}
+
+/// Says what is fatal or a warning.
+pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
     let (heavy, notes): (Vec<_>, Vec<_>) = findings
         .iter()
         .partition(|finding| finding.severity != Severity::Note);

@@ -121,6 +121,8 @@ enum Command {
 pub struct Output {
     /// One JSON document instead of text.
     pub json: bool,
+    /// The command line as it was typed, without what it only writes.
+    pub asked: String,
     /// What motor files left to the handout, for the document: file, and keys with the values that stand in.
     filled: Mutex<BTreeMap<String, BTreeMap<&'static str, f64>>>,
 }
@@ -134,9 +136,10 @@ struct Filled<'a, T> {
 }
 
 impl Output {
-    fn new(json: bool) -> Self {
+    fn new(json: bool, asked: String) -> Self {
         Self {
             json,
+            asked,
             filled: Mutex::default(),
         }
     }
@@ -245,8 +248,10 @@ impl CommandLine {
 
     /// Parses these arguments, the program's own name first, and runs the subcommand. Wrong use is said as any other failure.
     pub fn run_these(arguments: Vec<OsString>) -> Status {
+        let words = arguments.iter().skip(1);
+        let asked = asked::asked(words.map(|word| word.to_string_lossy().into_owned()));
         let wrong = match Self::try_parse_from(&arguments) {
-            Ok(line) => return line.run(),
+            Ok(line) => return line.run(asked),
             Err(wrong) => wrong,
         };
         let json = (arguments.iter().skip(1))
@@ -257,7 +262,7 @@ impl CommandLine {
             let _ = wrong.print();
             return Status::Done;
         }
-        let output = Output::new(json);
+        let output = Output::new(json, asked);
         let failure = Self::wrong_use(&arguments, wrong);
         output.message(&failure.to_string());
         output.failed(&failure);
@@ -277,8 +282,8 @@ impl CommandLine {
     }
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
-    pub fn run(self) -> Status {
-        let output = Output::new(self.json);
+    fn run(self, asked: String) -> Status {
+        let output = Output::new(self.json, asked);
         let result = match self.command {
             Command::Ports(command) => command.run(&output),
             Command::Capture(command) => command.run(&output),

@@ -5,6 +5,7 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{Failure, Output, Status};
+use crate::motor::meant;
 
 /// Print the JSON Schema of a document, or list the documents.
 #[derive(Debug, Args)]
@@ -131,11 +132,9 @@ fn list(output: &Output) -> Result<(), Failure> {
 }
 
 fn unknown(name: &str) -> Failure {
-    let like = |known: &str| strsim::jaro_winkler(known, name);
-    let nearest = (DOCUMENTS.iter()).max_by(|a, b| like(a.0).total_cmp(&like(b.0)));
-    let hint = nearest.map_or(String::new(), |(known, _)| {
-        format!(" (did you mean '{known}'?)")
-    });
+    let known = DOCUMENTS.iter().map(|(known, _)| *known);
+    let hint =
+        meant(name, known).map_or(String::new(), |known| format!(" (did you mean '{known}'?)"));
     Failure::input(format!(
         "there is no document '{name}'{hint}; `motorlab schema` lists them"
     ))

@@ -5,6 +5,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory, Error};
 
 use super::CommandLine;
+use crate::motor::is_alike;
 
 /// What people call a subcommand, and how it is said here.
 const COMMANDS: &[(&[&str], &str)] = &[
@@ -91,9 +92,6 @@ const OPTIONS: &[(&[&str], &str, &str)] = &[
     ),
 ];
 
-/// From this likeness on (Jaro and Winkler's) a proposal of the parser is a slip of the hand; below it, it leads away.
-const ALIKE_FROM: f64 = 0.84;
-
 /// Puts what is meant in place of the parser's guesses.
 pub(super) fn mend(error: &mut Error) {
     match error.kind() {
@@ -150,7 +148,7 @@ fn say(error: &mut Error, tip: String) {
 fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
     let plain = |text: &str| text.trim_start_matches('-').to_lowercase();
     let asked = plain(asked);
-    let is_near = |name: &String| strsim::jaro_winkler(&asked, &plain(name)) >= ALIKE_FROM;
+    let is_near = |name: &String| is_alike(&asked, &plain(name));
     let kept = match error.remove(kind) {
         Some(ContextValue::Strings(names)) => {
             let near: Vec<String> = names.into_iter().filter(is_near).collect();

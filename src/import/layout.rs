@@ -3,6 +3,7 @@
 use super::ImportProblem;
 use super::cells::{Cells, shortened};
 use super::map::{ColumnRef, Map};
+use crate::motor::is_alike;
 
 /// Places of the columns in a row, from 0.
 #[derive(Debug, Clone, Default)]
@@ -109,7 +110,7 @@ fn no_such_column(name: &str, names: &Cells, line: u64) -> ImportProblem {
                 other,
             )
         })
-        .filter(|(likeness, _)| *likeness > 0.8)
+        .filter(|(_, other)| is_alike(&name.to_lowercase(), &other.to_lowercase()))
         .max_by(|a, b| a.0.total_cmp(&b.0));
     let mut found = there[..there.len().min(MOST_LISTED)].join(", ");
     if there.len() > MOST_LISTED {

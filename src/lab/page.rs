@@ -380,7 +380,7 @@ fn ranking(page: &mut Page, diagnosis: &Diagnosis) {
             "cause",
             "probability",
             "numbers [95\u{a0}% interval]",
-            "not told from",
+            "fits as well",
         ],
         &rows,
     );

@@ -220,24 +220,12 @@ impl Page {
 
     /// Bars with their numbers, with what they show.
     pub fn bars(&mut self, bars: &Bars, caption: &str) {
-        let _ = writeln!(
-            self.body,
-            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
-            bars.inline(Size::PAGE.width),
-            bars.inline(PHONE),
-            escaped(caption)
-        );
+        self.in_both_widths(|width| bars.inline(width), caption);
     }
 
     /// Many values as a drawing, with what it shows.
     pub fn strip(&mut self, strip: &Strip, caption: &str) {
-        let _ = writeln!(
-            self.body,
-            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
-            strip.inline(Size::PAGE.width),
-            strip.inline(PHONE),
-            escaped(caption)
-        );
+        self.in_both_widths(|width| strip.inline(width), caption);
     }
 
     /// A long table that is unfolded by a click.
@@ -257,6 +245,17 @@ impl Page {
             self.body,
             "<figure class=\"wide\">{}<figcaption>{}</figcaption></figure>",
             matrix.inline(),
+            escaped(caption)
+        );
+    }
+
+    /// A drawing for a screen and one for a phone: the style sheet shows one of them.
+    fn in_both_widths(&mut self, drawn: impl Fn(u32) -> String, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure><div class=\"broad\">{}</div><div class=\"narrow\">{}</div><figcaption>{}</figcaption></figure>",
+            drawn(Size::PAGE.width),
+            drawn(PHONE),
             escaped(caption)
         );
     }

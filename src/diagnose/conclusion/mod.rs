@@ -94,6 +94,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     // What is held out chooses nothing, the verdict included.
     let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
     let borne_out = searched.borne_out();
+    let prediction = steps::prediction(found, &searched.gap, borne_out);
     let weights = weights.borne_out(borne_out).at_most(most_sure);
     let refitted = &shown.refitted.left;
     let left_of_all = match thinned {
@@ -184,7 +185,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         note: String::new(),
         data: Vec::new(),
         next_experiment,
-        steps: grounds.steps,
+        steps: grounds.steps.into_iter().chain(prediction).collect(),
         elapsed_s: 0.0,
         reference: grounds.reference.map(Reference::report),
         fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind))).flatten(),

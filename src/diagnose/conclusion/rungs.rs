@@ -31,6 +31,8 @@ pub(crate) struct Shown {
     pub refitted: Unweighted,
     /// With effects; the refitted model where there are none, or where they leave more.
     pub with_effects: Unweighted,
+    /// Whether the effects leave more than the refitted model, but for what does not matter, of what they are fitted to.
+    leave_more: bool,
 }
 
 impl Shown {
@@ -40,6 +42,7 @@ impl Shown {
         let starts = [plain.start(), refitted.x.clone()];
         let refit = unweighted(pieces, &plain, base.kind, &starts)?;
         let mut with_effects = refit.clone();
+        let mut leave_more = false;
         if !best.model.members.is_empty() {
             let found = unweighted(
                 pieces,
@@ -47,14 +50,17 @@ impl Shown {
                 base.kind,
                 std::slice::from_ref(&best.x),
             );
-            if let Some(found) = found.filter(|found| found.sum() <= refit.sum()) {
-                with_effects = found;
+            match found {
+                Some(found) if found.sum() <= refit.sum() => with_effects = found,
+                Some(found) => leave_more = found.sum() > (1.0 + CLOSES) * refit.sum(),
+                None => leave_more = true,
             }
         }
         Some(Self {
             nominal: Left::new(pieces, &plain, base.kind, &plain.start())?,
             refitted: refit,
             with_effects,
+            leave_more,
         })
     }
 }
@@ -66,6 +72,7 @@ pub(crate) struct Rungs {
     /// The same sample by sample.
     pub predicted: Vec<PredictedRun>,
     draws: Vec<[f64; 3]>,
+    leave_more: bool,
 }
 
 impl Rungs {
@@ -79,8 +86,11 @@ impl Rungs {
     }
 
     /// Probability that the effects leave no more than the refitted model does, but for what does not matter, on pieces that were not
-    /// fitted.
+    /// fitted; 0 where they leave more of what they are fitted to.
     pub fn borne_out(&self) -> f64 {
+        if self.leave_more {
+            return 0.0;
+        }
         let above = |left: f64| (left.powi(2) - ROUNDING).max(ROUNDING);
         let no_more = |draw: &&[f64; 3]| above(draw[2]) <= (1.0 + CLOSES) * above(draw[1]);
         self.draws.iter().filter(no_more).count() as f64 / self.draws.len() as f64
@@ -176,6 +186,7 @@ pub(crate) fn rungs(
         gap,
         predicted: predicted(measured, &by_model),
         draws,
+        leave_more: shown.leave_more,
     })
 }
 

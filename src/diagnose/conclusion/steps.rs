@@ -1,6 +1,6 @@
 //! The search as the document tells it: a step a level, and the look for something unknown.
 
-use crate::diagnose::report::{Rival, Step};
+use crate::diagnose::report::{Gap, PREDICTION, Rival, Step};
 use crate::diagnose::selection::{Forward, Judged};
 use crate::diagnose::validation::Unknown;
 
@@ -32,6 +32,26 @@ pub(crate) fn steps(found: &Forward, unknown: &Unknown) -> Vec<Step> {
         },
     });
     steps
+}
+
+/// What is kept, asked once more: whether it predicts what was not fitted. None where nothing is kept.
+pub(super) fn prediction(found: &Forward, gap: &Gap, borne_out: f64) -> Option<Step> {
+    let from = found.best.model.ids();
+    (!from.is_empty()).then(|| Step {
+        name: PREDICTION.to_owned(),
+        from,
+        left_counts: gap.after_effect,
+        rivals: Vec::new(),
+        screened: Vec::new(),
+        gain: 0.0,
+        chance: 0.0,
+        p_value: 1.0 - borne_out,
+        closes: 1.0 - (gap.after_effect / gap.after_parameters.max(f64::MIN_POSITIVE)).powi(2),
+        is_kept: borne_out >= 0.5,
+        why: format!(
+            "on pieces not fitted it leaves no more than other numbers alone with probability {borne_out:.2}"
+        ),
+    })
 }
 
 /// A level as a part of the table.

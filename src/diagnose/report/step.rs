@@ -50,6 +50,9 @@ pub struct Step {
     pub why: String,
 }
 
+/// The step that asks what is kept once more.
+pub(crate) const PREDICTION: &str = "prediction";
+
 /// Rivals of a step that are shown.
 const SHOWN: usize = 8;
 
@@ -73,6 +76,10 @@ impl fmt::Display for Step {
                 rival.left_counts,
                 named(&rival.effects)
             )?;
+        }
+        if self.name == PREDICTION {
+            let is_kept = if self.is_kept { "kept" } else { "not kept" };
+            return writeln!(f, "  {is_kept}: {}", self.why);
         }
         writeln!(
             f,

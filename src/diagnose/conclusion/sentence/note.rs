@@ -3,7 +3,7 @@
 use super::{Beside, cause, size};
 use crate::diagnose::conclusion::since;
 use crate::diagnose::conclusion::words::rivals;
-use crate::diagnose::report::Diagnosis;
+use crate::diagnose::report::{Diagnosis, Verdict};
 use crate::diagnose::settings::{FEW_PIECES, FEW_PIECES_SURE};
 
 /// The note of a verdict.
@@ -11,6 +11,7 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
     let mut notes: Vec<String> = Vec::new();
     notes.extend(size::source(said));
     notes.extend(visible(beside));
+    notes.extend(not_borne_out(said, beside));
     notes.extend(beside.since.as_ref().and_then(since::alike));
     notes.extend(cause::bent(said, beside));
     notes.extend((said.gap.wander > 0.0).then(|| size::wander(said, beside)));
@@ -37,6 +38,17 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
         ));
     }
     notes.join(" ")
+}
+
+/// What the search kept and the pieces that were not fitted do not bear out.
+fn not_borne_out(said: &Diagnosis, beside: &Beside) -> Option<String> {
+    let is_dropped = said.verdict == Verdict::OutsideCatalogue && !beside.tied.is_empty();
+    is_dropped.then(|| {
+        format!(
+            "The search kept {}. Other numbers alone predict as well, so it is not named.",
+            rivals(&beside.tied)
+        )
+    })
 }
 
 /// What is visible below the floor.

@@ -268,6 +268,8 @@ fn sentences_say_the_figures_of_the_document() {
                 assert_eq!(note.contains("Visible below the floor"), k == 0, "{note}");
                 assert_eq!(note.contains("Something fatal"), k == 1, "{note}");
                 assert_eq!(note.contains("lab handout's motor"), k == 5, "{note}");
+                let is_dropped = verdict == Verdict::OutsideCatalogue && !sets.is_empty();
+                assert_eq!(note.contains("The search kept"), is_dropped, "{note}");
                 assert!(note.contains("inertia is 1.70 times"), "{note}");
                 assert!(note.contains("1.2 % of the stall torque"), "{note}");
             }

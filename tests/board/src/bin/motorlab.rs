@@ -2,8 +2,6 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    motorlab::cli::CommandLine::parse().run().into()
+    motorlab::cli::CommandLine::run_arguments()
 }
