@@ -1,4 +1,5 @@
-//! `--nominal fit` is a least-squares first-order fit: never worse than SciPy's, nor than the motor it starts from.
+//! The plain first-order fit in open loop is never worse than SciPy's, nor than the motor it starts from; and `--nominal fit`, which is
+//! measured over pieces, is never worse there than the motor of such a fit.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use motorlab::import::{Map, import};
 use motorlab::least_squares::{
     FirstOrder, FirstOrderMotor, Record, counts_from_first, fit_runs, plain_fit,
 };
-use motorlab::motor::Motor;
+use motorlab::motor::{CommandKind, Motor};
 use motorlab::recording::{Run, read_run};
 
 mod support;
@@ -39,6 +40,22 @@ fn fit(runs: &[Run]) -> NominalFit {
     })
 }
 
+/// Position error over pieces of another motor.
+fn left_over_pieces(runs: &[Run], motor: FirstOrderMotor) -> f64 {
+    let given = motor.in_place_of(&Motor::default(), CommandKind::Voltage);
+    let fit = nominal_fit(runs, &given).expect("it turns");
+    fit.given_left_counts.expect("a motor")
+}
+
+/// The plain fit's motor leaves so much in open loop, and the nominal one no more than it over pieces.
+fn check_against(runs: &[Run], scipy_counts: f64) {
+    let plain = fit_runs(runs, &[]).expect("it turns");
+    assert!(plain.left_counts <= AS_GOOD * scipy_counts, "{plain:?}");
+    let nominal = fit(runs).left_counts;
+    let yardstick = left_over_pieces(runs, plain.motor);
+    assert!(nominal <= AS_GOOD * yardstick, "{nominal} {yardstick}");
+}
+
 /// Two recordings on which a regression alone once left 2378 and 1777 counts; both are exact first-order steps.
 #[test]
 fn a_first_order_step_is_left_within_a_count() {
@@ -48,10 +65,11 @@ fn a_first_order_step_is_left_within_a_count() {
         ("p4.csv", "p4.toml", SCIPY_P4),
         ("syn_ok.csv", "syn.toml", SCIPY_SYN_OK),
     ] {
-        let found = fit(&imported(&folder.join(log), &folder.join(map)));
-        assert!(found.left_counts <= AS_GOOD * scipy, "{log}: {found:?}");
+        let runs = imported(&folder.join(log), &folder.join(map));
+        check_against(&runs, scipy);
+        let found = fit(&runs);
         assert!(
-            found.given_left_counts.is_some_and(|given| given > 100.0),
+            (found.given_left_counts).is_some_and(|given| given > 10.0 * found.left_counts),
             "{found:?}"
         );
     }
@@ -122,9 +140,10 @@ fn drawn_motors_are_fitted_as_well_as_by_scipy() {
         let runs = std::slice::from_ref(&drawn.run);
         let plain = fit_runs(runs, &[]).expect("it turns").left_counts;
         let nominal = fit(runs).left_counts;
-        for left in [plain, nominal] {
-            if left > AS_GOOD * drawn.scipy_counts {
-                worse.push((k, left, drawn.scipy_counts));
+        let truth = left_over_pieces(runs, drawn.motor);
+        for (left, most) in [(plain, drawn.scipy_counts), (nominal, truth)] {
+            if left > AS_GOOD * most {
+                worse.push((k, left, most));
             }
         }
     }
@@ -276,8 +295,7 @@ fn real_motors_are_fitted_as_well_as_by_scipy() {
             .collect();
         step(360.0, 7.5 * duty / 100.0, t_s, counts)
     });
-    let left = fit(&ev3.collect::<Vec<_>>()).left_counts;
-    assert!(left <= AS_GOOD * SCIPY_EV3, "{left}");
+    check_against(&ev3.collect::<Vec<_>>(), SCIPY_EV3);
     let three_levels = tables(&folder.join("three_levels"))
         .into_iter()
         .map(|(volts, rows)| {
@@ -295,6 +313,46 @@ fn real_motors_are_fitted_as_well_as_by_scipy() {
             }
             step(32000.0, volts, t_s, counts)
         });
-    let left = fit(&three_levels.collect::<Vec<_>>()).left_counts;
-    assert!(left <= AS_GOOD * SCIPY_THREE_LEVELS, "{left}");
+    check_against(&three_levels.collect::<Vec<_>>(), SCIPY_THREE_LEVELS);
+}
+
+/// The staircase's columns.
+const BRIDGE: &str = r#"
+counts_per_rev = 2400
+supply_v = 12
+
+[time]
+column = "time"
+unit = "s"
+
+[command]
+column = "voltage"
+unit = "V"
+
+[speed]
+column = "rpm"
+unit = "rpm"
+"#;
+
+/// A staircase of a minute whose speed creeps, of a real motor behind a bridge: over a minute in open loop the creep hides the time
+/// constant, over pieces it does not. The author's model of the same motor is 35.25 rpm/V, 0.28 s and 2 V.
+#[test]
+fn a_staircase_of_a_minute_has_its_authors_numbers() {
+    let Some(folder) = support::real_recordings("a_staircase_of_a_minute_has_its_authors_numbers")
+    else {
+        return;
+    };
+    let log = std::fs::File::open(folder.join("l298n/run_minimal.csv")).expect("a recording");
+    let scratch = tempfile::tempdir().expect("a directory");
+    let map = Map::from_toml(BRIDGE).expect("a mapping");
+    let found = import(log, "log", &map, &scratch.path().join("run.csv")).expect("a run");
+    let run = read_run(&found.runs[0].path).expect("it reads back").0;
+    let found = FirstOrderMotor::of(&fit(&[run]).motor, CommandKind::Voltage).expect("a motor");
+    let rpm_per_v = found.gain * 60.0 / std::f64::consts::TAU;
+    assert!((rpm_per_v / 35.25 - 1.0).abs() < 0.05, "{rpm_per_v}");
+    assert!(
+        (found.shape.time_constant_s / 0.28 - 1.0).abs() < 0.25,
+        "{found:?}"
+    );
+    assert!((found.shape.friction / 2.0 - 1.0).abs() < 0.1, "{found:?}");
 }

@@ -1,17 +1,19 @@
 //! A nominal motor where nothing is known: the handout's first-order model, fitted.
 //!
-//! What is fitted is what is shown: the position error in counts, in open loop from the start of each run ([`least_squares`]). It is
-//! never worse than the motor that is given. What cannot be seen from outside (`R`, `Kt`, and of a voltage-driven motor `b`) is taken
-//! as given.
+//! What is fitted is what is shown: the position error in counts over pieces, each from its own measured start. It begins from the plain
+//! least squares of whole runs in open loop and of the pieces ([`least_squares`]): over minutes in open loop a speed that creeps hides
+//! everything else. It is never worse than the motor that is given. What cannot be seen from outside (`R`, `Kt`, and of a
+//! voltage-driven motor `b`) begins as given.
 //!
 //! [`least_squares`]: crate::least_squares
 
-use super::error::{DiagnoseError, name_of, usable};
-use super::fit::BASE;
+use super::error::{DiagnoseError, usable};
+use super::fit::{BASE, Base, Left, Model, unweighted};
+use super::made_ready;
+use super::pieces::{Pieces, Thinned};
 use super::settings::FITTED_TOLERANCE;
-use crate::least_squares::{FirstOrderMotor, Record, columns, left_at_rest, plain_fit, records};
-use crate::motor::fit::{Simulator, Workspace};
-use crate::motor::{Drive, Model, Motor};
+use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
+use crate::motor::Motor;
 use crate::recording::Run;
 
 /// A motor that was fitted to runs, and what it leaves of them.
@@ -19,7 +21,7 @@ use crate::recording::Run;
 pub struct NominalFit {
     /// The motor.
     pub motor: Motor,
-    /// Position error in counts RMS over all samples, in open loop from the start of each run.
+    /// Position error in counts RMS over pieces, each from its own measured start.
     pub left_counts: f64,
     /// What the motor that was given leaves; none where it cannot be simulated.
     pub given_left_counts: Option<f64>,
@@ -56,23 +58,41 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;
     given.parameters.supply_v = runs[0].supply_v.unwrap_or(given.parameters.supply_v);
-    let columns = columns(runs);
-    let records = records(runs, &columns);
-    let at_rest_counts = left_at_rest(&records);
-    let given_left_counts = left_by(&given, runs, &records).ok();
     let starts: Vec<_> = FirstOrderMotor::of(&given, kind).into_iter().collect();
-    let found = plain_fit(&records, &starts).ok_or(DiagnoseError::NoFit)?;
-    if found.left_counts >= at_rest_counts {
+    let columns = columns(runs);
+    let whole = plain_fit(&records(runs, &columns), &starts).ok_or(DiagnoseError::NoFit)?;
+    let whole = whole.motor;
+    let (all, _) = made_ready(runs, &whole.in_place_of(&given, kind))?;
+    let counts: Vec<f64> = all.counts.iter().map(|n| n + 0.5).collect();
+    let of_pieces = plain_fit(&all.records(&counts), &[whole]).map_or(whole, |fit| fit.motor);
+    let found = [whole, of_pieces].map(|motor| motor.in_place_of(&given, kind));
+    // The pieces are as long as the motor that is found in them asks for.
+    let (all, base) = made_ready(runs, &found[1])?;
+    let thinned = Thinned::new(&all, runs)?;
+    let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
+    let at_rest_counts = rms(&all.counts);
+    let given_left_counts = left_by(&given, &all, &base);
+    let fitted = found.into_iter().filter_map(|mut motor| {
+        for key in BASE {
+            motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
+        }
+        let base = Base {
+            motor,
+            ..base.clone()
+        };
+        let model = Model::new(&base, Vec::new());
+        let fit = unweighted(pieces, &model, kind, &[model.start()])?;
+        let left_counts = left_by(&fit.left.motor, &all, &base)?;
+        Some((fit.left.motor, left_counts))
+    });
+    let best = fitted.min_by(|a, b| a.1.total_cmp(&b.1));
+    let (motor, left_counts) = best.ok_or(DiagnoseError::NoFit)?;
+    if left_counts >= at_rest_counts {
         return Err(DiagnoseError::FitFailed {
-            left_counts: found.left_counts,
+            left_counts,
             at_rest_counts,
         });
     }
-    let mut motor = found.motor.in_place_of(&given, kind);
-    for key in BASE {
-        motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
-    }
-    let left_counts = left_by(&motor, runs, &records)?;
     let is_given = given_left_counts.is_some_and(|left| left < left_counts);
     Ok(NominalFit {
         motor: if is_given { given } else { motor },
@@ -83,35 +103,18 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     })
 }
 
-/// Position error of a motor in counts RMS over all samples, in open loop from the start of each run; where inside a count it
-/// started is the run's own.
-fn left_by(motor: &Motor, runs: &[Run], records: &[Record<'_>]) -> Result<f64, DiagnoseError> {
-    let (mut squares, mut samples) = (0.0, 0);
-    for (k, (run, record)) in runs.iter().zip(records).enumerate() {
-        let drive = Drive {
-            t_s: record.t_s,
-            command: record.command,
-            kind: run.command_kind,
-        };
-        let first_rad = run.counts[0] as f64 / record.counts_per_rad;
-        let simulated = Simulator::new(&drive, Model::SecondOrder).and_then(|simulator| {
-            let simulator =
-                (simulator.knowing(run.known.clone())).starting(first_rad, record.start_rad_s);
-            let mut angles = vec![0.0; run.len()];
-            simulator.angles(motor, &mut Workspace::default(), &mut angles)?;
-            Ok(angles)
-        });
-        let angles = simulated.map_err(|source| DiagnoseError::Simulation {
-            run: name_of(k, run),
-            source,
-        })?;
-        let raw = || {
-            let pairs = record.counts.iter().zip(&angles);
-            pairs.map(|(n, angle)| n - (angle - first_rad) * record.counts_per_rad)
-        };
-        let start = (raw().sum::<f64>() / run.len() as f64).clamp(0.0, 1.0);
-        squares += raw().map(|r| (r - start).powi(2)).sum::<f64>();
-        samples += run.len();
-    }
-    Ok((squares / samples as f64).sqrt())
+/// Position error of a motor in counts RMS over pieces; none where it cannot be simulated.
+fn left_by(motor: &Motor, pieces: &Pieces, base: &Base) -> Option<f64> {
+    let base = Base {
+        motor: motor.clone(),
+        ..base.clone()
+    };
+    let model = Model::new(&base, Vec::new());
+    let left = Left::new(pieces, &model, base.kind, &model.start())?;
+    Some(rms(&left.shown))
+}
+
+fn rms(values: &[f64]) -> f64 {
+    let squares = values.iter().map(|value| value * value).sum::<f64>();
+    (squares / values.len().max(1) as f64).sqrt()
 }

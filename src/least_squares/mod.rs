@@ -14,7 +14,7 @@ mod start;
 pub use first_order::FirstOrder;
 pub use motor::FirstOrderMotor;
 pub use plain_fit::{PlainFit, plain_fit};
-pub use record::{Record, counts_from_first, left_at_rest};
+pub use record::{Record, counts_from_first};
 pub(crate) use record::{columns, records};
 pub use start::{Start, start_of};
 

@@ -50,15 +50,6 @@ pub(crate) fn records<'a>(runs: &'a [Run], columns: &'a [Columns<'a>]) -> Vec<Re
         .collect()
 }
 
-/// What a shaft that never turns leaves of these runs, in counts RMS: what a fit has to beat.
-pub fn left_at_rest(records: &[Record<'_>]) -> f64 {
-    let counts = records
-        .iter()
-        .flat_map(|run| run.counts.iter().map(|n| n - run.counts[0]));
-    let (samples, squares) = counts.fold((0.0, 0.0), |(n, sum), x| (n + 1.0, sum + x * x));
-    (squares / f64::max(samples, 1.0)).sqrt()
-}
-
 impl<'a> Record<'a> {
     /// A run that begins at rest.
     pub fn from_rest(

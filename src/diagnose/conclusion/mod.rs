@@ -23,7 +23,9 @@ use super::report::{
     Diagnosis, Gap, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict,
 };
 use super::selection::Forward;
-use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
+use super::settings::{
+    AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, PARTIAL_SURE, WITHIN_TOLERANCES,
+};
 use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
@@ -95,7 +97,10 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
     let borne_out = searched.borne_out();
     let prediction = steps::prediction(found, &searched.gap, borne_out);
-    let weights = weights.borne_out(borne_out).at_most(most_sure);
+    // That the search kept what is not borne out makes its denial no surer than a `partial`.
+    let is_denied = !best.model.members.is_empty() && borne_out < 0.5;
+    let most = if is_denied { PARTIAL_SURE } else { 1.0 };
+    let weights = (weights.borne_out(borne_out)).at_most(most_sure.min(most));
     let refitted = &shown.refitted.left;
     let left_of_all = match thinned {
         Some(_) => Left::of(all, &refitted.motor, refitted.time_constant_s)?,

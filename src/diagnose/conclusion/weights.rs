@@ -159,7 +159,13 @@ impl Weights {
     pub fn at_most(mut self, most: f64) -> Self {
         let named: f64 = self.sets.iter().map(|(_, share)| share).sum();
         if self.unknown > most {
-            let times = (1.0 - most) / (self.none + named);
+            let others = self.none + named;
+            if others <= 0.0 {
+                self.none = 1.0 - most;
+                self.unknown = most;
+                return self;
+            }
+            let times = (1.0 - most) / others;
             self.none *= times;
             for (_, share) in &mut self.sets {
                 *share *= times;
@@ -207,6 +213,16 @@ mod tests {
         let half = weights.clone().borne_out(0.5);
         assert!((half.unknown - 0.7).abs() < 1e-12, "{half:?}");
         assert!((sum(&half) - 1.0).abs() < 1e-12, "{half:?}");
+        let capped = weights.clone().borne_out(0.0).at_most(0.8);
+        assert!((capped.none - 0.2).abs() < 1e-12, "{capped:?}");
+        assert!((sum(&capped) - 1.0).abs() < 1e-12, "{capped:?}");
+        let nothing_else = Weights {
+            none: 0.0,
+            unknown: 1.0,
+            sets: Vec::new(),
+        };
+        let capped = nothing_else.at_most(0.8);
+        assert!((sum(&capped) - 1.0).abs() < 1e-12, "{capped:?}");
         weights.rename(&["backlash"], Vec::new());
         assert!((weights.none - 0.5).abs() < 1e-12, "{weights:?}");
         assert!((sum(&weights) - 1.0).abs() < 1e-12, "{weights:?}");

@@ -285,6 +285,22 @@ impl Pieces {
         }
     }
 
+    /// The pieces as a plain fit needs them, each beginning with the speed that is measured there; `counts` are those of the pieces with
+    /// half a count of rounding put back.
+    pub fn records<'a>(&'a self, counts: &'a [f64]) -> Vec<Record<'a>> {
+        let record = |piece: &Piece| {
+            let run = &self.runs[piece.run];
+            let (t_s, command) = (
+                &run.t_s[piece.from..piece.to],
+                &run.command[piece.from..piece.to],
+            );
+            let per_rev = std::f64::consts::TAU / run.rad;
+            Record::from_rest(t_s, command, &counts[self.range(piece)], per_rev)
+                .starting(run.start_speed(piece.from).0)
+        };
+        self.pieces.iter().map(record).collect()
+    }
+
     /// Samples of a piece among those of all.
     pub fn range(&self, piece: &Piece) -> std::ops::Range<usize> {
         piece.at..piece.at + (piece.to - piece.from)
