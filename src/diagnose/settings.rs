@@ -82,8 +82,8 @@ pub(crate) const FITTED_TOLERANCE: f64 = 0.5;
 /// Strength of a load that wanders, one sigma as a share of the stall torque, from which on it is something unknown: benches shake by
 /// 0.3 to 1 %.
 pub(crate) const MOST_WANDER: f64 = 0.05;
-/// Effects that are named beside something unknown, or denied though the search kept them, are said with no more than this: what is unknown
-/// may be what they stand for. Of 49 verdicts of the first kind of breadth sets with tuning seeds in 39 a named effect was there.
+/// Effects that are named beside something unknown are said with no more than this: what is unknown may be what they stand for. Of 49 such
+/// verdicts of breadth sets with tuning seeds in 39 a named effect was there.
 pub(crate) const PARTIAL_SURE: f64 = 0.8;
 /// Longest mean time between samples in s. Tables of steady speeds have a row a second; three are no motor's log.
 pub(crate) const MOST_APART_S: f64 = 3.0;

@@ -23,9 +23,7 @@ use super::report::{
     Diagnosis, Gap, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict,
 };
 use super::selection::Forward;
-use super::settings::{
-    AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, MOST_WANDER, PARTIAL_SURE, WITHIN_TOLERANCES,
-};
+use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
 use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
@@ -97,12 +95,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
     let borne_out = searched.borne_out();
     let prediction = steps::prediction(found, &searched.gap, borne_out);
-    // What the search kept and is not borne out is denied no more surely than a `partial` asserts; nor is the catalogue where a load
-    // would have to shake as no bench does: there it may be the fit that has failed.
-    let is_kept = !best.model.members.is_empty();
-    let is_doubted = (is_kept && borne_out < 0.5) || best.noise.strength > MOST_WANDER;
-    let most = if is_doubted { PARTIAL_SURE } else { 1.0 };
-    let weights = (weights.borne_out(borne_out)).at_most(most_sure.min(most));
+    let weights = weights.borne_out(borne_out).at_most(most_sure);
     let refitted = &shown.refitted.left;
     let left_of_all = match thinned {
         Some(_) => Left::of(all, &refitted.motor, refitted.time_constant_s)?,
