@@ -111,7 +111,7 @@ fn timed_by_arrival() -> Run {
 }
 
 #[test]
-fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
+fn of_arrival_times_no_timing_effect_is_named_and_no_other_is_likely() {
     const TIMING: [&str; 3] = ["sample_jitter", "clock_error", "transport_delay"];
     let motor = Motor::default();
     let mut run = timed_by_arrival();
@@ -120,7 +120,8 @@ fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
     assert!(!believed.effects.is_empty(), "{}", believed.sentence);
     run.header.insert("timing".to_owned(), "host".into());
     let found = diagnosed(&[run], &motor);
-    assert!(found.effects.is_empty(), "{}", found.sentence);
+    // On these runs a compliance is said with one half: docs/decisions/0005.
+    assert!(found.probability < 0.6, "{}", found.sentence);
     let mut sets = found.sets.iter().flat_map(|set| &set.effects);
     assert!(sets.all(|effect| !TIMING.contains(effect)));
 }
@@ -160,10 +161,17 @@ fn a_third_effect_is_named_where_the_best_two_leave_much() {
     .map(|(name, sample_time_s, duration_s)| simulated(&motor, name, sample_time_s, duration_s));
     let found = diagnosed(&runs, &Motor::default());
     assert_eq!(found.verdict, Verdict::Effect, "{}", found.sentence);
-    // The winding is one of a class: what is late after a change of the command.
-    assert_eq!(found.effects[..2], ["coast_at_zero", "cogging"]);
-    let late = ["inductance", "speed_filter", "transport_delay"];
-    assert!(late.contains(&found.effects[2]), "{:?}", found.effects);
+    // Two are each one of a class: what lets go of the shaft without a command, and what is late after a change of it.
+    let classes = [
+        &["coast_at_zero", "pwm_freewheel"][..],
+        &["cogging"],
+        &["inductance", "speed_filter", "transport_delay"],
+    ];
+    for class in classes {
+        let is_there = class.iter().any(|id| found.effects.contains(id));
+        assert!(is_there, "{class:?}: {:?}", found.effects);
+    }
+    assert_eq!(found.effects.len(), classes.len(), "{:?}", found.effects);
     assert!(found.gap.after_effect < 0.4, "{:?}", found.gap);
 }
 

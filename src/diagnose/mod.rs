@@ -118,7 +118,7 @@ pub fn diagnose(
             Some(thinned) => (thinned.pieces, thinned.runs),
             None => (then, options.reference.to_vec()),
         };
-        let found = forward(&then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
+        let found = forward(&of_then, &then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
         let made = Reference::new(&of_then, (then, then_base), &found, pieces);
         let (made, now) = made.ok_or(DiagnoseError::NoFit)?;
         base = now.for_runs_of(&base);
@@ -132,7 +132,8 @@ pub fn diagnose(
             Some(Pieces::new(held_out, motor)?)
         }
     };
-    let found = forward(pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
+    let searched = thinned.as_ref().map_or(runs, |thinned| &thinned.runs);
+    let found = forward(searched, pieces, &base, options.progress).ok_or(DiagnoseError::NoFit)?;
     (options.progress)("looking for something unknown");
     let mut unknown = validation::unknown(pieces, &found.best);
     if thinned.is_some() {

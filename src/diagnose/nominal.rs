@@ -16,6 +16,9 @@ use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
 use crate::motor::Motor;
 use crate::recording::Run;
 
+/// Most times that runs are cut anew: a time constant that is found in pieces cuts others.
+const CUTS: usize = 4;
+
 /// A motor that was fitted to runs, and what it leaves of them.
 #[derive(Debug, Clone)]
 pub struct NominalFit {
@@ -61,18 +64,28 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let starts: Vec<_> = FirstOrderMotor::of(&given, kind).into_iter().collect();
     let columns = columns(runs);
     let whole = plain_fit(&records(runs, &columns), &starts).ok_or(DiagnoseError::NoFit)?;
-    let whole = whole.motor;
-    let (all, _) = made_ready(runs, &whole.in_place_of(&given, kind))?;
-    let counts: Vec<f64> = all.counts.iter().map(|n| n + 0.5).collect();
-    let of_pieces = plain_fit(&all.records(&counts), &[whole]).map_or(whole, |fit| fit.motor);
-    let found = [whole, of_pieces].map(|motor| motor.in_place_of(&given, kind));
     // The pieces are as long as the motor that is found in them asks for.
-    let (all, base) = made_ready(runs, &found[1])?;
+    let mut found = vec![whole.motor];
+    let (mut all, mut base) = made_ready(runs, &whole.motor.in_place_of(&given, kind))?;
+    for _ in 0..CUTS {
+        let counts: Vec<f64> = all.counts.iter().map(|n| n + 0.5).collect();
+        let Some(fit) = plain_fit(&all.records(&counts), &found[found.len() - 1..]) else {
+            break;
+        };
+        found.push(fit.motor);
+        let (again, its_base) = made_ready(runs, &fit.motor.in_place_of(&given, kind))?;
+        let stands_still = again.pieces.len() == all.pieces.len();
+        (all, base) = (again, its_base);
+        if stands_still {
+            break;
+        }
+    }
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
     let at_rest_counts = rms(&all.counts);
     let given_left_counts = left_by(&given, &all, &base);
-    let fitted = found.into_iter().filter_map(|mut motor| {
+    let fitted = found.into_iter().filter_map(|motor| {
+        let mut motor = motor.in_place_of(&given, kind);
         for key in BASE {
             motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
         }

@@ -141,7 +141,7 @@ pub(crate) fn causes(
             indistinguishable_from: others.map(|other| other.join("+")).collect(),
             class: class.filter(|_| is_tied),
             class_probability: class.filter(|_| is_tied).map(|_| of_class),
-            evidence: fit.map(|fit| evidence(&found.refitted, fit)),
+            evidence: fit.map(|fit| evidence(pieces, &found.refitted, fit)),
         }
     });
     let plain = |effect: &str, probability: f64| Cause {
@@ -200,18 +200,22 @@ fn fit_of<'a>(found: &'a Forward, set: &[&'static str]) -> Option<&'a Fit> {
 }
 
 /// What a fit gains over the motor refitted without effects, on pieces not fitted.
-fn evidence(refitted: &Fit, fit: &Fit) -> Evidence {
+fn evidence(pieces: &Pieces, refitted: &Fit, fit: &Fit) -> Evidence {
     let gains: Vec<f64> = (fit.elpd.iter().zip(&refitted.elpd))
         .map(|(a, b)| a - b)
         .collect();
+    let mut of_pieces = vec![0.0; pieces.pieces.len()];
+    for (stretch, gain) in pieces.stretches.iter().zip(&gains) {
+        of_pieces[stretch.piece] += gain;
+    }
     let n = gains.len() as f64;
     let sum: f64 = gains.iter().sum();
     let spread: f64 = gains.iter().map(|gain| (gain - sum / n).powi(2)).sum();
     Evidence {
         gain_nats: sum,
         error_nats: (spread * n / (n - 1.0).max(1.0)).sqrt(),
-        gaining_pieces: gains.iter().filter(|gain| **gain > 0.0).count(),
-        pieces: gains.len(),
+        gaining_pieces: of_pieces.iter().filter(|gain| **gain > 0.0).count(),
+        pieces: of_pieces.len(),
     }
 }
 

@@ -1,19 +1,13 @@
 //! What is not asked to be explained: what rounding leaves, what repeats of the same commands differ by, what is good enough; and
 //! beside it what a load that wanders leaves.
 
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
-
 use super::Grounds;
-use crate::diagnose::fit::{Fit, Left, less_start};
+use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Noise;
-use crate::diagnose::pieces::{Pieces, Recording, Thinned};
+use crate::diagnose::pieces::{Pieces, Recording};
 use crate::diagnose::report::{FloorParts, GoodEnough};
-use crate::diagnose::settings::{NULLS, REPEATED_SHARE, ROUNDING, SAME_COMMAND, START_PHASES};
-use crate::diagnose::validation::residual_by_chance;
-use crate::motor::fit::{Simulator, Workspace};
-use crate::motor::{CommandKind, Drive, Model, Motor, SimulationError};
+use crate::diagnose::settings::{REPEATED_SHARE, SAME_COMMAND};
+use crate::diagnose::validation::left_by_chance;
 use crate::recording::Run;
 
 impl FloorParts {
@@ -33,18 +27,8 @@ pub(crate) fn floor_parts(grounds: &Grounds<'_>) -> FloorParts {
             .reference
             .map_or(&[][..], |reference| &reference.repeats),
     );
-    let kind = grounds.base.kind;
-    let refitted = &grounds.found.refitted;
-    let motor = refitted.model.motor(&refitted.x);
-    let motor = (&motor, refitted.around.time_constant_s);
-    let rounding = match grounds.thinned {
-        None => rounding(grounds.runs, grounds.all, motor, kind),
-        Some(Thinned { runs, .. }) => (Pieces::new(runs, motor.0).ok())
-            .and_then(|pieces| rounding(runs, &pieces, motor, kind)),
-    };
     FloorParts {
-        // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
-        rounding: rounding.unwrap_or(ROUNDING.sqrt()),
+        rounding: grounds.found.still.sqrt(),
         repeats: (!apart.is_empty()).then(|| median(apart)),
         good_enough: grounds.good_enough.map(|good| match good {
             GoodEnough::Counts(counts) => counts,
@@ -72,50 +56,6 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
         return 0.0;
     }
     0.5 * (values[(n - 1) / 2] + values[n / 2])
-}
-
-/// What a motor leaves of recordings of itself, in counts RMS: each run simulated as a whole, rounded down, and predicted in pieces.
-fn rounding(
-    runs: &[Run],
-    pieces: &Pieces,
-    (motor, time_constant_s): (&Motor, f64),
-    kind: CommandKind,
-) -> Option<f64> {
-    let mut sum = 0.0;
-    for phase in START_PHASES {
-        let mut rounded = runs.to_vec();
-        for (run, recording) in rounded.iter_mut().zip(&pieces.runs) {
-            run.counts = simulated(run, recording, motor, kind, phase).ok()?;
-        }
-        let own = Pieces::new(&rounded, motor).ok()?;
-        let left = Left::of(&own, motor, time_constant_s)?;
-        sum += left.iter().map(|r| r * r).sum::<f64>() / left.len().max(1) as f64;
-    }
-    Some((sum / START_PHASES.len() as f64).sqrt())
-}
-
-/// Counts of a motor from this share of a count beyond where a run begins.
-fn simulated(
-    run: &Run,
-    recording: &Recording,
-    motor: &Motor,
-    kind: CommandKind,
-    phase: f64,
-) -> Result<Vec<i64>, SimulationError> {
-    let drive = Drive {
-        t_s: &recording.t_s,
-        command: &recording.command,
-        kind,
-    };
-    let start = (recording.first_counts + phase) * recording.rad;
-    let simulator = Simulator::new(&drive, Model::SecondOrder)?
-        .knowing(run.known.clone())
-        .starting(start, 0.0);
-    let mut angles = vec![0.0; recording.t_s.len()];
-    simulator.angles(motor, &mut Workspace::default(), &mut angles)?;
-    Ok((angles.iter())
-        .map(|angle| (angle / recording.rad).floor() as i64)
-        .collect())
 }
 
 /// What runs that repeat each other differ by, as one run's share, in counts RMS over pieces: a figure a pair, of which the median
@@ -170,27 +110,15 @@ fn is_repeated(a: &Recording, b: &Recording) -> bool {
 
 /// What a load that wanders leaves beside rounding, in counts RMS, by recordings simulated with the noise that was found.
 pub(crate) fn wander(pieces: &Pieces, fit: &Fit) -> f64 {
-    let predicted = fit.predicted(pieces);
-    let mean_square = |noise: Noise| -> f64 {
-        let one = |seed: u64| {
-            let mut random = Pcg64Mcg::seed_from_u64(0x666c_6f6f ^ seed);
-            let left = residual_by_chance(pieces, &predicted, &fit.around, noise, &mut random);
-            let left = less_start(pieces, fit.around.time_constant_s, &left);
-            left.iter().map(|r| r * r).sum::<f64>() / left.len().max(1) as f64
-        };
-        // Added in the order of the seeds: in that of the threads the last bits would be theirs.
-        let each: Vec<f64> = (0..NULLS as u64).into_par_iter().map(one).collect();
-        each.iter().sum::<f64>() / NULLS as f64
-    };
-    (mean_square(fit.noise) - mean_square(Noise::NONE))
-        .max(0.0)
-        .sqrt()
+    let beside = left_by_chance(pieces, fit, fit.noise) - left_by_chance(pieces, fit, Noise::NONE);
+    beside.max(0.0).sqrt()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::diagnose::samples::recording;
+    use crate::motor::Motor;
 
     fn floor_of(runs: &[Run], said: &[Vec<usize>]) -> Option<f64> {
         let pieces = Pieces::new(runs, &Motor::default()).expect("runs");
@@ -238,23 +166,5 @@ mod tests {
         }
         let found = floor(&[a.clone(), a.clone(), a.clone(), a, odd]).expect("repeats");
         assert!(found.abs() < 1e-9, "{found}");
-    }
-
-    /// Rounding of a sample alone leaves 1/sqrt(12) counts (Widrow); the starts of pieces are taken off nearly, and no more than that.
-    #[test]
-    fn rounding_leaves_what_the_closed_form_bounds() {
-        let runs = [recording(&Motor::default(), 1000)];
-        let pieces = Pieces::new(&runs, &Motor::default()).expect("a run");
-        let found = rounding(
-            &runs,
-            &pieces,
-            (&Motor::default(), 0.034),
-            CommandKind::Voltage,
-        )
-        .expect("a motor");
-        assert!(
-            found > 0.8 * ROUNDING.sqrt() && found < 1.3 * ROUNDING.sqrt(),
-            "{found}"
-        );
     }
 }

@@ -170,7 +170,7 @@ impl<'a> Profile<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::fit::{Base, Member, Model, fit};
+    use crate::diagnose::fit::{Base, Member, Model, Most, fit};
     use crate::diagnose::samples::{SAMPLE_TIME_S, motor_with, recording};
     use crate::motor::catalogue::find;
     use crate::motor::{CommandKind, Motor};
@@ -200,7 +200,14 @@ mod tests {
             *start.last_mut().expect("a number") = if is_log { value.ln() } else { value };
             start
         });
-        let fit = fit(&pieces, &model, base.kind, &starts).expect("a fit");
+        let fit = fit(
+            &pieces,
+            &model,
+            base.kind,
+            &starts,
+            Most::beside(f64::INFINITY),
+        )
+        .expect("a fit");
         interval(&pieces, &fit, fit.x.len() - 1, kind.parameters[0].unit)
     }
 

@@ -15,7 +15,7 @@ use super::floor::repeats;
 use super::intervals::{WITHIN_95, ends};
 use super::weights::Weights;
 use crate::diagnose::error::name_of;
-use crate::diagnose::fit::{BASE, Base, Fit, Member, Model, Then, dot, fit, unweighted};
+use crate::diagnose::fit::{BASE, Base, Fit, Member, Model, Most, Then, dot, fit, unweighted};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::ReferenceRuns;
 use crate::diagnose::selection::Forward;
@@ -72,7 +72,8 @@ impl Reference {
         let both = tied.into_iter().filter_map(|then| {
             let base = as_then(&pieces, &base, then)?;
             let model = Model::new(&base, Vec::new());
-            let again = fit(now, &model, base.kind, &[model.start()])?;
+            let most = Most::of_start(now, &model, base.kind)?;
+            let again = fit(now, &model, base.kind, &[model.start()], most)?;
             Some((then.score() + again.score(), then, base))
         });
         let (_, then, now) = both.max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -116,7 +117,8 @@ impl Reference {
                 .filter_map(|base| {
                     let model = Model::new(&base, others.clone());
                     let starts = [model.start(), start_at(&model, &own)];
-                    fit(&self.pieces, &model, base.kind, &starts)
+                    let most = Most::of_start(&self.pieces, &model, base.kind)?;
+                    fit(&self.pieces, &model, base.kind, &starts, most)
                 });
             let alike = alike.max_by(|a, b| a.score().total_cmp(&b.score()));
             alike.is_none_or(|alike| !standing(&[&self.fit, &alike])[1].is_tied)
@@ -297,8 +299,13 @@ fn covariance(pieces: &Pieces, fit: &Fit) -> Option<DMatrix<f64>> {
     };
     let n = fit.x.len();
     let mut pulls = vec![DVector::zeros(n); count];
-    for (k, (piece, gradient)) in pieces.pieces.iter().zip(&fit.piece_gradient).enumerate() {
-        pulls[if by_run { piece.run } else { k }] += gradient;
+    for (stretch, gradient) in pieces.stretches.iter().zip(&fit.stretch_gradient) {
+        let piece = stretch.piece;
+        pulls[if by_run {
+            pieces.pieces[piece].run
+        } else {
+            piece
+        }] += gradient;
     }
     let spread: DMatrix<f64> = pulls.iter().map(|pull| pull * pull.transpose()).sum();
     Some(&inverse + &inverse * spread * &inverse)

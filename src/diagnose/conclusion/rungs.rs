@@ -12,7 +12,7 @@ use super::floor::{median, travel};
 use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::{Fitted, FloorParts, Gap, PredictedRun, Verdict};
-use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, ROUNDING};
+use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, FOLDS, ROUNDING};
 
 /// Draws of the bootstrap.
 const DRAWS: u64 = 1000;
@@ -219,14 +219,17 @@ fn held_out_words((all, pieces): (&Pieces, &Pieces), held: Option<&Pieces>) -> S
         ),
         Some(held) if held.runs.len() == 1 => "one run, kept from every fit and choice".to_owned(),
         Some(held) => format!("{} runs, kept from every fit and choice", held.runs.len()),
-        None if pieces.folds < 2 => {
-            "nothing is held out: the runs are one piece, and these are the figures of the fit"
-                .to_owned()
-        }
+        None if pieces.stretches.len() > pieces.pieces.len() => format!(
+            "samples of {} in {FOLDS} folds by turns, each predicted by a fit on the other folds; the effects are chosen on all",
+            match pieces.pieces.len() {
+                1 => "one piece".to_owned(),
+                n => format!("{n} pieces"),
+            },
+        ),
         None => format!(
             "{} pieces in {} folds, each predicted by a fit on the other folds; the effects are chosen on all",
             pieces.pieces.len(),
-            pieces.folds
+            FOLDS
         ),
     }
 }

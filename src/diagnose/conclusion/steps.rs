@@ -16,7 +16,7 @@ pub(crate) fn steps(found: &Forward, unknown: &Unknown) -> Vec<Step> {
     steps.push(Step {
         name: "unknown".to_owned(),
         from: found.best.model.ids(),
-        left_counts: found.best.rms(),
+        left_counts: found.best.mean_square().sqrt(),
         rivals: Vec::new(),
         screened: Vec::new(),
         gain: unknown.gain,
@@ -60,7 +60,7 @@ fn step(number: usize, level: &Judged) -> Step {
     Step {
         name: format!("level {number}"),
         from: level.from.model.ids(),
-        left_counts: level.from.rms(),
+        left_counts: level.from.mean_square().sqrt(),
         rivals: standings
             .map(|(fit, standing)| Rival {
                 effects: fit.model.ids(),
@@ -68,7 +68,7 @@ fn step(number: usize, level: &Judged) -> Step {
                 behind: standing.behind,
                 error: standing.error,
                 is_tied: standing.is_tied,
-                left_counts: fit.rms(),
+                left_counts: fit.mean_square().sqrt(),
                 wander: fit.noise.strength,
             })
             .collect(),

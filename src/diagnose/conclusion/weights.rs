@@ -1,8 +1,8 @@
 //! From scores to probabilities: pseudo Bayesian model averaging with a bootstrap (Yao, Vehtari, Simpson, Gelman, 2018), and for
 //! "is there anything" the odds of the gain against the most that chance makes.
 
-use crate::diagnose::selection::{Forward, above_rounding, simpler_of};
-use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, ROUNDING, WITHIN_TOLERANCES};
+use crate::diagnose::selection::{Forward, simpler_of};
+use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
 use crate::diagnose::validation::Unknown;
 
 /// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
@@ -106,7 +106,7 @@ fn more(forward: &Forward, unknown: &Unknown) -> f64 {
     let bent = forward.best.model.bent(&forward.best.x);
     let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
     // As of an effect beside others: what leaves less above rounding than rounding does is a law that is a little other.
-    let gains = if above_rounding(&forward.best) < ROUNDING {
+    let gains = if forward.best.mean_square() < 2.0 * forward.still {
         f64::NEG_INFINITY
     } else {
         (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond())

@@ -24,23 +24,23 @@ pub(crate) struct Fit {
     /// Whitened derivatives.
     pub columns: Vec<Vec<f64>>,
     pub log_det: Vec<f64>,
-    /// Half the squares of each piece with its determinant.
-    pub piece_cost: Vec<f64>,
+    /// Half the squares of each stretch with its determinant.
+    pub stretch_cost: Vec<f64>,
     pub prior: f64,
     /// `J'J + P`.
     pub hessian: DMatrix<f64>,
-    /// `J'J` of each piece.
-    pub piece_hessian: Vec<DMatrix<f64>>,
-    /// `J'r` of each piece.
-    pub piece_gradient: Vec<DVector<f64>>,
-    /// Scores of pieces, each predicted from the others.
+    /// `J'J` of each stretch.
+    pub stretch_hessian: Vec<DMatrix<f64>>,
+    /// `J'r` of each stretch.
+    pub stretch_gradient: Vec<DVector<f64>>,
+    /// Scores of stretches, each predicted from the others.
     pub elpd: Vec<f64>,
 }
 
 impl Fit {
     /// Negative logarithm of likelihood and prior.
     pub fn cost(&self) -> f64 {
-        self.piece_cost.iter().sum::<f64>() + self.prior
+        self.stretch_cost.iter().sum::<f64>() + self.prior
     }
 
     /// Score of what was not fitted, less what the prior says against the numbers.
@@ -53,9 +53,9 @@ impl Fit {
         residual(pieces, &self.residual)
     }
 
-    /// Position error in counts RMS, less what the measured starts of the pieces make of it.
-    pub fn rms(&self) -> f64 {
-        (self.shown.iter().map(|r| r * r).sum::<f64>() / self.shown.len().max(1) as f64).sqrt()
+    /// Mean square of the position error in counts^2, less what the measured starts of the pieces make of it.
+    pub fn mean_square(&self) -> f64 {
+        mean_square(&self.shown)
     }
 }
 
@@ -119,22 +119,22 @@ pub(super) fn whitened(
     let white = whitener.whiten(&residual);
     let columns = whitener.whiten_all(&columns);
     let n = columns.len();
-    let mut piece_hessian = Vec::new();
-    let mut piece_gradient = Vec::new();
-    let mut piece_cost = Vec::new();
+    let mut stretch_hessian = Vec::new();
+    let mut stretch_gradient = Vec::new();
+    let mut stretch_cost = Vec::new();
     let mut hessian = model.precision.clone();
-    for (piece, log_det) in pieces.pieces.iter().zip(&whitener.log_det) {
-        let range = pieces.range(piece);
+    for (stretch, log_det) in pieces.stretches.iter().zip(&whitener.log_det) {
+        let range = stretch.samples.clone();
         let h = DMatrix::from_fn(n, n, |i, j| {
             dot(&columns[i][range.clone()], &columns[j][range.clone()])
         });
         let g = DVector::from_fn(n, |i, _| {
             dot(&columns[i][range.clone()], &white[range.clone()])
         });
-        piece_cost.push(0.5 * (dot(&white[range.clone()], &white[range]) + log_det));
+        stretch_cost.push(0.5 * (dot(&white[range.clone()], &white[range]) + log_det));
         hessian += &h;
-        piece_hessian.push(h);
-        piece_gradient.push(g);
+        stretch_hessian.push(h);
+        stretch_gradient.push(g);
     }
     let prior = model.prior(&x);
     Some(Fit {
@@ -147,21 +147,25 @@ pub(super) fn whitened(
         white,
         columns,
         log_det: whitener.log_det.clone(),
-        piece_cost,
+        stretch_cost,
         prior,
         hessian,
-        piece_hessian,
-        piece_gradient,
+        stretch_hessian,
+        stretch_gradient,
         elpd: Vec::new(),
     })
 }
 
-/// Sum of the squares of each piece.
+/// Sum of the squares of each stretch.
 pub(super) fn squares_of(pieces: &Pieces, column: &[f64]) -> Vec<f64> {
-    let ranges = pieces.pieces.iter().map(|piece| pieces.range(piece));
+    let ranges = (pieces.stretches.iter()).map(|stretch| stretch.samples.clone());
     ranges
         .map(|range| dot(&column[range.clone()], &column[range]))
         .collect()
+}
+
+pub(super) fn mean_square(values: &[f64]) -> f64 {
+    dot(values, values) / values.len().max(1) as f64
 }
 
 pub(crate) fn residual(pieces: &Pieces, predicted: &[f64]) -> Vec<f64> {

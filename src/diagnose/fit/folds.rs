@@ -7,6 +7,7 @@ use super::fitted::{Fit, residual, squares_of, surroundings, whitened};
 use super::{Model, response};
 use crate::diagnose::noise::{Noise, Whitener};
 use crate::diagnose::pieces::Pieces;
+use crate::diagnose::settings::FOLDS;
 use crate::motor::CommandKind;
 
 /// Shares of a step that are tried until one lowers the cost.
@@ -23,37 +24,46 @@ pub(crate) fn finished(
     let around = surroundings(pieces, model, &x, kind);
     let whitener = Whitener::new(pieces, &around, noise);
     let mut fit = whitened(pieces, model, x, (noise, around), &whitener)?;
-    let predicted = whitener.whiten(&out_of_fold(pieces, &fit, &whitener));
+    let predicted = out_of_fold(pieces, &fit, &whitener, &|left| whitener.whiten(left));
     fit.elpd = scores(pieces, &fit, &squares_of(pieces, &predicted));
     Some(fit)
 }
 
-/// Scores of pieces: Student's t with as many degrees of freedom as the piece has looks.
+/// Scores of stretches: Student's t with as many degrees of freedom as the stretch has looks.
 fn scores(pieces: &Pieces, fit: &Fit, squares: &[f64]) -> Vec<f64> {
-    (pieces.pieces.iter().zip(squares).zip(&fit.log_det))
-        .map(|((piece, squares), log_det)| {
-            let n = pieces.weight[pieces.range(piece)].iter().sum::<f64>();
+    (pieces.stretches.iter().zip(squares).zip(&fit.log_det))
+        .map(|((stretch, squares), log_det)| {
+            let n = pieces.weight[stretch.samples.clone()].iter().sum::<f64>();
             -n * (squares.max(0.0) / n).ln_1p() - 0.5 * log_det
         })
         .collect()
 }
 
-/// Recorded less predicted, each piece predicted by one Gauss-Newton step from the fit on the other folds, simulated. A step that does
+/// Recorded less predicted as it is `seen`, each stretch predicted by one Gauss-Newton step from the fit on the other folds, simulated. A step that does
 /// not lower the cost of what it was taken on is none.
-pub(super) fn out_of_fold(pieces: &Pieces, fit: &Fit, whitener: &Whitener) -> Vec<f64> {
-    let mut out = fit.residual.clone();
-    if pieces.folds < 2 || fit.columns.is_empty() {
+pub(super) fn out_of_fold(
+    pieces: &Pieces,
+    fit: &Fit,
+    whitener: &Whitener,
+    seen: &(dyn Fn(&[f64]) -> Vec<f64> + Sync),
+) -> Vec<f64> {
+    let mut out = seen(&fit.residual);
+    if pieces.stretches.len() < 2 || fit.columns.is_empty() {
         return out;
     }
     let whole = squares_of(pieces, &fit.white);
     let held = held(fit);
-    let without: Vec<Option<Vec<f64>>> = (0..pieces.folds)
+    let without: Vec<Option<Vec<f64>>> = (0..FOLDS.min(pieces.stretches.len()))
         .into_par_iter()
-        .map(|fold| left_without(pieces, fit, whitener, (fold, &whole, &held)))
+        .map(|fold| {
+            let left = left_without(pieces, fit, whitener, (fold, &whole, &held));
+            left.map(|left| seen(&left))
+        })
         .collect();
-    for piece in &pieces.pieces {
-        if let Some(left) = &without[piece.fold] {
-            out[pieces.range(piece)].copy_from_slice(&left[pieces.range(piece)]);
+    for stretch in &pieces.stretches {
+        if let Some(left) = &without[stretch.fold] {
+            let samples = stretch.samples.clone();
+            out[samples.clone()].copy_from_slice(&left[samples]);
         }
     }
     out
@@ -61,7 +71,7 @@ pub(super) fn out_of_fold(pieces: &Pieces, fit: &Fit, whitener: &Whitener) -> Ve
 
 /// Numbers that no step moves: what nothing depends on smoothly, and what is pulled beyond what is plausible.
 fn held(fit: &Fit) -> Vec<bool> {
-    let pull: DVector<f64> = fit.piece_gradient.iter().sum::<DVector<f64>>()
+    let pull: DVector<f64> = fit.stretch_gradient.iter().sum::<DVector<f64>>()
         - &fit.model.precision * (DVector::from_column_slice(&fit.x) - &fit.model.mean);
     let numbers = fit.model.numbers.iter().enumerate();
     numbers
@@ -82,16 +92,16 @@ fn left_without(
 ) -> Option<Vec<f64>> {
     let n = fit.columns.len();
     let trained = |squares: &[f64], x: &[f64]| -> f64 {
-        let pairs = pieces.pieces.iter().zip(squares);
-        let others = pairs.filter(|(piece, _)| piece.fold != fold);
+        let pairs = pieces.stretches.iter().zip(squares);
+        let others = pairs.filter(|(stretch, _)| stretch.fold != fold);
         0.5 * others.map(|(_, s)| s).sum::<f64>() + fit.model.prior(x)
     };
     let mut hessian = fit.hessian.clone();
     let mut gradient = DVector::zeros(n);
-    for (k, piece) in pieces.pieces.iter().enumerate() {
-        if piece.fold == fold {
-            hessian -= &fit.piece_hessian[k];
-            gradient += &fit.piece_gradient[k];
+    for (k, stretch) in pieces.stretches.iter().enumerate() {
+        if stretch.fold == fold {
+            hessian -= &fit.stretch_hessian[k];
+            gradient += &fit.stretch_gradient[k];
         }
     }
     for k in (0..n).filter(|k| held[*k]) {

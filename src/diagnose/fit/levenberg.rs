@@ -3,12 +3,12 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::fitted::{Fit, dot, residual, surroundings};
+use super::fitted::{Fit, dot, mean_square, residual, surroundings};
 use super::folds::finished;
-use super::{Model, response, sensitivities};
+use super::{Left, Model, less_start, response, sensitivities};
 use crate::diagnose::noise::{Noise, Whitener, likeliest};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::ROUNDING;
+use crate::diagnose::settings::{CLOSES, ROUNDING};
 use crate::motor::CommandKind;
 
 /// Most steps of a fit under one noise: a fit that settles takes six.
@@ -21,39 +21,89 @@ const ROUNDS: usize = 4;
 /// not left by steps, and two levels apart by less are told by none of the catalogue's starts.
 const PLACES: usize = 24;
 
-/// Fits a model from the likeliest of some starts, with the noise that is found on the way. A fit that starts far off takes what it leaves
-/// for a load that wanders, and is content there: so least squares are tried as a start as well.
+/// Fits a model from the likeliest of some starts, with the noise that is found on the way, and to leave no more than `most` of what is
+/// shown; none where no start leads there. A fit that starts far off takes what it leaves for a load that wanders, and is content
+/// there: so least squares are tried as a start as well.
 pub(crate) fn fit(
     pieces: &Pieces,
     model: &Model,
     kind: CommandKind,
     starts: &[Vec<f64>],
+    most: Most,
 ) -> Option<Fit> {
+    let asked = Asked {
+        pieces,
+        model,
+        kind,
+        most,
+    };
     let begun = (starts.par_iter()).filter_map(|start| {
         let mut x = start.clone();
         model.clamp(&mut x);
-        Some(Likeliest::new(
-            pieces,
-            model,
-            kind,
-            At::new(pieces, model, x)?,
-        ))
+        Some(Likeliest::new(&asked, At::new(pieces, model, x)?))
     });
     let begun: Vec<Likeliest> = begun.collect();
-    let first = (begun.into_iter()).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
-    let mut best = first.settled(pieces, model, kind)?;
+    let first = (begun.into_iter()).min_by(|a, b| {
+        let is_beyond = |one: &Likeliest| !asked.allows(&one.at);
+        (is_beyond(a).cmp(&is_beyond(b))).then(a.cost.total_cmp(&b.cost))
+    })?;
+    let mut best = first.settled(&asked)?;
     if best.noise.strength > 0.0 {
         let around = surroundings(pieces, model, &best.at.x, kind);
         let squares = dot(&best.at.residual, &best.at.residual) / pieces.len.max(1) as f64;
         let evenly = Whitener::even(pieces, &around, squares.max(ROUNDING));
-        let plain = minimise(pieces, model, &evenly, best.at.clone())
-            .map(|at| Likeliest::new(pieces, model, kind, at))
-            .filter(|plain| plain.cost < best.cost);
-        if let Some(settled) = plain.and_then(|plain| plain.settled(pieces, model, kind)) {
+        let plain = minimise(pieces, model, &evenly, best.at.clone(), &|_| 0.0)
+            .map(|at| Likeliest::new(&asked, at))
+            .filter(|plain| plain.cost < best.cost || !asked.allows(&best.at));
+        let settled = plain.and_then(|plain| plain.settled(&asked));
+        if let Some(settled) = settled.filter(|at| asked.allows(&at.at) || !asked.allows(&best.at))
+        {
             best = settled;
         }
     }
+    if !asked.allows(&best.at) {
+        return None;
+    }
     finished(pieces, model, kind, best.at.x, best.noise)
+}
+
+/// The most that a fit may leave of what is shown: a mean square in counts^2. Under a load that is taken to wander widely the likeliest
+/// numbers may follow the recording from sample to sample and leave its course: those explain nothing.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Most(f64);
+
+impl Most {
+    /// No more than numbers that leave this mean square, but for what does not matter.
+    pub fn beside(mean_square: f64) -> Self {
+        Self(mean_square + CLOSES * (mean_square - ROUNDING).max(ROUNDING))
+    }
+
+    /// No more than a model leaves with the numbers that it starts from; none where it cannot be simulated.
+    pub fn of_start(pieces: &Pieces, model: &Model, kind: CommandKind) -> Option<Self> {
+        let left = Left::new(pieces, model, kind, &model.start())?;
+        Some(Self::beside(mean_square(&left.shown)))
+    }
+}
+
+/// What is fitted to what.
+struct Asked<'a> {
+    pieces: &'a Pieces,
+    model: &'a Model,
+    kind: CommandKind,
+    most: Most,
+}
+
+impl Asked<'_> {
+    /// By how much in counts^2 numbers leave more than they may.
+    fn beyond(&self, at: &At) -> f64 {
+        let around = surroundings(self.pieces, self.model, &at.x, self.kind);
+        let shown = less_start(self.pieces, around.time_constant_s, &at.residual);
+        (mean_square(&shown) - self.most.0).max(0.0)
+    }
+
+    fn allows(&self, at: &At) -> bool {
+        self.beyond(at) <= 0.0
+    }
 }
 
 /// Numbers with the noise under which what they leave is likeliest.
@@ -66,29 +116,42 @@ struct Likeliest {
 }
 
 impl Likeliest {
-    fn new(pieces: &Pieces, model: &Model, kind: CommandKind, at: At) -> Self {
+    fn new(asked: &Asked<'_>, at: At) -> Self {
+        let Asked {
+            pieces,
+            model,
+            kind,
+            ..
+        } = *asked;
         let around = surroundings(pieces, model, &at.x, kind);
         let noise = likeliest(pieces, &around, &at.residual);
         let whitener = Whitener::new(pieces, &around, noise);
         let determinants = whitener.log_det.iter().sum::<f64>();
         Self {
-            cost: cost_of(model, &whitener, &at) + 0.5 * determinants,
+            cost: cost_of(model, &whitener, &at) + 0.5 * determinants + noise.prior(),
             at,
             noise,
         }
     }
 
     /// The fit from here on, with the noise found anew until it stands still.
-    fn settled(self, pieces: &Pieces, model: &Model, kind: CommandKind) -> Option<Self> {
+    fn settled(self, asked: &Asked<'_>) -> Option<Self> {
+        let Asked {
+            pieces,
+            model,
+            kind,
+            ..
+        } = *asked;
+        let beyond = |at: &At| asked.beyond(at);
         let mut now = self;
         for round in 0..ROUNDS {
             let around = surroundings(pieces, model, &now.at.x, kind);
             let whitener = Whitener::new(pieces, &around, now.noise);
-            let mut at = minimise(pieces, model, &whitener, now.at)?;
-            if let Some(other) = elsewhere(pieces, model, &whitener, &at) {
-                at = minimise(pieces, model, &whitener, other)?;
+            let mut at = minimise(pieces, model, &whitener, now.at, &beyond)?;
+            if let Some(other) = elsewhere(pieces, model, &whitener, &at, &beyond) {
+                at = minimise(pieces, model, &whitener, other, &beyond)?;
             }
-            let next = Self::new(pieces, model, kind, at);
+            let next = Self::new(asked, at);
             let stands_still = next.noise == now.noise && round > 0;
             now = next;
             if stands_still {
@@ -122,7 +185,13 @@ fn cost_of(model: &Model, whitener: &Whitener, at: &At) -> f64 {
 
 /// The same numbers but for one that nothing depends on smoothly, at the place in its range that costs least; none where no place costs
 /// less.
-fn elsewhere(pieces: &Pieces, model: &Model, whitener: &Whitener, at: &At) -> Option<At> {
+fn elsewhere(
+    pieces: &Pieces,
+    model: &Model,
+    whitener: &Whitener,
+    at: &At,
+    beyond: &(dyn Fn(&At) -> f64 + Sync),
+) -> Option<At> {
     let numbers = model.numbers.iter().enumerate();
     let tried: Vec<(usize, f64)> = numbers
         .filter(|(_, number)| !number.smooth)
@@ -137,19 +206,23 @@ fn elsewhere(pieces: &Pieces, model: &Model, whitener: &Whitener, at: &At) -> Op
         let other = At::new(pieces, model, x)?;
         Some((cost_of(model, whitener, &other), other))
     });
+    let allowed = beyond(at);
+    let tried = tried.filter(|(_, other)| beyond(other) <= allowed);
     let (cost, other) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
     (cost < cost_of(model, whitener, at) - ENOUGH).then_some(other)
 }
 
-/// The numbers that cost least under a noise, from some on.
+/// The numbers that cost least under a noise, from some on, by steps that leave no more `beyond` what is allowed.
 pub(super) fn minimise(
     pieces: &Pieces,
     model: &Model,
     whitener: &Whitener,
     mut at: At,
+    beyond: &dyn Fn(&At) -> f64,
 ) -> Option<At> {
     let n = at.x.len();
     let mut damping = 1e-3;
+    let mut allowed = beyond(&at);
     let cost_of = |at: &At| cost_of(model, whitener, at);
     let mut cost = cost_of(&at);
     if !cost.is_finite() {
@@ -183,8 +256,9 @@ pub(super) fn minimise(
             model.clamp(&mut next);
             let next = At::new(pieces, model, next);
             let then = next.as_ref().map_or(f64::INFINITY, cost_of);
-            if let Some(next) = next.filter(|_| then < cost) {
+            if let Some(next) = next.filter(|next| then < cost && beyond(next) <= allowed) {
                 gained = cost - then;
+                allowed = beyond(&next);
                 (at, cost) = (next, then);
                 damping = (damping * 0.2).max(1e-9);
                 done = true;
@@ -225,7 +299,8 @@ mod tests {
         for begun_v in [0.3, 0.9, 1.7] {
             let values = vec![begun_v];
             let model = Model::new(&base, vec![Member { index, values }]);
-            let fit = fit(&pieces, &model, base.kind, &[model.start()]).expect("a motor");
+            let most = Most::beside(f64::INFINITY);
+            let fit = fit(&pieces, &model, base.kind, &[model.start()], most).expect("a motor");
             let motor = model.motor(&fit.x);
             let mut found = motor
                 .effects

@@ -4,6 +4,7 @@ mod fitted;
 mod folds;
 mod levenberg;
 mod model;
+mod rounding;
 mod simulated;
 mod start_error;
 mod then;
@@ -11,8 +12,9 @@ mod unweighted;
 
 pub(crate) use fitted::{Fit, dot, error_of_sum, jitter_s, loss, residual, surroundings};
 pub(crate) use folds::{finished, score_at};
-pub(crate) use levenberg::fit;
+pub(crate) use levenberg::{Most, fit};
 pub(crate) use model::{BASE, Base, Member, Model, range_of};
+pub(crate) use rounding::rounding;
 pub(crate) use simulated::{response, sensitivities};
 pub(crate) use start_error::less_start;
 pub(crate) use then::Then;

@@ -52,6 +52,12 @@ impl Member {
         catalogue()[self.index].id
     }
 
+    /// Whether its numbers are each one of a few: less of it is another of them, which is looked at by itself.
+    pub fn is_whole(&self) -> bool {
+        let parameters = catalogue()[self.index].parameters;
+        !parameters.is_empty() && !parameters.iter().any(is_free)
+    }
+
     /// The base number that it sets free.
     pub fn frees(&self, base: &Base) -> Option<usize> {
         base.frees(self.id())

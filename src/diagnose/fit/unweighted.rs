@@ -76,7 +76,7 @@ pub(crate) fn unweighted(
         let whitener = evenly(pieces, model, kind, &x, &left);
         tried.push((x.clone(), left));
         if let Some(at) = At::new(pieces, model, x)
-            && let Some(At { x, .. }) = minimise(pieces, model, &whitener, at)
+            && let Some(At { x, .. }) = minimise(pieces, model, &whitener, at, &|_| 0.0)
             && let Some(left) = Left::new(pieces, model, kind, &x)
         {
             tried.push((x, left));
@@ -86,9 +86,9 @@ pub(crate) fn unweighted(
     let around = surroundings(pieces, model, &x, kind);
     let whitener = evenly(pieces, model, kind, &x, &left);
     let fit = whitened(pieces, model, x, (Noise::NONE, around), &whitener)?;
-    let predicted = out_of_fold(pieces, &fit, &whitener);
+    let shown = |residual: &[f64]| less_start(pieces, left.time_constant_s, residual);
     Some(Unweighted {
-        predicted: less_start(pieces, left.time_constant_s, &predicted),
+        predicted: out_of_fold(pieces, &fit, &whitener, &shown),
         left,
     })
 }

@@ -2,7 +2,7 @@
 
 use super::{Surroundings, Whitener};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::{WANDER_LEAST, WANDER_LEVELS, WANDER_TIMES_S};
+use crate::diagnose::settings::{USUAL_WANDER, WANDER_LEAST, WANDER_LEVELS, WANDER_TIMES_S};
 
 /// A load that wanders.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,14 +19,20 @@ impl Noise {
         strength: 0.0,
         time_s: 0.2,
     };
+
+    /// What is implausible about it, in nats: half a square, in what benches shake by.
+    pub fn prior(&self) -> f64 {
+        0.5 * (self.strength / USUAL_WANDER).powi(2)
+    }
 }
 
-/// The noise under which a residual is likeliest: a search over strengths by fours, then times, then strengths by twos.
+/// The noise under which a residual is likeliest, and that is plausible itself: a search over strengths by fours, then times, then strengths by twos.
 pub(crate) fn likeliest(pieces: &Pieces, around: &Surroundings, residual: &[f64]) -> Noise {
     let cost = |noise: Noise| -> f64 {
         let whitener = Whitener::new(pieces, around, noise);
         let e = whitener.whiten(residual);
-        e.iter().map(|e| e * e).sum::<f64>() + whitener.log_det.iter().sum::<f64>()
+        let squares = e.iter().map(|e| e * e).sum::<f64>();
+        squares + whitener.log_det.iter().sum::<f64>() + 2.0 * noise.prior()
     };
     let mut best = (cost(Noise::NONE), Noise::NONE);
     let look = |noise: Noise, best: &mut (f64, Noise)| {

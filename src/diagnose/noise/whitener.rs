@@ -36,7 +36,7 @@ pub(crate) struct Whitener {
     steps: Vec<Step>,
     /// First sample of each piece.
     starts: Vec<usize>,
-    /// Logarithm of the determinant of each piece's covariance.
+    /// Logarithm of the determinant of the covariance, by stretches of the pieces.
     pub log_det: Vec<f64>,
 }
 
@@ -69,6 +69,8 @@ impl Whitener {
         let mut log_det = Vec::new();
         let sigma = noise.strength * around.stall_counts_s2;
         let mut passing = Passing::new(around.time_constant_s, noise.time_s);
+        let mut ends = pieces.stretches.iter().map(|stretch| stretch.samples.end);
+        let mut end = ends.next();
         for piece in &pieces.pieces {
             let run = &pieces.runs[piece.run];
             starts.push(piece.at);
@@ -97,8 +99,11 @@ impl Whitener {
                 step.scale = 1.0 / s.sqrt();
                 log.times(s);
                 steps.push(step);
+                if Some(steps.len()) == end {
+                    log_det.push(std::mem::take(&mut log).sum());
+                    end = ends.next();
+                }
             }
-            log_det.push(log.sum());
         }
         Self {
             steps,

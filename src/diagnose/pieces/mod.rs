@@ -17,8 +17,8 @@ use crate::recording::Run;
 
 use super::error::{DiagnoseError, name_of};
 use super::settings::{
-    FOLDS, LONGEST_TIME_CONSTANT_S, PIECE_S, PIECE_SAMPLES, PIECE_TIME_CONSTANTS, REST_SAMPLES,
-    ROUNDING, SPEED_WINDOW_S, START_SPEED_SHARE, START_WINDOW_S,
+    FEW_PIECES, FOLDS, LONGEST_TIME_CONSTANT_S, PIECE_S, PIECE_SAMPLES, PIECE_TIME_CONSTANTS,
+    REST_SAMPLES, ROUNDING, SPEED_WINDOW_S, START_SPEED_SHARE, START_WINDOW_S, STRETCH_SAMPLES,
 };
 
 /// One run made ready.
@@ -56,9 +56,20 @@ pub(crate) struct Piece {
     pub to: usize,
     /// Where its samples begin among those of all pieces.
     pub at: usize,
+    /// Its fold, where pieces are enough to be held out whole.
     pub fold: usize,
     /// Uncertainty of its start speed in counts/s.
     pub start_speed_sd: f64,
+}
+
+/// What is held out together: a piece, or where pieces are few some samples of one. Of a step the start is in one piece, which no fit on
+/// the others foresees.
+#[derive(Debug, Clone)]
+pub(crate) struct Stretch {
+    pub piece: usize,
+    /// Its samples among those of all pieces.
+    pub samples: std::ops::Range<usize>,
+    pub fold: usize,
 }
 
 /// All pieces of all runs.
@@ -66,6 +77,7 @@ pub(crate) struct Piece {
 pub(crate) struct Pieces {
     pub runs: Vec<Recording>,
     pub pieces: Vec<Piece>,
+    pub stretches: Vec<Stretch>,
     /// Samples in all.
     pub len: usize,
     /// Counts from the piece's first sample, piece after piece.
@@ -167,6 +179,27 @@ impl Recording {
     }
 }
 
+/// The stretches of pieces, dealt to folds in turn.
+fn stretches(pieces: &[Piece]) -> Vec<Stretch> {
+    let mut found: Vec<Stretch> = Vec::new();
+    for (k, piece) in pieces.iter().enumerate() {
+        let n = piece.to - piece.from;
+        let count = if pieces.len() < FEW_PIECES {
+            (n / STRETCH_SAMPLES).max(1)
+        } else {
+            1
+        };
+        for j in 0..count {
+            found.push(Stretch {
+                piece: k,
+                samples: piece.at + j * n / count..piece.at + (j + 1) * n / count,
+                fold: found.len() % FOLDS,
+            });
+        }
+    }
+    found
+}
+
 /// How many samples from the first on are one look at a shaft that rests: those of one count, or of two beside each other between
 /// which the encoder dithers.
 fn at_rest(seen: &[f64]) -> usize {
@@ -259,6 +292,7 @@ impl Pieces {
         for (k, piece) in pieces.iter_mut().enumerate() {
             piece.fold = k % folds.max(1);
         }
+        let stretches = stretches(&pieces);
         let mut counts = Vec::with_capacity(len);
         let mut weight = Vec::with_capacity(len);
         for piece in &pieces {
@@ -278,6 +312,7 @@ impl Pieces {
             arrivals_s,
             runs: recordings,
             pieces,
+            stretches,
             len,
             counts,
             weight,

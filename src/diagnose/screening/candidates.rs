@@ -7,7 +7,9 @@ use crate::diagnose::fit::range_of;
 use crate::diagnose::fit::{Base, Fit, Member, jitter_s, loss, response};
 use crate::diagnose::noise::{Noise, Surroundings, likeliest};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::{FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS};
+use crate::diagnose::settings::{
+    EDGES_COUNTED, FURTHER_STARTS, SIGNED_STARTS, STARTS, STEPPED_STARTS,
+};
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
 use crate::motor::{ActiveEffect, Motor};
 
@@ -35,7 +37,12 @@ fn starts(parameter: &EffectParameter, kind: &EffectKind, base: &Base) -> Vec<f6
     if let Prior::OneOf(values) = parameter.prior
         && parameter.key != "max_rate_hz"
     {
-        return values.to_vec();
+        let mut values = values.to_vec();
+        if parameter.key == "counts_per_rev" {
+            let own = base.motor.parameters.counts_per_rev;
+            values.extend(EDGES_COUNTED.map(|times| times * own));
+        }
+        return values;
     }
     if parameter.key == "encoder_side" {
         return vec![0.0, 1.0];

@@ -23,6 +23,8 @@ enum Ready {
         schur: DMatrix<f64>,
         is_pair: bool,
     },
+    /// There as it is or not at all, with the base as it is: another encoder's column is far beyond what the base gives way to in a line.
+    Whole { white: Vec<f64>, square: f64 },
     Scatter {
         column: Vec<f64>,
         whitener: Whitener,
@@ -32,6 +34,9 @@ enum Ready {
         inverse: DMatrix<f64>,
     },
 }
+
+/// Share of a column's square below which a difference of two squares is no number: a hundred times what [`inverted`] adds.
+const LAST_DIGITS: f64 = 1e-12;
 
 /// Candidates against one fit, under one noise.
 #[derive(Debug)]
@@ -74,13 +79,12 @@ impl Screen {
                         }
                         _ => 0.0,
                     };
-                    columns_ready(
-                        &columns,
-                        &inverse,
-                        vec![whitener.whiten(column)],
-                        false,
-                        host,
-                    )
+                    let white = whitener.whiten(column);
+                    if candidate.member.is_whole() {
+                        let square = dot(&white, &white);
+                        return Ready::Whole { white, square };
+                    }
+                    columns_ready(&columns, &inverse, vec![white], false, host)
                 }
                 Shape::Pair(pair, _) => {
                     let white = pair.iter().map(|c| whitener.whiten(c)).collect();
@@ -143,6 +147,13 @@ impl Screen {
                     }
                     gain
                 }
+                Ready::Whole {
+                    white: column,
+                    square,
+                } => Gain {
+                    nats: (dot(column, white) - 0.5 * square).max(0.0),
+                    coefficients: (1.0, 0.0),
+                },
                 Ready::Scatter { column, whitener } => {
                     let then = cost_of(whitener, &whitener.whiten(&less(residual, column)));
                     Gain {
@@ -183,7 +194,12 @@ fn columns_ready(
     let q = white.len();
     let jd = DMatrix::from_fn(columns.len(), q, |i, k| dot(&columns[i], &white[k]));
     let solved = inverse * &jd;
-    let schur = DMatrix::from_fn(q, q, |i, j| dot(&white[i], &white[j])) - jd.transpose() * &solved;
+    let own = DMatrix::from_fn(q, q, |i, j| dot(&white[i], &white[j]));
+    let mut schur = &own - jd.transpose() * &solved;
+    // What other numbers make up but for the last digits says nothing.
+    if (0..q).any(|k| schur[(k, k)] < LAST_DIGITS * own[(k, k)]) {
+        schur.fill(0.0);
+    }
     Ready::Columns {
         white,
         solved,
@@ -224,7 +240,7 @@ fn inverted(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let n = matrix.nrows();
     let mut m = matrix.clone();
     for k in 0..n {
-        m[(k, k)] *= 1.0 + 1e-10;
+        m[(k, k)] *= 1.0 + 1e-14;
         m[(k, k)] += 1e-12;
     }
     m.try_inverse().unwrap_or_else(|| DMatrix::zeros(n, n))

@@ -1,7 +1,7 @@
 //! Level after level, until what promises most is not there.
 
 use crate::diagnose::fit::Fit;
-use crate::diagnose::fit::{Base, Model, fit};
+use crate::diagnose::fit::{Base, Model, Most, fit, rounding};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::screening::{Pick, picks};
 use crate::diagnose::settings::{
@@ -9,6 +9,7 @@ use crate::diagnose::settings::{
     WITHIN_TOLERANCES,
 };
 use crate::diagnose::validation::{Presence, Tie, standing};
+use crate::recording::Run;
 
 use super::Sought;
 
@@ -62,6 +63,8 @@ impl Judged {
 pub(crate) struct Forward {
     /// The motor refitted, without any effect.
     pub refitted: Fit,
+    /// What rounding and the measured starts leave of a right model, a mean square in counts^2.
+    pub still: f64,
     /// The best set.
     pub best: Fit,
     pub levels: Vec<Judged>,
@@ -69,10 +72,29 @@ pub(crate) struct Forward {
     pub sets: Vec<Vec<&'static str>>,
 }
 
-/// The whole search; `None` where the motor makes no motion at all.
-pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> Option<Forward> {
+/// The whole search over the pieces of these runs; `None` where the motor makes no motion at all.
+pub(crate) fn forward(
+    runs: &[Run],
+    pieces: &Pieces,
+    base: &Base,
+    progress: &dyn Fn(&str),
+) -> Option<Forward> {
     let model = Model::new(base, Vec::new());
-    let refitted = fit(pieces, &model, base.kind, &[model.start()])?;
+    let most = Most::of_start(pieces, &model, base.kind)?;
+    let refitted = fit(pieces, &model, base.kind, &[model.start()], most)?;
+    // The runs are cut for the motor that they are simulated with.
+    let motor = refitted.model.motor(&refitted.x);
+    let still = (Pieces::new(runs, &motor).ok())
+        .and_then(|own| {
+            rounding(
+                runs,
+                &own,
+                (&motor, refitted.around.time_constant_s),
+                base.kind,
+            )
+        })
+        // A motor that cannot be simulated so far ahead: rounding of a sample (Widrow).
+        .unwrap_or(ROUNDING);
     let mut best = refitted.clone();
     let mut levels: Vec<Judged> = Vec::new();
     let mut sets: Vec<Vec<&'static str>> = Vec::new();
@@ -97,7 +119,7 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             break;
         };
         // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it.
-        let is_eligible = |fit: &Fit| is_a_cause(&best, fit);
+        let is_eligible = |fit: &Fit| is_a_cause(&best, fit, still);
         let (mut fits, others): (Vec<Fit>, Vec<Fit>) =
             level.fits.into_iter().partition(is_eligible);
         let is_any = !fits.is_empty();
@@ -118,7 +140,9 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
             )
         };
         fits.extend(others);
-        let closes = fits.first().map_or(0.0, |first| closed(&best, first));
+        let closes = fits
+            .first()
+            .map_or(0.0, |first| closed(&best, first, still));
         let is_kept = presence.p_value() <= CHANCE && is_any;
         let judged = Judged {
             from: best.clone(),
@@ -146,7 +170,7 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
         if is_kept
             && sought == Sought::Scattering
             && levels.len() > 1
-            && is_enough_alone(pieces, base, &best)
+            && is_enough_alone(pieces, base, &best, still)
         {
             best = refitted.clone();
             sets.clear();
@@ -161,7 +185,9 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     }
     // What is found in the errors of a motor that no simulation bears out is not kept, where the inverse form has a cause.
     if !is_usable(&best)
-        && let Some(decided) = levels.first().and_then(|first| by_inverse(first, &inverse))
+        && let Some(decided) = levels
+            .first()
+            .and_then(|first| by_inverse(first, &inverse, still))
     {
         best = decided.fits[0].clone();
         sets = decided.tied().map(|(fit, _)| fit.model.ids()).collect();
@@ -169,6 +195,7 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
     }
     Some(Forward {
         refitted,
+        still,
         best,
         levels,
         sets,
@@ -176,13 +203,14 @@ pub(crate) fn forward(pieces: &Pieces, base: &Base, progress: &dyn Fn(&str)) -> 
 }
 
 /// Whether what scatters, the last of a set, predicts as well without the others, and leaves no more.
-fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit) -> bool {
+fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit, still: f64) -> bool {
     let last = best.model.members.last().cloned();
     let model = Model::new(base, last.into_iter().collect());
     let starts = [model.start_from(&best.model, &best.x), model.start()];
-    let alone = fit(pieces, &model, base.kind, &starts);
+    let most = Most::beside(best.mean_square());
+    let alone = fit(pieces, &model, base.kind, &starts, most);
     alone.is_some_and(|alone| {
-        alone.score() + LEAST_GAIN >= best.score() && closed(&alone, best) < CLOSES
+        alone.score() + LEAST_GAIN >= best.score() && closed(&alone, best, still) < CLOSES
     })
 }
 
@@ -193,7 +221,7 @@ fn is_usable(best: &Fit) -> bool {
 
 /// A level as the inverse form decides it: kept are the effects that it points at, and those that it does not tell from them. None where
 /// it is not sure, or where none of them can be simulated.
-fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
+fn by_inverse(level: &Judged, picks: &[Pick], still: f64) -> Option<Judged> {
     let best = picks
         .first()
         .filter(|pick| pick.gain >= INVERSE_DECIDES && pick.is_seen())?;
@@ -211,7 +239,7 @@ fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
         .for_each(|standing| standing.is_tied = true);
     Some(Judged {
         from: level.from.clone(),
-        closes: closed(&level.from, &fits[0]),
+        closes: closed(&level.from, &fits[0], still),
         fits,
         standings,
         screened: level.screened.clone(),
@@ -221,40 +249,35 @@ fn by_inverse(level: &Judged, picks: &[Pick]) -> Option<Judged> {
     })
 }
 
-/// Whether what a fit has more than the one before it is a cause of the gap.
-fn is_a_cause(before: &Fit, fit: &Fit) -> bool {
+/// Whether what a fit has more than the one before it is a cause of the gap, where a right model leaves the mean square `still`.
+fn is_a_cause(before: &Fit, fit: &Fit, still: f64) -> bool {
     let gained = fit.score() - before.score();
-    let closes = closed(before, fit);
+    let closes = closed(before, fit, still);
+    let above = |fit: &Fit| fit.mean_square() - still;
+    let leaves_no_more = above(fit) <= above(before).max(0.0) + still;
     // What frees a bent motor leaves no more than that, but for rounding.
-    let unbends = before.prior - fit.prior > LEAST_GAIN
-        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
+    let unbends = before.prior - fit.prior > LEAST_GAIN && leaves_no_more;
     // It closes a tenth of what rounding leaves; a further one as much as that: where the law of the first is a little other, less is
     // left.
     let least = if before.model.members.is_empty() {
-        CLOSES * ROUNDING
+        CLOSES * still
     } else {
-        ROUNDING
+        still
     };
-    let matters = closes * above_rounding(before) >= least;
+    let matters = closes * above(before) >= least;
     // What scatters is not predicted: it is told by how it does. It leaves no more, either.
-    let scatters = before.around.is_stiller_than(&fit.around)
-        && above_rounding(fit) <= above_rounding(before).max(0.0) + ROUNDING;
+    let scatters = before.around.is_stiller_than(&fit.around) && leaves_no_more;
     let predicts = gained > 0.0 && closes >= CLOSES && matters;
     predicts || gained >= LEAST_GAIN && (unbends || scatters)
 }
 
-/// Share of the mean square above what rounding leaves that a fit closes.
-fn closed(before: &Fit, after: &Fit) -> f64 {
-    let above = above_rounding(before);
+/// Share of the mean square above what a right model leaves that a fit closes.
+fn closed(before: &Fit, after: &Fit, still: f64) -> f64 {
+    let above = before.mean_square() - still;
     if above <= 0.0 {
         return 0.0;
     }
-    (above - above_rounding(after)) / above
-}
-
-/// Mean square above what rounding leaves, in counts^2.
-pub(crate) fn above_rounding(fit: &Fit) -> f64 {
-    fit.rms().powi(2) - ROUNDING
+    (above - (after.mean_square() - still)) / above
 }
 
 /// The set among these that has the plain effect where this one has the same by direction: what holds for both directions alike.

@@ -5,7 +5,7 @@ mod forward;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
-use super::fit::{Base, Fit, Member, Model, finished, fit, sensitivities};
+use super::fit::{Base, Fit, Member, Model, Most, finished, fit, sensitivities};
 use super::noise::Noise;
 use super::pieces::Pieces;
 use super::screening::{Candidate, Pick, Screen, Shape, candidates, shares};
@@ -13,7 +13,7 @@ use super::settings::{CHANCE, FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WAND
 use super::validation::{Presence, presence};
 use crate::motor::fit::ParameterId;
 
-pub(crate) use forward::{Forward, Judged, above_rounding, forward, simpler_of};
+pub(crate) use forward::{Forward, Judged, forward, simpler_of};
 
 /// One level of the search.
 #[derive(Debug)]
@@ -168,8 +168,9 @@ fn add(
         }
     }
     models.extend(seeds.into_iter().map(|(model, start)| (model, vec![start])));
+    let most = Most::beside(from.mean_square());
     let fitted: Vec<Fit> = (models.par_iter())
-        .filter_map(|(model, starts)| fit(pieces, model, base.kind, starts))
+        .filter_map(|(model, starts)| fit(pieces, model, base.kind, starts, most))
         .collect();
     for one in fitted {
         let ids = one.model.ids();

@@ -5,5 +5,7 @@ mod nulls;
 mod which;
 
 pub(crate) use flexible::{Unknown, unknown};
-pub(crate) use nulls::{Presence, presence, residual_by_chance};
+#[cfg(test)]
+pub(crate) use nulls::residual_by_chance;
+pub(crate) use nulls::{Presence, left_by_chance, presence};
 pub(crate) use which::{Tie, standing};
