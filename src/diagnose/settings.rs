@@ -3,7 +3,7 @@
 /// Length of a piece in s: long against a gear motor's time constant, short against what drifts. Convention.
 pub(crate) const PIECE_S: f64 = 1.0;
 /// The same in time constants of the motor: after so many 95 % of a start is forgotten. Over longer pieces what a law leaves adds up,
-/// and hides the inertia: a staircase of 66 s has the time constant of its author over 1 to 3 s, and none over 7 s.
+/// and hides the inertia.
 pub(crate) const PIECE_TIME_CONSTANTS: f64 = 3.0;
 /// Fewest samples of a piece. Convention.
 pub(crate) const PIECE_SAMPLES: usize = 40;
@@ -16,8 +16,9 @@ pub(crate) const LEAD_S: f64 = 0.3;
 pub(crate) const COMMAND_LEVELS: f64 = 4.0;
 /// Folds of the cross-validation. Convention (Hastie, Tibshirani, Friedman, 7.10).
 pub(crate) const FOLDS: usize = 5;
-/// Samples that are held out together where pieces are few: as many as there are folds, so that each fold has a fifth of every start.
-pub(crate) const STRETCH_SAMPLES: usize = FOLDS;
+/// Samples that are held out together where pieces are few. Convention: few beside a start of a hundred samples, and enough that one that is
+/// off does not decide a score. A start that is over within them is in one fold.
+pub(crate) const STRETCH_SAMPLES: usize = 5;
 /// Half width in s of the window in which the speed at a sample is measured.
 pub(crate) const SPEED_WINDOW_S: f64 = 0.045;
 /// Half width in s of the line that gives the speed at a piece's start, two samples at least: half a time constant of a small motor.
@@ -30,8 +31,7 @@ pub(crate) const REST_SAMPLES: f64 = 1.0;
 pub(crate) use crate::units::ROUNDING_VARIANCE as ROUNDING;
 /// Correlation times in s among which that of a wandering load is chosen.
 pub(crate) const WANDER_TIMES_S: [f64; 4] = [0.05, 0.2, 0.6, 2.0];
-/// Strength of a wandering load that is plausible (one sigma), as a share of the stall torque: benches shake by 0.3 to 1 %. In the breadth
-/// set's first sixty a wider one took the place of numbers that are 20 % off.
+/// Strength of a wandering load that is plausible (one sigma), as a share of the stall torque: benches shake by 0.3 to 1 %.
 pub(crate) const USUAL_WANDER: f64 = 0.01;
 /// Strengths among which that of a wandering load is chosen, one sigma as a share of the stall torque: from nothing in steps of 2.
 pub(crate) const WANDER_LEAST: f64 = 1e-4;
