@@ -93,8 +93,8 @@ fn simulated(motor: &Motor, profile: &str, sample_time_s: f64, duration_s: f64) 
 
 /// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
 /// in bunches of 4 ms.
-fn timed_by_arrival() -> Run {
-    let run = simulated(&Motor::default(), "reversing", 0.005, 3.0);
+fn timed_by_arrival(duration_s: f64) -> Run {
+    let run = simulated(&Motor::default(), "reversing", 0.005, duration_s);
     let (mut late, mut before) = (0.0_f64, f64::NEG_INFINITY);
     let arrivals = run.t_s.iter().map(|t_s| {
         // A sequence without a rhythm: the fractions of the squares of pi's multiples.
@@ -111,19 +111,23 @@ fn timed_by_arrival() -> Run {
 }
 
 #[test]
-fn of_arrival_times_no_timing_effect_is_named_and_no_other_is_likely() {
+fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
     const TIMING: [&str; 3] = ["sample_jitter", "clock_error", "transport_delay"];
     let motor = Motor::default();
-    let mut run = timed_by_arrival();
-    // Taken for the board's times, they scatter as no right model does.
-    let believed = diagnosed(std::slice::from_ref(&run), &motor);
-    assert!(!believed.effects.is_empty(), "{}", believed.sentence);
-    run.header.insert("timing".to_owned(), "host".into());
-    let found = diagnosed(&[run], &motor);
-    // On these runs a compliance is said with one half: docs/decisions/0005.
-    assert!(found.probability < 0.6, "{}", found.sentence);
-    let mut sets = found.sets.iter().flat_map(|set| &set.effects);
-    assert!(sets.all(|effect| !TIMING.contains(effect)));
+    for duration_s in [3.0, 12.0] {
+        let mut run = timed_by_arrival(duration_s);
+        // Taken for the board's times, they scatter as no right model does.
+        let believed = diagnosed(std::slice::from_ref(&run), &motor);
+        assert!(!believed.effects.is_empty(), "{}", believed.sentence);
+        run.header.insert("timing".to_owned(), "host".into());
+        let found = diagnosed(&[run], &motor);
+        let mut sets = found.sets.iter().flat_map(|set| &set.effects);
+        assert!(sets.all(|effect| !TIMING.contains(effect)));
+        // Of 3 s a compliance is said with one half: docs/decisions/0005.
+        if duration_s > 3.0 {
+            assert!(found.effects.is_empty(), "{}", found.sentence);
+        }
+    }
 }
 
 #[test]

@@ -28,7 +28,7 @@ pub(crate) struct Asked {
     pub are_numbers_plausible: bool,
     /// Whether the nominal model does as well as the refitted one.
     pub is_nominal_right: bool,
-    /// Whether the runs are one piece, so that nothing is predicted that was not fitted.
+    /// Whether the runs are one piece, which shows nothing twice.
     pub is_one_piece: bool,
     /// Probability that what is named predicts no worse than without it.
     pub borne_out: f64,

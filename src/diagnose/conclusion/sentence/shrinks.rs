@@ -3,6 +3,7 @@
 use super::Beside;
 use crate::diagnose::conclusion::words::counts;
 use crate::diagnose::report::{Diagnosis, Verdict};
+use crate::diagnose::settings::FEW_PIECES;
 
 /// What the model of the verdict leaves, and what other numbers alone leave.
 pub(super) fn shrinks(said: &Diagnosis, beside: &Beside) -> Vec<String> {
@@ -11,7 +12,9 @@ pub(super) fn shrinks(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     let numbers = counts(gap.after_parameters);
     let mut sentences = Vec::new();
     if is_short(beside) {
-        sentences.push("These runs are too short to keep data back.".to_owned());
+        sentences.push(
+            "These runs are too short to keep pieces back: samples of them take turns.".to_owned(),
+        );
     }
     match said.verdict {
         Verdict::NoGap | Verdict::NoChange if beside.is_by_floor => sentences.push(format!(
@@ -43,16 +46,16 @@ pub(super) fn shrinks(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     sentences
 }
 
-/// Whether the runs are one piece, of which nothing can be kept back.
+/// Whether the runs are few pieces, of which samples are kept back and no piece.
 fn is_short(beside: &Beside) -> bool {
-    !beside.is_held_out && beside.pieces < 2
+    !beside.is_held_out && beside.pieces < FEW_PIECES
 }
 
 /// On which data, as a sentence begins.
 fn kept(beside: &Beside) -> &'static str {
     match (beside.is_held_out, is_short(beside)) {
         (true, _) => "On the runs held out,",
-        (false, true) => "On the fitted data itself,",
+        (false, true) => "On samples kept back from the fit,",
         (false, false) => "On data kept back from the fit,",
     }
 }

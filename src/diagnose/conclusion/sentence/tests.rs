@@ -6,6 +6,7 @@ use super::*;
 use crate::diagnose::conclusion::samples::{diagnosis, gap};
 use crate::diagnose::conclusion::words::{counts, digits, three};
 use crate::diagnose::report::{NextExperiment, NominalSource, SeenMotor, Verdict};
+use crate::diagnose::settings::FEW_PIECES;
 use crate::units::rpm_from_rad_s;
 
 const VERDICTS: [Verdict; 7] = [
@@ -41,8 +42,8 @@ fn beside(sets: &[&[&'static str]]) -> Beside {
         tied: sets.iter().map(|set| set.to_vec()).collect(),
         bent: vec![("inertia_kg_m2", 1.7), ("coulomb_friction_nm", 0.41)],
         wander_share: 0.0123,
-        pieces: 6,
-        all_pieces: 6,
+        pieces: FEW_PIECES,
+        all_pieces: FEW_PIECES,
         unknown: 0.3,
         asked: ASKED.to_owned(),
         ..Beside::default()
@@ -234,7 +235,7 @@ fn all_verdicts_side_by_side() {
     insta::assert_snapshot!(all);
 }
 
-/// Other circumstances: by the floor, held out, one piece, many effects, much wander.
+/// Other circumstances: by the floor, held out, few pieces, many effects, much wander.
 #[test]
 fn sentences_say_the_figures_of_the_document() {
     for verdict in VERDICTS {
@@ -249,7 +250,7 @@ fn sentences_say_the_figures_of_the_document() {
                 beside.is_by_floor = k == 0;
                 beside.is_held_out = k == 1;
                 beside.is_doubtful = k == 1;
-                beside.pieces = if k == 2 { 1 } else { 6 };
+                beside.pieces = if k == 2 { FEW_PIECES - 1 } else { FEW_PIECES };
                 if k == 3 {
                     beside.since = Some(Since::default());
                 }
