@@ -263,6 +263,14 @@ fn cases() -> Vec<Case> {
             false,
         ),
         (
+            "two failed reads of three samples",
+            Kind::MisreadPosition,
+            changed(handout("step", 0.003), |run| {
+                (100..102).chain([170]).for_each(|k| run.counts[k] = -2047)
+            }),
+            false,
+        ),
+        (
             "a pause",
             Kind::GapInTime,
             paused(handout("step", 0.003), ""),
@@ -357,7 +365,7 @@ fn every_kind_fires_on_a_case_of_its_own() {
     kinds.sort();
     kinds.dedup();
     // As many as the contract lists.
-    assert_eq!(kinds.len(), 19, "{kinds:?}");
+    assert_eq!(kinds.len(), 20, "{kinds:?}");
     insta::assert_snapshot!("cases", table);
 }
 

@@ -143,12 +143,14 @@ fn servos(folder: &Path) -> Vec<(String, Run)> {
 }
 
 /// What each folder of real recordings is documented to have: lost edges, and pauses of a loop that prints; a duty at which the shaft
-/// hardly breaks away; spin-ups of an axis that is held.
-const DOCUMENTED: [(&str, Kind); 4] = [
+/// hardly breaks away; spin-ups of an axis that is held. And what nobody documents and their numbers show: in 15 runs of a servo that
+/// lifts a load the position is -2047 counts for a sample or two, from wherever it is.
+const DOCUMENTED: [(&str, Kind); 5] = [
     ("arm_lost_edges", Kind::EdgesLostAtSpeed),
     ("arm_lost_edges", Kind::GapInTime),
     ("ev3", Kind::TooShort),
     ("odrive", Kind::TooShort),
+    ("sts3250", Kind::MisreadPosition),
 ];
 
 #[test]

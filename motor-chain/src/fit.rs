@@ -44,6 +44,7 @@ pub struct Simulator {
     model: Model,
     start: (f64, f64),
     known: KnownDifferences,
+    filters_samples: bool,
 }
 
 impl Simulator {
@@ -55,6 +56,7 @@ impl Simulator {
             model,
             start: (0.0, 0.0),
             known: KnownDifferences::default(),
+            filters_samples: false,
         })
     }
 
@@ -62,6 +64,14 @@ impl Simulator {
     #[must_use]
     pub fn knowing(mut self, known: KnownDifferences) -> Self {
         self.known = known;
+        self
+    }
+
+    /// The same of a log whose speeds are each the mean since the sample before: what filters them takes a step a sample
+    /// (exponential smoothing by `1 - exp(-TS/tau)`), as firmware does.
+    #[must_use]
+    pub fn filtering_samples(mut self, does: bool) -> Self {
+        self.filters_samples = does;
         self
     }
 
@@ -97,11 +107,12 @@ impl Simulator {
         self
     }
 
-    /// The same with the steps, and the known differences, of a run whose drive this one's was cut from.
+    /// The same with the steps, the known differences and the filter of a run whose drive this one's was cut from.
     #[must_use]
     pub fn cut_from(mut self, run: &Self) -> Self {
         self.schedule = self.schedule.stepping_as(&run.schedule);
         self.known.clone_from(&run.known);
+        self.filters_samples = run.filters_samples;
         self
     }
 
@@ -175,13 +186,15 @@ impl Simulator {
     /// The chain of a motor under this drive.
     fn chain(&self, motor: &Motor) -> Chain<f64> {
         let motor = &*self.in_this_run(motor);
-        Chain::new(
+        let mut chain = Chain::new(
             &motor.parameters,
             &motor.effects,
             self.model,
             self.kind,
             |x| x,
-        )
+        );
+        chain.sensor.filters_samples = self.filters_samples;
+        chain
     }
 
     /// The same with the derivatives by the parameters `wanted`: column `j` of `columns` (`samples` long, one after the
@@ -232,7 +245,7 @@ impl Simulator {
                 (0..count).map(|k| ParameterId::Effect(effect.index(), k))
             }),
         );
-        let chain = Chain::new(
+        let mut chain = Chain::new(
             &motor.parameters,
             &motor.effects,
             self.model,
@@ -246,6 +259,7 @@ impl Simulator {
                 }
             },
         );
+        chain.sensor.filters_samples = self.filters_samples;
         let read = Encoder {
             encoder: AngleReading::new(&chain, self.start),
             times_s: self.schedule.times_s(),

@@ -2,7 +2,8 @@
 //!
 //! Between two samples `h` apart, of which angle and speed are known, the edge rate is the parabola with the right ends and the right
 //! integral: `kept x'` is integrated over it by Gauss and Legendre's rule of five points. What it comes to passes the filter: the
-//! integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for the cubic through both ends (Hermite).
+//! integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for the cubic through both ends (Hermite). A filter
+//! that takes a step a sample is exponential smoothing: `q <- x + (q - x) exp(-h/tau)`.
 
 use crate::scalar::Scalar;
 use crate::stages::sensor::Sensor;
@@ -29,6 +30,8 @@ pub(crate) struct Memory<S> {
     filtered: S,
     /// What the filter is behind at a steady speed, at the start.
     behind: S,
+    /// Whether nothing has been read yet.
+    begins: bool,
 }
 
 impl<S: Scalar> Memory<S> {
@@ -47,6 +50,7 @@ impl<S: Scalar> Memory<S> {
             kept: (unrounded, kept_rate),
             filtered: unrounded - behind,
             behind,
+            begins: true,
         }
     }
 
@@ -78,7 +82,18 @@ impl<S: Scalar> Memory<S> {
         if let Some(tau_s) = sensor.filter_s
             && h.value() > 0.0
         {
-            self.filtered = lag(self.filtered, self.kept, kept, h, tau_s);
+            self.filtered = if sensor.filters_samples {
+                let forgotten = (-h / tau_s).exp();
+                if self.begins {
+                    // Of a speed that has been steady.
+                    self.behind = self.kept.1 * h * forgotten / (S::from(1.0) - forgotten);
+                    self.filtered = self.kept.0 - self.behind;
+                }
+                self.begins = false;
+                kept.0 + (self.filtered - kept.0) * forgotten
+            } else {
+                lag(self.filtered, self.kept, kept, h, tau_s)
+            };
         }
         (self.at_s, self.unrounded, self.kept) = (at_s, unrounded, kept);
         match sensor.filter_s {

@@ -272,3 +272,64 @@ fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
     let jitter = with(&[("sample_jitter", &[1e-3])]);
     assert!(!move_alike(&jitter, &with(&[])));
 }
+
+/// A filter that takes a step a sample is exponential smoothing of what the encoder says without it (by its recursion), with the
+/// derivative by its time constant, and from a piece's start on one that has settled to the speed there.
+#[test]
+fn a_filter_by_samples_is_exponential_smoothing() {
+    const TS: f64 = 0.02;
+    const TAU_S: f64 = 0.05;
+    let t_s: Vec<f64> = (0..300).map(|k| f64::from(k) * TS).collect();
+    let command: Vec<f64> = (0..300).map(|k| [0.0, 4.0, -2.0][k / 100]).collect();
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let angles = |motor: &Motor| {
+        let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+        let mut angles = vec![0.0; t_s.len()];
+        (simulator.filtering_samples(true))
+            .angles(motor, &mut Workspace::default(), &mut angles)
+            .expect("a motor");
+        angles
+    };
+    let filtering = |tau_s: f64| {
+        let mut motor = Motor::default();
+        let effect = ActiveEffect::new("speed_filter", &[tau_s]);
+        motor.effects.set(effect.expect("in the catalogue"));
+        motor
+    };
+    let plain = angles(&Motor::default());
+    let found = angles(&filtering(TAU_S));
+    let kept = (-TS / TAU_S).exp();
+    let mut smoothed = plain[0];
+    for (k, (x, y)) in plain.iter().zip(&found).enumerate() {
+        smoothed = kept * smoothed + (1.0 - kept) * x;
+        assert!((smoothed - y).abs() < 1e-6, "{k}: {smoothed} {y}");
+    }
+    let id = ParameterId::effect("speed_filter", "time_constant_s").expect("a number");
+    let mut column = vec![0.0; t_s.len()];
+    let simulator = Simulator::new(&drive, Model::SecondOrder).expect("a drive");
+    (simulator.filtering_samples(true))
+        .sensitivities(
+            &filtering(TAU_S),
+            &[id],
+            &mut Workspace::default(),
+            &mut vec![0.0; t_s.len()],
+            &mut column,
+        )
+        .expect("a motor");
+    let (less, more) = (
+        angles(&filtering(TAU_S - 1e-4)),
+        angles(&filtering(TAU_S + 1e-4)),
+    );
+    for k in 0..t_s.len() {
+        let difference = (more[k] - less[k]) / 2e-4;
+        assert!(
+            (column[k] - difference).abs() < 1e-3,
+            "{k}: {} {difference}",
+            column[k]
+        );
+    }
+}

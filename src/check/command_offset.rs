@@ -61,7 +61,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         return Vec::new();
     };
     // A position that was summed up from speeds is uncertain by a sample.
-    let slack = usize::from(subject.is_summed_up());
+    let slack = usize::from(subject.run.is_integrated());
     let jumps = jumps(subject.run, slack);
     let found = late(subject, &jumps, step_s).or_else(|| {
         let answers = Answers::of(&jumps, step_s)?;

@@ -28,6 +28,8 @@ pub enum Kind {
     CounterWrap,
     /// A counter that goes round may have done so unseen in a gap.
     WrapOverGap,
+    /// The position leaps away and comes back: a failed read.
+    MisreadPosition,
     /// Samples are far apart.
     GapInTime,
     /// Counts fall behind at high speed.

@@ -36,6 +36,7 @@ mod gain;
 mod gap_in_time;
 pub(crate) mod host_clock;
 mod jump;
+mod misread_position;
 mod response;
 mod sample_time;
 mod starts_in_motion;
@@ -46,6 +47,7 @@ mod too_short;
 mod words;
 
 pub use finding::{Finding, Kind, Severity, is_fatal};
+pub(crate) use misread_position::misread_positions;
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;
 
@@ -61,6 +63,7 @@ const KINDS: &[Find] = &[
     counts_scale::find,
     time_unit::find,
     counter_wrap::find,
+    misread_position::find,
     gap_in_time::find,
     sample_time::find,
     clock_rate::find,

@@ -47,13 +47,6 @@ impl Subject<'_> {
         (0, self.run.len().saturating_sub(1))
     }
 
-    /// Whether the position was summed up from speeds.
-    pub fn is_summed_up(&self) -> bool {
-        let imported = self.run.header.get("imported");
-        let said = imported.and_then(|imported| imported.get("position"));
-        (said.and_then(toml::Value::as_str)).is_some_and(|said| said.starts_with("integrated"))
-    }
-
     /// Whether the log had this channel (`position` or `command`); an import without it fills the column with noughts.
     pub fn has(&self, channel: &str) -> bool {
         let imported = self.run.header.get("imported");

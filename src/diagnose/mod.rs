@@ -30,10 +30,10 @@ pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     BadRecording, Cause, Diagnosis, EffectSet, Evidence, Fitted, FloorParts, Gap, GoodEnough,
     Interval, KnownChange, NextExperiment, NominalSource, Place, PredictedRun, ReferenceRuns,
-    Regime, Region, Rival, SHAPE, SeenMotor, Step, Verdict, other_means,
+    Regime, Region, Rival, SHAPE, SeenMotor, Step, Term, Verdict, other_means,
 };
 
-use crate::check::check;
+use crate::check::{check, misread_positions};
 use crate::motor::Motor;
 use crate::recording::Run;
 use conclusion::Reference;
@@ -106,17 +106,23 @@ pub fn diagnose(
     options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
     let begun = std::time::Instant::now();
+    let recorded = runs;
+    let (runs, held_out, earlier) = (
+        &read_right(runs)[..],
+        &read_right(options.held_out)[..],
+        &read_right(options.reference)[..],
+    );
     let (all, mut base) = made_ready(runs, motor)?;
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
     let mut reference = None;
-    if let [first, ..] = options.reference {
+    if let [first, ..] = earlier {
         usable(&[runs[0].clone(), first.clone()])?;
-        let (then, then_base) = made_ready(options.reference, motor)?;
+        let (then, then_base) = made_ready(earlier, motor)?;
         (options.progress)("diagnosing the reference");
-        let (then, of_then) = match Thinned::new(&then, options.reference)? {
+        let (then, of_then) = match Thinned::new(&then, earlier)? {
             Some(thinned) => (thinned.pieces, thinned.runs),
-            None => (then, options.reference.to_vec()),
+            None => (then, earlier.to_vec()),
         };
         let found = forward(&of_then, &then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
         let made = Reference::new(&of_then, (then, then_base), &found, pieces);
@@ -124,9 +130,9 @@ pub fn diagnose(
         base = now.for_runs_of(&base);
         reference = Some(made);
     }
-    let held = match options.held_out {
+    let held = match held_out {
         [] => None,
-        held_out => {
+        _ => {
             let both: Vec<Run> = [&runs[..1], held_out].concat();
             usable(&both)?;
             Some(Pieces::new(held_out, motor)?)
@@ -156,16 +162,21 @@ pub fn diagnose(
         good_enough: options.good_enough,
         is_doubtful: options.is_doubtful,
         nominal_source: options.nominal_source,
-        asked: options.asked.map_or_else(
-            || report::asked(runs, options.held_out, options.reference),
-            str::to_owned,
-        ),
+        asked: options
+            .asked
+            .map_or_else(|| report::asked(runs, held_out, earlier), str::to_owned),
         steps: conclusion::steps(&found, &unknown),
     };
     let mut diagnosis = conclusion::conclude(grounds).ok_or(DiagnoseError::NoFit)?;
-    diagnosis.data = check(runs, Some(motor));
+    diagnosis.data = check(recorded, Some(motor));
     diagnosis.elapsed_s = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
+}
+
+/// Runs without the samples whose position was misread, as `check` lists them.
+fn read_right(runs: &[Run]) -> Vec<Run> {
+    let without = |run: &Run| run.without(&misread_positions(run));
+    runs.iter().map(without).collect()
 }
 
 /// Runs cut into pieces, and what is the same for all models of them.
@@ -228,6 +239,25 @@ mod tests {
         assert!(found.effects.is_empty());
         assert!(found.note.contains("dead zone"), "{}", found.note);
         assert!((found.gap.floor - 0.5 * found.gap.travel).abs() < 1e-9);
+    }
+
+    /// Failed reads are listed and left out: what is said is what is said without them.
+    #[test]
+    fn failed_reads_change_nothing() {
+        let sound = recording(&motor_with(&[("dead_zone", &[0.9])]), 1500);
+        let mut failed = sound.clone();
+        [200, 700, 1100]
+            .iter()
+            .for_each(|k| failed.counts[*k] = -2047);
+        let without = sound.without(&[200, 700, 1100]);
+        let of = |run: Run| diagnose(&[run], &Motor::default(), &Options::default());
+        let (failed, without) = (of(failed).expect("one"), of(without).expect("one"));
+        assert_eq!(failed.gap, without.gap);
+        assert_eq!(failed.causes[0].effect, without.causes[0].effect);
+        let is_listed = |found: &Diagnosis| {
+            (found.data.iter()).any(|finding| finding.id == crate::check::Kind::MisreadPosition)
+        };
+        assert!(is_listed(&failed) && !is_listed(&without));
     }
 
     /// Held-out runs are measured on, and nothing is fitted to them: other held-out runs leave the numbers that were fitted alone.

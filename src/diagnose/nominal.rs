@@ -9,9 +9,9 @@
 
 use super::error::{DiagnoseError, usable};
 use super::fit::{BASE, Base, Left, Model, unweighted};
-use super::made_ready;
 use super::pieces::{Pieces, Thinned};
 use super::settings::FITTED_TOLERANCE;
+use super::{made_ready, read_right};
 use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
 use crate::motor::Motor;
 use crate::recording::Run;
@@ -57,6 +57,7 @@ pub struct NominalFit {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseError> {
+    let runs = &read_right(runs)[..];
     let kind = usable(runs)?;
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;

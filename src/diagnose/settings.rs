@@ -36,6 +36,10 @@ pub(crate) const USUAL_WANDER: f64 = 0.01;
 /// Strengths among which that of a wandering load is chosen, one sigma as a share of the stall torque: from nothing in steps of 2.
 pub(crate) const WANDER_LEAST: f64 = 1e-4;
 pub(crate) const WANDER_LEVELS: usize = 12;
+/// Scatter of logged speeds among which theirs is chosen, one sigma as a share of the top speed, in steps of 2: from what ten bits resolve
+/// to a twentieth. Convention.
+pub(crate) const SPEED_SCATTER_LEAST: f64 = 1e-3;
+pub(crate) const SPEED_SCATTER_LEVELS: usize = 7;
 /// Relative tolerance (one sigma) of a number that the motor file states none for.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
 /// Recordings simulated to see what chance makes of the best of all rivals.

@@ -126,6 +126,46 @@ impl Run {
         self.counts.len()
     }
 
+    /// The run without these samples, whose numbers are in order; the command before each goes on.
+    #[must_use]
+    pub fn without(&self, samples: &[usize]) -> Self {
+        let is_left = |k: usize| samples.binary_search(&k).is_err();
+        fn kept<T: Clone>(column: &[T], is_left: impl Fn(usize) -> bool) -> Vec<T> {
+            let numbered = column.iter().enumerate();
+            numbered
+                .filter(|(k, _)| is_left(*k))
+                .map(|(_, value)| value.clone())
+                .collect()
+        }
+        fn kept_of<T: Clone>(
+            column: &Option<Vec<T>>,
+            is_left: impl Fn(usize) -> bool,
+        ) -> Option<Vec<T>> {
+            column.as_ref().map(|column| kept(column, is_left))
+        }
+        // A speed is a difference to the sample before.
+        let mut speeds = self.velocity_rad_s.clone();
+        for speed in speeds.iter_mut() {
+            for k in samples {
+                if let Some(after) = speed.get_mut(k + 1) {
+                    *after = None;
+                }
+            }
+        }
+        Self {
+            t_s: kept(&self.t_s, is_left),
+            command: kept(&self.command, is_left),
+            counts: kept(&self.counts, is_left),
+            seq: kept_of(&self.seq, is_left),
+            host_t_s: kept_of(&self.host_t_s, is_left),
+            velocity_rad_s: kept_of(&speeds, is_left),
+            flags: kept_of(&self.flags, is_left),
+            measured_supply_v: kept_of(&self.measured_supply_v, is_left),
+            measured_current_a: kept_of(&self.measured_current_a, is_left),
+            ..self.clone()
+        }
+    }
+
     /// Keeps the first `length` samples.
     pub fn truncate(&mut self, length: usize) {
         fn cut<T>(column: &mut Option<Vec<T>>, length: usize) {
@@ -148,6 +188,16 @@ impl Run {
     /// milliseconds and bunched, unlike those of a device.
     pub fn is_host_timed(&self) -> bool {
         self.header.get("timing").and_then(toml::Value::as_str) == Some("host")
+    }
+
+    /// Whether its position is integrated from logged speeds, whose errors add up.
+    pub fn is_integrated(&self) -> bool {
+        let imported = self
+            .header
+            .get("imported")
+            .and_then(|imported| imported.get("position"));
+        let said = imported.or_else(|| self.header.get("text_position"));
+        (said.and_then(toml::Value::as_str)).is_some_and(|said| said.starts_with("integrated"))
     }
 
     /// Whether nothing says which motor it is of: an imported log, or lines of text from a board.

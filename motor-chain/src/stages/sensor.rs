@@ -24,6 +24,8 @@ pub(crate) struct Sensor<S> {
     pub rate_loss: Option<RateLoss<S>>,
     /// Time constant in s of the filter that the logged speed has passed.
     pub filter_s: Option<S>,
+    /// Whether the filter takes a step a sample, not all the time.
+    pub filters_samples: bool,
 }
 
 /// `kept = 1 / (1 + (f / f0)^n)`.
@@ -65,6 +67,7 @@ impl<S: Scalar> Sensor<S> {
             max_rate_hz: None,
             rate_loss: None,
             filter_s: None,
+            filters_samples: false,
         }
     }
 

@@ -200,14 +200,7 @@ mod tests {
             *start.last_mut().expect("a number") = if is_log { value.ln() } else { value };
             start
         });
-        let fit = fit(
-            &pieces,
-            &model,
-            base.kind,
-            &starts,
-            Most::beside(f64::INFINITY),
-        )
-        .expect("a fit");
+        let fit = fit(&pieces, &model, base.kind, &starts, Most::anything()).expect("a fit");
         interval(&pieces, &fit, fit.x.len() - 1, kind.parameters[0].unit)
     }
 

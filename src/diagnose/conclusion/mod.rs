@@ -33,6 +33,7 @@ use verdict::Asked;
 
 pub(crate) use reference::Reference;
 pub(crate) use steps::steps;
+use weights::without_any_known;
 pub(crate) use weights::{Weights, weights};
 
 /// What a conclusion rests on.
@@ -93,8 +94,18 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     let wander = floor::wander(pieces, best);
     // What is held out chooses nothing, the verdict included.
     let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
-    let borne_out = searched.borne_out();
-    let prediction = steps::prediction(found, &searched.gap, borne_out);
+    // What the inverse form decides is borne out by its own folds: there no simulation is the measure.
+    let is_inverse = found.levels.iter().any(|level| level.is_inverse);
+    let (borne_out, prediction) = match is_inverse {
+        true => (1.0, None),
+        false => {
+            let borne_out = searched.borne_out();
+            (
+                borne_out,
+                steps::prediction(found, &searched.gap, borne_out),
+            )
+        }
+    };
     let weights = weights.borne_out(borne_out).at_most(most_sure);
     let refitted = &shown.refitted.left;
     let left_of_all = match thinned {
@@ -108,6 +119,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         is_nominal_right: is_nominal_right(pieces, found, &searched.gap, wander)?,
         is_one_piece: pieces.pieces.len() < 2,
         borne_out,
+        without_any_known: without_any_known(found),
         most_sure,
     };
     let mut said = verdict::verdict(&weights, &found.sets, &searched.gap, asked);
@@ -148,6 +160,11 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         is_by_floor: said.is_by_floor,
         is_held_out: grounds.held.is_some(),
         is_doubtful: grounds.is_doubtful,
+        inverse_gain: found
+            .inverse
+            .first()
+            .filter(|_| is_inverse)
+            .map(|pick| pick.gain),
         unknown: weights.unknown,
         asked: grounds.asked,
     };

@@ -32,6 +32,8 @@ pub(crate) struct Asked {
     pub is_one_piece: bool,
     /// Probability that what is named predicts no worse than without it.
     pub borne_out: f64,
+    /// Probability that no known effect plays a part in what is unknown.
+    pub without_any_known: f64,
     /// Nothing is said with more than this.
     pub most_sure: f64,
 }
@@ -53,6 +55,10 @@ pub(crate) fn verdict(
         is_by_floor: true,
         ..said(verdict, probability, Vec::new())
     };
+    let outside = || {
+        let alone = weights.unknown * asked.without_any_known;
+        said(Verdict::OutsideCatalogue, alone, Vec::new())
+    };
     let is_something = !sets.is_empty() || weights.unknown > weights.none;
     if is_something && gap.before <= gap.floor {
         return by_floor(Verdict::NoGap, asked.below_floor[0]);
@@ -61,15 +67,11 @@ pub(crate) fn verdict(
         return by_floor(Verdict::Parameters, asked.below_floor[1]);
     }
     match sets {
-        [] if weights.unknown > weights.none => {
-            said(Verdict::OutsideCatalogue, weights.unknown, Vec::new())
-        }
+        [] if weights.unknown > weights.none => outside(),
         [] if asked.is_nominal_right => said(Verdict::NoGap, weights.none, Vec::new()),
         [] => said(Verdict::Parameters, weights.none, Vec::new()),
         // What predicts no better than nothing is no part of it.
-        _ if weights.unknown > 0.5 && asked.borne_out < 0.5 => {
-            said(Verdict::OutsideCatalogue, weights.unknown, Vec::new())
-        }
+        _ if weights.unknown > 0.5 && asked.borne_out < 0.5 => outside(),
         sets if weights.unknown > 0.5 => {
             let there = match sets {
                 [set] => weights.inclusion(set),
@@ -99,6 +101,7 @@ mod tests {
         is_nominal_right: false,
         is_one_piece: false,
         borne_out: 1.0,
+        without_any_known: 1.0,
         most_sure: 1.0,
     };
 
@@ -146,6 +149,14 @@ mod tests {
         assert_eq!(
             of(&outside, &[], &wide, right),
             (Verdict::OutsideCatalogue, 0.9, 0)
+        );
+        let promising = Asked {
+            without_any_known: 0.5,
+            ..right
+        };
+        assert_eq!(
+            of(&outside, &[], &wide, promising),
+            (Verdict::OutsideCatalogue, 0.45, 0)
         );
         let one = weights(0.0, 0.1, &[(&[A], 0.8), (&[A, B], 0.1)]);
         assert_eq!(of(&one, &[&[A]], &wide, ASKED), (Verdict::Effect, 0.8, 1));

@@ -100,6 +100,16 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
     }
 }
 
+/// Probability that no known effect plays a part in what is unknown. What promises more than chance makes and is not borne out has even
+/// odds: the levels ask the same question, so the one that promises most beyond chance counts.
+pub(crate) fn without_any_known(forward: &Forward) -> f64 {
+    let beyond = forward.levels.iter().map(|level| {
+        let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
+        level.presence.gain - chance
+    });
+    1.0 - logistic(beyond.fold(f64::NEG_INFINITY, f64::max).min(0.0))
+}
+
 /// Probability of something more than the best set: a flexible torque that gains, a piece that is predicted worse than chance makes
 /// any, or a motor whose own numbers are beyond their tolerances.
 fn more(forward: &Forward, unknown: &Unknown) -> f64 {

@@ -17,6 +17,7 @@ const LEAST_PRECISION: f64 = 1e-12;
 pub(super) const ORDINARY: Noise = Noise {
     strength: ORDINARY_WANDER,
     time_s: WANDER_TIMES_S[1],
+    ..Noise::NONE
 };
 
 /// How a profile is to be recorded.

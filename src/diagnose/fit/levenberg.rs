@@ -78,6 +78,16 @@ impl Most {
         Self(mean_square + CLOSES * (mean_square - ROUNDING).max(ROUNDING))
     }
 
+    /// Whatever it leaves.
+    pub fn anything() -> Self {
+        Self(f64::INFINITY)
+    }
+
+    /// Whether a fit may leave this mean square.
+    pub fn allows(self, mean_square: f64) -> bool {
+        mean_square <= self.0
+    }
+
     /// No more than a model leaves with the numbers that it starts from; none where it cannot be simulated.
     pub fn of_start(pieces: &Pieces, model: &Model, kind: CommandKind) -> Option<Self> {
         let left = Left::new(pieces, model, kind, &model.start())?;
@@ -299,7 +309,7 @@ mod tests {
         for begun_v in [0.3, 0.9, 1.7] {
             let values = vec![begun_v];
             let model = Model::new(&base, vec![Member { index, values }]);
-            let most = Most::beside(f64::INFINITY);
+            let most = Most::anything();
             let fit = fit(&pieces, &model, base.kind, &[model.start()], most).expect("a motor");
             let motor = model.motor(&fit.x);
             let mut found = motor

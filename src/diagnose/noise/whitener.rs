@@ -90,6 +90,7 @@ impl Whitener {
                 let mut step = passing.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
                 p = p.after(&step);
                 p.dd += sigma * sigma * (1.0 - step.f22 * step.f22);
+                p.xx += run.scatter(noise, k).powi(2);
                 if around.loss > 0.0 {
                     p.xx += around.loss * (run.counts[k] - run.counts[k - 1]).abs();
                 }
@@ -214,6 +215,7 @@ mod tests {
             let noise = Noise {
                 strength,
                 time_s: 0.2,
+                ..Noise::NONE
             };
             let whitener = Whitener::new(&pieces, &around, noise);
             let ramp: Vec<f64> = (pieces.pieces.iter())

@@ -16,6 +16,7 @@ use crate::motor::{Drive, Model, Motor, SimulationError};
 use crate::recording::Run;
 
 use super::error::{DiagnoseError, name_of};
+use super::noise::Noise;
 use super::settings::{
     FEW_PIECES, FOLDS, LONGEST_TIME_CONSTANT_S, PIECE_S, PIECE_SAMPLES, PIECE_TIME_CONSTANTS,
     REST_SAMPLES, ROUNDING, SPEED_WINDOW_S, START_SPEED_SHARE, START_WINDOW_S, STRETCH_SAMPLES,
@@ -41,6 +42,8 @@ pub(crate) struct Recording {
     pub supply_v: Option<f64>,
     /// Error of the board's clock as the host saw it, and over how many seconds.
     pub clock: Option<(f64, f64)>,
+    /// Whether the position is integrated from logged speeds.
+    pub is_integrated: bool,
     /// Whether the shaft turns by half a turn or more from one sample to the next.
     pub goes_round: bool,
     /// Largest speed in counts/s, 1 at least.
@@ -118,9 +121,12 @@ impl Recording {
             command: &command,
             kind: run.command_kind,
         };
-        let simulator = Simulator::new(&drive, Model::SecondOrder)?.knowing(run.known.clone());
+        let simulator = Simulator::new(&drive, Model::SecondOrder)?
+            .knowing(run.known.clone())
+            .filtering_samples(run.is_integrated());
         let half_turn = 0.5 * run.counts_per_rev;
         Ok(Self {
+            is_integrated: run.is_integrated(),
             goes_round: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
             top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
             t_s: run.t_s.clone(),
@@ -167,6 +173,14 @@ impl Recording {
 }
 
 impl Recording {
+    /// By how many counts (one sigma) the scatter of a logged speed moves the position that is integrated from it, at a sample.
+    pub fn scatter(&self, noise: Noise, k: usize) -> f64 {
+        if !self.is_integrated || !self.moving[k] {
+            return 0.0;
+        }
+        noise.speed_counts_s * (self.t_s[k] - self.t_s[k - 1])
+    }
+
     /// Where the shaft is put at a sample, with the uncertainty of its speed in counts/s.
     fn start(&self, sample: usize) -> (Reset, f64) {
         let (speed, sd) = self.start_speed(sample);

@@ -192,6 +192,7 @@ impl Cut {
             rad: whole.rad,
             supply_v: whole.supply_v,
             clock: whole.clock,
+            is_integrated: whole.is_integrated,
             goes_round: whole.goes_round,
             top: whole.top,
         };

@@ -22,5 +22,5 @@ pub use nominal::{NominalSource, SeenMotor};
 pub use other_means::other_means;
 pub use place::{Place, Regime, Region};
 pub use predicted::PredictedRun;
-pub(crate) use step::PREDICTION;
-pub use step::{Rival, Step};
+pub(crate) use step::{INVERSE_FORM, PREDICTION};
+pub use step::{Rival, Step, Term};

@@ -23,6 +23,22 @@ pub struct Rival {
     pub wander: f64,
 }
 
+/// A term of the inverse form.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Term {
+    /// Effects that take it.
+    pub effects: Vec<&'static str>,
+    /// Cycles in a turn, of a term that repeats with the angle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub order: Option<usize>,
+    /// Share of what the motor alone leaves that it takes, on folds not fitted.
+    pub gain: f64,
+    /// Standard error of that, by pieces.
+    pub error: f64,
+    /// Whether it is not told from the best.
+    pub is_tied: bool,
+}
+
 /// One step of the search: every rival of one more effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Step {
@@ -36,6 +52,9 @@ pub struct Step {
     pub rivals: Vec<Rival>,
     /// What each effect promised before it was fitted, in nats.
     pub screened: Vec<(&'static str, f64)>,
+    /// Terms of the inverse form, most first; of that step alone.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub terms: Vec<Term>,
     /// The largest promise under the noise that the best leaves.
     pub gain: f64,
     /// The largest of simulated recordings.
@@ -52,6 +71,8 @@ pub struct Step {
 
 /// The step that asks what is kept once more.
 pub(crate) const PREDICTION: &str = "prediction";
+/// The step that looks without any simulation.
+pub(crate) const INVERSE_FORM: &str = "inverse form";
 
 /// Rivals of a step that are shown.
 const SHOWN: usize = 8;
@@ -77,7 +98,20 @@ impl fmt::Display for Step {
                 named(&rival.effects)
             )?;
         }
-        if self.name == PREDICTION {
+        for term in &self.terms {
+            let order = term
+                .order
+                .map_or(String::new(), |order| format!(" of order {order}"));
+            writeln!(
+                f,
+                "  {} takes {:5.2} +- {:4.2} of the squares  {}{order}",
+                if term.is_tied { '=' } else { ' ' },
+                term.gain,
+                term.error,
+                term.effects.join(" | ")
+            )?;
+        }
+        if self.name == PREDICTION || self.name == INVERSE_FORM {
             let is_kept = if self.is_kept { "kept" } else { "not kept" };
             return writeln!(f, "  {is_kept}: {}", self.why);
         }

@@ -113,12 +113,14 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
             || fit.model.members.iter().any(|member| member.id() == id)
     };
     // Where the shaft goes round between two samples, nothing tells what repeats with the angle; and times that are the host's
-    // arrivals tell of the line, not of the board.
+    // arrivals tell of the line, not of the board. Edges lost by chance are errors of logged speeds like any other.
     let goes_round = pieces.runs.iter().any(|run| run.goes_round);
+    let is_integrated = pieces.runs.iter().all(|run| run.is_integrated);
     let is_hidden = |kind: &EffectKind| {
         let is_timed = kind.stage == Stage::Timing || kind.id == "transport_delay";
         let repeats = || (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
-        (base.is_host_timed && is_timed) || (goes_round && repeats())
+        let is_scatter = kind.id == "missed_counts" && is_integrated;
+        (base.is_host_timed && is_timed) || (goes_round && repeats()) || is_scatter
     };
     let mut members = Vec::new();
     let mut out = Vec::new();

@@ -68,6 +68,8 @@ pub(crate) struct Forward {
     /// The best set.
     pub best: Fit,
     pub levels: Vec<Judged>,
+    /// Terms of the inverse form, most first.
+    pub inverse: Vec<Pick>,
     /// Sets that are not told from the best, which is the first.
     pub sets: Vec<Vec<&'static str>>,
 }
@@ -198,6 +200,7 @@ pub(crate) fn forward(
         still,
         best,
         levels,
+        inverse,
         sets,
     })
 }

@@ -158,24 +158,35 @@ fn add(
     seeds: Vec<Seed>,
     fits: &mut Vec<Fit>,
 ) {
-    let mut models: Vec<(Model, Vec<Vec<f64>>)> = Vec::new();
+    let most = Most::beside(from.mean_square());
+    let mut models: Vec<(Model, Vec<Vec<f64>>, bool)> = Vec::new();
     for member in chosen {
         let model = Model::new(base, with(from, member.clone()));
         let starts = [model.start_from(&from.model, &from.x), model.start()];
-        match models.iter_mut().find(|(other, _)| other.is_like(&model)) {
-            Some((_, others)) => others.extend(starts),
-            None => models.push((model, starts.to_vec())),
+        match models.iter_mut().find(|(other, ..)| other.is_like(&model)) {
+            Some((_, others, _)) => others.extend(starts),
+            None => models.push((model, starts.to_vec(), false)),
         }
     }
-    models.extend(seeds.into_iter().map(|(model, start)| (model, vec![start])));
-    let most = Most::beside(from.mean_square());
+    let seeds = seeds.into_iter();
+    models.extend(seeds.map(|(model, start)| (model, vec![start], true)));
     let fitted: Vec<Fit> = (models.par_iter())
-        .filter_map(|(model, starts)| fit(pieces, model, base.kind, starts, most))
+        .filter_map(|(model, starts, is_seed)| {
+            let of = |most| fit(pieces, model, base.kind, starts, most);
+            // What the inverse form decides may leave more: there no simulation is the measure.
+            of(most).or_else(|| is_seed.then(Most::anything).and_then(of))
+        })
         .collect();
     for one in fitted {
         let ids = one.model.ids();
+        let is_better = |one: &Fit, other: &Fit| {
+            let beyond = |fit: &Fit| !most.allows(fit.mean_square());
+            (beyond(one).cmp(&beyond(other)))
+                .then(one.cost().total_cmp(&other.cost()))
+                .is_lt()
+        };
         match fits.iter_mut().find(|fit| fit.model.ids() == ids) {
-            Some(other) if other.cost() > one.cost() => *other = one,
+            Some(other) if is_better(&one, other) => *other = one,
             Some(_) => {}
             None => fits.push(one),
         }

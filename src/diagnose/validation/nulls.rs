@@ -110,6 +110,10 @@ pub(crate) fn residual_by_chance(
                 let travelled = (run.counts[k] - run.counts[k - 1]).abs();
                 x += (around.loss * travelled).sqrt() * normal(random);
             }
+            let scatter = run.scatter(noise, k);
+            if scatter > 0.0 {
+                x += scatter * normal(random);
+            }
             let late = run.speed[k] * around.jitter_s * (random.random_range(0.0..1.0) - 0.5);
             let p = predicted[k - piece.from];
             out.push((p + x + late + fraction).floor() - p);

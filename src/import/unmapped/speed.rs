@@ -65,11 +65,8 @@ impl Decision<'_> {
             unit: unit.to_owned(),
             scale: None,
             offset: None,
-            integrate: if has_steps {
-                Integration::Backward
-            } else {
-                Integration::Trapezoid
-            },
+            // Encoders give differences of position; a filter's lag comes on top.
+            integrate: Integration::Backward,
         });
         let how = match (step, by_rows) {
             (Some(step), _) => format!("in steps of {}", short(step)),

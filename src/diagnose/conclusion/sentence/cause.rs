@@ -42,7 +42,9 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
         Verdict::Partial => format!("One cause is {} ({sure}).", one_of(said, beside)),
         Verdict::Ambiguous => may_be("The cause", said, beside),
         Verdict::OutsideCatalogue => {
-            format!("The cause is none of the effects that motorlab knows ({sure}).")
+            format!(
+                "The cause is none of the effects that motorlab knows ({sure}). None is borne out, even as a part of it."
+            )
         }
         Verdict::BadRecording => "The cause is in the recording itself.".to_owned(),
     }

@@ -43,6 +43,8 @@ pub(crate) struct Beside {
     pub since: Option<Since>,
     /// The command that asked.
     pub asked: String,
+    /// Share of what a plain motor leaves that the cause takes in the inverse form, where that decides.
+    pub inverse_gain: Option<f64>,
 }
 
 /// The four parts.

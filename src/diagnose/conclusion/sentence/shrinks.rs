@@ -38,6 +38,12 @@ pub(super) fn shrinks(said: &Diagnosis, beside: &Beside) -> Vec<String> {
             "{kept} other numbers shrink it to {numbers} counts, and no known effect further."
         )),
         _ => {
+            sentences.extend(beside.inverse_gain.map(|gain| {
+                format!(
+                    "No simulation explains these runs: motion and command alone show the cause. It takes {:.0} % of what a plain motor leaves there.",
+                    100.0 * gain
+                )
+            }));
             sentences.push(with_effects(said, beside, kept));
             sentences.push(format!("Other numbers alone leave {numbers}."));
         }

@@ -43,7 +43,10 @@ pub(super) fn what_next(said: &Diagnosis, beside: &Beside) -> String {
 /// The recording that would tell more, and the command that asks again with it.
 fn record(next: &NextExperiment, beside: &Beside) -> String {
     let bench = next.change.as_ref();
-    let with = bench.map_or_else(String::new, |change| format!(" with {}", change.words()));
+    // A sentence of its own: it may be long.
+    let with = bench.map_or_else(String::new, |change| {
+        format!(" Record it with {}.", change.words())
+    });
     let flag = bench.and_then(|change| change.flag("next.csv"));
     let flag = flag.map_or_else(String::new, |flag| format!(" {flag}"));
     let again = match beside.asked.strip_prefix("motorlab diagnose ") {
@@ -58,7 +61,7 @@ fn record(next: &NextExperiment, beside: &Beside) -> String {
         }
     };
     format!(
-        "Next, record what {what}{with}: `{}`. Then ask again: {}.",
+        "Next, record what {what}: `{}`.{with} Then ask again: {}.",
         next.command,
         command(&again, "next.csv among the runs")
     )

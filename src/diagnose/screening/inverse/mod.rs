@@ -106,6 +106,14 @@ impl Pick {
         self.gain > TIED_ERRORS * self.error
     }
 
+    /// Cycles in a turn, where it repeats with the angle.
+    pub fn order(&self) -> Option<usize> {
+        match self.form {
+            Form::Angle(order) => Some(order),
+            _ => None,
+        }
+    }
+
     /// Whether a member has the order of the angle that it has found, where it has one.
     pub fn is_of_order(&self, member: &Member) -> bool {
         match self.form {
