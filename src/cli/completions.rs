@@ -1,23 +1,15 @@
 //! `motorlab completions`: completion scripts for shells.
 
-use std::fmt::Write as _;
-
 use clap::{Args, CommandFactory};
 use clap_complete::Shell;
 
-use super::names::{SHARES, TIMES, parameters_of};
-use super::virtual_spec::BOARD_KEYS;
 use super::{CommandLine, Failure, Output, Status};
-use crate::board::BUILT_IN;
-use crate::board::text_lines::Column;
-use crate::motor::Parameters;
-use crate::motor::catalogue::{Stage, catalogue};
 
-/// Print the completion script of a shell. That of bash also completes profiles with shares and times, columns, effects and their
-/// parameters; `motorlab names` lists them for every shell.
+/// Print the completion script of a shell. Those of bash, zsh, fish and PowerShell also complete profiles with shares and times,
+/// columns, effects and their parameters; `motorlab names` lists them.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  motorlab completions bash > ~/.local/share/bash-completion/completions/motorlab"
+    after_help = "Examples:\n  motorlab completions bash > ~/.local/share/bash-completion/completions/motorlab\n  motorlab completions powershell >> $PROFILE"
 )]
 pub struct Completions {
     /// Which shell.
@@ -33,68 +25,38 @@ impl Completions {
             "motorlab",
             &mut script,
         );
-        let mut script = String::from_utf8_lossy(&script).trim_end().to_owned();
-        if self.shell == Shell::Bash {
-            script.push_str(&names_in_bash());
-        }
-        output.line(&script)?;
+        let script = String::from_utf8_lossy(&script).trim_end().to_owned();
+        output.line(&match self.shell {
+            Shell::Bash => format!("{script}\n{IN_BASH}"),
+            Shell::Fish => format!("{script}\n{IN_FISH}"),
+            Shell::Zsh => in_zsh(&script),
+            Shell::PowerShell => script.replacen(ASKED_BY_POWERSHELL, IN_POWERSHELL, 1),
+            _ => script,
+        })?;
         Ok(Status::Done)
     }
 }
 
-/// What the generated script does not know: names inside one word, such as the effect in `virtual:?effect=`. The part of the word that is
-/// there already stays (`stem`); bash is told of what stands behind the last character at which it breaks words.
+/// What the generated script does not know the program is asked. bash is told of what stands behind the last character at which it
+/// breaks words, but for a word in quotes.
 const IN_BASH: &str = r#"
 _motorlab_names() {
-    local typed=${COMP_LINE:0:COMP_POINT} word before quoted= stem= list= effect candidate kept i
+    local typed=${COMP_LINE:0:COMP_POINT} word before quoted= kept= candidate i
     word=${typed##*[[:space:]]}
     before=${typed%"$word"}
     before=${before%"${before##*[![:space:]]}"}
     before=${before##*[[:space:]]}
     case $word in [\'\"]*) quoted=1 word=${word:1} ;; esac
-    case $before in
-        --profile=* | --columns=*) return 1 ;;
-        --profile)
-            case $word in
-                *,*) stem=${word%,*}, list=$_motorlab_times ;;
-                *@*) stem=${word%@*}@ list=$_motorlab_shares ;;
-                *) list=$_motorlab_profiles ;;
-            esac
-            ;;
-        --columns)
-            case $word in *,*) stem=${word%,*}, ;; esac
-            list=$_motorlab_columns
-            ;;
-        effects) list="$_motorlab_effects $_motorlab_stages" ;;
-        *)
-            case $before,$word in
-                --board,* | *,virtual:*) ;;
-                *) return 1 ;;
-            esac
-            stem=${word%"${word##*[&?:]}"}
-            if [ "$stem" = virtual: ]; then stem=virtual:?; fi
-            candidate=${word#"$stem"}
-            case $candidate in
-                effect=*) stem+=effect= list=$_motorlab_effects ;;
-                *)
-                    effect=${stem##*effect=}
-                    list="$(_motorlab_parameters "${effect%%&*}") $_motorlab_keys"
-                    ;;
-            esac
-            ;;
-    esac
-    # What bash has of the word lies behind the last of its breaks, but for a word in quotes.
-    kept=
     if [ -z "$quoted" ]; then
         for ((i = 0; i < ${#word}; i++)); do
             case $COMP_WORDBREAKS in *"${word:i:1}"*) kept=${word:0:i+1} ;; esac
         done
     fi
     COMPREPLY=()
-    for candidate in $list; do
-        candidate=$stem$candidate
-        case $candidate in "$word"*) COMPREPLY+=("${candidate#"$kept"}") ;; esac
-    done
+    while IFS= read -r candidate; do
+        if [ -n "$candidate" ]; then COMPREPLY+=("${candidate#"$kept"}"); fi
+    done < <(motorlab names --completing="$before" -- "$word" 2>/dev/null)
+    [ ${#COMPREPLY[@]} -gt 0 ] || return 1
     compopt -o nospace 2>/dev/null
     return 0
 }
@@ -105,42 +67,41 @@ else
     complete -F _motorlab_or_names -o bashdefault -o default motorlab
 fi"#;
 
-fn names_in_bash() -> String {
-    let mut script = String::from(
-        "\n\n# Names inside words: profiles, columns, effects and their parameters.\n",
-    );
-    let mut list = |name: &str, words: Vec<&str>| {
-        let _ = writeln!(script, "_motorlab_{name}='{}'", words.join(" "));
-    };
-    list("profiles", BUILT_IN.map(|(name, _)| name).into());
-    list("shares", SHARES.into());
-    list("times", TIMES.into());
-    list(
-        "columns",
-        Column::printed().into_iter().map(Column::name).collect(),
-    );
-    list("effects", catalogue().iter().map(|kind| kind.id).collect());
-    list("stages", Stage::ALL.map(Stage::id).into());
-    let board = BOARD_KEYS.iter().map(|(key, _)| *key);
-    let keys: Vec<String> = ["effect"]
-        .into_iter()
-        .chain(board)
-        .chain(Parameters::KEYS)
-        .map(|key| format!("{key}="))
-        .collect();
-    list("keys", keys.iter().map(String::as_str).collect());
-    script.push_str("_motorlab_parameters() {\n    case $1 in\n");
-    for kind in catalogue()
-        .iter()
-        .filter(|kind| !kind.parameters.is_empty())
-    {
-        let keys: Vec<String> = parameters_of(kind)
-            .iter()
-            .map(|key| format!("{key}="))
-            .collect();
-        let _ = writeln!(script, "        {}) echo '{}' ;;", kind.id, keys.join(" "));
-    }
-    script.push_str("    esac\n}");
-    script.push_str(IN_BASH);
-    script
+/// The same for fish: of these options, and where no option stands before the word.
+const IN_FISH: &str = r#"
+function __motorlab_names
+    set -l before (commandline -opc)
+    motorlab names --completing=$before[-1] -- (commandline -ct) 2>/dev/null
+end
+complete -c motorlab -l profile -r -a '(__motorlab_names)'
+complete -c motorlab -l columns -r -a '(__motorlab_names)'
+complete -c motorlab -l board -r -a '(__motorlab_names)'
+complete -c motorlab -a '(__motorlab_names)'"#;
+
+/// The same for zsh, under the name that zsh calls: what is generated has another.
+fn in_zsh(script: &str) -> String {
+    const ASKED: &str = r#"_motorlab() {
+    local -a found
+    found=("${(@f)$(motorlab names --completing="${words[CURRENT-1]}" -- "$PREFIX" 2>/dev/null)}")
+    if [[ -n "$found" ]]; then
+        compadd -S '' -- $found
+    else
+        _motorlab_generated "$@"
+    fi
 }
+
+_motorlab_generated() {"#;
+    script.replacen("_motorlab() {", ASKED, 1)
+}
+
+const ASKED_BY_POWERSHELL: &str = "    param($wordToComplete, $commandAst, $cursorPosition)\n";
+
+/// The same for PowerShell: the word before is the last one that ends before the cursor.
+const IN_POWERSHELL: &str = r#"    param($wordToComplete, $commandAst, $cursorPosition)
+
+    $before = @($commandAst.CommandElements | Where-Object { $_.Extent.EndOffset -lt $cursorPosition })
+    $named = @(& motorlab names "--completing=$($before[-1].Extent.Text)" -- "$wordToComplete" 2>$null | Where-Object { $_ })
+    if ($named.Count -gt 0) {
+        return $named | ForEach-Object { [CompletionResult]::new($_, $_, [CompletionResultType]::ParameterValue, $_) }
+    }
+"#;

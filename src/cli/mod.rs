@@ -11,6 +11,7 @@ mod capture_report;
 mod capture_text;
 mod check;
 mod compare;
+mod completing;
 mod completions;
 mod demo;
 mod design;

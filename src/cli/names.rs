@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
+use super::completing::completing;
 use super::virtual_spec::BOARD_KEYS;
 use super::{Failure, Output, Status};
 use crate::board::BUILT_IN;
@@ -24,6 +25,14 @@ pub struct Names {
     /// One kind of names. [default: all]
     #[arg(value_enum)]
     kind: Option<Kind>,
+
+    /// Of a shell: print what can stand behind this word, a line each, beginning as TYPED does.
+    #[arg(long, value_name = "WORD", hide = true, allow_hyphen_values = true, conflicts_with_all = ["kind", "json"])]
+    completing: Option<String>,
+
+    /// What is typed of the word.
+    #[arg(last = true, hide = true, requires = "completing", default_value = "")]
+    typed: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -82,6 +91,12 @@ pub(super) fn parameters_of(kind: &EffectKind) -> Vec<&'static str> {
 
 impl Names {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        if let Some(before) = &self.completing {
+            for word in completing(before, &self.typed) {
+                output.line(&word)?;
+            }
+            return Ok(Status::Done);
+        }
         let is = |kind| self.kind.is_none_or(|asked| asked == kind);
         let all = |kind, of: fn() -> Vec<Named>| if is(kind) { of() } else { Vec::new() };
         let document = Document {
