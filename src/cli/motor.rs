@@ -64,7 +64,7 @@ impl MotorFile {
                 (effect.kind().id, numbers.collect())
             });
             output.document(&Document {
-                shape: "motorlab-motor/1",
+                shape: "motorlab-motor-facts/1",
                 parameters: motor.parameters,
                 tolerance: &motor.tolerance,
                 effects: effects.collect(),
