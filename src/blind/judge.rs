@@ -141,11 +141,12 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
     let leading = claim.leading();
     judgement.verdict = claim.verdict;
     judgement.bearing = bearing(&claim, &truth_set, &standing);
-    judgement.probability_said = standing
+    // The verdict's own, where a document has one: what is outside the catalogue is less sure than that something unknown is there.
+    let of_sets = standing
         .iter()
         .map(|set| claim.probability(set))
-        .sum::<f64>()
-        .min(1.0);
+        .sum::<f64>();
+    judgement.probability_said = claim.of_verdict.unwrap_or(of_sets).min(1.0);
     judgement.probability_truth = claim.probability(&truth_set);
     judgement.brier_all_causes = brier_all_causes(&claim, &truth_set);
     let weighed = claim.weighed();
