@@ -33,6 +33,8 @@ pub use report::{
     Regime, Region, Rival, SHAPE, SeenMotor, Step, Term, Verdict, other_means,
 };
 
+use std::borrow::Cow;
+
 use crate::check::{check, misread_positions};
 use crate::motor::Motor;
 use crate::recording::Run;
@@ -174,9 +176,13 @@ pub fn diagnose(
 }
 
 /// Runs without the samples whose position was misread, as `check` lists them.
-fn read_right(runs: &[Run]) -> Vec<Run> {
-    let without = |run: &Run| run.without(&misread_positions(run));
-    runs.iter().map(without).collect()
+fn read_right(runs: &[Run]) -> Cow<'_, [Run]> {
+    let misread: Vec<Vec<usize>> = runs.iter().map(misread_positions).collect();
+    if misread.iter().all(Vec::is_empty) {
+        return runs.into();
+    }
+    let pairs = runs.iter().zip(&misread);
+    pairs.map(|(run, samples)| run.without(samples)).collect()
 }
 
 /// Runs cut into pieces, and what is the same for all models of them.

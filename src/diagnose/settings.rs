@@ -37,7 +37,7 @@ pub(crate) const USUAL_WANDER: f64 = 0.01;
 pub(crate) const WANDER_LEAST: f64 = 1e-4;
 pub(crate) const WANDER_LEVELS: usize = 12;
 /// Scatter of logged speeds among which theirs is chosen, one sigma as a share of the top speed, in steps of 2: from what ten bits resolve
-/// to a twentieth. Convention.
+/// to a sixteenth. Convention.
 pub(crate) const SPEED_SCATTER_LEAST: f64 = 1e-3;
 pub(crate) const SPEED_SCATTER_LEVELS: usize = 7;
 /// Relative tolerance (one sigma) of a number that the motor file states none for.

@@ -192,12 +192,20 @@ impl Run {
 
     /// Whether its position is integrated from logged speeds, whose errors add up.
     pub fn is_integrated(&self) -> bool {
-        let imported = self
-            .header
-            .get("imported")
-            .and_then(|imported| imported.get("position"));
+        self.integration().is_some()
+    }
+
+    /// Whether these are means since the sample before, as differences of positions are.
+    pub fn is_integrated_backward(&self) -> bool {
+        (self.integration()).is_some_and(|rule| rule.ends_with("backward"))
+    }
+
+    /// How its position is integrated from logged speeds, in the header's words.
+    fn integration(&self) -> Option<&str> {
+        let imported = self.header.get("imported");
+        let imported = imported.and_then(|imported| imported.get("position"));
         let said = imported.or_else(|| self.header.get("text_position"));
-        (said.and_then(toml::Value::as_str)).is_some_and(|said| said.starts_with("integrated"))
+        (said.and_then(toml::Value::as_str)).filter(|said| said.starts_with("integrated"))
     }
 
     /// Whether nothing says which motor it is of: an imported log, or lines of text from a board.

@@ -43,6 +43,7 @@ fn simulated(
     let start = (recording.first_counts + phase) * recording.rad;
     let simulator = Simulator::new(&drive, Model::SecondOrder)?
         .knowing(run.known.clone())
+        .filtering_samples(run.is_integrated_backward())
         .starting(start, 0.0);
     let mut angles = vec![0.0; recording.t_s.len()];
     simulator.angles(motor, &mut Workspace::default(), &mut angles)?;

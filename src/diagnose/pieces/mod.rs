@@ -123,7 +123,7 @@ impl Recording {
         };
         let simulator = Simulator::new(&drive, Model::SecondOrder)?
             .knowing(run.known.clone())
-            .filtering_samples(run.is_integrated());
+            .filtering_samples(run.is_integrated_backward());
         let half_turn = 0.5 * run.counts_per_rev;
         Ok(Self {
             is_integrated: run.is_integrated(),

@@ -44,8 +44,15 @@ pub(super) fn shrinks(said: &Diagnosis, beside: &Beside) -> Vec<String> {
                     100.0 * gain
                 )
             }));
-            sentences.push(with_effects(said, beside, kept));
-            sentences.push(format!("Other numbers alone leave {numbers}."));
+            // Where it is not in what is simulated, the gap does not shrink with it.
+            if beside.inverse_gain.is_some() && gap.after_effect >= gap.after_parameters {
+                sentences.push(format!(
+                    "{kept} no simulation with it leaves less than other numbers do: {numbers} counts."
+                ));
+            } else {
+                sentences.push(with_effects(said, beside, kept));
+                sentences.push(format!("Other numbers alone leave {numbers}."));
+            }
         }
     }
     sentences.extend(of_the_fitted(said, beside));

@@ -278,6 +278,29 @@ fn sentences_say_the_figures_of_the_document() {
     }
 }
 
+/// Where the inverse form decides, the gap is not said to shrink with what no simulation has.
+#[test]
+fn what_no_simulation_has_shrinks_nothing() {
+    let mut said = said(Verdict::Partial);
+    let beside = Beside {
+        inverse_gain: Some(0.6),
+        ..beside(&TIED[..1])
+    };
+    let text = sentence(&said, &beside);
+    assert!(
+        text.contains("It takes 60 % of what a plain motor leaves there."),
+        "{text}"
+    );
+    assert!(text.contains("Other numbers alone leave"), "{text}");
+    said.gap.after_effect = said.gap.after_parameters;
+    let text = sentence(&said, &beside);
+    assert!(
+        text.contains("no simulation with it leaves less than other numbers do"),
+        "{text}"
+    );
+    assert!(!text.contains("shrinks"), "{text}");
+}
+
 /// The next recording is named with its command, and how to ask again with it.
 #[test]
 fn what_is_next_is_a_command_to_copy() {
