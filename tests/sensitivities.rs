@@ -10,7 +10,7 @@ use std::fs;
 use std::path::Path;
 
 use motorlab::motor::catalogue::{again, catalogue};
-use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
+use motorlab::motor::fit::{ParameterId, Reset, Simulator, Workspace};
 use motorlab::motor::{ActiveEffect, Drive, Model, Motor, Parameters};
 use motorlab::recording::CommandKind;
 
@@ -71,6 +71,25 @@ fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<St
         kind: CommandKind::Voltage,
     };
     let simulator = Simulator::new(&drive, model).unwrap();
+    // Once as one run, once in pieces that each start from what the encoder said.
+    let put = |sample, angle_rad, speed_rad_s| Reset {
+        sample,
+        angle_rad,
+        speed_rad_s,
+    };
+    let pieces = vec![put(180, 1.5, 4.0), put(700, -0.4, -0.7)];
+    let in_pieces = simulator.clone().resetting(pieces);
+    let mut wrong = check_run(name, motor, ids, &simulator);
+    wrong.extend(check_run(
+        &format!("{name} in pieces"),
+        motor,
+        ids,
+        &in_pieces,
+    ));
+    wrong
+}
+
+fn check_run(name: &str, motor: &Motor, ids: &[ParameterId], simulator: &Simulator) -> Vec<String> {
     let n = simulator.samples();
     let (mut value, mut columns) = (vec![0.0; n], vec![0.0; n * ids.len()]);
     let mut workspace = Workspace::default();
@@ -79,14 +98,14 @@ fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<St
         .unwrap();
     assert_eq!(
         value,
-        angles(&simulator, motor),
+        angles(simulator, motor),
         "{name}: the value is the plain simulation's"
     );
     let mut wrong = Vec::new();
     for (id, column) in ids.iter().zip(columns.chunks(n)) {
         let now = id.get(motor).unwrap();
         let scale = if now == 0.0 { 1.0 } else { now.abs() };
-        let expected = difference(&simulator, motor, *id, 1e-4 * scale);
+        let expected = difference(simulator, motor, *id, 1e-4 * scale);
         let largest = expected.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let off = column
             .iter()

@@ -22,7 +22,7 @@ impl<S: Scalar> AngleReading<S> {
     /// Of a chain whose shaft starts at this angle (rad) and speed (rad/s).
     pub fn new(chain: &Chain<S>, (angle_rad, speed_rad_s): (f64, f64)) -> Self {
         Self {
-            mean: MeanCounts::new(chain.sensor, angle_rad, speed_rad_s),
+            mean: MeanCounts::new(chain.sensor, S::from(angle_rad), S::from(speed_rad_s)),
             rad_per_count: S::from(std::f64::consts::TAU) / chain.stated_counts_per_rev,
             is_on_load: chain.transmission.encoder_on_load,
             stretch: chain.timing.stretch,
@@ -31,7 +31,7 @@ impl<S: Scalar> AngleReading<S> {
     }
 
     /// Reads on from a shaft that has been put to this angle and speed.
-    fn begin_anew(&mut self, angle_rad: f64, speed_rad_s: f64, board_s: f64) {
+    fn begin_anew(&mut self, angle_rad: S, speed_rad_s: S, board_s: f64) {
         let at_s = self.stretch * board_s + self.late_s;
         self.mean.begin_anew(angle_rad, speed_rad_s, at_s);
     }
@@ -65,7 +65,7 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_,
         (self.emit)(k, self.encoder.read(sample, self.times_s[k]));
     }
 
-    fn begin_anew(&mut self, k: usize, angle_rad: f64, speed_rad_s: f64) {
+    fn begin_anew(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
         (self.encoder).begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
     }
 }
@@ -86,7 +86,7 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Enco
         }
     }
 
-    fn begin_anew(&mut self, k: usize, angle_rad: f64, speed_rad_s: f64) {
+    fn begin_anew(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
         for encoder in &mut self.encoders {
             encoder.begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
         }

@@ -120,8 +120,7 @@ pub(crate) struct MeanCounts<S> {
 
 impl<S: Scalar> MeanCounts<S> {
     /// From this angle and speed on.
-    pub(crate) fn new(sensor: Sensor<S>, angle_rad: f64, speed_rad_s: f64) -> Self {
-        let (angle_rad, speed_rad_s) = (S::from(angle_rad), S::from(speed_rad_s));
+    pub(crate) fn new(sensor: Sensor<S>, angle_rad: S, speed_rad_s: S) -> Self {
         let unrounded = sensor.unrounded(angle_rad);
         Self {
             sensor,
@@ -133,7 +132,7 @@ impl<S: Scalar> MeanCounts<S> {
     }
 
     /// From this angle and speed on, at this (real) time.
-    pub(crate) fn begin_anew(&mut self, angle_rad: f64, speed_rad_s: f64, at_s: S) {
+    pub(crate) fn begin_anew(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) {
         *self = Self::new(self.sensor, angle_rad, speed_rad_s);
         self.memory.begin_at(at_s);
     }

@@ -121,8 +121,12 @@ fn a_reset_is_a_start() {
             for (reset, to) in resets.iter().zip([551, 900]) {
                 let n = to - reset.sample;
                 let (mut alone, mut alone_slopes) = (vec![0.0; n], vec![0.0; 4 * n]);
+                let begun = Reset {
+                    sample: 0,
+                    ..*reset
+                };
                 (Simulator::new(&drive(reset.sample, to), Model::FirstOrder).expect("a drive"))
-                    .starting(reset.angle_rad, reset.speed_rad_s)
+                    .resetting(vec![begun])
                     .sensitivities(
                         &motor,
                         &wanted,
@@ -131,6 +135,8 @@ fn a_reset_is_a_start() {
                         &mut alone_slopes,
                     )
                     .expect("a motor");
+                // The encoder says what it is put to, wherever its shaft is then.
+                assert!((alone[0] - reset.angle_rad).abs() < 1e-9, "{effect:?}");
                 let count = std::f64::consts::TAU / motor.parameters.counts_per_rev;
                 for (a, b) in all[reset.sample..to].iter().zip(&alone) {
                     assert!((a - b).abs() < 0.02 * count, "{effect:?} {late_s}: {a} {b}");

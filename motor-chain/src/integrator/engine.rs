@@ -192,16 +192,21 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.within_tick(offset, |engine| engine.machine.set_command(command));
     }
 
-    /// Puts the encoder's shaft to this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
+    /// Puts the shaft to where the encoder says this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
     /// side of a transmission is moved along, so that what lies between them and the current stay as they are. So does the heat, but
-    /// for what is left out just before.
+    /// for what is left out just before. Returns the shaft's own angle and speed.
     pub(crate) fn put(
         &mut self,
         angle_rad: f64,
         speed_rad_s: f64,
         offset: S,
         left_out: &[Skipped],
-    ) {
+    ) -> (S, S) {
+        let chain = self.machine.chain;
+        let (angle_rad, speed_rad_s) =
+            (chain.sensor).shaft(chain.stated_counts_per_rev, angle_rad, speed_rad_s);
+        // The encoder's speed is by the board's clock.
+        let speed_rad_s = speed_rad_s / chain.timing.stretch;
         self.within_tick(offset, |engine| {
             if let Some(heating) = engine.machine.chain.electrical.heating {
                 let chain = engine.machine.chain;
@@ -214,8 +219,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             let shaft = encoder_shaft::<N>(engine.machine.chain.transmission.encoder_on_load);
             let (by, faster) = (
-                S::from(angle_rad) - engine.y[shaft],
-                S::from(speed_rad_s) - engine.y[shaft + 1],
+                angle_rad - engine.y[shaft],
+                speed_rad_s - engine.y[shaft + 1],
             );
             engine.y[TH1] += by;
             engine.y[W1] += faster;
@@ -228,6 +233,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             }
             engine.mode.slip = [0.0; 2];
         });
+        (angle_rad, speed_rad_s)
     }
 
     /// Changes something `offset` ticks (0 .. 1) after the tick that has been reached, and picks the mode that follows.

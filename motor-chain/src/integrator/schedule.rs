@@ -25,7 +25,7 @@ pub(crate) trait Reader<S, const N: usize> {
     fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
 
     /// The shaft is put to this angle (rad) and speed (rad/s) just before sample `k` is read.
-    fn begin_anew(&mut self, _k: usize, _angle_rad: f64, _speed_rad_s: f64) {}
+    fn begin_anew(&mut self, _k: usize, _angle_rad: S, _speed_rad_s: S) {}
 }
 
 /// Where the shaft is put in the middle of a run, at the time of a sample.
@@ -33,9 +33,9 @@ pub(crate) trait Reader<S, const N: usize> {
 pub struct Reset {
     /// Number of the sample.
     pub sample: usize,
-    /// Angle in rad.
+    /// Angle in rad, as the encoder says it at the motor file's counts per revolution.
     pub angle_rad: f64,
-    /// Speed in rad/s.
+    /// Speed in rad/s, as the encoder says it by the board's clock.
     pub speed_rad_s: f64,
 }
 
@@ -264,9 +264,10 @@ impl Schedule {
                 engine.go_to(tick);
                 let until = skipped.partition_point(|stretch| stretch.before <= k);
                 let (left_out, others) = skipped.split_at(until);
-                engine.put(reset.angle_rad, reset.speed_rad_s, offset, left_out);
+                let (angle_rad, speed_rad_s) =
+                    engine.put(reset.angle_rad, reset.speed_rad_s, offset, left_out);
                 skipped = others;
-                reader.begin_anew(k, reset.angle_rad, reset.speed_rad_s);
+                reader.begin_anew(k, angle_rad, speed_rad_s);
             }
             let free = resets.peek().map_or(self.len(), |reset| reset.sample);
             engine.reach(tick, offset);

@@ -4,6 +4,8 @@ mod fitted;
 mod folds;
 mod levenberg;
 mod model;
+#[cfg(test)]
+mod right_model;
 mod rounding;
 mod simulated;
 mod start_error;
