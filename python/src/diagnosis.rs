@@ -1,6 +1,7 @@
 //! A diagnosis: asked as the program asks it, on a thread of its own.
 
 use motorlab::check::{check, is_fatal};
+use motorlab::cli::{Role, RunFacts, WithRuns};
 use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit};
 use motorlab::motor;
@@ -34,6 +35,7 @@ pub(crate) struct Diagnosis {
     found: Found,
     runs: Vec<recording::Run>,
     held_out: Vec<recording::Run>,
+    facts: Vec<RunFacts>,
 }
 
 enum Found {
@@ -46,8 +48,10 @@ impl Diagnosis {
     /// The document `motorlab-diagnosis/2`.
     fn document(&self, py: Python<'_>) -> PyResult<String> {
         let text = match &self.found {
-            Found::Bad(document) => serde_json::to_string(document),
-            Found::Diagnosis(diagnosis) => serde_json::to_string(diagnosis),
+            Found::Bad(document) => serde_json::to_string(&WithRuns::new(document, &self.facts)),
+            Found::Diagnosis(diagnosis) => {
+                serde_json::to_string(&WithRuns::new(diagnosis, &self.facts))
+            }
         };
         text.map_err(|error| refused(py, error))
     }
@@ -119,12 +123,18 @@ pub(crate) fn diagnose(
         motor: motor.map(|motor| motor.inner.clone()),
     };
     let (runs, held_out) = (question.runs.clone(), question.held_out.clone());
+    let facts = RunFacts::of([
+        (Role::Diagnosed, &runs),
+        (Role::HoldOut, &held_out),
+        (Role::Reference, &question.reference),
+    ]);
     let found = apart(py, move |given| question.answer(given))?;
     let found = found.map_err(|error| refused(py, error))?;
     Ok(Diagnosis {
         found,
         runs,
         held_out,
+        facts,
     })
 }
 

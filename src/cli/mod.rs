@@ -70,6 +70,7 @@ use serde::Serialize;
 
 pub use failure::{Failure, Status};
 pub use foreign::unreadable;
+pub use run_facts::{Role, RunFacts, WithRuns};
 
 use crate::plain::{is_harmful, one_line, plain};
 

@@ -8,7 +8,7 @@ use crate::recording::Run;
 /// What a run is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Role {
+pub enum Role {
     /// The gap is explained on it.
     Diagnosed,
     /// Nothing is fitted to it.
@@ -19,7 +19,7 @@ pub(super) enum Role {
 
 /// One recording.
 #[derive(Debug, Clone, Serialize)]
-pub(super) struct RunFacts {
+pub struct RunFacts {
     path: Option<String>,
     role: Role,
     /// The header's `unit`, else the serial number of the board's USB device.
@@ -33,21 +33,22 @@ pub(super) struct RunFacts {
 
 /// A document and its recordings.
 #[derive(Serialize)]
-pub(super) struct WithRuns<'a, T> {
+pub struct WithRuns<'a, T> {
     #[serde(flatten)]
     document: &'a T,
     runs: &'a [RunFacts],
 }
 
 impl<'a, T> WithRuns<'a, T> {
-    pub(super) fn new(document: &'a T, runs: &'a [RunFacts]) -> Self {
+    /// The document with these recordings.
+    pub fn new(document: &'a T, runs: &'a [RunFacts]) -> Self {
         Self { document, runs }
     }
 }
 
 impl RunFacts {
     /// Of all runs, in their order.
-    pub(super) fn of<const N: usize>(runs: [(Role, &Vec<Run>); N]) -> Vec<Self> {
+    pub fn of<const N: usize>(runs: [(Role, &Vec<Run>); N]) -> Vec<Self> {
         let of_role = |(role, runs): (Role, &Vec<Run>)| -> Vec<Self> {
             runs.iter().map(|run| Self::of_run(role, run)).collect()
         };
