@@ -92,7 +92,7 @@ macro_rules! cases {
 
 cases! {
     a_voltage_drop_is_told_from_other_numbers: "voltage_drop", [0.5], "none", 2.0;
-    friction_is_told_from_a_voltage_drop: "coulomb_friction", [0.06], "voltage_drop", 3.0;
+    friction_is_told_from_a_voltage_drop: "coulomb_friction", [0.06], "voltage_drop", 2.0;
     a_delay_is_told_from_inductance: "transport_delay", [0.012], "inductance", 0.8;
     a_gravity_load_is_told_from_an_eccentric_encoder: "gravity_load", [0.01, 0.0], "encoder_eccentricity", 1.0;
     quadratic_drag_is_told_from_lost_edges: "quadratic_drag", [0.002], "edge_rate_loss", 2.0;

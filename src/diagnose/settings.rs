@@ -103,6 +103,9 @@ pub(crate) const MOST_APART_S: f64 = 3.0;
 pub(crate) const PAUSE: f64 = 10.0;
 /// Most that a number of the motor file is changed by, as a factor either way: beyond lies another motor.
 pub(crate) const MOST_CHANGED: f64 = 100.0;
+/// Most that an effect's number is beyond the end of a plausible range that is a multiple of the motor's own numbers, as a factor: the
+/// prior speaks against it, no wall does. Convention.
+pub(crate) const BEYOND_RANGE: f64 = 1.5;
 /// Commands within this share of the largest are the same: what a file's decimals leave.
 pub(crate) const SAME_COMMAND: f64 = 1e-3;
 /// Runs repeat each other where the shorter has this share of the longer's samples. Convention.

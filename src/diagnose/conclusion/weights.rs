@@ -1,8 +1,9 @@
 //! From scores to probabilities: pseudo Bayesian model averaging with a bootstrap (Yao, Vehtari, Simpson, Gelman, 2018), and for
 //! "is there anything" the odds of the gain against the most that chance makes.
 
-use crate::diagnose::selection::{Forward, simpler_of};
-use crate::diagnose::settings::{LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
+use crate::diagnose::fit::Fit;
+use crate::diagnose::selection::{Forward, Judged, simpler_of};
+use crate::diagnose::settings::{CLOSES, LEAST_GAIN, MOST_WANDER, WITHIN_TOLERANCES};
 use crate::diagnose::validation::Unknown;
 
 /// Probabilities of everything that may be there. `none`, `unknown` and those of all sets add to 1.
@@ -40,17 +41,20 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
         };
     // Of the class that the search goes on from: its members, each with its share.
     let mut class: Vec<(Vec<&'static str>, f64)> = vec![(Vec::new(), 1.0)];
-    for (k, level) in forward.levels.iter().enumerate() {
+    let levels: Vec<&Judged> = (forward.levels.iter())
+        .filter(|level| !level.is_set_aside)
+        .collect();
+    for (k, level) in levels.iter().enumerate() {
         // What predicts is asked anew beside what scatters.
-        if !level.is_kept && forward.levels[k + 1..].iter().any(|later| later.is_kept) {
+        if !level.is_kept && levels[k + 1..].iter().any(|later| later.is_kept) {
             continue;
         }
-        let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
+        let beyond = level.presence.beyond_chance();
         let there = if level.is_kept {
-            logistic(level.presence.gain - chance)
+            logistic(beyond)
         } else {
             // What is not kept has at most even odds, and none where it is not what the gap is.
-            logistic((level.presence.gain - chance).min(0.0)) * f64::from(level.closes > 0.0)
+            logistic(beyond.min(0.0)) * f64::from(level.matters)
         };
         let of_rivals: f64 = level
             .fits
@@ -103,10 +107,7 @@ pub(crate) fn weights(forward: &Forward, unknown: &Unknown) -> Weights {
 /// Probability that no known effect plays a part in what is unknown. What promises more than chance makes and is not borne out has even
 /// odds: the levels ask the same question, so the one that promises most beyond chance counts.
 pub(crate) fn without_any_known(forward: &Forward) -> f64 {
-    let beyond = forward.levels.iter().map(|level| {
-        let chance = level.presence.by_chance.last().copied().unwrap_or(0.0);
-        level.presence.gain - chance
-    });
+    let beyond = (forward.levels.iter()).map(|level| level.presence.beyond_chance());
     1.0 - logistic(beyond.fold(f64::NEG_INFINITY, f64::max).min(0.0))
 }
 
@@ -115,8 +116,14 @@ pub(crate) fn without_any_known(forward: &Forward) -> f64 {
 fn more(forward: &Forward, unknown: &Unknown) -> f64 {
     let bent = forward.best.model.bent(&forward.best.x);
     let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
-    // As of an effect beside others: what leaves less above rounding than rounding does is a law that is a little other.
-    let gains = if forward.best.mean_square() < 2.0 * forward.still {
+    // As of an effect beside others: what leaves less above rounding than rounding does is a law that is a little other. It leaves a
+    // little of what it explains.
+    let above = |fit: &Fit| fit.mean_square() - forward.still;
+    let least = match forward.best.model.members.is_empty() {
+        true => forward.still,
+        false => (CLOSES * above(&forward.refitted)).min(forward.still),
+    };
+    let gains = if above(&forward.best) < least {
         f64::NEG_INFINITY
     } else {
         (unknown.gain - unknown.chance().max(LEAST_GAIN)).max(unknown.worst_beyond())

@@ -7,7 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Then;
-use crate::diagnose::settings::{DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
+use crate::diagnose::settings::{BEYOND_RANGE, DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
@@ -168,6 +168,7 @@ impl Model {
                 let log = matches!(parameter.prior, Prior::LogUniform);
                 let phase = matches!(parameter.prior, Prior::Phase);
                 let x = |value: f64| if log { value.max(1e-300).ln() } else { value };
+                let (least, most) = limits_of(parameter, (lo, hi));
                 let (lo, hi) = (x(lo), x(hi));
                 let id = ParameterId::Effect(member.index, k);
                 // What the reference had is free about what it was there.
@@ -184,8 +185,8 @@ impl Model {
                     id,
                     log,
                     unit: 1.0,
-                    lo: if phase { f64::NEG_INFINITY } else { lo },
-                    hi: if phase { f64::INFINITY } else { hi },
+                    lo: if phase { f64::NEG_INFINITY } else { x(least) },
+                    hi: if phase { f64::INFINITY } else { x(most) },
                     smooth: parameter.smooth,
                 });
                 start.push(x(member.values[k]));
@@ -342,6 +343,17 @@ pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
     }
     let (lo, hi) = parameter.range(&base.motor.parameters, base.sample_time_s);
     (lo.min(hi), lo.max(hi))
+}
+
+/// Values in SI that a fit may reach. What a range is a multiple of is the motor file's number, which is off as well; shares and angles
+/// have no such scale.
+fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64)) -> (f64, f64) {
+    if matches!(parameter.scale, Scale::Absolute | Scale::TopRate) {
+        return (lo, hi);
+    }
+    let (least, most) = parameter.plausible();
+    let beyond = |end: f64| (BEYOND_RANGE * end).clamp(least, most.min(parameter.at_most));
+    (beyond(lo).min(lo), beyond(hi).max(hi))
 }
 
 /// Relative variance of what is held, by the motor file's tolerances: every torque, inertia and current is seen only relative to `R` and

@@ -1,62 +1,20 @@
 //! Level after level, until what promises most is not there.
 
+use rayon::prelude::*;
+
 use crate::diagnose::fit::Fit;
 use crate::diagnose::fit::{Base, Model, Most, fit, rounding};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::screening::{Pick, picks};
 use crate::diagnose::settings::{
-    CHANCE, CLOSES, INVERSE_DECIDES, LEAST_GAIN, MOST_EFFECTS, MOST_WANDER, ROUNDING,
-    WITHIN_TOLERANCES,
+    INVERSE_DECIDES, MOST_EFFECTS, MOST_WANDER, ROUNDING, WITHIN_TOLERANCES,
 };
-use crate::diagnose::validation::{Presence, Tie, standing};
+use crate::diagnose::validation::standing;
 use crate::recording::Run;
 
-use super::Sought;
-
-/// One level as it was judged.
-#[derive(Debug, Clone)]
-pub(crate) struct Judged {
-    /// What it adds to.
-    pub from: Fit,
-    /// Rivals of one more effect, best first.
-    pub fits: Vec<Fit>,
-    /// How each stands to the first; the last is that of `from`.
-    pub standings: Vec<Tie>,
-    /// What each effect promised before it was fitted, in nats.
-    pub screened: Vec<(&'static str, f64)>,
-    pub presence: Presence,
-    /// Share of the mean square above rounding that the first closes.
-    pub closes: f64,
-    /// Whether it is there.
-    pub is_kept: bool,
-    /// Whether the inverse form decides it, not the simulation.
-    pub is_inverse: bool,
-}
-
-impl Judged {
-    /// Why it is kept or dropped, in words.
-    pub fn why(&self) -> String {
-        if self.is_inverse {
-            return "no simulation explains the runs: the inverse form decides".to_owned();
-        }
-        if self.is_kept {
-            return "more than chance makes, and part of what the gap is".to_owned();
-        }
-        if self.presence.p_value() > CHANCE {
-            return "chance makes as much".to_owned();
-        }
-        format!(
-            "nothing predicts better and closes {:.0} % of the gap",
-            100.0 * CLOSES
-        )
-    }
-
-    /// Rivals that are not told from the first, which is one of them.
-    pub fn tied(&self) -> impl Iterator<Item = (&Fit, &Tie)> {
-        let pairs = self.fits.iter().zip(&self.standings);
-        pairs.filter(|(_, standing)| standing.is_tied)
-    }
-}
+use super::backward::backward;
+use super::judged::{Judged, closed};
+use super::{Sought, with};
 
 /// All levels.
 #[derive(Debug, Clone)]
@@ -120,64 +78,34 @@ pub(crate) fn forward(
         let Some(presence) = level.presence else {
             break;
         };
-        // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it.
-        let is_eligible = |fit: &Fit| is_a_cause(&best, fit, still);
-        let (mut fits, others): (Vec<Fit>, Vec<Fit>) =
-            level.fits.into_iter().partition(is_eligible);
-        let is_any = !fits.is_empty();
-        let standings = if is_any {
-            let rivals: Vec<&Fit> = fits.iter().chain(std::iter::once(&best)).collect();
-            let mut standings = standing(&rivals);
-            let of_none = standings.pop();
-            let score = fits[0].score();
-            standings.extend(others.iter().map(|fit| Tie::apart(score - fit.score())));
-            standings.extend(of_none);
-            standings
-        } else {
-            standing(
-                &others
-                    .iter()
-                    .chain(std::iter::once(&best))
-                    .collect::<Vec<&Fit>>(),
-            )
-        };
-        fits.extend(others);
-        let closes = fits
-            .first()
-            .map_or(0.0, |first| closed(&best, first, still));
-        let is_kept = presence.p_value() <= CHANCE && is_any;
-        let judged = Judged {
-            from: best.clone(),
-            fits,
-            standings,
-            screened: level.screened,
-            presence,
-            closes,
-            is_kept,
-            is_inverse: false,
-        };
+        let mut judged = Judged::new(&best, level.fits, presence, still);
+        // What was not told from the best before is asked again beside what is kept now.
+        if judged.is_kept
+            && let Some(before) = levels.iter().rfind(|level| level.is_kept)
+        {
+            let others = swapped(pieces, base, before, &judged.fits[0]);
+            if !others.is_empty() {
+                let mut fits = judged.fits;
+                fits.extend(others);
+                fits.sort_by(|a, b| b.score().total_cmp(&a.score()));
+                judged = Judged::new(&best, fits, judged.presence, still);
+            }
+        }
+        judged.screened = level.screened;
+        let is_kept = judged.is_kept;
         if is_kept {
-            let names: Vec<Vec<&'static str>> =
-                judged.tied().map(|(fit, _)| fit.model.ids()).collect();
-            sets = names
-                .iter()
-                .filter(|set| simpler_of(set, &names).is_none())
-                .cloned()
-                .collect();
-            let chosen = (judged.fits.iter()).find(|fit| sets.first() == Some(&fit.model.ids()));
-            best = chosen.unwrap_or(&judged.fits[0]).clone();
+            (best, sets) = judged.chosen();
         }
         levels.push(judged);
-        // What was found in the place of what scatters goes again: the search begins anew with that.
-        if is_kept
-            && sought == Sought::Scattering
-            && levels.len() > 1
-            && is_enough_alone(pieces, base, &best, still)
-        {
-            best = refitted.clone();
-            sets.clear();
-            levels.clear();
-            continue;
+        // What stood for a cause until the cause itself was found goes again.
+        let standing: Vec<&Judged> = levels.iter().filter(|level| !level.is_set_aside).collect();
+        if is_kept && let Some((stand, without)) = backward(pieces, base, &standing, &best, still) {
+            let set_aside = levels.iter_mut().filter(|level| !level.is_set_aside);
+            set_aside
+                .skip(stand)
+                .for_each(|level| level.is_set_aside = true);
+            (best, sets) = without.chosen();
+            levels.push(without);
         }
         sought = match (is_kept, sought) {
             (true, _) => Sought::Predicting,
@@ -205,16 +133,34 @@ pub(crate) fn forward(
     })
 }
 
-/// Whether what scatters, the last of a set, predicts as well without the others, and leaves no more.
-fn is_enough_alone(pieces: &Pieces, base: &Base, best: &Fit, still: f64) -> bool {
-    let last = best.model.members.last().cloned();
-    let model = Model::new(base, last.into_iter().collect());
-    let starts = [model.start_from(&best.model, &best.x), model.start()];
-    let most = Most::beside(best.mean_square());
-    let alone = fit(pieces, &model, base.kind, &starts, most);
-    alone.is_some_and(|alone| {
-        alone.score() + LEAST_GAIN >= best.score() && closed(&alone, best, still) < CLOSES
-    })
+/// What a level kept last, beside each of those that were not told from the best of the level before.
+fn swapped(pieces: &Pieces, base: &Base, before: &Judged, best: &Fit) -> Vec<Fit> {
+    let Some(new) = best.model.members.last() else {
+        return Vec::new();
+    };
+    let has = |fit: &Fit, ids: &[&str]| ids.iter().all(|id| fit.model.ids().contains(id));
+    let others = before.tied().map(|(fit, _)| fit);
+    let others = others.filter(|fit| !has(best, &fit.model.ids()) && !has(fit, &[new.id()]));
+    let others: Vec<&Fit> = others.collect();
+    let beside = others.into_par_iter().filter_map(|other| {
+        let model = Model::new(base, with(other, new.clone()));
+        let mut start = model.start_from(&best.model, &best.x);
+        let own = model.start_from(&other.model, &other.x);
+        for (number, (x, own)) in model.numbers.iter().zip(start.iter_mut().zip(own)) {
+            if other
+                .model
+                .numbers
+                .iter()
+                .any(|of_other| of_other.id == number.id)
+            {
+                *x = own;
+            }
+        }
+        let starts = [start, model.start_from(&best.model, &best.x), model.start()];
+        let most = Most::beside(other.mean_square());
+        fit(pieces, &model, base.kind, &starts, most)
+    });
+    beside.collect()
 }
 
 /// Whether a simulation bears a recording out: with no load that shakes as no bench does, and with a motor as the file may have it.
@@ -243,58 +189,72 @@ fn by_inverse(level: &Judged, picks: &[Pick], still: f64) -> Option<Judged> {
     Some(Judged {
         from: level.from.clone(),
         closes: closed(&level.from, &fits[0], still),
+        matters: true,
         fits,
         standings,
         screened: level.screened.clone(),
         presence: level.presence.clone(),
         is_kept: true,
         is_inverse: true,
+        gone: Vec::new(),
+        is_set_aside: false,
     })
 }
 
-/// Whether what a fit has more than the one before it is a cause of the gap, where a right model leaves the mean square `still`.
-fn is_a_cause(before: &Fit, fit: &Fit, still: f64) -> bool {
-    let gained = fit.score() - before.score();
-    let closes = closed(before, fit, still);
-    let above = |fit: &Fit| fit.mean_square() - still;
-    let leaves_no_more = above(fit) <= above(before).max(0.0) + still;
-    // What frees a bent motor leaves no more than that, but for rounding.
-    let unbends = before.prior - fit.prior > LEAST_GAIN && leaves_no_more;
-    // It closes a tenth of what rounding leaves; a further one as much as that: where the law of the first is a little other, less is
-    // left.
-    let least = if before.model.members.is_empty() {
-        CLOSES * still
-    } else {
-        still
-    };
-    let matters = closes * above(before) >= least;
-    // What scatters is not predicted: it is told by how it does. It leaves no more, either.
-    let scatters = before.around.is_stiller_than(&fit.around) && leaves_no_more;
-    let predicts = gained > 0.0 && closes >= CLOSES && matters;
-    predicts || gained >= LEAST_GAIN && (unbends || scatters)
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::fit::Member;
+    use crate::diagnose::samples::{motor_with, recording};
+    use crate::diagnose::validation::Presence;
+    use crate::motor::catalogue::catalogue;
+    use crate::motor::{CommandKind, Motor};
 
-/// Share of the mean square above what a right model leaves that a fit closes.
-fn closed(before: &Fit, after: &Fit, still: f64) -> f64 {
-    let above = before.mean_square() - still;
-    if above <= 0.0 {
-        return 0.0;
+    /// A constant load and a friction by direction are not told apart by many recordings: beside what is found next, neither is forgotten.
+    #[test]
+    fn what_was_not_told_apart_is_asked_again_beside_the_next() {
+        let motor = motor_with(&[("constant_load", &[0.01]), ("dead_zone", &[1.3])]);
+        let pieces = Pieces::new(&[recording(&motor, 1000)], &Motor::default()).expect("a run");
+        let base = Base {
+            motor: Motor::default(),
+            kind: CommandKind::Voltage,
+            sample_time_s: pieces.runs[0].sample_time_s,
+            clock: None,
+            is_host_timed: false,
+            then: None,
+        };
+        let member = |id: &str, value: f64| Member {
+            index: (catalogue().iter().position(|kind| kind.id == id)).expect("an effect"),
+            values: vec![value],
+        };
+        let fitted = |members: Vec<Member>| {
+            let model = Model::new(&base, members);
+            fit(
+                &pieces,
+                &model,
+                base.kind,
+                &[model.start()],
+                Most::anything(),
+            )
+            .expect("a motor")
+        };
+        let (load, friction) = (
+            member("constant_load", 0.01),
+            member("asymmetric_friction", 0.2),
+        );
+        let rivals = vec![fitted(vec![load.clone()]), fitted(vec![friction.clone()])];
+        let presence = Presence {
+            gain: 50.0,
+            by_chance: vec![1.0; 99],
+        };
+        let mut before = Judged::new(&fitted(Vec::new()), rivals, presence, ROUNDING);
+        before
+            .standings
+            .iter_mut()
+            .for_each(|tie| tie.is_tied = true);
+        let best = fitted(vec![load, member("dead_zone", 1.3)]);
+        let others = swapped(&pieces, &base, &before, &best);
+        let names: Vec<Vec<&str>> = others.iter().map(|fit| fit.model.ids()).collect();
+        assert_eq!(names, [["asymmetric_friction", "dead_zone"]]);
     }
-    (above - (after.mean_square() - still)) / above
-}
-
-/// The set among these that has the plain effect where this one has the same by direction: what holds for both directions alike.
-pub(crate) fn simpler_of(
-    set: &[&'static str],
-    sets: &[Vec<&'static str>],
-) -> Option<Vec<&'static str>> {
-    set.iter().find_map(|id| {
-        let plain = id.strip_prefix("asymmetric_")?;
-        let mut simpler: Vec<&str> = set
-            .iter()
-            .map(|other| if other == id { plain } else { other })
-            .collect();
-        simpler.sort_unstable();
-        sets.iter().find(|other| **other == simpler).cloned()
-    })
 }

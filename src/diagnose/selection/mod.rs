@@ -1,6 +1,8 @@
 //! Forward over sets of effects: at each level every rival is looked at, and those that promise most are fitted.
 
+mod backward;
 mod forward;
+mod judged;
 
 use nalgebra::DVector;
 use rayon::prelude::*;
@@ -13,7 +15,8 @@ use super::settings::{CHANCE, FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WAND
 use super::validation::{Presence, presence};
 use crate::motor::fit::ParameterId;
 
-pub(crate) use forward::{Forward, Judged, forward, simpler_of};
+pub(crate) use forward::{Forward, forward};
+pub(crate) use judged::{Judged, simpler_of};
 
 /// One level of the search.
 #[derive(Debug)]

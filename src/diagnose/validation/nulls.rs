@@ -31,6 +31,11 @@ impl Presence {
         let as_much = self.by_chance.iter().filter(|g| **g >= self.gain).count();
         (as_much + 1) as f64 / (self.by_chance.len() + 1) as f64
     }
+
+    /// Nats that it gains beyond the most that chance makes.
+    pub fn beyond_chance(&self) -> f64 {
+        self.gain - self.by_chance.last().copied().unwrap_or(0.0)
+    }
 }
 
 pub(crate) fn presence(pieces: &Pieces, fit: &Fit, screen: &Screen, noise: Noise) -> Presence {
