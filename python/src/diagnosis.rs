@@ -3,7 +3,9 @@
 use motorlab::check::{check, is_fatal};
 use motorlab::cli::{Role, RunFacts, WithRuns};
 use motorlab::diagnose as diagnosing;
-use motorlab::diagnose::{BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit};
+use motorlab::diagnose::{
+    BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit,
+};
 use motorlab::motor;
 use motorlab::recording;
 use motorlab::report::diagnosis::page_held_out;
