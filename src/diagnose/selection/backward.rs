@@ -63,11 +63,7 @@ pub(super) fn backward(
     let presence = presences.max_by(|a, b| a.beyond_chance().total_cmp(&b.beyond_chance()))?;
     let mut judged = Judged::new(from, fits, presence.clone(), still);
     judged.gone = gone;
-    let reached = judged.fits.first().map(|first| first.model.ids());
-    let is_new = levels
-        .iter()
-        .all(|level| Some(level.from.model.ids()) != reached);
-    (judged.is_kept && is_new).then_some((stand, judged))
+    judged.is_kept.then_some((stand, judged))
 }
 
 /// The likeliest set with one member less that predicts as well as `best` and leaves no more.

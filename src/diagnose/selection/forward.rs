@@ -99,12 +99,17 @@ pub(crate) fn forward(
         levels.push(judged);
         // What stood for a cause until the cause itself was found goes again.
         let standing: Vec<&Judged> = levels.iter().filter(|level| !level.is_set_aside).collect();
-        if is_kept && let Some((stand, without)) = backward(pieces, base, &standing, &best, still) {
+        if is_kept
+            && let Some((stand, without)) = backward(pieces, base, &standing, &best, still)
+            && let (smaller, smaller_sets) = without.chosen()
+            // A search that came by a set goes on from it once.
+            && levels.iter().all(|level| level.from.model.ids() != smaller.model.ids())
+        {
             let set_aside = levels.iter_mut().filter(|level| !level.is_set_aside);
             set_aside
                 .skip(stand)
                 .for_each(|level| level.is_set_aside = true);
-            (best, sets) = without.chosen();
+            (best, sets) = (smaller, smaller_sets);
             levels.push(without);
         }
         sought = match (is_kept, sought) {
