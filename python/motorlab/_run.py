@@ -65,6 +65,8 @@ class Run:
         increments: bool = False,
         unsigned: Optional[bool] = None,
         every: Optional[int] = None,
+        command_limit: Optional[float] = None,
+        direction: Optional[str] = None,
     ) -> Run:
         """Make a run of columns, by the rules of ``motorlab import``: names and units are recognised, or said.
 
@@ -85,7 +87,7 @@ class Run:
             rad, deg; speed rpm, rad/s, deg/s, counts/s.
         pwm_full
             The PWM that is full drive, such as 255.
-        m_per_rev, wrap, increments, unsigned, every
+        m_per_rev, wrap, increments, unsigned, every, command_limit, direction
             As the flags of ``motorlab import``.
 
         Examples
@@ -103,6 +105,8 @@ class Run:
         said = {
             "time": time,
             "command": command,
+            "command_limit": command_limit,
+            "direction": direction,
             "position": position,
             "speed": speed,
             "current": current,

@@ -78,6 +78,8 @@ impl Numbers {
 pub(crate) struct Keywords {
     time: Option<String>,
     command: Option<String>,
+    command_limit: Option<f64>,
+    direction: Option<String>,
     position: Option<String>,
     speed: Option<String>,
     current: Option<String>,
@@ -195,6 +197,8 @@ impl Keywords {
         let said = Said {
             time: with_unit(&self.time),
             command: with_unit(&self.command),
+            command_limit: self.command_limit,
+            direction: self.direction.clone(),
             position: with_unit(&self.position),
             speed: with_unit(&self.speed),
             current: with_unit(&self.current),
