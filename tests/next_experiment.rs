@@ -50,7 +50,8 @@ fn record(motor: &Motor, profile: &Profile, change: Option<&KnownChange>, fracti
     }
 }
 
-fn settles(truth: &str, values: &[f64], rival: &str, duration_s: f64) {
+/// Whether the truth is named from a first step of so many seconds, and not before what was asked for was recorded.
+fn is_settled(truth: &str, values: &[f64], rival: &str, duration_s: f64) -> bool {
     let nominal = Motor::default();
     let mut motor = nominal.clone();
     motor
@@ -66,9 +67,11 @@ fn settles(truth: &str, values: &[f64], rival: &str, duration_s: f64) {
         if is_named {
             assert!(round > 0, "{truth} was never open");
             assert!(told.iter().any(|id| id == rival), "{rival}: {told:?}");
-            return;
+            return true;
         }
-        let next = found.next_experiment.expect("something to record");
+        let Some(next) = found.next_experiment else {
+            return false;
+        };
         assert!(next.command.contains(&next.profile), "{}", next.command);
         assert!(next.expected_separation >= 1.0, "{next:?}");
         let change = next.change.as_ref();
@@ -78,25 +81,34 @@ fn settles(truth: &str, values: &[f64], rival: &str, duration_s: f64) {
         runs.push(record(&motor, &profile, change, 0.11 + 0.23 * round as f64));
         told.extend(next.tells_apart);
     }
-    panic!("{truth} is not named after {ROUNDS} further recordings");
+    false
 }
 
 macro_rules! cases {
     ($($name:ident: $truth:literal, $values:expr, $rival:literal, $duration_s:literal;)*) => {
         $(#[test]
         fn $name() {
-            settles($truth, &$values, $rival, $duration_s);
+            let is_settled = is_settled($truth, &$values, $rival, $duration_s);
+            assert!(is_settled, "{} is not named after {ROUNDS} further recordings", $truth);
         })*
     };
 }
 
 cases! {
     a_voltage_drop_is_told_from_other_numbers: "voltage_drop", [0.5], "none", 2.0;
-    friction_is_told_from_a_voltage_drop: "coulomb_friction", [0.06], "voltage_drop", 2.0;
     a_delay_is_told_from_inductance: "transport_delay", [0.012], "inductance", 0.8;
     a_gravity_load_is_told_from_an_eccentric_encoder: "gravity_load", [0.01, 0.0], "encoder_eccentricity", 1.0;
     quadratic_drag_is_told_from_lost_edges: "quadratic_drag", [0.002], "edge_rate_loss", 2.0;
     a_sagging_supply_is_told_from_friction_of_the_load: "supply_sag", [3.0], "load_friction", 2.0;
     a_dead_zone_is_told_from_static_friction: "dead_zone", [0.8], "static_friction", 2.0;
     static_friction_is_told_from_a_dead_zone: "static_friction", [0.05], "dead_zone", 3.0;
+}
+
+/// Of five first steps two at least: from the others lost edges are named beside it (docs/decisions/0005).
+#[test]
+fn friction_is_told_from_a_voltage_drop() {
+    let settled = [1.0, 1.5, 2.0, 3.0, 4.0]
+        .map(|duration_s| is_settled("coulomb_friction", &[0.06], "voltage_drop", duration_s));
+    let count = settled.iter().filter(|is_settled| **is_settled).count();
+    assert!(count >= 2, "{settled:?}");
 }

@@ -169,7 +169,7 @@ fn of_the_micromouse_no_other_cause_is_asserted() {
     assert_eq!(other, None, "{}", found.sentence);
     // The data sheet's back EMF is half too large: its figure is said, or that of a gain that stands for it.
     let gains = ["supply_error", "resolution_error"];
-    let first = &found.causes.iter().find(|cause| cause.effect != "unknown");
+    let first = found.causes.iter().find(|cause| cause.effect != "unknown");
     let is_a_gain =
         first.is_some_and(|cause| gains.contains(&&*cause.effect) && !cause.parameters.is_empty());
     let is_said = is_a_gain || found.note.contains("back EMF");

@@ -70,6 +70,28 @@ fn what_fits_see_of_uneven_samples_is_what_is_simulated() {
     }
 }
 
+/// Where a shaft is whose encoder says what a reset has, by halving intervals, and how fast.
+fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
+    let (said_rad, said_rad_s) = (reset.angle_rad, reset.speed_rad_s);
+    match effect {
+        Some(("resolution_error", [counts])) => {
+            let times = Motor::default().parameters.counts_per_rev / counts;
+            (times * said_rad, times * said_rad_s)
+        }
+        Some(("encoder_eccentricity", [amplitude_rad, phase_rad])) => {
+            let (mut low, mut high) = (said_rad - amplitude_rad, said_rad + amplitude_rad);
+            for _ in 0..60 {
+                let middle = 0.5 * (low + high);
+                let says = middle + amplitude_rad * (middle + phase_rad).sin();
+                *(if says > said_rad { &mut high } else { &mut low }) = middle;
+            }
+            let slope = 1.0 + amplitude_rad * (low + phase_rad).cos();
+            (low, said_rad_s / slope)
+        }
+        _ => (said_rad, said_rad_s),
+    }
+}
+
 /// A piece of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
 /// encoder that says something else begins anew; times between the ends of steps, too.
 #[test]
@@ -121,12 +143,9 @@ fn a_reset_is_a_start() {
             for (reset, to) in resets.iter().zip([551, 900]) {
                 let n = to - reset.sample;
                 let (mut alone, mut alone_slopes) = (vec![0.0; n], vec![0.0; 4 * n]);
-                let begun = Reset {
-                    sample: 0,
-                    ..*reset
-                };
+                let (angle_rad, speed_rad_s) = shaft(effect, reset);
                 (Simulator::new(&drive(reset.sample, to), Model::FirstOrder).expect("a drive"))
-                    .resetting(vec![begun])
+                    .starting(angle_rad, speed_rad_s)
                     .sensitivities(
                         &motor,
                         &wanted,

@@ -192,9 +192,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.within_tick(offset, |engine| engine.machine.set_command(command));
     }
 
-    /// Puts the shaft to where the encoder says this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached. The other
-    /// side of a transmission is moved along, so that what lies between them and the current stay as they are. So does the heat, but
-    /// for what is left out just before. Returns the shaft's own angle and speed.
+    /// Puts the shaft to where the encoder says this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached.
+    /// The other side of a transmission is moved along, so that what lies between them and the current stay as they are. So does the
+    /// heat, but for what is left out just before. Returns the shaft's own angle and speed.
     pub(crate) fn put(
         &mut self,
         angle_rad: f64,

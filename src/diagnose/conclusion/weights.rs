@@ -116,8 +116,7 @@ pub(crate) fn without_any_known(forward: &Forward) -> f64 {
 fn more(forward: &Forward, unknown: &Unknown) -> f64 {
     let bent = forward.best.model.bent(&forward.best.x);
     let bends = 0.5 * (bent * bent - WITHIN_TOLERANCES * WITHIN_TOLERANCES);
-    // As of an effect beside others: what leaves less above rounding than rounding does is a law that is a little other. It leaves a
-    // little of what it explains.
+    // A law that is a little other leaves a little: less above rounding than rounding does, and than a tenth of what it explains.
     let above = |fit: &Fit| fit.mean_square() - forward.still;
     let least = match forward.best.model.members.is_empty() {
         true => forward.still,

@@ -286,32 +286,18 @@ pub(super) fn minimise(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::fit::{Base, Member};
-    use crate::diagnose::samples::{motor_with, recording};
+    use crate::diagnose::samples::{base_of, fitted, member, motor_with, recording};
     use crate::motor::Motor;
-    use crate::motor::catalogue::catalogue;
 
     /// A threshold between two levels of the command is found wherever its fit begins.
     #[test]
     fn a_threshold_is_found_from_any_start() {
         let run = recording(&motor_with(&[("dead_zone", &[1.3])]), 1000);
         let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
-        let base = Base {
-            motor: Motor::default(),
-            kind: CommandKind::Voltage,
-            sample_time_s: pieces.runs[0].sample_time_s,
-            clock: None,
-            is_host_timed: false,
-            then: None,
-        };
-        let index = catalogue().iter().position(|kind| kind.id == "dead_zone");
-        let index = index.expect("an effect");
+        let base = base_of(&pieces);
         for begun_v in [0.3, 0.9, 1.7] {
-            let values = vec![begun_v];
-            let model = Model::new(&base, vec![Member { index, values }]);
-            let most = Most::anything();
-            let fit = fit(&pieces, &model, base.kind, &[model.start()], most).expect("a motor");
-            let motor = model.motor(&fit.x);
+            let fit = fitted(&pieces, &base, &[member("dead_zone", begun_v)]);
+            let motor = fit.model.motor(&fit.x);
             let mut found = motor
                 .effects
                 .get("dead_zone")

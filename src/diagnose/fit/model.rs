@@ -247,7 +247,11 @@ impl Model {
 
     /// The start with the numbers that another model has too taken from there.
     pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
-        let mut start = self.start();
+        self.taken_from(self.start(), other, x)
+    }
+
+    /// A start with the numbers that another model has too taken from there.
+    pub fn taken_from(&self, mut start: Vec<f64>, other: &Self, x: &[f64]) -> Vec<f64> {
         for (k, number) in self.numbers.iter().enumerate() {
             if let Some(j) = other.numbers.iter().position(|n| n.id == number.id) {
                 start[k] = x[j];

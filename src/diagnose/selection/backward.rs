@@ -56,13 +56,13 @@ pub(super) fn backward(
             fits.push(rival);
         }
     }
-    fits.sort_by(|a, b| b.score().total_cmp(&a.score()));
-    let gone: Vec<&'static str> = gone.iter().map(|member| member.id()).collect();
     // Something is there as surely as the surest of these levels has it.
     let presences = levels[stand..].iter().map(|level| &level.presence);
     let presence = presences.max_by(|a, b| a.beyond_chance().total_cmp(&b.beyond_chance()))?;
     let mut judged = Judged::new(from, fits, presence.clone(), still);
-    judged.gone = gone;
+    let stays = judged.fits.first()?.model.ids();
+    let members = best.model.ids().into_iter();
+    judged.gone = members.filter(|id| !stays.contains(id)).collect();
     judged.is_kept.then_some((stand, judged))
 }
 
@@ -94,45 +94,22 @@ fn refit(pieces: &Pieces, base: &Base, members: Vec<Member>, from: &Fit) -> Opti
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::samples::{motor_with, recording};
+    use crate::diagnose::samples::{base_of, fitted, member, motor_with, present, recording};
     use crate::diagnose::settings::ROUNDING;
-    use crate::diagnose::validation::Presence;
-    use crate::motor::catalogue::catalogue;
-    use crate::motor::{CommandKind, Motor};
+    use crate::motor::Motor;
 
     /// What was taken first goes once the cause itself is there.
     #[test]
     fn what_stood_for_the_cause_goes() {
         let run = recording(&motor_with(&[("dead_zone", &[1.3])]), 1000);
         let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
-        let base = Base {
-            motor: Motor::default(),
-            kind: CommandKind::Voltage,
-            sample_time_s: pieces.runs[0].sample_time_s,
-            clock: None,
-            is_host_timed: false,
-            then: None,
-        };
-        let member = |id: &str, value: f64| Member {
-            index: (catalogue().iter().position(|kind| kind.id == id)).expect("an effect"),
-            values: vec![value],
-        };
-        let fitted = |members: Vec<Member>| {
-            let model = Model::new(&base, members);
-            let most = Most::anything();
-            fit(&pieces, &model, base.kind, &[model.start()], most).expect("a motor")
-        };
+        let base = base_of(&pieces);
         let (stand_in, cause) = (member("voltage_drop", 0.5), member("dead_zone", 1.3));
-        let refitted = fitted(Vec::new());
-        let first = fitted(vec![stand_in.clone()]);
-        let both = fitted(vec![stand_in, cause]);
-        let presence = Presence {
-            gain: 50.0,
-            by_chance: vec![1.0; 99],
-        };
-        let level = |from: &Fit, fit: &Fit| {
-            Judged::new(from, vec![fit.clone()], presence.clone(), ROUNDING)
-        };
+        let refitted = fitted(&pieces, &base, &[]);
+        let first = fitted(&pieces, &base, std::slice::from_ref(&stand_in));
+        let both = fitted(&pieces, &base, &[stand_in, cause]);
+        let level =
+            |from: &Fit, fit: &Fit| Judged::new(from, vec![fit.clone()], present(), ROUNDING);
         let levels = [level(&refitted, &first), level(&first, &both)];
         assert!(levels.iter().all(|level| level.is_kept));
         let levels: Vec<&Judged> = levels.iter().collect();

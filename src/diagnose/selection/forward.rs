@@ -2,8 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::diagnose::fit::Fit;
-use crate::diagnose::fit::{Base, Model, Most, fit, rounding};
+use crate::diagnose::fit::{Base, Fit, Model, Most, fit, rounding};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::screening::{Pick, picks};
 use crate::diagnose::settings::{
@@ -87,7 +86,6 @@ pub(crate) fn forward(
             if !others.is_empty() {
                 let mut fits = judged.fits;
                 fits.extend(others);
-                fits.sort_by(|a, b| b.score().total_cmp(&a.score()));
                 judged = Judged::new(&best, fits, judged.presence, still);
             }
         }
@@ -149,19 +147,9 @@ fn swapped(pieces: &Pieces, base: &Base, before: &Judged, best: &Fit) -> Vec<Fit
     let others: Vec<&Fit> = others.collect();
     let beside = others.into_par_iter().filter_map(|other| {
         let model = Model::new(base, with(other, new.clone()));
-        let mut start = model.start_from(&best.model, &best.x);
-        let own = model.start_from(&other.model, &other.x);
-        for (number, (x, own)) in model.numbers.iter().zip(start.iter_mut().zip(own)) {
-            if other
-                .model
-                .numbers
-                .iter()
-                .any(|of_other| of_other.id == number.id)
-            {
-                *x = own;
-            }
-        }
-        let starts = [start, model.start_from(&best.model, &best.x), model.start()];
+        let of_best = model.start_from(&best.model, &best.x);
+        let of_both = model.taken_from(of_best.clone(), &other.model, &other.x);
+        let starts = [of_both, of_best, model.start()];
         let most = Most::beside(other.mean_square());
         fit(pieces, &model, base.kind, &starts, most)
     });
@@ -209,55 +197,25 @@ fn by_inverse(level: &Judged, picks: &[Pick], still: f64) -> Option<Judged> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::fit::Member;
-    use crate::diagnose::samples::{motor_with, recording};
-    use crate::diagnose::validation::Presence;
-    use crate::motor::catalogue::catalogue;
-    use crate::motor::{CommandKind, Motor};
+    use crate::diagnose::samples::{base_of, fitted, member, motor_with, present, recording};
+    use crate::motor::Motor;
 
     /// A constant load and a friction by direction are not told apart by many recordings: beside what is found next, neither is forgotten.
     #[test]
     fn what_was_not_told_apart_is_asked_again_beside_the_next() {
         let motor = motor_with(&[("constant_load", &[0.01]), ("dead_zone", &[1.3])]);
         let pieces = Pieces::new(&[recording(&motor, 1000)], &Motor::default()).expect("a run");
-        let base = Base {
-            motor: Motor::default(),
-            kind: CommandKind::Voltage,
-            sample_time_s: pieces.runs[0].sample_time_s,
-            clock: None,
-            is_host_timed: false,
-            then: None,
-        };
-        let member = |id: &str, value: f64| Member {
-            index: (catalogue().iter().position(|kind| kind.id == id)).expect("an effect"),
-            values: vec![value],
-        };
-        let fitted = |members: Vec<Member>| {
-            let model = Model::new(&base, members);
-            fit(
-                &pieces,
-                &model,
-                base.kind,
-                &[model.start()],
-                Most::anything(),
-            )
-            .expect("a motor")
-        };
+        let base = base_of(&pieces);
+        let fitted = |members: &[_]| fitted(&pieces, &base, members);
         let (load, friction) = (
             member("constant_load", 0.01),
             member("asymmetric_friction", 0.2),
         );
-        let rivals = vec![fitted(vec![load.clone()]), fitted(vec![friction.clone()])];
-        let presence = Presence {
-            gain: 50.0,
-            by_chance: vec![1.0; 99],
-        };
-        let mut before = Judged::new(&fitted(Vec::new()), rivals, presence, ROUNDING);
-        before
-            .standings
-            .iter_mut()
-            .for_each(|tie| tie.is_tied = true);
-        let best = fitted(vec![load, member("dead_zone", 1.3)]);
+        let rivals = vec![fitted(std::slice::from_ref(&load)), fitted(&[friction])];
+        let mut before = Judged::new(&fitted(&[]), rivals, present(), ROUNDING);
+        let standings = before.standings.iter_mut();
+        standings.for_each(|tie| tie.is_tied = true);
+        let best = fitted(&[load, member("dead_zone", 1.3)]);
         let others = swapped(&pieces, &base, &before, &best);
         let names: Vec<Vec<&str>> = others.iter().map(|fit| fit.model.ids()).collect();
         assert_eq!(names, [["asymmetric_friction", "dead_zone"]]);

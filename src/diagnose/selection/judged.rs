@@ -31,33 +31,25 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Rivals that add to a set, where a right model leaves the mean square `still`.
-    pub fn new(from: &Fit, rivals: Vec<Fit>, presence: Presence, still: f64) -> Self {
+    /// Rivals that add to a set, in any order, where a right model leaves the mean square `still`.
+    pub fn new(from: &Fit, mut rivals: Vec<Fit>, presence: Presence, still: f64) -> Self {
+        rivals.sort_by(|a, b| b.score().total_cmp(&a.score()));
         // What gains and leaves more of the position than before is no cause of the gap: rivals are those that close some of it.
         let (mut fits, others): (Vec<Fit>, Vec<Fit>) =
             (rivals.into_iter()).partition(|fit| is_a_cause(from, fit, still));
         let is_any = !fits.is_empty();
-        let standings = if is_any {
-            let rivals: Vec<&Fit> = fits.iter().chain(std::iter::once(from)).collect();
-            let mut standings = standing(&rivals);
+        let compared = if is_any { &fits } else { &others };
+        let mut standings = standing(&compared.iter().chain([from]).collect::<Vec<&Fit>>());
+        if let Some(best) = fits.first() {
             let of_none = standings.pop();
-            let score = fits[0].score();
-            standings.extend(others.iter().map(|fit| Tie::apart(score - fit.score())));
+            let behind = |fit: &Fit| Tie::apart(best.score() - fit.score());
+            standings.extend(others.iter().map(behind));
             standings.extend(of_none);
-            standings
-        } else {
-            standing(
-                &others
-                    .iter()
-                    .chain(std::iter::once(from))
-                    .collect::<Vec<&Fit>>(),
-            )
-        };
+        }
         fits.extend(others);
-        let closes = fits.first().map_or(0.0, |first| closed(from, first, still));
-        let matters = fits
-            .first()
-            .is_some_and(|first| matters(from, first, still));
+        let first = fits.first();
+        let closes = first.map_or(0.0, |first| closed(from, first, still));
+        let matters = first.is_some_and(|first| matters(from, first, still));
         Self {
             matters,
             is_kept: presence.p_value() <= CHANCE && is_any,
