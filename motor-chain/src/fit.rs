@@ -92,6 +92,18 @@ impl Simulator {
         self
     }
 
+    /// The same with starts that are faster by so much (rad/s): that of the run, which is of sample 0, and those that it is put to at
+    /// samples. Others go on as before.
+    #[must_use]
+    pub fn starting_faster(mut self, by_rad_s: impl IntoIterator<Item = (usize, f64)>) -> Self {
+        for (sample, by_rad_s) in by_rad_s {
+            if !self.schedule.make_faster(sample, by_rad_s) && sample == 0 {
+                self.start.1 += by_rad_s;
+            }
+        }
+        self
+    }
+
     /// The same of a run of which stretches are left out: what is long against all that happens in a motor but its warming up. The
     /// drive goes on after each as if nothing had been before, with a reset there. `skipped` is in the order of the samples.
     #[must_use]

@@ -129,6 +129,15 @@ impl Schedule {
         self
     }
 
+    /// Makes a shaft that is put elsewhere at a sample faster there by so much (rad/s). Returns whether one is.
+    pub(crate) fn make_faster(&mut self, sample: usize, by_rad_s: f64) -> bool {
+        let found = (self.resets).binary_search_by_key(&sample, |reset| reset.sample);
+        if let Ok(k) = found {
+            self.resets[k].speed_rad_s += by_rad_s;
+        }
+        found.is_ok()
+    }
+
     /// The same of a run of which this is left out.
     pub(crate) fn with_skipped(mut self, skipped: Vec<Skipped>) -> Self {
         self.skipped = skipped;

@@ -112,7 +112,7 @@ impl<'a> Profile<'a> {
         let mut x = self.fit.x.clone();
         x[self.k] = at;
         let model = &self.fit.model;
-        let predicted = response(self.pieces, &model.motor(&x))?;
+        let predicted = response(self.pieces, &model.motor(&x), &self.fit.starts)?;
         let white = self.whitener.whiten(&residual(self.pieces, &predicted));
         let pull = &model.precision * (DVector::from_column_slice(&x) - &model.mean);
         let gradient = DVector::from_fn(self.others.len(), |i, _| {

@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::board::Profile;
-use crate::diagnose::fit::{Base, Fit, Model, dot, response, sensitivities, surroundings};
+use crate::diagnose::fit::{Base, Fit, Model, Starts, dot, response, sensitivities, surroundings};
 use crate::diagnose::noise::{Noise, Surroundings, Whitener};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{DEFAULT_TOLERANCE, ORDINARY_WANDER, UNSEEN_STEP, WANDER_TIMES_S};
@@ -142,7 +142,7 @@ impl Planned {
         more: f64,
         precision: &DMatrix<f64>,
     ) -> Option<View> {
-        let (mut prediction, columns) = sensitivities(&self.pieces, model, x)?;
+        let (mut prediction, columns) = sensitivities(&self.pieces, model, x, &self.starts())?;
         let mut columns: Vec<Vec<f64>> = columns
             .iter()
             .map(|column| self.whitener.whiten(column))
@@ -151,9 +151,15 @@ impl Planned {
         if self.is_absolute {
             let motor = model.motor(x);
             if more != 0.0 {
-                prediction = response(&self.pieces, &unseen_twin(&motor, more))?;
+                prediction = response(&self.pieces, &unseen_twin(&motor, more), &self.starts())?;
             }
-            let moved = |by: f64| response(&self.pieces, &unseen_twin(&motor, more + by));
+            let moved = |by: f64| {
+                response(
+                    &self.pieces,
+                    &unseen_twin(&motor, more + by),
+                    &self.starts(),
+                )
+            };
             let pairs = moved(-UNSEEN_STEP)?.into_iter().zip(moved(UNSEEN_STEP)?);
             let column: Vec<f64> = pairs.map(|(a, b)| (b - a) / (2.0 * UNSEEN_STEP)).collect();
             columns.push(self.whitener.whiten(&column));
@@ -169,9 +175,14 @@ impl Planned {
         })
     }
 
+    /// Plans begin as they are planned.
+    pub(super) fn starts(&self) -> Starts {
+        Starts::measured(&self.pieces)
+    }
+
     /// The same for a model that is only ever the truth.
     pub fn truth(&self, (model, x): (&Model, &[f64])) -> Option<View> {
-        let prediction = response(&self.pieces, &model.motor(x))?;
+        let prediction = response(&self.pieces, &model.motor(x), &self.starts())?;
         Some(View {
             prediction: self.whitener.whiten(&prediction),
             columns: Vec::new(),
@@ -223,7 +234,7 @@ impl Planned {
 /// The separation of two fits on the runs that they were fitted to, under the noise that the truth leaves; without end where
 /// the rival cannot be simulated.
 pub(crate) fn separation_of(pieces: &Pieces, truth: &Fit, rival: &Fit) -> f64 {
-    let Some((_, columns)) = sensitivities(pieces, &rival.model, &rival.x) else {
+    let Some((_, columns)) = sensitivities(pieces, &rival.model, &rival.x, &rival.starts) else {
         return f64::INFINITY;
     };
     let whitener = Whitener::new(pieces, &truth.around, truth.noise);
@@ -336,8 +347,8 @@ pub(super) mod tests {
         let twin = unseen_twin(motor, 0.05);
         let off = |key| {
             let planned = planned(&base, key);
-            let one = response(&planned.pieces, motor).expect("a motor");
-            let other = response(&planned.pieces, &twin).expect("a motor");
+            let one = response(&planned.pieces, motor, &planned.starts()).expect("a motor");
+            let other = response(&planned.pieces, &twin, &planned.starts()).expect("a motor");
             let off = one.iter().zip(other).map(|(a, b)| (a - b).abs());
             off.fold(0.0, f64::max)
         };

@@ -69,9 +69,10 @@ impl Refit<'_> {
     /// What is left of the difference, whitened, with what is known of the numbers.
     fn square(&self, at: &Numbers) -> Option<f64> {
         let motor = self.model.motor(&at.x);
+        let starts = self.planned.starts();
         let predicted = match at.more {
-            0.0 => response(&self.planned.pieces, &motor),
-            more => response(&self.planned.pieces, &unseen_twin(&motor, more)),
+            0.0 => response(&self.planned.pieces, &motor, &starts),
+            more => response(&self.planned.pieces, &unseen_twin(&motor, more), &starts),
         }?;
         let predicted = self.planned.whitener.whiten(&predicted);
         let pairs = self.truth.prediction.iter().zip(&predicted);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::{Model, less_start, sensitivities};
+use super::{Model, Starts, less_start, sensitivities};
 use crate::diagnose::noise::{Noise, Surroundings, Whitener};
 use crate::diagnose::pieces::Pieces;
 use crate::motor::fit::ParameterId;
@@ -15,6 +15,8 @@ pub(crate) struct Fit {
     pub x: Vec<f64>,
     pub noise: Noise,
     pub around: Surroundings,
+    /// What the simulation of the pieces is expanded about.
+    pub starts: Starts,
     /// Recorded less predicted, in counts.
     pub residual: Vec<f64>,
     /// The same less what the errors of the pieces' starts make.
@@ -111,10 +113,10 @@ pub(super) fn whitened(
     pieces: &Pieces,
     model: &Model,
     x: Vec<f64>,
-    (noise, around): (Noise, Surroundings),
+    (noise, around, starts): (Noise, Surroundings, Starts),
     whitener: &Whitener,
 ) -> Option<Fit> {
-    let (predicted, columns) = sensitivities(pieces, model, &x)?;
+    let (predicted, columns) = sensitivities(pieces, model, &x, &starts)?;
     let residual = residual(pieces, &predicted);
     let white = whitener.whiten(&residual);
     let columns = whitener.whiten_all(&columns);
@@ -142,6 +144,7 @@ pub(super) fn whitened(
         x,
         noise,
         around,
+        starts,
         shown: less_start(pieces, around.time_constant_s, &residual),
         residual,
         white,

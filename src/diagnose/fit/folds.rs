@@ -4,7 +4,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::fitted::{Fit, residual, squares_of, surroundings, whitened};
-use super::{Model, response};
+use super::{Model, Starts, response};
 use crate::diagnose::noise::{Noise, Whitener};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::FOLDS;
@@ -20,10 +20,11 @@ pub(crate) fn finished(
     kind: CommandKind,
     x: Vec<f64>,
     noise: Noise,
+    starts: Starts,
 ) -> Option<Fit> {
     let around = surroundings(pieces, model, &x, kind);
     let whitener = Whitener::new(pieces, &around, noise);
-    let mut fit = whitened(pieces, model, x, (noise, around), &whitener)?;
+    let mut fit = whitened(pieces, model, x, (noise, around, starts), &whitener)?;
     let predicted = out_of_fold(pieces, &fit, &whitener, &|left| whitener.whiten(left));
     fit.elpd = scores(pieces, &fit, &squares_of(pieces, &predicted));
     Some(fit)
@@ -119,7 +120,8 @@ fn left_without(
         let moved = fit.x.iter().zip(solved.iter());
         let mut x: Vec<f64> = moved.map(|(x, s)| x - share * s).collect();
         fit.model.clamp(&mut x);
-        let left = residual(pieces, &response(pieces, &fit.model.motor(&x))?);
+        let predicted = response(pieces, &fit.model.motor(&x), &fit.starts)?;
+        let left = residual(pieces, &predicted);
         let then = squares_of(pieces, &whitener.whiten(&left));
         (trained(&then, &x) < before).then_some(left)
     })
@@ -128,7 +130,7 @@ fn left_without(
 /// Score of numbers that nothing was fitted to, under a fit's noise.
 pub(crate) fn score_at(pieces: &Pieces, fit: &Fit, x: &[f64]) -> Option<f64> {
     let whitener = Whitener::new(pieces, &fit.around, fit.noise);
-    let predicted = response(pieces, &fit.model.motor(x))?;
+    let predicted = response(pieces, &fit.model.motor(x), &fit.starts)?;
     let white = whitener.whiten(&residual(pieces, &predicted));
     let squares = squares_of(pieces, &white);
     let score: f64 = scores(pieces, fit, &squares).iter().sum();

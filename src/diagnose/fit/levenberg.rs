@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::fitted::{Fit, dot, mean_square, residual, surroundings};
 use super::folds::finished;
-use super::{Left, Model, less_start, response, sensitivities};
+use super::{Left, Model, Starts, less_start, response, sensitivities};
 use crate::diagnose::noise::{Noise, Whitener, likeliest};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{CLOSES, ROUNDING};
@@ -23,7 +23,8 @@ const PLACES: usize = 24;
 
 /// Fits a model from the likeliest of some starts, with the noise that is found on the way, and to leave no more than `most` of what is
 /// shown; none where no start leads there. A fit that starts far off takes what it leaves for a load that wanders, and is content
-/// there: so least squares are tried as a start as well.
+/// there: so least squares are tried as a start as well. Pieces are simulated from their measured starts until that stands still, and
+/// then from those that the model has: far off, numbers and starts would stand in for each other.
 pub(crate) fn fit(
     pieces: &Pieces,
     model: &Model,
@@ -40,7 +41,7 @@ pub(crate) fn fit(
     let begun = (starts.par_iter()).filter_map(|start| {
         let mut x = start.clone();
         model.clamp(&mut x);
-        Some(Likeliest::new(&asked, At::new(pieces, model, x)?))
+        Some(Likeliest::new(&asked, At::measured(pieces, model, x)?))
     });
     let begun: Vec<Likeliest> = begun.collect();
     let first = (begun.into_iter()).min_by(|a, b| {
@@ -61,10 +62,15 @@ pub(crate) fn fit(
             best = settled;
         }
     }
+    let begun = At::about_its_own(pieces, model, kind, best.at.x.clone());
+    let own = begun.and_then(|at| Likeliest::new(&asked, at).settled(&asked));
+    if let Some(own) = own.filter(|own| own.cost < best.cost && asked.allows(&own.at)) {
+        best = own;
+    }
     if !asked.allows(&best.at) {
         return None;
     }
-    finished(pieces, model, kind, best.at.x, best.noise)
+    finished(pieces, model, kind, best.at.x, best.noise, best.at.starts)
 }
 
 /// The most that a fit may leave of what is shown: a mean square in counts^2. Under a load that is taken to wander widely the likeliest
@@ -176,14 +182,68 @@ impl Likeliest {
 #[derive(Debug, Clone)]
 pub(super) struct At {
     pub x: Vec<f64>,
+    /// What the simulation is expanded about.
+    starts: Starts,
+    /// Whether that is found anew on the way.
+    is_about_its_own: bool,
     /// Recorded less predicted, in counts.
     pub residual: Vec<f64>,
 }
 
 impl At {
-    pub fn new(pieces: &Pieces, model: &Model, x: Vec<f64>) -> Option<Self> {
-        let residual = residual(pieces, &response(pieces, &model.motor(&x))?);
-        Some(Self { x, residual })
+    /// From the starts that are measured.
+    pub fn measured(pieces: &Pieces, model: &Model, x: Vec<f64>) -> Option<Self> {
+        let starts = Starts::measured(pieces);
+        let residual = residual(pieces, &response(pieces, &model.motor(&x), &starts)?);
+        Some(Self {
+            x,
+            starts,
+            is_about_its_own: false,
+            residual,
+        })
+    }
+
+    /// From the starts that the model has.
+    pub fn about_its_own(
+        pieces: &Pieces,
+        model: &Model,
+        kind: CommandKind,
+        x: Vec<f64>,
+    ) -> Option<Self> {
+        let time_constant_s = surroundings(pieces, model, &x, kind).time_constant_s;
+        let (starts, residual) = Starts::of(pieces, &model.motor(&x), time_constant_s)?;
+        Some(Self {
+            x,
+            starts,
+            is_about_its_own: true,
+            residual,
+        })
+    }
+
+    /// Other numbers about the same starts.
+    fn moved(&self, pieces: &Pieces, model: &Model, x: Vec<f64>) -> Option<Self> {
+        let predicted = response(pieces, &model.motor(&x), &self.starts)?;
+        Some(Self {
+            x,
+            residual: residual(pieces, &predicted),
+            ..self.clone()
+        })
+    }
+
+    /// The same numbers about other starts, with the derivatives by the numbers, a column each.
+    fn with_columns(
+        &self,
+        pieces: &Pieces,
+        model: &Model,
+        starts: Starts,
+    ) -> Option<(Self, Vec<Vec<f64>>)> {
+        let (predicted, columns) = sensitivities(pieces, model, &self.x, &starts)?;
+        let at = Self {
+            residual: residual(pieces, &predicted),
+            starts,
+            ..self.clone()
+        };
+        Some((at, columns))
     }
 }
 
@@ -213,7 +273,7 @@ fn elsewhere(
     let tried = tried.into_par_iter().filter_map(|(k, value)| {
         let mut x = at.x.clone();
         x[k] = value;
-        let other = At::new(pieces, model, x)?;
+        let other = at.moved(pieces, model, x)?;
         Some((cost_of(model, whitener, &other), other))
     });
     let allowed = beyond(at);
@@ -234,15 +294,24 @@ pub(super) fn minimise(
     let mut damping = 1e-3;
     let mut allowed = beyond(&at);
     let cost_of = |at: &At| cost_of(model, whitener, at);
-    let mut cost = cost_of(&at);
-    if !cost.is_finite() {
+    if !cost_of(&at).is_finite() {
         return None;
     }
     for _ in 0..MOST_STEPS {
-        let Some((predicted, columns)) = sensitivities(pieces, model, &at.x) else {
+        // About starts that have been found anew, unless these do worse.
+        let does_no_worse =
+            |next: &At| cost_of(next) < cost_of(&at) + ENOUGH && beyond(next) <= allowed;
+        let anew = (at.is_about_its_own)
+            .then(|| Starts::seen(pieces, whitener.time_constant_s, &at.residual))
+            .and_then(|starts| at.with_columns(pieces, model, starts))
+            .filter(|(next, _)| does_no_worse(next));
+        let as_it_is = || at.with_columns(pieces, model, at.starts.clone());
+        let Some((now, columns)) = anew.or_else(as_it_is) else {
             break;
         };
-        let white = whitener.whiten(&residual(pieces, &predicted));
+        at = now;
+        let mut cost = cost_of(&at);
+        let white = whitener.whiten(&at.residual);
         let columns = whitener.whiten_all(&columns);
         let d = DVector::from_column_slice(&at.x) - &model.mean;
         let hessian =
@@ -264,7 +333,7 @@ pub(super) fn minimise(
                 .map(|(x, s)| x + s.clamp(-1.5, 1.5))
                 .collect();
             model.clamp(&mut next);
-            let next = At::new(pieces, model, next);
+            let next = at.moved(pieces, model, next);
             let then = next.as_ref().map_or(f64::INFINITY, cost_of);
             if let Some(next) = next.filter(|next| then < cost && beyond(next) <= allowed) {
                 gained = cost - then;

@@ -8,7 +8,7 @@ mod model;
 mod right_model;
 mod rounding;
 mod simulated;
-mod start_error;
+mod starts;
 mod then;
 mod unweighted;
 
@@ -18,6 +18,6 @@ pub(crate) use levenberg::{Most, fit};
 pub(crate) use model::{BASE, Base, Member, Model, range_of};
 pub(crate) use rounding::rounding;
 pub(crate) use simulated::{response, sensitivities};
-pub(crate) use start_error::less_start;
+pub(crate) use starts::{Starts, less_start};
 pub(crate) use then::Then;
 pub(crate) use unweighted::{Left, Unweighted, unweighted};

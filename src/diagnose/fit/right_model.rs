@@ -74,3 +74,23 @@ fn each_effect_leaves_rounding_of_its_own_motor() {
         }
     }
 }
+
+/// A start whose speed is measured over a bend, of a time constant between two samples and of many counts, is no gap. It is to first order
+/// where the torque is one of the place.
+#[test]
+fn a_speed_that_is_measured_over_a_bend_leaves_rounding() {
+    let most = MOST * ROUNDING_VARIANCE.sqrt();
+    let of_place = ["cogging", "gravity_load"];
+    let others = catalogue().iter().filter(|kind| !kind.random);
+    let others: Vec<&str> = others
+        .map(|kind| kind.id)
+        .filter(|id| !of_place.contains(id))
+        .collect();
+    let left = |id: &&&str| left(id, 8192.0, |motor| recording(motor, 0.03, &REVERSING, 0.51));
+    let leave_more: Vec<&&str> = others.iter().filter(|id| left(id) > most).collect();
+    assert!(leave_more.len() <= 1, "{leave_more:?}");
+    for id in of_place {
+        let found = left(&&id);
+        assert!(found < 2.0, "{id}: {found}");
+    }
+}

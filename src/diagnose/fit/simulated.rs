@@ -1,11 +1,12 @@
 //! What a motor does in all pieces, in counts from each piece's first sample.
 
+use std::borrow::Cow;
 use std::cell::RefCell;
 
-use crate::diagnose::fit::Model;
+use super::{Model, Starts};
 use crate::diagnose::pieces::{Pieces, Recording};
 use crate::motor::Motor;
-use crate::motor::fit::Workspace;
+use crate::motor::fit::{Simulator, Workspace};
 
 thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
@@ -14,19 +15,31 @@ thread_local! {
 /// Share of a number's range by which one without derivatives is moved.
 const DIFFERENCE: f64 = 0.01;
 
-/// Response in counts.
-pub(crate) fn response(pieces: &Pieces, motor: &Motor) -> Option<Vec<f64>> {
+/// Response in counts from the measured starts, expanded about others.
+pub(crate) fn response(pieces: &Pieces, motor: &Motor, starts: &Starts) -> Option<Vec<f64>> {
     let mut out = vec![0.0; pieces.len];
     WORKSPACE.with_borrow_mut(|workspace| {
         for (number, run) in pieces.runs.iter().enumerate() {
             let mut angles = vec![0.0; run.t_s.len()];
-            (run.simulator
-                .angles(&on_run(motor, run), workspace, &mut angles))
-            .ok()?;
+            (simulator(pieces, number, starts).angles(&on_run(motor, run), workspace, &mut angles))
+                .ok()?;
             spread(pieces, number, &angles, 1.0 / run.rad, &mut out);
         }
+        starts.put_back(pieces, &mut out);
         Some(out)
     })
+}
+
+/// The simulator of a run from these starts.
+fn simulator<'a>(pieces: &'a Pieces, run: usize, starts: &Starts) -> Cow<'a, Simulator> {
+    let recording = &pieces.runs[run];
+    match &starts.of_run(pieces, run)[..] {
+        [] => Cow::Borrowed(&recording.simulator),
+        others => {
+            let by_rad_s = others.iter().map(|(from, by)| (*from, by * recording.rad));
+            Cow::Owned(recording.simulator.clone().starting_faster(by_rad_s))
+        }
+    }
 }
 
 /// Response and its derivatives by a model's numbers, a column each.
@@ -34,6 +47,7 @@ pub(crate) fn sensitivities(
     pieces: &Pieces,
     model: &Model,
     x: &[f64],
+    starts: &Starts,
 ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let motor = model.motor(x);
     let ids = model.free();
@@ -44,7 +58,7 @@ pub(crate) fn sensitivities(
             let n = run.t_s.len();
             let mut angles = vec![0.0; n];
             let mut block = vec![0.0; n * ids.len()];
-            run.simulator
+            simulator(pieces, number, starts)
                 .sensitivities(
                     &on_run(&motor, run),
                     &ids,
@@ -64,6 +78,7 @@ pub(crate) fn sensitivities(
                 );
             }
         }
+        starts.put_back(pieces, &mut out);
         Some(())
     })?;
     for (j, free) in model.numbers.iter().enumerate() {
@@ -74,7 +89,7 @@ pub(crate) fn sensitivities(
         let moved = |by: f64| {
             let mut x = x.to_vec();
             x[j] = (x[j] + by).clamp(free.lo, free.hi);
-            Some((x[j], response(pieces, &model.motor(&x))?))
+            Some((x[j], response(pieces, &model.motor(&x), starts)?))
         };
         let ((a, low), (b, high)) = (moved(-step)?, moved(step)?);
         if b > a {

@@ -1,10 +1,10 @@
 //! The fit of the position error as it is shown: every sample alike, less what the measured starts of the pieces make, with prior rows
 //! only.
 
-use super::fitted::{dot, residual, surroundings, whitened};
+use super::fitted::{dot, surroundings, whitened};
 use super::folds::out_of_fold;
 use super::levenberg::{At, minimise};
-use super::{Model, less_start, response};
+use super::{Model, Starts, less_start};
 use crate::diagnose::noise::{Noise, Whitener};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::ROUNDING;
@@ -35,7 +35,7 @@ impl Left {
 
     /// What a motor leaves.
     pub fn of(pieces: &Pieces, motor: &Motor, time_constant_s: f64) -> Option<Vec<f64>> {
-        let residual = residual(pieces, &response(pieces, motor)?);
+        let (_, residual) = Starts::of(pieces, motor, time_constant_s)?;
         Some(less_start(pieces, time_constant_s, &residual))
     }
 
@@ -75,17 +75,21 @@ pub(crate) fn unweighted(
         };
         let whitener = evenly(pieces, model, kind, &x, &left);
         tried.push((x.clone(), left));
-        if let Some(at) = At::new(pieces, model, x)
-            && let Some(At { x, .. }) = minimise(pieces, model, &whitener, at, &|_| 0.0)
-            && let Some(left) = Left::new(pieces, model, kind, &x)
-        {
-            tried.push((x, left));
+        let mut minimised = |at: Option<At>| {
+            let At { x, .. } = minimise(pieces, model, &whitener, at?, &|_| 0.0)?;
+            let left = Left::new(pieces, model, kind, &x)?;
+            tried.push((x.clone(), left));
+            Some(x)
+        };
+        if let Some(x) = minimised(At::measured(pieces, model, x)) {
+            minimised(At::about_its_own(pieces, model, kind, x));
         }
     }
     let (x, left) = (tried.into_iter()).min_by(|a, b| a.1.sum().total_cmp(&b.1.sum()))?;
     let around = surroundings(pieces, model, &x, kind);
     let whitener = evenly(pieces, model, kind, &x, &left);
-    let fit = whitened(pieces, model, x, (Noise::NONE, around), &whitener)?;
+    let (starts, _) = Starts::of(pieces, &left.motor, around.time_constant_s)?;
+    let fit = whitened(pieces, model, x, (Noise::NONE, around, starts), &whitener)?;
     let shown = |residual: &[f64]| less_start(pieces, left.time_constant_s, residual);
     Some(Unweighted {
         predicted: out_of_fold(pieces, &fit, &whitener, &shown),

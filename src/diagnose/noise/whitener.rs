@@ -36,6 +36,8 @@ pub(crate) struct Whitener {
     steps: Vec<Step>,
     /// First sample of each piece.
     starts: Vec<usize>,
+    /// Mechanical time constant in s.
+    pub time_constant_s: f64,
     /// Logarithm of the determinant of the covariance, by stretches of the pieces.
     pub log_det: Vec<f64>,
 }
@@ -109,6 +111,7 @@ impl Whitener {
         Self {
             steps,
             starts,
+            time_constant_s: around.time_constant_s,
             log_det,
         }
     }
@@ -168,7 +171,7 @@ impl Whitener {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::fit::response;
+    use crate::diagnose::fit::{Starts, response};
     use crate::diagnose::pieces::Pieces;
     use crate::diagnose::validation::residual_by_chance;
     use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
@@ -204,7 +207,8 @@ mod tests {
     #[test]
     fn noise_of_its_own_law_comes_out_white() {
         let pieces = Pieces::new(&[recorded()], &Motor::default()).expect("a run");
-        let predicted = response(&pieces, &Motor::default()).expect("a motor");
+        let predicted =
+            response(&pieces, &Motor::default(), &Starts::measured(&pieces)).expect("a motor");
         let around = Surroundings {
             time_constant_s: 0.034,
             stall_counts_s2: 18_000.0,

@@ -251,7 +251,7 @@ fn skips(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::fit::response;
+    use crate::diagnose::fit::{Starts, response};
     use crate::diagnose::samples::motor_with;
     use crate::motor::{CommandKind, Motor, SimulationOptions, simulate};
 
@@ -343,9 +343,10 @@ mod tests {
             let runs = [hour_of(&hour(&motor), 60_000)];
             let all = Pieces::new(&runs, &Motor::default()).expect("a run");
             let thinned = Thinned::new(&all, &runs).expect("a run").expect("long");
-            let whole = response(&all, &motor).expect("a motor");
-            let part = response(&thinned.pieces, &motor).expect("a motor");
-            let plain = response(&thinned.pieces, &Motor::default()).expect("a motor");
+            let starts = Starts::measured(&thinned.pieces);
+            let whole = response(&all, &motor, &Starts::measured(&all)).expect("a motor");
+            let part = response(&thinned.pieces, &motor, &starts).expect("a motor");
+            let plain = response(&thinned.pieces, &Motor::default(), &starts).expect("a motor");
             let (mut apart, mut does) = (0.0, 0.0);
             for piece in &thinned.pieces.pieces {
                 let from_s = thinned.pieces.runs[0].t_s[piece.from];

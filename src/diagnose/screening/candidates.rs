@@ -171,7 +171,7 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
                 .map(|values| Member { index, values }),
         );
     }
-    let Some(without) = response(pieces, &motor) else {
+    let Some(without) = response(pieces, &motor, &fit.starts) else {
         return out;
     };
     let simulated: Vec<Candidate> = (members.into_par_iter())
@@ -180,7 +180,7 @@ pub(crate) fn candidates(pieces: &Pieces, base: &Base, fit: &Fit) -> Vec<Candida
             with.effects
                 .set(ActiveEffect::new(member.id(), &member.values).ok()?);
             let around = scattering(pieces, fit, &with);
-            let with = response(pieces, &with)?;
+            let with = response(pieces, &with, &fit.starts)?;
             let column: Vec<f64> = with.iter().zip(&without).map(|(a, b)| a - b).collect();
             let shape = if around == fit.around {
                 Shape::One(column)

@@ -207,7 +207,7 @@ struct Point {
 
 impl Point {
     fn new(pieces: &Pieces, base: &Base, fit: &Fit, sought: Sought) -> Option<Self> {
-        let (_, columns) = sensitivities(pieces, &fit.model, &fit.x)?;
+        let (_, columns) = sensitivities(pieces, &fit.model, &fit.x, &fit.starts)?;
         let mut all = candidates(pieces, base, fit);
         all.retain(|one| matches!(one.shape, Shape::Scatter(..)) == (sought == Sought::Scattering));
         Some(Self {
@@ -279,7 +279,8 @@ fn unbent(pieces: &Pieces, base: &Base, from: &Fit) -> Option<Fit> {
             x[k] = from.model.mean[k];
         }
     }
-    finished(pieces, &from.model, base.kind, x, from.noise)
+    let starts = from.starts.clone();
+    finished(pieces, &from.model, base.kind, x, from.noise, starts)
 }
 
 fn started(candidate: &Candidate, coefficients: (f64, f64)) -> Member {

@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::nulls::residual_by_chance;
-use crate::diagnose::fit::{Fit, dot, residual, response};
+use crate::diagnose::fit::{Fit, Starts, dot, residual};
 use crate::diagnose::noise::Whitener;
 use crate::diagnose::pieces::{Piece, Pieces};
 use crate::diagnose::screening::filter;
@@ -34,7 +34,10 @@ impl Unknown {
     /// The same with the piece predicted worst of others than those that were searched.
     pub fn with_worst_of(self, pieces: &Pieces, fit: &Fit) -> Option<Self> {
         let whitener = Whitener::new(pieces, &fit.around, fit.noise);
-        let predicted = response(pieces, &fit.model.motor(&fit.x))?;
+        let motor = fit.model.motor(&fit.x);
+        let (_, left) = Starts::of(pieces, &motor, fit.around.time_constant_s)?;
+        // What is predicted is what is seen less what is left.
+        let predicted = residual(pieces, &left);
         let worst = |residual: &[f64]| {
             let white = whitener.whiten(residual);
             let of_piece = |piece| mean_square(pieces, piece, &white);
@@ -52,7 +55,7 @@ impl Unknown {
             ))
         };
         Some(Self {
-            worst: worst(&residual(pieces, &predicted)),
+            worst: worst(&left),
             worst_by_chance: (0..NULLS as u64).into_par_iter().map(by_chance).collect(),
             ..self
         })
