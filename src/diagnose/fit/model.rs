@@ -1,8 +1,8 @@
 //! A motor with effects, which of its numbers are free, and what is plausible of them.
 //!
-//! Voltage in and counts out identify `J R/Kt`, `Kb` and `Tf R/Kt` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf and b as shares of the
-//! motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady depends on
-//! sums of them, so that where two are not told apart the valley between them is straight.
+//! Voltage in and counts out identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf, b and L as shares
+//! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady
+//! depends on sums of them, so that where two are not told apart the valley between them is straight.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,12 +13,16 @@ use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
 
 /// Keys of the base numbers.
-pub(crate) const BASE: [&str; 4] = [
+pub(crate) const BASE: [&str; 5] = [
     "inertia_kg_m2",
     "back_emf_v_s_per_rad",
     "coulomb_friction_nm",
     "viscous_friction_nm_s_per_rad",
+    "inductance_h",
 ];
+/// Those of them that a command in volts alone depends on.
+const BACK_EMF: usize = 1;
+const INDUCTANCE: usize = 4;
 /// Effects that set a base number free, and which.
 const FREEING: [(&str, usize); 3] = [
     ("inertia", 0),
@@ -127,7 +131,7 @@ impl Model {
         let p = &base.motor.parameters;
         let used: Vec<usize> = (0..BASE.len())
             .filter(|&k| p.get(BASE[k]).is_some_and(|value| value > 0.0))
-            .filter(|&k| !(k == 1 && base.kind != CommandKind::Voltage))
+            .filter(|k| ![BACK_EMF, INDUCTANCE].contains(k) || base.kind == CommandKind::Voltage)
             .collect();
         for &k in &used {
             numbers.push(Number {
@@ -234,12 +238,13 @@ impl Model {
         self.start.clone()
     }
 
-    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`].
+    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`], whose first they are.
     pub fn start_with(&self, shares: [f64; 4]) -> Vec<f64> {
         let mut start = self.start();
         for (number, x) in self.numbers.iter().zip(&mut start) {
-            if let Some(k) = BASE.iter().position(|key| number.id.key() == *key) {
-                *x = shares[k].clamp(number.lo, number.hi);
+            let place = BASE.iter().position(|key| number.id.key() == *key);
+            if let Some(share) = place.and_then(|k| shares.get(k)) {
+                *x = share.clamp(number.lo, number.hi);
             }
         }
         start
@@ -360,20 +365,29 @@ fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64)) -> (f64, f64) {
     (beyond(lo).min(lo), beyond(hi).max(hi))
 }
 
-/// Relative variance of what is held, by the motor file's tolerances: every torque, inertia and current is seen only relative to `R` and
-/// `Kt`.
-fn scale_variance(base: &Base) -> f64 {
-    let tolerance = |key: &str| {
-        let stated = base.motor.tolerance.get(key).copied();
-        stated.unwrap_or(DEFAULT_TOLERANCE)
-    };
+/// Relative tolerance (one sigma) of a number of the motor file.
+fn tolerance(base: &Base, key: &str) -> f64 {
+    let stated = base.motor.tolerance.get(key).copied();
+    stated.unwrap_or(DEFAULT_TOLERANCE)
+}
+
+/// Relative variances of what is held, R and Kt, by the motor file's tolerances: every torque, inertia and current is seen only relative
+/// to them.
+fn held_variances(base: &Base) -> (f64, f64) {
+    let variance = |key: &str| tolerance(base, key).powi(2);
     match base.kind {
-        CommandKind::Voltage => {
-            tolerance("resistance_ohm").powi(2) + tolerance("torque_constant_nm_per_a").powi(2)
-        }
-        CommandKind::Current => tolerance("torque_constant_nm_per_a").powi(2),
-        CommandKind::Torque => 0.0,
+        CommandKind::Voltage => (
+            variance("resistance_ohm"),
+            variance("torque_constant_nm_per_a"),
+        ),
+        CommandKind::Current => (0.0, variance("torque_constant_nm_per_a")),
+        CommandKind::Torque => (0.0, 0.0),
     }
+}
+
+fn scale_variance(base: &Base) -> f64 {
+    let (resistance, torque_constant) = held_variances(base);
+    resistance + torque_constant
 }
 
 /// Width (one sigma) of a base number that an effect sets free, as a share of the motor file's: half the effect's range.
@@ -387,10 +401,6 @@ fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
 /// Covariance of the base numbers that are used, and of the reference's effects after them: by the motor file's tolerances, or by what
 /// reference runs say; wider where an effect sets a number free.
 fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f64> {
-    let tolerance = |key: &str| {
-        let stated = base.motor.tolerance.get(key).copied();
-        stated.unwrap_or(DEFAULT_TOLERANCE)
-    };
     let freed = |i: usize| {
         let freeing = members.iter().find(|member| member.frees(base) == Some(i));
         freeing.map(|member| freed_width(base, member, i))
@@ -403,13 +413,19 @@ fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f
         }
         return covariance;
     }
-    let common = scale_variance(base);
-    let mut covariance = DMatrix::from_fn(n, n, |i, j| match used[i] != 1 && used[j] != 1 {
-        true => common,
-        false => 0.0,
+    let (resistance, torque_constant) = held_variances(base);
+    // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`.
+    let moves = |number: usize| match number {
+        BACK_EMF => (0.0, 0.0),
+        INDUCTANCE => (-1.0, 0.0),
+        _ => (1.0, -1.0),
+    };
+    let mut covariance = DMatrix::from_fn(n, n, |i, j| {
+        let (a, b) = (moves(used[i]), moves(used[j]));
+        a.0 * b.0 * resistance + a.1 * b.1 * torque_constant
     });
     for (k, &number) in used.iter().enumerate() {
-        let own = freed(number).unwrap_or_else(|| tolerance(BASE[number]));
+        let own = freed(number).unwrap_or_else(|| tolerance(base, BASE[number]));
         covariance[(k, k)] += own * own;
     }
     covariance
