@@ -156,3 +156,65 @@ fn numbers(value: &serde_json::Value, into: &mut Vec<f64>) {
         _ => (),
     }
 }
+
+/// A recording that has to be mended has its page too: what is found, what to do, and the run as it is.
+#[test]
+fn a_bad_recording_has_its_page() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let simulate = "simulate --profile reversing --duration 6 --ts 0.01 -o run.csv";
+    let arguments: Vec<&str> = simulate.split(' ').collect();
+    assert_eq!(run(directory.path(), &arguments).status, Some(0));
+    let file = std::fs::read_to_string(directory.path().join("run.csv")).expect("a run");
+    // The encoder's wires are swapped: the counts of every row, its third value, are turned round.
+    let turned = |line: &str| match line.split(',').collect::<Vec<_>>()[..] {
+        [t_s, command, counts, _] if counts != "counts" => {
+            format!(
+                "{t_s},{command},{},\n",
+                -counts.parse::<i64>().expect("counts")
+            )
+        }
+        _ => format!("{line}\n"),
+    };
+    let file: String = file.lines().map(turned).collect();
+    std::fs::write(directory.path().join(HOSTILE), file).expect("room");
+    let arguments = [
+        "diagnose",
+        HOSTILE,
+        "--html",
+        "why.html",
+        "--model-out",
+        "m.toml",
+    ];
+    let done = run(directory.path(), &arguments);
+    assert_eq!(done.status, Some(1), "{}{}", done.output, done.messages);
+    assert!(
+        done.messages.contains("m.toml: not written"),
+        "{}",
+        done.messages
+    );
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+    assert!(at("What is found in the recordings") < at("No gap is measured"));
+    assert!(at("No gap is measured") < at("position (counts)"));
+    assert!(!page.contains("<script>alert") && !page.contains("<img"));
+}
+
+/// The note says nothing that the sentence has said, and the handout's motor is not named where a fit takes its place.
+#[test]
+fn nothing_is_said_twice() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let log = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/tutorial/log.csv");
+    let import = ["import", log, "--supply", "12", "-o", "run.csv"];
+    assert_eq!(run(directory.path(), &import).status, Some(0));
+    let done = run(
+        directory.path(),
+        &["diagnose", "run.csv", "--html", "why.html"],
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(!done.messages.contains("handout"), "{}", done.messages);
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+    for said in [&done.output, &page] {
+        assert_eq!(said.matches("a plain motor is fitted").count(), 1, "{said}");
+    }
+    assert!(page.contains("of the plain motor&#39;s") && !page.contains("of the file"));
+}

@@ -205,4 +205,58 @@ fn the_book_is_built_where_mdbook_is() {
         String::from_utf8_lossy(&built.stderr)
     );
     assert!(folder.path().join("tutorial/index.html").is_file());
+    let mut seen = 0;
+    let mut dead = Vec::new();
+    for page in html_below(folder.path()) {
+        let text = fs::read_to_string(&page).expect("a page");
+        let place = page.strip_prefix(folder.path()).expect("below");
+        let depth = place.components().count() - 1;
+        for link in text.split("href=\"").skip(1) {
+            let link = link.split(['"', '#']).next().unwrap_or_default();
+            // What lies beside the documentation is no link in the book: docs/book.js.
+            let ups = link.split('/').filter(|part| *part == "..").count();
+            if link.is_empty() || link.contains(':') || ups > depth {
+                continue;
+            }
+            seen += 1;
+            if !page.with_file_name(link).exists() {
+                dead.push(format!("{}: {link}", place.display()));
+            }
+        }
+    }
+    assert!(seen > 500, "{seen}");
+    assert!(dead.is_empty(), "{}", dead.join("\n"));
+}
+
+/// A picture is read on a dark page and on a light one, whatever the reader's eyes have chosen: it has paper of its own.
+#[test]
+fn every_picture_lies_on_its_own_paper() {
+    let pictures = files_below(&root().join("docs"));
+    let is_drawing = |path: &PathBuf| path.extension().is_some_and(|end| end == "svg");
+    let mut bare = pictures.into_iter().filter(is_drawing).filter(|path| {
+        let text = fs::read_to_string(path).expect("a picture");
+        !text.contains("fill=\"var(--paper)\"") && !text.contains("class=\"paper\"")
+    });
+    assert_eq!(bare.next(), None);
+}
+
+/// Files of a folder and of the folders in it.
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).expect("a folder");
+    let paths = entries.map(|entry| entry.expect("an entry").path());
+    let of = |path: PathBuf| match path.is_dir() {
+        true => files_below(&path),
+        false => vec![path],
+    };
+    paths.flat_map(of).collect()
+}
+
+/// Pages of a book, but for the whole on one page and the page of what is not found, which stand elsewhere.
+fn html_below(folder: &Path) -> Vec<PathBuf> {
+    let is_page = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default();
+        let is_other = name == "print.html" || name == "404.html";
+        path.extension().is_some_and(|end| end == "html") && !is_other
+    };
+    files_below(folder).into_iter().filter(is_page).collect()
 }

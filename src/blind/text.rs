@@ -214,10 +214,7 @@ pub(super) fn coverage(score: &Score) -> Table {
 /// The confusion matrix with numbered columns; rows and columns without a case are left out.
 pub(super) fn confusion(score: &Score) -> Table {
     let confusion = &score.confusion;
-    let used_column = |c: usize| confusion.counts.iter().any(|row| row[c] > 0);
-    let columns: Vec<usize> = (0..confusion.columns.len())
-        .filter(|&c| used_column(c))
-        .collect();
+    let columns = used_columns(score);
     let mut names = vec!["so it is \\ so it is said".to_owned()];
     names.extend(columns.iter().map(|c| (c + 1).to_string()));
     let mut table = Table::new(names);
@@ -240,11 +237,18 @@ pub(super) fn confusion(score: &Score) -> Table {
     table
 }
 
-/// What the numbered columns beyond the effects are.
+/// Columns of the confusion matrix that have a case.
+fn used_columns(score: &Score) -> Vec<usize> {
+    let confusion = &score.confusion;
+    let is_used = |c: &usize| confusion.counts.iter().any(|row| row[*c] > 0);
+    (0..confusion.columns.len()).filter(is_used).collect()
+}
+
+/// What the numbered columns are.
 pub(super) fn confusion_key(score: &Score) -> String {
-    let columns = score.confusion.columns.iter().enumerate();
-    let words: Vec<String> = columns
-        .map(|(k, name)| format!("{} {name}", k + 1))
+    let columns = &score.confusion.columns;
+    let words: Vec<String> = (used_columns(score).into_iter())
+        .map(|c| format!("{} {}", c + 1, columns[c]))
         .collect();
     format!("Columns: {}.", words.join(", "))
 }

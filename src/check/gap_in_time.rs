@@ -87,12 +87,17 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
             Kind::GapInTime,
             Severity::Warning,
             (first.sample, last.sample),
-            format!(
-                "by the host's clock the board's stood still {} times, for {:.0} ms in all, first for {:.0} ms",
-                stands.len(),
-                1e3 * lost_s,
-                1e3 * first.lost_s,
-            ),
+            match stands.len() {
+                1 => format!(
+                    "by the host's clock the board's stood still once, for {:.0} ms",
+                    1e3 * lost_s
+                ),
+                times => format!(
+                    "by the host's clock the board's stood still {times} times, for {:.0} ms in all, first for {:.0} ms",
+                    1e3 * lost_s,
+                    1e3 * first.lost_s,
+                ),
+            },
             [
                 ("stands", stands.len() as f64),
                 ("lost_s", lost_s),

@@ -17,7 +17,7 @@ use crate::motor::{Model, Motor};
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
 use crate::report::comparison::{overlay, verdict};
-use crate::report::demo::{Shown, page};
+use crate::report::demo::{Shown, page, two_measures};
 use crate::report::{Size, svg};
 
 /// Record virtual boards, compare with the simulation, diagnose a gap, show the page.
@@ -241,6 +241,7 @@ impl Demo {
             for (_, overlay) in &laid {
                 output.line(&verdict(&overlay.figures))?;
             }
+            output.line(&two_measures(&found))?;
             output.line(&found.sentence)?;
             output.line(&format!("the page with all pictures: {}", shown(&html)))?;
         }

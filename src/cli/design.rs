@@ -14,6 +14,7 @@ use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
 use crate::plain::shown;
+use crate::report::diagnosis::few_words;
 
 /// Say before a recording which effects a profile cannot show and which it cannot tell apart.
 #[derive(Debug, Args)]
@@ -45,8 +46,6 @@ pub struct Design {
 
 /// How long a built-in profile takes in s.
 const DURATION_S: f64 = 4.0;
-/// Effects that are named in a line, of those that a recording tells apart.
-const NAMED: usize = 5;
 /// Most samples of a plan.
 const MOST_SAMPLES: f64 = 200_000.0;
 /// Longest diagnosis that is read, in bytes.
@@ -165,13 +164,7 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
 fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
         [one] => format!("show whether {one} is there"),
-        several => {
-            let named = several.iter().take(NAMED).map(String::as_str);
-            let others = several.len().saturating_sub(NAMED);
-            let others = (others > 0).then(|| format!("{others} more"));
-            let all: Vec<&str> = named.chain(others.as_deref()).collect();
-            format!("tell {} apart", all.join(", "))
-        }
+        several => format!("tell {} apart", few_words(several)),
     };
     let bench = next.change.as_ref();
     let bench = bench.map_or(String::new(), |change| format!(" with {}", change.words()));

@@ -20,7 +20,7 @@ use crate::diagnose::{
 };
 use crate::plain::shown;
 use crate::recording::{CommandKind, Run, read_run};
-use crate::report::diagnosis::{page_held_out, seen_words};
+use crate::report::diagnosis::{bad_recording_page, page_held_out, seen_words};
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
 #[derive(Debug, Args)]
@@ -90,7 +90,7 @@ impl Diagnose {
         };
         let outputs = (self.force).outputs("diagnose", paths().chain(self.motor.file()));
         outputs.check(self.html.iter().chain(&self.model_out))?;
-        let mut motor = self.motor.motor(output)?;
+        let mut motor = self.motor.motor_unsaid(output)?;
         self.with.refuse_others(paths().map(PathBuf::as_path))?;
         let repeats = self.repeating()?;
         let mut runs = read(paths(), &self.with, output)?;
@@ -109,6 +109,13 @@ impl Diagnose {
         ]);
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
+            if let Some(path) = &self.html {
+                let page = bad_recording_page(&findings, &runs);
+                outputs.write(path, &page, Form::Markup, output)?;
+            }
+            if let Some(path) = &self.model_out {
+                output.message(&format!("{}: not written, nothing is fitted", shown(path)));
+            }
             return bad_recording(findings, &facts, output);
         }
         // The motor file, or the fit in its place, is that of the reference where there is one.
@@ -128,6 +135,8 @@ impl Diagnose {
                 nominal_source = NominalSource::Fit;
             }
             motor = fit.motor;
+        } else {
+            self.motor.say_default(output);
         }
         let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());

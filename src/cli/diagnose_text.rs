@@ -5,7 +5,8 @@ use crate::diagnose::{Cause, Diagnosis};
 use crate::plain::one_line;
 use crate::report::Bars;
 use crate::report::diagnosis::{
-    PARTS, cause_words, closed_words, of_reference, rungs, seen_name, seen_scale,
+    PARTS, cause_words, closed_words, few_words, note_beside, of_reference, rungs, seen_name,
+    seen_scale,
 };
 use crate::report::number::{figure, probability};
 
@@ -34,8 +35,8 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
         figure(gap.horizon_s, 3),
         figure(gap.travel, 4)
     ))?;
-    if !diagnosis.note.is_empty() {
-        output.line(&diagnosis.note)?;
+    if let Some(note) = note_beside(diagnosis) {
+        output.line(&note)?;
     }
     if let Some(reference) = &diagnosis.reference {
         output.line(&of_reference(reference))?;
@@ -75,7 +76,7 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
             "  profile {} for {} s is expected to part {} by {} standard deviations at least",
             next.profile,
             figure(next.duration_s, 3),
-            next.tells_apart.join(", "),
+            few_words(&next.tells_apart),
             figure(next.expected_separation, 2)
         ))?;
     }

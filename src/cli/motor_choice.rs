@@ -40,14 +40,24 @@ impl MotorChoice {
         self.motor.as_ref()
     }
 
-    /// The motor with the friction asked for left out.
+    /// The motor with the friction asked for left out, and which one where none is given.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
+        self.say_default(output);
+        self.motor_unsaid(output)
+    }
+
+    /// Says that the handout's motor is simulated where none is given.
+    pub(super) fn say_default(&self, output: &Output) {
+        if self.motor.is_none() {
+            output.message("no --motor: the lab handout's motor is simulated");
+        }
+    }
+
+    /// The same motor without a word of the default, which a fit may replace.
+    pub(super) fn motor_unsaid(&self, output: &Output) -> Result<Motor, Failure> {
         let mut motor = match &self.motor {
             Some(path) => motor_file(path, output)?,
-            None => {
-                output.message("no --motor: the lab handout's motor is simulated");
-                Motor::default()
-            }
+            None => Motor::default(),
         };
         if self.no_coulomb || self.no_friction {
             motor.parameters.coulomb_friction_nm = 0.0;

@@ -24,7 +24,7 @@ pub fn page(class: &Class) -> String {
         &rows,
     );
     page.note(
-        "Gap: position error of the motor file's model over pieces of the recordings, in counts RMS. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
+        "Gap: position error of the motor file's model in counts RMS, over pieces of the recordings, each from its own measured start. Over a whole run errors add up. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
     );
     mended(&mut page, class);
     for student in &class.students {
@@ -113,7 +113,10 @@ fn one(page: &mut Page, recording: &Recording) {
     page.subsection(&recording.name);
     if let Some(figures) = recording.figures {
         let error = figures.position_rmse_counts.map_or(String::new(), |error| {
-            format!("; the simulation is off by {} counts RMS", figure(error, 3))
+            format!(
+                "; over the whole run the simulation is off by {} counts RMS",
+                figure(error, 3)
+            )
         });
         page.note(&format!(
             "{} samples every {} s, {} in all{error}.",

@@ -11,6 +11,8 @@ use super::{Answer, Lab, Source};
 use crate::diagnose::Diagnosis;
 use crate::export::{EQUATIONS, PARAMETERS};
 use crate::report::comparison::figures_table;
+use crate::report::demo::keys_words;
+use crate::report::diagnosis::PARTS;
 use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::report::{Page, Size};
 use crate::units::rpm_from_rad_s;
@@ -26,8 +28,12 @@ pub fn page(lab: &Lab) -> String {
     let mut page = Page::new("DC motor step response: the lab handout, answered");
     page.lead(&summary(lab));
     if let Source::VirtualBoard(board) = &lab.source {
+        let keys = match keys_words(board) {
+            none if none.is_empty() => none,
+            keys => format!(" ({keys})"),
+        };
         page.note(&format!(
-            "No recording was given. The recordings of Part 3 come from motorlab's virtual board ({board}), a simulated motor behind the recorder's own protocol: they show the method, not a bench. Give your own with --run step30.csv --run step3.csv."
+            "No recording was given. The recordings of Part 3 come from motorlab's virtual board{keys}, a simulated motor behind the recorder's own protocol. They show the method, not a bench. Give your own with `--run step30.csv --run step3.csv`."
         ));
     }
     page.table(
@@ -361,7 +367,8 @@ const LISTED: usize = 8;
 
 fn ranking(page: &mut Page, diagnosis: &Diagnosis) {
     page.subsection("What would explain the gap");
-    page.paragraph(&diagnosis.sentence);
+    let said = diagnosis.parts.iter().map(String::as_str);
+    page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
     let rows: Vec<Vec<String>> = diagnosis
         .causes
         .iter()

@@ -188,7 +188,7 @@ pub fn verdict(figures: &RunFigures) -> String {
         "the simulation and the recording differ by more than the encoder's rounding"
     };
     format!(
-        "{}: {words} ({:.3} counts RMS, the encoder alone leaves {:.3}).",
+        "{}: {words} ({:.3} counts RMS over the whole run, the encoder alone leaves {:.3}).",
         one_line(&figures.path),
         figures.position_rmse_counts,
         figures.floor_counts

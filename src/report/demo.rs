@@ -1,5 +1,6 @@
 //! The page of `motorlab demo`: a motor that the simulation meets, then one with a gap, and what makes it.
 
+use super::number::figure;
 use super::{Page, comparison, diagnosis};
 use crate::compare::Overlay;
 use crate::diagnose::Diagnosis;
@@ -17,6 +18,20 @@ pub struct Shown<'a> {
     pub board: &'a str,
 }
 
+/// Keys of a virtual board as they are read. How fast it plays makes no difference to the run.
+pub fn keys_words(keys: &str) -> String {
+    let telling = keys.split('&').filter(|key| !key.starts_with("speed="));
+    telling.collect::<Vec<_>>().join(", ")
+}
+
+/// Why the comparison has a larger number than the diagnosis.
+pub fn two_measures(found: &Diagnosis) -> String {
+    format!(
+        "The comparison counts the error of the whole run, in which errors add up. The diagnosis counts it over pieces of {}\u{a0}s, each from its own measured start, so its number is smaller.",
+        figure(found.gap.horizon_s, 2)
+    )
+}
+
 /// The whole demo as one offline page.
 ///
 /// # Errors
@@ -32,10 +47,11 @@ pub fn page(shown: &Shown<'_>) -> Result<String, SimulationError> {
     page.section("Another motor: recorded, and simulated as before");
     page.note(&format!(
         "A virtual board whose motor differs in one thing ({}). The diagnosis below is not told which.",
-        shown.board
+        keys_words(shown.board)
     ));
     comparison::lay_out(&mut page, &[(run, overlay)]);
     page.section("What makes the gap");
+    page.note(&two_measures(found));
     diagnosis::lay_out(&mut page, found, std::slice::from_ref(run), &[])?;
     Ok(page.finish())
 }

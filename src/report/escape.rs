@@ -25,9 +25,36 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
+/// The same as HTML, with what stands between backticks as code.
+pub(super) fn with_code(text: &str) -> String {
+    let pieces: Vec<&str> = text.split('`').collect();
+    // A backtick without its other one is a letter.
+    if pieces.len().is_multiple_of(2) {
+        return escaped(text).into_owned();
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for (k, piece) in pieces.into_iter().enumerate() {
+        let piece = escaped(piece);
+        match k % 2 {
+            0 => out.push_str(&piece),
+            _ => out.push_str(&format!("<code>{piece}</code>")),
+        }
+    }
+    out
+}
+
 #[cfg(test)]
 mod tests {
-    use super::escaped;
+    use super::{escaped, with_code};
+
+    #[test]
+    fn commands_are_code_and_a_lone_backtick_is_a_letter() {
+        assert_eq!(
+            with_code("type `a <b`."),
+            "type <code>a &lt;b</code>.".to_owned()
+        );
+        assert_eq!(with_code("a ` b"), "a ` b");
+    }
 
     #[test]
     fn nothing_opens_a_tag_or_an_attribute() {

@@ -36,6 +36,26 @@
     return out;
   };
 
+  // Room for the numbers of a y axis: a digit is 7 pixels wide.
+  const beside = (u, texts) => Math.max(64, 20 + 7 * Math.max(0, ...(texts ?? []).map(text => text.length)));
+
+  // Numbers of the shaded stretches, over the curves; one that would run into a stronger one's is left out, as in the drawing.
+  const labels = (u, bands, ink, paper) => {
+    u.ctx.save();
+    Object.assign(u.ctx, { fillStyle: ink, strokeStyle: paper, lineWidth: 3 * devicePixelRatio, textAlign: "center" });
+    const taken = [];
+    for (const [from, to, , label] of [...bands].sort((a, b) => b[2] - a[2])) {
+      const left = Math.max(u.valToPos(from, "x", true), u.bbox.left);
+      const right = Math.min(Math.max(u.valToPos(to, "x", true), left + 2), u.bbox.left + u.bbox.width);
+      const half = u.ctx.measureText(label).width / 2 + 2, middle = (left + right) / 2;
+      if (right <= left || taken.some(([at, wide]) => Math.abs(at - middle) < wide + half)) continue;
+      u.ctx.strokeText(label, middle, u.bbox.top + 12 * devicePixelRatio);
+      u.ctx.fillText(label, middle, u.bbox.top + 12 * devicePixelRatio);
+      taken.push([middle, half]);
+    }
+    u.ctx.restore();
+  };
+
   // One panel; `all` are the panels of its figure, which share their time axis, cursor and names.
   const panel = (box, spec, part, x, key, all) => {
     const colour = name => getComputedStyle(box).getPropertyValue(name).trim();
@@ -50,24 +70,21 @@
       },
       axes: [
         { stroke: ink, grid, ticks: grid, size: 30 },
-        { stroke: ink, grid, ticks: grid, size: 64, space: 18 },
+        { stroke: ink, grid, ticks: grid, size: beside, space: (u, side, lo, hi, height) => (height < 110 ? 14 : 18) },
       ],
       cursor: { sync: { key, setSeries: false }, drag: { x: true, y: false, dist: 4 } },
       series: [{ label: spec.x, value: (u, v) => said(v) }, ...part.s.map(one => series(one, colour))],
       hooks: {
-        drawClear: [u => part.bands.forEach(([from, to, strength, label]) => {
+        drawClear: [u => part.bands.forEach(([from, to, strength]) => {
           const [a, b] = [u.valToPos(from, "x", true), u.valToPos(to, "x", true)];
           const left = Math.max(a, u.bbox.left), right = Math.min(Math.max(b, a + 2), u.bbox.left + u.bbox.width);
           if (right <= left) return;
           u.ctx.save();
           u.ctx.fillStyle = faded(colour("--c1"), strength);
           u.ctx.fillRect(left, u.bbox.top, right - left, u.bbox.height);
-          u.ctx.fillStyle = ink;
-          u.ctx.textAlign = "center";
-          u.ctx.fillText(label, (left + right) / 2, u.bbox.top + 12 * devicePixelRatio);
           u.ctx.restore();
         })],
-        draw: [u => part.marks.forEach(([y]) => {
+        draw: [u => labels(u, part.bands, ink, colour("--paper")), u => part.marks.forEach(([y]) => {
           const at = u.valToPos(y, "y", true);
           if (at < u.bbox.top || at > u.bbox.top + u.bbox.height) return;
           u.ctx.save();

@@ -199,6 +199,20 @@ pub fn tick_label(value: f64, step: f64) -> String {
     format!("{value:.digits$}").replace('-', "\u{2212}")
 }
 
+/// Ticks of a y axis of this height in pixels, with their numbers.
+pub fn y_ticks(range: (f64, f64), height: f64) -> Vec<(f64, String)> {
+    let wanted = ((height / 40.0) as usize).max(3);
+    let mut at = ticks(range, wanted);
+    // One number says no scale.
+    if at.len() < 2 {
+        at = ticks(range, 2 * wanted);
+    }
+    let step = at.get(1).map_or(1.0, |second| second - at[0]);
+    at.iter()
+        .map(|&tick| (tick, tick_label(tick, step)))
+        .collect()
+}
+
 /// At most four points a pixel column (first, lowest, highest, last), so that a long run draws as fast
 /// and looks the same as with all its points.
 pub fn thinned(points: &[(f64, f64)], x_range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {

@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::bars::Bars;
-use super::escape::escaped;
+use super::escape::{escaped, with_code};
 use super::explore;
 use super::figure::Figure;
 use super::matrix::Matrix;
@@ -18,8 +18,8 @@ const STYLE: &str = "\
 *{box-sizing:border-box}body{margin:0 auto;padding:1.2rem;max-width:62rem;background:var(--paper);color:var(--ink);\
 font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
 h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
-.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}dt{font-size:.85rem;color:var(--faint)}dd{margin:0 0 .7rem}dd code{display:block;overflow-x:auto;white-space:pre;font-size:.85rem;padding:.3rem .5rem;margin:.2rem 0;border:1px solid var(--grid);border-radius:6px}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
-figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figure.wide svg{min-width:36rem}figcaption{color:var(--faint);font-size:.9rem}\
+.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}dt{font-size:.85rem;color:var(--faint)}dd{margin:0 0 .7rem}dd code{display:block;overflow-x:auto;white-space:pre;font-size:.85rem;padding:.3rem .5rem;margin:.2rem 0;border:1px solid var(--grid);border-radius:6px}p,li,h1,h2,h3,figcaption{overflow-wrap:anywhere}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
+figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figcaption{color:var(--faint);font-size:.9rem}\
 .grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,22rem),1fr));gap:0 1rem}.grid figure{margin:.5rem 0}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
 th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
@@ -28,13 +28,15 @@ table.sortable th{cursor:pointer}table.sortable th::after{content:' \\2195';colo
 th[aria-sort=ascending]::after{content:' \\2191'!important}th[aria-sort=descending]::after{content:' \\2193'!important}\
 details{margin:1rem 0}summary{cursor:pointer}\
 footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}\
-@media(max-width:40rem){figure .broad{display:none}figure .narrow{display:block}\
-td:first-child:not(.number),td:last-child:not(.number){min-width:8.5rem}\
+@media(max-width:40rem){figure .broad{display:none}figure .narrow{display:block}.wide table{font-size:.9rem}.wide th,.wide td{padding-right:.5rem}\
+td:first-child:not(.number){min-width:6.5rem}td:last-child:not(.number){min-width:9rem}\
 .prose thead{display:none}.prose tr{display:block;padding:.4rem 0;border-bottom:1px solid var(--grid)}\
 .prose td{display:block;border:0;padding:0}.prose td:first-child{font-weight:600}}";
 
 /// Width of a drawing on a phone in pixels.
 const PHONE: u32 = 360;
+/// A cell with more letters is a sentence.
+const SENTENCE: usize = 50;
 
 /// A page under way.
 #[derive(Debug, Clone)]
@@ -111,14 +113,14 @@ impl Page {
     pub fn list<T: AsRef<str>>(&mut self, items: impl IntoIterator<Item = T>) {
         self.body.push_str("<ul>");
         for item in items {
-            let _ = write!(self.body, "<li>{}</li>", escaped(item.as_ref()));
+            let _ = write!(self.body, "<li>{}</li>", with_code(item.as_ref()));
         }
         self.body.push_str("</ul>\n");
     }
 
     /// Text kept as it is, such as a file or a formula.
     pub fn verbatim(&mut self, text: &str) {
-        self.element("pre", "pre", text);
+        let _ = writeln!(self.body, "<pre>{}</pre>", escaped(text));
     }
 
     /// A formula on a line of its own: `left` and a fraction, set by the browser (MathML).
@@ -132,8 +134,8 @@ impl Page {
         );
     }
 
-    /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words stand
-    /// one above the other on a phone.
+    /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words, and rows with
+    /// whole sentences, stand one above the other on a phone.
     pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
         self.rows(names, rows, None);
     }
@@ -160,7 +162,9 @@ impl Page {
                 ""
             }
         };
-        let prose = names.len() == 2 && !numeric.contains(&true);
+        let is_sentence = |cell: &String| cell.chars().count() > SENTENCE;
+        let has_sentences = rows.iter().flatten().any(is_sentence);
+        let prose = (names.len() == 2 || has_sentences) && !numeric.contains(&true);
         let _ = write!(
             self.body,
             "<div class=\"wide\"><table{}><thead><tr>",
@@ -176,7 +180,12 @@ impl Page {
         for row in rows {
             self.body.push_str("<tr>");
             for (k, cell) in row.iter().enumerate() {
-                let _ = write!(self.body, "<td{}>{}</td>", class(k), escaped(cell));
+                // A number and its per cent stay on one line.
+                let cell = match numeric.get(k) {
+                    Some(true) => escaped(&cell.replace(" %", "\u{a0}%")).into_owned(),
+                    _ => with_code(cell),
+                };
+                let _ = write!(self.body, "<td{}>{cell}</td>", class(k));
             }
             self.body.push_str("</tr>");
         }
@@ -261,7 +270,7 @@ impl Page {
     }
 
     fn element(&mut self, open: &str, close: &str, text: &str) {
-        let _ = writeln!(self.body, "<{open}>{}</{close}>", escaped(text));
+        let _ = writeln!(self.body, "<{open}>{}</{close}>", with_code(text));
     }
 
     /// The whole file.

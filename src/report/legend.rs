@@ -4,10 +4,21 @@ use std::fmt::Write;
 
 use super::escape::escaped;
 use super::figure::{Panel, Series, Stroke};
-use super::svg::{COLOURS, LEFT};
+use super::svg::COLOURS;
+
+/// From the edge to the panels, at least: the name of the y axis and four digits stand there.
+pub(super) const LEFT: f64 = 64.0;
+/// The name of the y axis with the room beside it, and the room between a number and its panel.
+const BESIDE_NUMBERS: f64 = 32.0;
 
 /// Height of a row of the legend.
 pub(super) const LEGEND_ROW: f64 = 18.0;
+
+/// From the edge to the panels, with room for these numbers. Digits are taken as 7 px wide.
+pub(super) fn margin(numbers: impl Iterator<Item = String>) -> f64 {
+    let widest = numbers.map(|number| number.chars().count()).max();
+    LEFT.max(BESIDE_NUMBERS + 7.0 * widest.unwrap_or(0) as f64)
+}
 
 /// A title in lines that fit the width, broken between words. Letters are taken as 8 px wide.
 pub(super) fn lines(title: &str, width: f64) -> Vec<String> {
@@ -88,5 +99,18 @@ pub(super) fn look(stroke: Stroke) -> &'static str {
         Stroke::FaintStep => " stroke-opacity=\".3\"",
         Stroke::Broad | Stroke::BroadStep => " style=\"stroke-width:5;stroke-opacity:.5\"",
         Stroke::Line | Stroke::Step | Stroke::Dots => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_an_axis_do_not_touch_its_name() {
+        let left = |number: &str| margin([number.to_owned()].into_iter());
+        assert_eq!(left("\u{2212}50"), LEFT);
+        // The name's letters end 22 px from the edge. A number of 7 digits begins 6 px and its own width before the panel.
+        assert!(left("\u{2212}100000") - 6.0 - 7.0 * 7.0 > 22.0);
     }
 }

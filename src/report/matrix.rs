@@ -25,6 +25,8 @@ const CELL: f64 = 22.0;
 const NAMES: f64 = 158.0;
 const TITLE: f64 = 30.0;
 const LABEL: f64 = 20.0;
+/// A wide drawing shrinks to this width, and a narrow one is not blown up, in pixels.
+const LEAST: f64 = 576.0;
 
 impl Matrix {
     /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`]. Cells whose row and column
@@ -34,10 +36,11 @@ impl Matrix {
         let width = left + CELL * self.columns.len() as f64 + 8.0;
         let height = top + CELL * self.rows.len() as f64 + 8.0;
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" style=\"min-width:{}px;max-width:{width}px\" role=\"img\" aria-label=\"{}\">\
              <text class=\"title\" x=\"{LABEL}\" y=\"19\">{}</text>\
              <text x=\"{left}\" y=\"{:.1}\">{}</text>\
              <text transform=\"translate(14 {:.1}) rotate(-90)\">{}</text>",
+            width.min(LEAST),
             escaped(&self.title),
             escaped(&self.title),
             TITLE + 14.0,

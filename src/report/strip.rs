@@ -48,7 +48,11 @@ impl Strip {
         let width = f64::from(width);
         let (x0, x1) = range(self.dots.iter().map(|dot| dot.x));
         let (y0, y1) = self.y_range();
-        let x = |value: f64| LEFT + (width - LEFT - RIGHT) * (value - x0) / (x1 - x0);
+        let ticks = [y0, 0.5 * (y0 + y1), y1];
+        let numbers = told_apart(ticks);
+        let widest = numbers.iter().map(|number| number.chars().count()).max();
+        let left = LEFT.max(8.0 + 7.0 * widest.unwrap_or(0) as f64);
+        let x = |value: f64| left + (width - left - RIGHT) * (value - x0) / (x1 - x0);
         let foot = HEIGHT - BOTTOM;
         let y = |value: f64| foot - (foot - TOP) * ((value.clamp(y0, y1) - y0) / (y1 - y0));
         let title = escaped(&self.title);
@@ -60,9 +64,9 @@ impl Strip {
             let (low, high) = (y(middle - far), y(middle + far));
             let _ = write!(
                 out,
-                "<rect x=\"{LEFT}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--grid)\" fill-opacity=\".45\"/>\
-                 <path class=\"mark\" d=\"M{LEFT} {:.1}H{:.1}\"/>",
-                width - LEFT - RIGHT,
+                "<rect x=\"{left}\" y=\"{high:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"var(--grid)\" fill-opacity=\".45\"/>\
+                 <path class=\"mark\" d=\"M{left} {:.1}H{:.1}\"/>",
+                width - left - RIGHT,
                 low - high,
                 y(middle),
                 width - RIGHT
@@ -70,16 +74,16 @@ impl Strip {
         }
         let _ = write!(
             out,
-            "<path class=\"frame\" d=\"M{LEFT} {TOP}V{foot}H{:.1}\"/>",
+            "<path class=\"frame\" d=\"M{left} {TOP}V{foot}H{:.1}\"/>",
             width - RIGHT
         );
-        for value in [y0, 0.5 * (y0 + y1), y1] {
+        for (value, number) in ticks.into_iter().zip(numbers) {
             let _ = write!(
                 out,
                 "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                LEFT - 5.0,
+                left - 5.0,
                 y(value) + 4.0,
-                figure(value, 3)
+                number
             );
         }
         let last = self.ticks.len().saturating_sub(1);
@@ -100,7 +104,7 @@ impl Strip {
         let _ = write!(
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-            0.5 * (LEFT + width - RIGHT),
+            0.5 * (left + width - RIGHT),
             HEIGHT - 8.0,
             escaped(&self.x_label)
         );
@@ -148,6 +152,14 @@ impl Strip {
     }
 }
 
+/// Numbers of an axis with as many digits as tell them apart.
+fn told_apart(ticks: [f64; 3]) -> [String; 3] {
+    let numbers = |digits| ticks.map(|value| figure(value, digits));
+    let are_apart = |numbers: &[String; 3]| numbers[0] != numbers[1] && numbers[1] != numbers[2];
+    let all = (3..9).map(numbers);
+    all.into_iter().find(are_apart).unwrap_or(numbers(3))
+}
+
 /// From the least to the most; never empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
@@ -167,6 +179,15 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_of_an_axis_differ_from_each_other() {
+        assert_eq!(
+            told_apart([0.9994, 0.9999, 1.0004]),
+            ["0.9994", "0.9999", "1"]
+        );
+        assert_eq!(told_apart([-1.0, 0.0, 1.0])[1], "0");
+    }
 
     #[test]
     fn a_value_far_off_stays_on_the_drawing_and_flattens_no_other() {

@@ -7,8 +7,12 @@
 use std::fmt::Write;
 
 use super::escape::escaped;
-use super::figure::{Figure, Panel, Series, Stroke, thinned, tick_label, ticks, widened};
-use super::legend::{LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, look};
+use super::figure::{
+    Band, Figure, Panel, Series, Stroke, thinned, tick_label, ticks, widened, y_ticks,
+};
+use super::legend::{
+    LEFT, LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, look, margin,
+};
 
 /// Colours of a drawing, light and dark; put once into a page, or into a drawing of its own.
 pub const STYLE: &str = "\
@@ -50,7 +54,6 @@ impl Size {
     };
 }
 
-pub(super) const LEFT: f64 = 64.0;
 const RIGHT: f64 = 16.0;
 const TITLE: f64 = 30.0;
 const TITLE_LINE: f64 = 18.0;
@@ -109,19 +112,25 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
     } else {
         widened(x_range)
     };
+    let panel_height = |panel: &Panel| (height - fixed).max(40.0) * panel.weight / weights;
+    let scales: Vec<_> = figure.panels.iter().map(Panel::scale).collect();
+    let y_range = |k: usize| widened(scales[k].map_or((0.0, 1.0), |scale| scale.range));
+    let numbers = figure.panels.iter().enumerate();
+    let numbers = numbers.flat_map(|(k, panel)| y_ticks(y_range(k), panel_height(panel)));
+    let left = margin(numbers.map(|(_, label)| label));
     let mut top = title_height;
-    for (panel, entries) in figure.panels.iter().zip(&legends) {
+    for (k, (panel, entries)) in figure.panels.iter().zip(&legends).enumerate() {
         draw_legend(&mut out, entries, top, width - LEFT - RIGHT);
         top += legend_height(entries);
-        let panel_height = (height - fixed).max(40.0) * panel.weight / weights;
-        let scale = panel.scale();
+        let panel_height = panel_height(panel);
+        let scale = scales[k];
         let frame = Frame {
-            left: LEFT,
+            left,
             top,
-            width: width - LEFT - RIGHT,
+            width: width - left - RIGHT,
             height: panel_height,
             x_range,
-            y_range: widened(scale.map_or((0.0, 1.0), |scale| scale.range)),
+            y_range: y_range(k),
         };
         frame.draw(&mut out, panel, scale.and_then(|scale| scale.words()));
         top += panel_height + BETWEEN;
@@ -129,7 +138,7 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
     let _ = write!(
         out,
         "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text></svg>",
-        LEFT + (width - LEFT - RIGHT) / 2.0,
+        left + (width - left - RIGHT) / 2.0,
         height - 8.0,
         escaped(&figure.x_label)
     );
@@ -178,14 +187,7 @@ impl Frame {
                 tick_label(tick, x_step)
             );
         }
-        let wanted = ((self.height / 40.0) as usize).max(3);
-        let mut y_ticks = ticks(self.y_range, wanted);
-        // One number says no scale.
-        if y_ticks.len() < 2 {
-            y_ticks = ticks(self.y_range, 2 * wanted);
-        }
-        let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
-        for &tick in &y_ticks {
+        for (tick, label) in y_ticks(self.y_range, self.height) {
             let y = self.y(tick);
             let _ = write!(
                 out,
@@ -193,7 +195,7 @@ impl Frame {
                 self.left,
                 self.left - 6.0,
                 y + 4.0,
-                tick_label(tick, y_step)
+                label
             );
         }
         for (value, name) in &panel.marks {
@@ -231,10 +233,12 @@ impl Frame {
         );
     }
 
-    /// Shades stretches; none is narrower than two pixels, and a label needs room.
+    /// Shades stretches; none is narrower than two pixels. A label that would run into a stronger one's is left out.
     fn draw_bands(&self, out: &mut String, panel: &Panel) {
-        let mut free_from = self.left;
-        for band in &panel.bands {
+        let mut bands: Vec<&Band> = panel.bands.iter().collect();
+        bands.sort_by(|a, b| b.strength.total_cmp(&a.strength));
+        let mut taken: Vec<(f64, f64)> = Vec::new();
+        for band in bands {
             let x = self.x(band.from);
             let width = (self.x(band.to) - x).max(2.0);
             let _ = write!(
@@ -244,16 +248,17 @@ impl Frame {
                 self.height,
                 band.strength.clamp(0.0, 1.0)
             );
-            let wide = 7.0 * band.label.chars().count() as f64;
-            let middle = (x + width / 2.0).min(self.left + self.width - wide / 2.0);
-            if wide > 0.0 && middle - wide / 2.0 >= free_from {
+            let half = 3.5 * band.label.chars().count() as f64;
+            let middle = (x + width / 2.0).min(self.left + self.width - half);
+            let is_free = |(at, wide): &(f64, f64)| (at - middle).abs() >= wide + half;
+            if half > 0.0 && taken.iter().all(is_free) {
                 let _ = write!(
                     out,
                     "<text class=\"tick\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
                     self.top + 12.0,
                     escaped(&band.label)
                 );
-                free_from = middle + wide / 2.0;
+                taken.push((middle, half));
             }
         }
     }

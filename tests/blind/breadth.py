@@ -172,7 +172,8 @@ def main():
     picture = next(svg for svg in re.findall(r"<svg.*?</svg>", page, re.S) if 'aria-label="Reliability"' in svg[:300])
     style = "".join(re.findall(r"<style>(.*?)</style>", page, re.S))
     begin = re.match(r"<svg[^>]*>", picture).end()
-    (out / "reliability.svg").write_text(f"{picture[:begin]}<style><![CDATA[{style}]]></style>{picture[begin:]}")
+    paper = '<rect width="100%" height="100%" fill="var(--paper)"/>'
+    (out / "reliability.svg").write_text(f"{picture[:begin]}<style><![CDATA[{style}]]></style>{paper}{picture[begin:]}")
     print("\n".join(lines))
 
 

@@ -1,5 +1,6 @@
 //! A diagnosis as one offline page: the sentence, before and after, how far, where, which, what next.
 
+mod bad_recording;
 mod laid;
 mod ordered;
 mod overlay;
@@ -16,9 +17,10 @@ use crate::recording::Run;
 use laid::{lay, names};
 use overlay::Beside;
 
+pub use bad_recording::bad_recording_page;
 pub use words::{
-    PARTS, cause_words, closed_words, effects_words, of_reference, rungs, seen_name, seen_scale,
-    seen_words, strongest,
+    PARTS, cause_words, closed_words, effects_words, few_words, note_beside, of_reference, rungs,
+    seen_name, seen_scale, seen_words, strongest,
 };
 
 /// Causes below this probability are summed up instead of listed, where others are above.
@@ -69,8 +71,8 @@ pub(super) fn lay_out(
     checks(page, &diagnosis.data);
     let said = diagnosis.parts.iter().map(String::as_str);
     page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
-    if !diagnosis.note.is_empty() {
-        page.note(&diagnosis.note);
+    if let Some(note) = words::note_beside(diagnosis) {
+        page.note(&note);
     }
     if let Some(reference) = &diagnosis.reference {
         page.note(&words::of_reference(reference));
@@ -280,7 +282,7 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
             ", with {},",
             change.words()
         )),
-        next.tells_apart.join(", "),
+        words::few_words(&next.tells_apart),
         figure(next.expected_separation, 2)
     ));
     page.verbatim(&next.command);

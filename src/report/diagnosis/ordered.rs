@@ -22,7 +22,7 @@ struct Sample {
     looks: f64,
 }
 
-/// A picture for each quantity.
+/// A picture for each quantity that takes several values.
 pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
     let kind = laid.first().map(|run| run.run.command_kind);
     let command = match kind {
@@ -42,14 +42,23 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
         let turns = run.run.counts[k] as f64 / run.run.counts_per_rev;
         360.0 * turns.rem_euclid(1.0)
     };
-    vec![
+    let all = [
         figure(laid, "speed (RPM)", BINS, &speed),
         figure(laid, "angle of the encoder (degrees)", ANGLE_BINS, &angle),
         figure(laid, "time since the run began (s)", BINS, &|run, k| {
             run.run.t_s[k]
         }),
         figure(laid, command, BINS, &|run, k| run.run.command[k]),
-    ]
+    ];
+    // One bin has no order.
+    let has_order = |figure: &Figure| {
+        figure
+            .panels
+            .iter()
+            .flat_map(|panel| &panel.series)
+            .any(|s| s.points.len() > 1)
+    };
+    all.into_iter().filter(has_order).collect()
 }
 
 fn figure(

@@ -106,5 +106,5 @@ fn ends(interval: &Interval, scale: f64) -> String {
 }
 
 fn unit(unit: &str) -> String {
-    if unit.is_empty() { "1" } else { unit }.to_owned()
+    if unit.is_empty() { "\u{2013}" } else { unit }.to_owned()
 }

@@ -12,13 +12,21 @@ use crate::report::{Band, Bar, Bars, Figure, Page, Panel, Scale, Series, Size, S
 /// Opacity of the strongest shade.
 const DARKEST: f64 = 0.45;
 
+/// A stage below this probability has no bar that is seen.
+const LEAST: f64 = 0.001;
+
 /// The section of the page.
 pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_>]) {
     page.section("Where the gap lies");
-    page.bars(
-        &stages(diagnosis),
-        "Probability of each stage, in the order in which a signal passes them, given that there is a gap.",
-    );
+    let stages = stages(diagnosis);
+    if stages.bars.iter().all(|bar| bar.value < LEAST) {
+        page.paragraph("No stage of the chain has a cause.");
+    } else {
+        page.bars(
+            &stages,
+            "Probability of each stage, in the order in which a signal passes them, given that there is a gap.",
+        );
+    }
     regions(page, &diagnosis.place.regions, laid);
     page.subsection("What the gap is ordered by");
     page.paragraph(

@@ -7,6 +7,9 @@ use crate::report::number::{figure, percent};
 use crate::report::{Bar, Bars, Scale};
 use crate::units::rpm_from_rad_s;
 
+/// Names of a list that are read in a line.
+const NAMED: usize = 5;
+
 /// An effect of the catalogue by its id.
 pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
     catalogue().iter().find(|kind| kind.id == id)
@@ -74,9 +77,10 @@ pub(super) fn nominal(diagnosis: &Diagnosis) -> &'static str {
 
 /// Whose numbers those are.
 pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
-    match diagnosis.reference {
-        Some(_) => "reference's",
-        None => "file's",
+    match (&diagnosis.reference, &diagnosis.fitted_nominal) {
+        (Some(_), _) => "reference's",
+        (None, Some(_)) => "plain motor's",
+        (None, None) => "file's",
     }
 }
 
@@ -130,6 +134,23 @@ pub fn of_reference(reference: &ReferenceRuns) -> String {
         reference.runs.join(", "),
         figure(reference.left_counts, 3)
     )
+}
+
+/// Names of what a recording tells apart: the first few, and how many more.
+pub fn few_words(names: &[String]) -> String {
+    let named = names[..names.len().min(NAMED)].join(", ");
+    match names.len().saturating_sub(NAMED) {
+        0 => named,
+        others => format!("{named} and {others} more"),
+    }
+}
+
+/// What the note says beside the sentence: some of it is in both.
+pub fn note_beside(diagnosis: &Diagnosis) -> Option<String> {
+    let sentence = &diagnosis.parts[0];
+    let note = diagnosis.note.trim_end_matches('.').split(". ");
+    let rest: Vec<&str> = note.filter(|part| !sentence.contains(part)).collect();
+    (!rest.is_empty()).then(|| format!("{}.", rest.join(". ")))
 }
 
 /// How much of the gap closes, with its interval.

@@ -17,7 +17,7 @@ const DRAWN: usize = 12;
 /// Rows of a table that is read; all rows are in the tables that the queries ask.
 const LISTED: usize = 100;
 /// Characters of a reason.
-const REASON: usize = 240;
+const REASON: usize = 600;
 /// Days of a month, for a slope that is read.
 const MONTH_D: f64 = 30.0;
 /// Days from 1970 to the first day of the Julian calendar's count, less a half.

@@ -1,0 +1,45 @@
+//! The page of a recording that has to be mended before anything is concluded from it.
+
+use super::laid::names;
+use super::{OVERLAY, checks};
+use crate::check::Finding;
+use crate::diagnose::BadRecording;
+use crate::recording::Run;
+use crate::report::comparison::{COMMAND, RECORDED, command_label, what_ran};
+use crate::report::{Figure, Page, Panel, Series, Size, Stroke};
+
+/// So many runs are drawn at most.
+const DRAWN: usize = 6;
+/// Two panels of the height that they have in other pages.
+const HEIGHT: u32 = OVERLAY.height / 2;
+
+/// What is found, what that means, and the runs as they were recorded.
+pub fn bad_recording_page(findings: &[Finding], runs: &[Run]) -> String {
+    let mut page = Page::new("The recording has to be mended first");
+    checks(&mut page, findings);
+    page.lead(&BadRecording::of(findings.to_vec()).sentence);
+    page.section("As recorded");
+    for (run, name) in runs.iter().zip(names(runs)).take(DRAWN) {
+        page.subsection(&name);
+        let size = Size {
+            height: HEIGHT,
+            ..OVERLAY
+        };
+        page.figure(&recorded(run), size, "Position in counts over the command.");
+    }
+    page.finish()
+}
+
+fn recorded(run: &Run) -> Figure {
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let position = Series::new("recorded", Stroke::Step, RECORDED, &run.t_s, &counts);
+    let command = Series::new("command", Stroke::Step, COMMAND, &run.t_s, &run.command);
+    Figure {
+        title: what_ran(run),
+        x_label: "time (s)".to_owned(),
+        panels: vec![
+            Panel::new("position (counts)", vec![position]).weighing(2.0),
+            Panel::new(command_label(run), vec![command]),
+        ],
+    }
+}
