@@ -23,7 +23,11 @@ pub(crate) fn counts(counts: f64) -> String {
 /// Effects as words.
 pub(crate) fn words(set: &[&str]) -> String {
     let names: Vec<String> = set.iter().map(|id| id.replace('_', " ")).collect();
-    names.join(" with ")
+    match names.split_first() {
+        Some((first, [])) => first.clone(),
+        Some((first, others)) => format!("{first} with {}", others.join(" and ")),
+        None => String::new(),
+    }
 }
 
 /// Rivals, as many as are read.
@@ -68,7 +72,8 @@ pub(crate) fn digits(percent: f64) -> String {
     match percent {
         p if p >= 10.0 => format!("{p:.0}"),
         p if p >= 1.0 => format!("{p:.1}"),
-        p => format!("{p:.2}"),
+        p if p >= 0.01 => format!("{p:.2}"),
+        _ => "less than 0.01".to_owned(),
     }
 }
 
@@ -93,6 +98,21 @@ mod tests {
         assert_eq!(sure(0.9899), "99 % sure");
         assert_eq!(sure(0.9989), "99.8 % sure");
         assert_eq!(sure(1.0), "over 99.9 % sure");
+    }
+
+    #[test]
+    fn several_effects_are_one_beside_others() {
+        assert_eq!(words(&["dead_zone"]), "dead zone");
+        assert_eq!(words(&["backlash", "stribeck"]), "backlash with stribeck");
+        assert_eq!(words(&["a", "b_c", "d"]), "a with b c and d");
+        assert_eq!(words(&[]), "");
+    }
+
+    #[test]
+    fn a_small_share_is_not_nothing() {
+        assert_eq!(digits(0.004), "less than 0.01");
+        assert_eq!(digits(0.014), "0.01");
+        assert_eq!(digits(12.3), "12");
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn more(said: &Diagnosis, beside: &Beside) -> Option<String> {
 /// What takes from the probability of an effect that may differ by direction.
 fn by_direction(said: &Diagnosis, beside: &Beside) -> Option<String> {
     (beside.is_by_direction && !said.effects.is_empty())
-        .then(|| "It may be another forwards than backwards: these runs do not show it.".to_owned())
+        .then(|| "It may differ by direction: these runs do not show it.".to_owned())
 }
 
 /// Where most of the gap lies.
