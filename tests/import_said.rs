@@ -309,7 +309,16 @@ fn flags_that_fit_nothing_are_refused_with_what_there_is() {
             "backward, trapezoid or forward",
         ),
         (
-            &["--position", "rpm:counts", "--integrate", "trapezoid"],
+            &[
+                "--position",
+                "rpm:counts",
+                "--integrate",
+                "trapezoid",
+                "--supply",
+                "12",
+                "--counts-per-rev",
+                "720",
+            ],
             "no speed is read",
         ),
         (&["--command", "7V@"], "7V@0.95s"),

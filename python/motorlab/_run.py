@@ -83,7 +83,7 @@ class Run:
             How a speed is summed up. ``"backward"``, the default: a row's speed held since the row before, as in one
             made of differences of position; their sum gives the counts back. ``"trapezoid"``: the mean of two rows holds
             between them, as in a speed of the instant. ``"forward"``: a row's speed holds until the row after. The wrong
-            one of backward and trapezoid puts each position off by half of what the speed makes in one sample time.
+            one of backward and trapezoid puts each position off by half the way of one sample time.
         counts_per_rev
             Counts of the encoder in one turn, all four edges counted.
         supply_v
