@@ -119,6 +119,29 @@ fn counters_that_wrap_increments_and_one_channel() {
 }
 
 #[test]
+fn a_speed_is_summed_up_as_it_is_said() {
+    let truth = Truth::steps(0.01, 400);
+    let text = truth.rpm_log("time_ms,pwm,rpm");
+    let flags = ["--supply", "12", "--counts-per-rev", "720"];
+    let (backward, said) = imported("log.csv", &text, &flags);
+    assert!(said.contains("a position (backward)"), "{said}");
+    assert_eq!(counts(&backward), truth.counts);
+    let flags = [&flags[..], &["--integrate", "trapezoid"]].concat();
+    let (trapezoid, said) = imported("log.csv", &text, &flags);
+    assert!(said.contains("a position (trapezoid)"), "{said}");
+    // Half of the first and of the last step are missing from a sum by means.
+    let half = |k: usize| (truth.counts[k] - truth.counts[k - 1]) as f64 / 2.0;
+    let expected: Vec<f64> = (1..400)
+        .map(|k| truth.counts[k] as f64 - truth.counts[0] as f64 - half(k))
+        .collect();
+    near(&trapezoid.column("counts")[1..], &expected, 0.75);
+    assert_eq!(
+        trapezoid.header["imported"]["position"].as_str(),
+        Some("integrated from speed, trapezoid")
+    );
+}
+
+#[test]
 fn a_filtered_speed_is_found_by_its_missing_steps() {
     let truth = Truth::steps(0.01, 400);
     let mut filtered = vec![0.0];
@@ -280,6 +303,23 @@ fn flags_that_fit_nothing_are_refused_with_what_there_is() {
         (
             &["--speed", "rpm", "--position", "pwm:counts"],
             "exclude each other",
+        ),
+        (
+            &["--integrate", "simpson"],
+            "backward, trapezoid or forward",
+        ),
+        (
+            &[
+                "--position",
+                "rpm:counts",
+                "--integrate",
+                "trapezoid",
+                "--supply",
+                "12",
+                "--counts-per-rev",
+                "720",
+            ],
+            "no speed is read",
         ),
         (&["--command", "7V@"], "7V@0.95s"),
         (&["--every", "0"], "0"),

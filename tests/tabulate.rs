@@ -240,6 +240,27 @@ fn a_unit_that_stands_out_is_told_from_nine_that_do_not_and_a_drift_from_scatter
     assert!(!addresses.contains("http") && !addresses.contains("src="));
 }
 
+#[test]
+fn a_page_of_two_thousand_units_has_five_megabytes_at_most() {
+    let keep = tempfile::tempdir().expect("a folder");
+    let here = keep.path();
+    fs::create_dir(here.join("out")).expect("a folder");
+    for unit in 0..2000 {
+        let friction = 1.0 + 0.1 * f64::from(unit % 101) / 101.0;
+        let document = diagnosis(&format!("U{unit}"), 1 + unit % 28, friction);
+        write(here, &format!("out/{unit}.json"), &document);
+    }
+    let done = tabulate(here, "out --html fleet.html");
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let page = fs::read_to_string(here.join("fleet.html")).expect("a page");
+    assert!(
+        page.contains("2000 diagnoses of 2000 units"),
+        "{:.600}",
+        page
+    );
+    assert!(page.len() <= 5_000_000, "{} bytes", page.len());
+}
+
 #[cfg(feature = "parquet")]
 #[test]
 fn parquet_has_the_cells_of_the_csv() {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from pathlib import Path
-from typing import Any, Mapping, Optional, Union
+from typing import Any, Literal, Mapping, Optional, Union
 
 import numpy as np
 
@@ -55,6 +55,7 @@ class Run:
         command: Optional[str] = None,
         position: Optional[str] = None,
         speed: Optional[str] = None,
+        integrate: Optional[Literal["backward", "trapezoid", "forward"]] = None,
         current: Optional[str] = None,
         counts_per_rev: Optional[float] = None,
         supply_v: Union[float, str, None] = None,
@@ -78,6 +79,11 @@ class Run:
         time, command, position, speed, current
             Names of columns; ``"name:unit"`` says the unit too. ``command="7V@0.95s"`` is 7 V from 0.95 s on.
             Either position or speed; a speed is summed up.
+        integrate
+            How a speed is summed up. ``"backward"``, the default: a row's speed held since the row before, as in one
+            made of differences of position; their sum gives the counts back. ``"trapezoid"``: the mean of two rows holds
+            between them, as in a speed of the instant. ``"forward"``: a row's speed holds until the row after. The wrong
+            one of backward and trapezoid puts each position off by half the way of one sample time.
         counts_per_rev
             Counts of the encoder in one turn, all four edges counted.
         supply_v
@@ -109,6 +115,7 @@ class Run:
             "direction": direction,
             "position": position,
             "speed": speed,
+            "integrate": integrate,
             "current": current,
             "supply_v": None if supply_v is None else str(supply_v),
             "counts_per_rev": counts_per_rev,

@@ -1,6 +1,6 @@
 //! A diagnosis: asked as the program asks it, on a thread of its own.
 
-use motorlab::check::{check, is_fatal};
+use motorlab::check::{check_taught, is_fatal};
 use motorlab::cli::{Role, RunFacts, WithRuns};
 use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{
@@ -12,6 +12,7 @@ use motorlab::report::diagnosis::page_held_out;
 use pyo3::prelude::*;
 
 use crate::apart::{Given, apart};
+use crate::asked::asked;
 use crate::failure::refused;
 use crate::motor::Motor;
 use crate::run::Run;
@@ -140,21 +141,27 @@ pub(crate) fn diagnose(
     })
 }
 
-struct Question {
-    runs: Vec<recording::Run>,
-    held_out: Vec<recording::Run>,
-    reference: Vec<recording::Run>,
-    repeats: Vec<Vec<usize>>,
-    good_enough: Option<GoodEnough>,
-    despite_findings: bool,
-    is_fitted: Option<bool>,
-    motor: Option<motor::Motor>,
+/// What is asked, in the library's types.
+pub(crate) struct Question {
+    pub(crate) runs: Vec<recording::Run>,
+    pub(crate) held_out: Vec<recording::Run>,
+    pub(crate) reference: Vec<recording::Run>,
+    /// Numbers of runs that repeat each other.
+    pub(crate) repeats: Vec<Vec<usize>>,
+    pub(crate) good_enough: Option<GoodEnough>,
+    pub(crate) despite_findings: bool,
+    /// Whether the nominal motor is fitted first; `None` as the program chooses.
+    pub(crate) is_fitted: Option<bool>,
+    pub(crate) motor: Option<motor::Motor>,
 }
 
 impl Question {
     fn answer(self, given: &Given) -> Result<Found, DiagnoseError> {
         let all = [&self.runs[..], &self.held_out, &self.reference].concat();
-        let findings = check(&all, self.motor.as_ref());
+        // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
+        let held_from = self.runs.len();
+        let taught = [0..held_from, held_from + self.held_out.len()..all.len()];
+        let findings = check_taught(&all, &taught, self.motor.as_ref());
         let is_bad = is_fatal(&findings);
         if is_bad && !self.despite_findings {
             return Ok(Found::Bad(Box::new(BadRecording::of(findings))));
@@ -164,6 +171,7 @@ impl Question {
             true => &self.runs,
             false => &self.reference,
         };
+        let line = asked(&self);
         let is_unknown = self.motor.is_none() && first.iter().any(recording::Run::is_foreign);
         let mut nominal_source = match self.motor {
             Some(_) => NominalSource::Given,
@@ -184,7 +192,7 @@ impl Question {
             good_enough: self.good_enough,
             is_doubtful: is_bad,
             nominal_source,
-            asked: None,
+            asked: Some(&line),
             progress: &|_| given.go_on(),
         };
         let mut diagnosis = diagnosing::diagnose(&self.runs, &motor, &options)?;

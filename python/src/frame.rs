@@ -82,6 +82,7 @@ pub(crate) struct Keywords {
     direction: Option<String>,
     position: Option<String>,
     speed: Option<String>,
+    integrate: Option<String>,
     current: Option<String>,
     supply_v: Option<String>,
     counts_per_rev: Option<f64>,
@@ -118,7 +119,7 @@ pub(crate) fn run_of(
 type Problem = Box<dyn std::error::Error + Send + Sync>;
 
 fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), Problem> {
-    let (said, units) = keywords.said(columns);
+    let (said, units) = keywords.said(columns)?;
     let text = text_of(columns, &units);
     let head = &text.as_bytes()[..text.len().min(HEAD_BYTES as usize)];
     let is_whole = head.len() == text.len();
@@ -166,7 +167,7 @@ fn left_out(imported: &Imported) -> Option<String> {
 
 impl Keywords {
     /// As flags, with each unit at its column; also the units of columns that no flag names.
-    fn said(&self, columns: &[Column]) -> (Said, BTreeMap<String, String>) {
+    fn said(&self, columns: &[Column]) -> Result<(Said, BTreeMap<String, String>), Problem> {
         let mut units = self.units.clone();
         for column in columns {
             if let Some(unit) = column.unit {
@@ -201,6 +202,7 @@ impl Keywords {
             direction: self.direction.clone(),
             position: with_unit(&self.position),
             speed: with_unit(&self.speed),
+            integrate: self.integrate.as_deref().map(str::parse).transpose()?,
             current: with_unit(&self.current),
             supply: with_unit(&self.supply_v),
             counts_per_rev: self.counts_per_rev,
@@ -211,7 +213,7 @@ impl Keywords {
             unsigned: self.unsigned,
             every: self.every,
         };
-        (said, units)
+        Ok((said, units))
     }
 }
 

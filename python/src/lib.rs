@@ -8,6 +8,7 @@
 mod apart;
 mod arrow_in;
 mod arrow_out;
+mod asked;
 mod diagnosis;
 mod failure;
 mod frame;

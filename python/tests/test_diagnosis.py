@@ -28,9 +28,12 @@ def runs(tmp_path_factory):
     return paths
 
 
-def test_a_diagnosis_is_the_programs(runs, tmp_path):
+def test_a_diagnosis_is_the_programs(runs, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    # A motor in memory is a motor that is given; its file stands in the next command under this name.
+    ml.Motor().save("MOTOR.toml")
     found = ml.diagnose([ml.Run.read(path) for path in runs], ml.Motor())
-    expected = document("diagnose", *runs)
+    expected = document("diagnose", *runs, "--motor", "MOTOR.toml")
     for changes in (found.document, expected):
         changes.pop("elapsed_s")
     assert found.document == expected
@@ -85,12 +88,29 @@ def test_texts_of_files_are_shown_and_not_run_in_a_notebook(tmp_path):
     assert "<script" not in ml.diagnose(written)._repr_html_()
 
 
-def test_a_frame_without_a_motor_is_held_against_the_best_fit(runs, tmp_path):
+def test_what_to_do_next_asks_the_program_the_same(runs, monkeypatch):
+    monkeypatch.chdir(runs[0].parent)
+    names = [path.name for path in runs]
+    ml.Motor(resistance_ohm=8).save("MOTOR.toml", overwrite=True)
+    one, other = (ml.Run.read(name) for name in names)
+    asked = {"good_enough_share": 0.07, "despite_findings": True, "nominal": "file", "repeats": [[one, other]]}
+    found = ml.diagnose([one, other], ml.Motor(resistance_ohm=8), reference=one, **asked)
+    words = ["--motor", "MOTOR.toml", "--reference", names[0], "--repeats", ",".join(names), "--nominal", "file"]
+    words += ["--good-enough", "7%", "--despite-findings"]
+    assert found.sentence == document("diagnose", *names, *words)["sentence"]
+    assert " ".join(["motorlab diagnose", *names, *words]) in found.sentence
+
+
+def test_a_frame_without_a_motor_is_held_against_the_best_fit(runs, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     read = ml.Run.read(runs[0])
     run = ml.Run.from_frame({"t_s": read.t_s, "u_v": read.command, "counts": read.counts}, counts_per_rev=720, supply_v=4.5)
     found = ml.diagnose(run)
-    expected = document("diagnose", run.write(tmp_path / "imported.csv"))
-    assert found.document["gap"] == expected["gap"] and found.sentence == expected["sentence"]
+    expected = document("diagnose", run.write("imported.csv"))
+    # A frame has no name to ask again by.
+    assert "motorlab diagnose imported.csv" in expected["sentence"]
+    assert found.sentence == expected["sentence"].replace("imported.csv", "RUN...")
+    assert found.document["gap"] == expected["gap"]
     assert found.nominal != ml.Motor()
 
 

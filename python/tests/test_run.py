@@ -106,17 +106,33 @@ def test_units_are_said_by_column_or_with_the_name():
     assert other.counts.tolist() == run.counts.tolist()
 
 
-def test_a_speed_is_summed_up_by_the_trapezoid_rule():
+@pytest.mark.parametrize("said, rule", [
+    ({}, "backward"),
+    ({"integrate": "backward"}, "backward"),
+    ({"integrate": "trapezoid"}, "trapezoid"),
+    ({"integrate": "forward"}, "forward"),
+])
+def test_a_speed_is_summed_up_by_the_rule_that_is_said(said, rule):
     t = np.arange(0, 3, 0.01)
-    speed = 5 * np.sin(2 * t)
+    speed = 5 * np.cos(2 * t)
     run = ml.Run.from_frame(
         {"t": t, "u": np.full(t.size, 3.0), "omega": speed},
-        time="t:s", command="u:V", speed="omega:rad/s", counts_per_rev=100_000, supply_v=3,
+        time="t:s", command="u:V", speed="omega:rad/s", counts_per_rev=100_000, supply_v=3, **said,
     )
-    steps = (speed[1:] + speed[:-1]) / 2 * np.diff(t)
-    expected = np.concatenate([[0], np.cumsum(steps)]) * 100_000 / (2 * np.pi)
+    means = {"backward": speed[1:], "trapezoid": (speed[1:] + speed[:-1]) / 2, "forward": speed[:-1]}
+    sums = np.concatenate([[0], np.cumsum(means[rule] * np.diff(t))])
+    expected = sums * 100_000 / (2 * np.pi)
     assert np.abs(run.counts - expected).max() <= 0.5 + 1e-6
-    assert run.header["imported"]["position"] == "integrated from speed, trapezoid"
+    assert run.header["imported"]["position"] == f"integrated from speed, {rule}"
+
+
+def test_a_rule_that_sums_up_nothing_is_refused():
+    columns = {"t_s": [0.0, 0.01, 0.02], "u_v": [1.0] * 3, "rpm": [0.0, 60.0, 60.0]}
+    with pytest.raises(ml.MotorlabError, match="backward, trapezoid or forward"):
+        ml.Run.from_frame(columns, counts_per_rev=720, supply_v=3, integrate="simpson")
+    columns["counts"] = [0, 7, 14]
+    with pytest.raises(ml.MotorlabError, match="no speed is read"):
+        ml.Run.from_frame(columns, counts_per_rev=720, supply_v=3, integrate="trapezoid")
 
 
 def test_time_stamps_are_a_clock():

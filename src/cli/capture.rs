@@ -14,6 +14,7 @@ use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::{BoardIdentity, Segments};
 use super::signals::StopSignal;
+use super::threads::Threads;
 use super::until_known::{UntilKnown, until_known};
 use super::virtual_spec::{PREFIX, VirtualSpec, nearly};
 use super::{Failure, Output, Status};
@@ -84,6 +85,8 @@ pub struct Capture {
     /// Motor file that is simulated along, or diagnosed against. [default: the lab handout's motor]
     #[arg(long, value_name = "FILE", requires = "simulating")]
     pub(super) motor: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 /// Sample time in microseconds unless another is asked for.
@@ -121,6 +124,7 @@ fn duration(text: &str) -> Result<f64, String> {
 
 impl Capture {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
             .enable_all()

@@ -9,6 +9,7 @@ use serde_json::json;
 use super::output_file::{Force, Form, Outputs};
 use super::picture::on_terminal;
 use super::signals::StopSignal;
+use super::threads::Threads;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, Overlay, compare};
@@ -36,6 +37,8 @@ pub struct Demo {
     /// Open the page in a browser.
     #[arg(long)]
     open: bool,
+    #[command(flatten)]
+    threads: Threads,
     #[command(flatten)]
     force: Force,
 }
@@ -88,6 +91,7 @@ struct Recorded {
 
 impl Demo {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
+        self.threads.set()?;
         let outputs = self.force.outputs("demo", []);
         self.check(&outputs)?;
         let runtime = tokio::runtime::Builder::new_multi_thread()

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::numbers::{counts_per_rev, number_in};
-use crate::import::Said;
+use crate::import::{Integration, Said};
 use crate::motor::plausible;
 
 /// What the log does not say of itself.
@@ -29,6 +29,10 @@ pub(super) struct Flags {
     /// The speed, where there is no position: its column and unit (rpm, rev/s, rad/s, deg/s, counts/s).
     #[arg(long, value_name = "COL:UNIT")]
     speed: Option<String>,
+    /// How that speed becomes a position: backward, where it was made of differences of position; trapezoid, where it is one
+    /// of the instant; forward, where it holds until the next row. [default: backward, or as the mapping says]
+    #[arg(long, value_name = "RULE")]
+    integrate: Option<Integration>,
     /// The measured current: its column and unit (A, mA).
     #[arg(long, value_name = "COL:UNIT")]
     current: Option<String>,
@@ -67,6 +71,7 @@ impl Flags {
             direction: self.direction.clone(),
             position: self.position.clone(),
             speed: self.speed.clone(),
+            integrate: self.integrate,
             current: self.current.clone(),
             supply: self.supply.clone(),
             counts_per_rev: self.counts_per_rev,

@@ -5,6 +5,7 @@
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
@@ -164,7 +165,7 @@ pub(super) enum PositionSource {
 /// How a speed becomes a position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Integration {
+pub enum Integration {
     /// The mean of two neighbours holds between them: for a speed of the instant.
     #[default]
     Trapezoid,
@@ -172,6 +173,31 @@ pub(super) enum Integration {
     Backward,
     /// A row's speed held until the row after: for one that was measured under the command of the same row.
     Forward,
+}
+
+impl Integration {
+    /// As mappings and flags call it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Trapezoid => "trapezoid",
+            Self::Backward => "backward",
+            Self::Forward => "forward",
+        }
+    }
+}
+
+impl FromStr for Integration {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        [Self::Trapezoid, Self::Backward, Self::Forward]
+            .into_iter()
+            .find(|rule| rule.name() == text)
+            .ok_or_else(|| {
+                format!("'{text}' sums up no speed; it is backward, trapezoid or forward")
+            })
+    }
 }
 
 impl Map {

@@ -34,7 +34,7 @@ pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
 pub use formats::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES};
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
-pub use map::Map;
+pub use map::{Integration, Map};
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
     HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, understand,

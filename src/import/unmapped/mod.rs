@@ -35,6 +35,10 @@ use crate::plain::quoted;
 /// A log's beginning in bytes that is looked at.
 pub const HEAD_BYTES: u64 = 4 << 20;
 
+/// Why nothing is integrated.
+const NO_SPEED: &str =
+    "--integrate says how a speed is summed up, but no speed is read; --speed COL:UNIT names one";
+
 /// What was understood of a log.
 #[derive(Debug)]
 pub struct Reading {
@@ -105,6 +109,9 @@ fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str)
     let mut decision = decide::Decision::new(survey, said, file_name);
     let decided = decision.decide();
     let map = decided.and_then(|()| match decision.missing.is_empty() {
+        true if said.integrate.is_some() && decision.map.speed.is_none() => {
+            Err(Unclear::Conflict(NO_SPEED))
+        }
         true => Ready::of(decision.map.clone()),
         false => Err(Unclear::Missing {
             missing: decision.missing.clone(),

@@ -7,7 +7,7 @@ use super::names::says;
 use super::said::{ColumnSaid, Said, Steps, expected, number_and_rest};
 use super::sum::Sum;
 use super::units::Role;
-use super::{Ready, Unclear};
+use super::{NO_SPEED, Ready, Unclear};
 
 /// The mapping of a mapping file's text, with what is said in place of what it says; and the text of that.
 ///
@@ -63,6 +63,11 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
             offset: None,
             integrate: Default::default(),
         });
+    }
+    match (&mut map.speed, said.integrate) {
+        (Some(speed), Some(rule)) => speed.integrate = rule,
+        (None, Some(_)) => return Err(Unclear::Conflict(NO_SPEED)),
+        (_, None) => {}
     }
     if let Some(position) = &mut map.position {
         position.wrap = said.wrap.or(position.wrap);

@@ -1,6 +1,6 @@
 //! What the user says of a log: one flag a quantity.
 
-use super::super::map::ColumnRef;
+use super::super::map::{ColumnRef, Integration};
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
@@ -19,6 +19,8 @@ pub struct Said {
     pub position: Option<String>,
     /// `COL:UNIT`.
     pub speed: Option<String>,
+    /// How that speed is summed up.
+    pub integrate: Option<Integration>,
     /// `COL:UNIT`.
     pub current: Option<String>,
     /// Volts, or `COL:UNIT` of a measured supply.
@@ -65,6 +67,7 @@ impl Said {
         flags.extend(
             (numbers.into_iter()).filter_map(|(flag, number)| Some((flag, number?.to_string()))),
         );
+        flags.extend((self.integrate).map(|rule| ("--integrate", rule.name().to_owned())));
         if self.increments {
             flags.push(("--increments", String::new()));
         }

@@ -60,13 +60,14 @@ impl Decision<'_> {
             self.counts_per_rev(found, why);
         }
         let has_steps = step.is_some() || by_rows.is_some();
+        // Encoders give differences of position; a filter's lag comes on top.
+        let rule = self.said.integrate.unwrap_or(Integration::Backward);
         self.map.speed = Some(SpeedSection {
             column: self.column_ref(at),
             unit: unit.to_owned(),
             scale: None,
             offset: None,
-            // Encoders give differences of position; a filter's lag comes on top.
-            integrate: Integration::Backward,
+            integrate: rule,
         });
         let how = match (step, by_rows) {
             (Some(step), _) => format!("in steps of {}", short(step)),
@@ -77,7 +78,10 @@ impl Decision<'_> {
             "speed",
             Some(at),
             Some(unit),
-            format!("{name} in {unit}, {how}; summed up to a position"),
+            format!(
+                "{name} in {unit}, {how}; summed up to a position ({})",
+                rule.name()
+            ),
         );
         if let (Some(found), Some(step_s)) = (found, step_s) {
             match self.said.counts_per_rev.or(self.says[at].counts_per_rev) {
