@@ -62,9 +62,20 @@ pub(crate) fn fit(
             best = settled;
         }
     }
-    let begun = At::about_its_own(pieces, model, kind, best.at.x.clone());
-    let own = begun.and_then(|at| Likeliest::new(&asked, at).settled(&asked));
-    if let Some(own) = own.filter(|own| own.cost < best.cost && asked.allows(&own.at)) {
+    let about_its_own = |x: &[f64]| {
+        let mut x = x.to_vec();
+        model.clamp(&mut x);
+        let at = At::about_its_own(pieces, model, kind, x)?;
+        let settled = Likeliest::new(&asked, at).settled(&asked);
+        settled.filter(|own| asked.allows(&own.at))
+    };
+    // Measured starts may have led away from numbers that leave no more than they may.
+    let own = about_its_own(&best.at.x).or_else(|| {
+        let others = starts.par_iter().filter_map(|x| about_its_own(x));
+        others.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    });
+    let is_better = |own: &Likeliest| own.cost < best.cost || !asked.allows(&best.at);
+    if let Some(own) = own.filter(is_better) {
         best = own;
     }
     if !asked.allows(&best.at) {
