@@ -110,10 +110,15 @@ impl Recording {
         for k in 0..counts.len() {
             let (from, to) = (k.saturating_sub(half), (k + half).min(last));
             let span_s = (run.t_s[to] - run.t_s[from]).max(sample_time_s);
-            let travelled = counts[to] - counts[from];
-            speed.push(travelled / span_s);
-            // More than the one count that an edge on the boundary dithers by.
-            moving.push(travelled.abs() >= 1.5);
+            speed.push((counts[to] - counts[from]) / span_s);
+            // More than the one count that an edge on the boundary dithers by, there and back included: a shaft that turns round does
+            // not rest.
+            let seen = &counts[from..=to];
+            let (low, high) = (seen.iter())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), n| {
+                    (a.min(*n), b.max(*n))
+                });
+            moving.push(high - low >= 1.5);
         }
         let command = run.driving_command();
         let drive = Drive {
