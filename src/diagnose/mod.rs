@@ -41,7 +41,7 @@ use crate::recording::Run;
 use conclusion::Reference;
 use error::usable;
 use fit::Base;
-use pieces::{Pieces, Thinned};
+use pieces::{Pieces, Thinned, Work};
 use selection::forward;
 use settings::CLOCK_READING_S;
 
@@ -117,6 +117,8 @@ pub fn diagnose(
     let (all, mut base) = made_ready(runs, motor)?;
     let thinned = Thinned::new(&all, runs)?;
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
+    let mut works = vec![all.work.clone()];
+    works.extend(thinned.as_ref().map(|thinned| thinned.pieces.work.clone()));
     let mut reference = None;
     if let [first, ..] = earlier {
         usable(&[runs[0].clone(), first.clone()])?;
@@ -126,6 +128,7 @@ pub fn diagnose(
             Some(thinned) => (thinned.pieces, thinned.runs),
             None => (then, earlier.to_vec()),
         };
+        works.push(then.work.clone());
         let found = forward(&of_then, &then, &then_base, &|_| ()).ok_or(DiagnoseError::NoFit)?;
         let made = Reference::new(&of_then, (then, then_base), &found, pieces);
         let (made, now) = made.ok_or(DiagnoseError::NoFit)?;
@@ -171,6 +174,7 @@ pub fn diagnose(
     };
     let mut diagnosis = conclusion::conclude(grounds).ok_or(DiagnoseError::NoFit)?;
     diagnosis.data = check(recorded, Some(motor));
+    diagnosis.simulated_samples = works.iter().map(Work::samples).sum();
     diagnosis.elapsed_s = begun.elapsed().as_secs_f64();
     Ok(diagnosis)
 }

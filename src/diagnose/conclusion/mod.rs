@@ -204,6 +204,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         next_experiment,
         steps: grounds.steps.into_iter().chain(prediction).collect(),
         elapsed_s: 0.0,
+        simulated_samples: 0,
         reference: grounds.reference.map(Reference::report),
         fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind))).flatten(),
         nominal_source: grounds.nominal_source,

@@ -66,6 +66,7 @@ pub(crate) fn diagnosis(verdict: Verdict, effects: Option<&&[&'static str]>) -> 
         next_experiment: None,
         steps: Vec::new(),
         elapsed_s: 0.0,
+        simulated_samples: 0,
         reference: None,
         fitted_nominal: None,
         nominal_source: NominalSource::Given,

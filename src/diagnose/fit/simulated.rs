@@ -20,6 +20,7 @@ pub(crate) fn response(pieces: &Pieces, motor: &Motor, starts: &Starts) -> Optio
     let mut out = vec![0.0; pieces.len];
     WORKSPACE.with_borrow_mut(|workspace| {
         for (number, run) in pieces.runs.iter().enumerate() {
+            pieces.work.add(run.t_s.len(), 0);
             let mut angles = vec![0.0; run.t_s.len()];
             (simulator(pieces, number, starts).angles(&on_run(motor, run), workspace, &mut angles))
                 .ok()?;
@@ -56,6 +57,7 @@ pub(crate) fn sensitivities(
     WORKSPACE.with_borrow_mut(|workspace| {
         for (number, run) in pieces.runs.iter().enumerate() {
             let n = run.t_s.len();
+            pieces.work.add(n, ids.len());
             let mut angles = vec![0.0; n];
             let mut block = vec![0.0; n * ids.len()];
             simulator(pieces, number, starts)

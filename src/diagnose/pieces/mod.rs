@@ -5,9 +5,11 @@
 
 mod regimes;
 mod thin;
+mod work;
 
 pub(crate) use regimes::regimes;
 pub(crate) use thin::Thinned;
+pub(crate) use work::Work;
 
 use crate::check::host_clock::host_clock;
 use crate::least_squares::{Record, start_of};
@@ -90,6 +92,8 @@ pub(crate) struct Pieces {
     /// By up to how many seconds samples are late by the line alone: of times that are arrivals at the host.
     pub arrivals_s: f64,
     pub folds: usize,
+    /// What is simulated of these, and of copies of them.
+    pub work: Work,
 }
 
 impl Recording {
@@ -336,6 +340,7 @@ impl Pieces {
             counts,
             weight,
             folds,
+            work: Work::default(),
         }
     }
 

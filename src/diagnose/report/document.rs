@@ -74,6 +74,8 @@ pub struct Diagnosis {
     pub steps: Vec<Step>,
     /// How long the diagnosis took in s.
     pub elapsed_s: f64,
+    /// What it cost on whatever machine: samples simulated to explain the runs, a derivative by a number as many again.
+    pub simulated_samples: u64,
     /// The runs that these are held against, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceRuns>,
