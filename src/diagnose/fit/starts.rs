@@ -91,15 +91,10 @@ fn passing(pieces: &Pieces, piece: &Piece, time_constant_s: f64) -> Vec<f64> {
     let (mut turned, mut speed) = (0.0, 1.0);
     let mut column = Vec::with_capacity(piece.to - piece.from);
     for k in piece.from..piece.to {
-        if k > piece.from {
-            // A shaft that rests forgets how fast it was, as the filter has it.
+        if k > piece.from && run.moving[k] {
             let kept = (-(run.t_s[k] - run.t_s[k - 1]) / time_constant_s).exp();
-            if run.moving[k] {
-                turned += speed * (1.0 - kept) * time_constant_s;
-                speed *= kept;
-            } else {
-                speed = 0.0;
-            }
+            turned += speed * (1.0 - kept) * time_constant_s;
+            speed *= kept;
         }
         column.push(turned);
     }

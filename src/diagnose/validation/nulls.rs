@@ -45,12 +45,12 @@ pub(crate) fn presence(pieces: &Pieces, fit: &Fit, screen: &Screen, noise: Noise
     };
     let gain = best(screen.gains(&fit.residual, &distance, true));
     let predicted = fit.predicted(pieces);
-    let draw = fit
-        .model
-        .precision
-        .clone()
-        .cholesky()
-        .map(|c| c.l().transpose());
+    let mut precision = fit.model.precision.clone();
+    // A phase is anywhere: nothing is said of it, so that it may be drawn from anything.
+    for k in (0..distance.len()).filter(|k| fit.model.precision[(*k, *k)] == 0.0) {
+        precision[(k, k)] = 1.0;
+    }
+    let draw = precision.cholesky().map(|c| c.l().transpose());
     let mut by_chance: Vec<f64> = (0..NULLS as u64)
         .into_par_iter()
         .map(|seed| {
