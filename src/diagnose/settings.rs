@@ -40,7 +40,7 @@ pub(crate) const WANDER_LEVELS: usize = 12;
 /// to a sixteenth. Convention.
 pub(crate) const SPEED_SCATTER_LEAST: f64 = 1e-3;
 pub(crate) const SPEED_SCATTER_LEVELS: usize = 7;
-/// Relative tolerance (one sigma) of a number that the motor file states none for.
+/// Relative tolerance of a number that the motor file states none for: the scale of its Student's t (`fit/tolerances.rs`). Convention.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
 /// Recordings simulated to see what chance makes of the best of all rivals.
 pub(crate) const NULLS: usize = 99;

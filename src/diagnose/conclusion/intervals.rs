@@ -120,7 +120,7 @@ impl<'a> Profile<'a> {
             dot(&self.fit.columns[j], &white) - pull[j]
         });
         let gained = 0.5 * gradient.dot(&(&self.inverse * &gradient));
-        Some(0.5 * dot(&white, &white) + model.prior(&x) - gained)
+        Some(0.5 * dot(&white, &white) + model.normal_prior(&x) - gained)
     }
 
     /// Whether a value is beyond the interval.

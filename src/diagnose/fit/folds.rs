@@ -95,7 +95,7 @@ fn left_without(
     let trained = |squares: &[f64], x: &[f64]| -> f64 {
         let pairs = pieces.stretches.iter().zip(squares);
         let others = pairs.filter(|(stretch, _)| stretch.fold != fold);
-        0.5 * others.map(|(_, s)| s).sum::<f64>() + fit.model.prior(x)
+        0.5 * others.map(|(_, s)| s).sum::<f64>() + fit.model.normal_prior(x)
     };
     let mut hessian = fit.hessian.clone();
     let mut gradient = DVector::zeros(n);

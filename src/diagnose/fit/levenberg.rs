@@ -261,7 +261,7 @@ impl At {
 /// Negative logarithm of likelihood and prior under a noise, but for what does not depend on the numbers.
 fn cost_of(model: &Model, whitener: &Whitener, at: &At) -> f64 {
     let white = whitener.whiten(&at.residual);
-    0.5 * dot(&white, &white) + model.prior(&at.x)
+    0.5 * dot(&white, &white) + model.normal_prior(&at.x)
 }
 
 /// The same numbers but for one that nothing depends on smoothly, at the place in its range that costs least; none where no place costs

@@ -10,6 +10,7 @@ mod rounding;
 mod simulated;
 mod starts;
 mod then;
+mod tolerances;
 mod unweighted;
 
 pub(crate) use fitted::{Fit, dot, error_of_sum, jitter_s, loss, residual, surroundings};

@@ -7,6 +7,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Then;
+use super::tolerances::Tolerances;
 use crate::diagnose::settings::{BEYOND_RANGE, DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
@@ -114,7 +115,10 @@ pub(crate) struct Model {
     pub numbers: Vec<Number>,
     /// With the values that are not fitted.
     motor: Motor,
+    /// As fits have it: normal distributions, a tolerance that nobody states as if it were stated.
     pub precision: DMatrix<f64>,
+    /// Of the base numbers, which are the first: what the motor file says; none against a reference.
+    tolerances: Option<Tolerances>,
     pub mean: DVector<f64>,
     start: Vec<f64>,
     /// Relative standard deviation of torques, inertias and currents beside what the runs tell.
@@ -144,7 +148,14 @@ impl Model {
             });
             start.push(1.0);
         }
-        let mut covariance = base_covariance(base, &members, &used);
+        let (tolerances, mut covariance) = match &base.then {
+            Some(then) => (None, since(base, then, &members, &used)),
+            None => {
+                let known = tolerances(base, &members, &used);
+                let covariance = known.covariance();
+                (Some(known), covariance)
+            }
+        };
         for (number, x) in base.then.iter().flat_map(|then| &then.numbers) {
             numbers.push(*number);
             start.push(*x);
@@ -227,6 +238,7 @@ impl Model {
             numbers,
             motor,
             precision,
+            tolerances,
             mean: DVector::from_vec(mean),
             start,
             scale: scale_variance(base).sqrt(),
@@ -292,22 +304,56 @@ impl Model {
         }
     }
 
-    /// Half the squared distance from what is plausible, whitened.
-    pub fn prior(&self, x: &[f64]) -> f64 {
+    /// Nats by which the numbers are off what is plausible, as fits have it.
+    pub fn normal_prior(&self, x: &[f64]) -> f64 {
         let d = DVector::from_column_slice(x) - &self.mean;
         self.clock + 0.5 * (&self.precision * &d).dot(&d)
     }
 
-    /// By how many of its tolerances each base number lies off the motor file's; 0 of the others.
+    /// The same as it counts: what is assumed of the base numbers has long tails.
+    pub fn prior(&self, x: &[f64]) -> f64 {
+        let Some(known) = &self.tolerances else {
+            return self.normal_prior(x);
+        };
+        let off = self.off_file(x);
+        let n = off.len();
+        let rest = DVector::from_fn(x.len() - n, |k, _| x[n + k] - self.mean[n + k]);
+        let of_rest = self.precision.view((n, n), (rest.len(), rest.len()));
+        self.clock + known.cost(&off) + 0.5 * (of_rest * &rest).dot(&rest)
+    }
+
+    /// By how much the base numbers are off the motor file's.
+    fn off_file(&self, x: &[f64]) -> DVector<f64> {
+        let is_base = |number: &&Number| matches!(number.id, ParameterId::Nominal(_));
+        let n = self.numbers.iter().take_while(is_base).count();
+        DVector::from_fn(n, |k, _| x[k] - self.mean[k])
+    }
+
+    /// Inverse of the covariance of the normal distribution under which these numbers are as unlikely as they are.
+    pub fn precision_as_unlikely(&self, x: &[f64]) -> DMatrix<f64> {
+        let mut precision = self.precision.clone();
+        if let Some(known) = &self.tolerances {
+            let off = self.off_file(x);
+            let n = off.len();
+            (precision.view_mut((0, 0), (n, n))).copy_from(&known.as_unlikely(&off));
+        }
+        precision
+    }
+
+    /// By how many of its tolerances each base number lies off the motor file's, as unlikely under a normal distribution; 0 of the others.
     pub fn off(&self, x: &[f64]) -> Vec<f64> {
-        let covariance = self.precision.clone().pseudo_inverse(f64::MIN_POSITIVE);
-        let Ok(covariance) = covariance else {
-            return vec![0.0; x.len()];
+        let variance = self.precision.clone().pseudo_inverse(f64::MIN_POSITIVE);
+        let off = |k: usize| {
+            let off = (x[k] - self.mean[k]).abs();
+            match &self.tolerances {
+                Some(known) => known.tolerances_off(k, off),
+                None => (variance.as_ref()).map_or(0.0, |known| off / known[(k, k)].sqrt()),
+            }
         };
         let numbers = self.numbers.iter().enumerate();
         numbers
             .map(|(k, number)| match number.id {
-                ParameterId::Nominal(_) => (x[k] - self.mean[k]).abs() / covariance[(k, k)].sqrt(),
+                ParameterId::Nominal(_) => off(k),
                 ParameterId::Effect(..) => 0.0,
             })
             .collect()
@@ -365,16 +411,16 @@ fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64)) -> (f64, f64) {
     (beyond(lo).min(lo), beyond(hi).max(hi))
 }
 
-/// Relative tolerance (one sigma) of a number of the motor file.
-fn tolerance(base: &Base, key: &str) -> f64 {
+/// Relative tolerance (one sigma) of a number of the motor file, and whether nobody states it.
+fn tolerance(base: &Base, key: &str) -> (f64, bool) {
     let stated = base.motor.tolerance.get(key).copied();
-    stated.unwrap_or(DEFAULT_TOLERANCE)
+    (stated.unwrap_or(DEFAULT_TOLERANCE), stated.is_none())
 }
 
 /// Relative variances of what is held, R and Kt, by the motor file's tolerances: every torque, inertia and current is seen only relative
 /// to them.
 fn held_variances(base: &Base) -> (f64, f64) {
-    let variance = |key: &str| tolerance(base, key).powi(2);
+    let variance = |key: &str| tolerance(base, key).0.powi(2);
     match base.kind {
         CommandKind::Voltage => (
             variance("resistance_ohm"),
@@ -398,21 +444,26 @@ fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
     0.5 * (hi - lo) / own
 }
 
-/// Covariance of the base numbers that are used, and of the reference's effects after them: by the motor file's tolerances, or by what
-/// reference runs say; wider where an effect sets a number free.
-fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f64> {
-    let freed = |i: usize| {
-        let freeing = members.iter().find(|member| member.frees(base) == Some(i));
-        freeing.map(|member| freed_width(base, member, i))
-    };
-    let n = used.len();
-    if let Some(then) = &base.then {
-        let mut covariance = then.prior();
-        for (k, &number) in used.iter().enumerate() {
-            covariance[(k, k)] += freed(number).unwrap_or(0.0).powi(2);
-        }
-        return covariance;
+/// By how much the base number that an effect sets free is off.
+fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
+    let freeing = members
+        .iter()
+        .find(|member| member.frees(base) == Some(number));
+    freeing.map(|member| freed_width(base, member, number))
+}
+
+/// Covariance of the base numbers that are used, and of the reference's effects after them, by what reference runs say; wider where an
+/// effect sets a number free.
+fn since(base: &Base, then: &Then, members: &[Member], used: &[usize]) -> DMatrix<f64> {
+    let mut covariance = then.prior();
+    for (k, &number) in used.iter().enumerate() {
+        covariance[(k, k)] += freed(base, members, number).unwrap_or(0.0).powi(2);
     }
+    covariance
+}
+
+/// What moves the base numbers that are used: R and Kt, which are held, and each by itself; further where an effect sets one free.
+fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tolerances {
     let (resistance, torque_constant) = held_variances(base);
     // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`.
     let moves = |number: usize| match number {
@@ -420,13 +471,22 @@ fn base_covariance(base: &Base, members: &[Member], used: &[usize]) -> DMatrix<f
         INDUCTANCE => (-1.0, 0.0),
         _ => (1.0, -1.0),
     };
-    let mut covariance = DMatrix::from_fn(n, n, |i, j| {
-        let (a, b) = (moves(used[i]), moves(used[j]));
-        a.0 * b.0 * resistance + a.1 * b.1 * torque_constant
-    });
+    let held = |variance: f64, by: &dyn Fn(usize) -> f64, key: &str| {
+        let column = used.iter().map(|&k| variance.sqrt() * by(k)).collect();
+        (column, tolerance(base, key).1)
+    };
+    let mut columns: Vec<(Vec<f64>, bool)> = vec![
+        held(resistance, &|k| moves(k).0, "resistance_ohm"),
+        held(torque_constant, &|k| moves(k).1, "torque_constant_nm_per_a"),
+    ];
     for (k, &number) in used.iter().enumerate() {
-        let own = freed(number).unwrap_or_else(|| tolerance(base, BASE[number]));
-        covariance[(k, k)] += own * own;
+        let (own, is_assumed) = match freed(base, members, number) {
+            Some(width) => (width, false),
+            None => tolerance(base, BASE[number]),
+        };
+        let mut column = vec![0.0; used.len()];
+        column[k] = own;
+        columns.push((column, is_assumed));
     }
-    covariance
+    Tolerances::new(used.len(), columns)
 }

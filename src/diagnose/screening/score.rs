@@ -67,7 +67,7 @@ impl Screen {
         let whitener = Whitener::new(pieces, &fit.around, noise);
         let columns: Vec<Vec<f64>> = columns.par_iter().map(|c| whitener.whiten(c)).collect();
         let n = columns.len();
-        let precision = fit.model.precision.clone();
+        let precision = fit.model.precision_as_unlikely(&fit.x);
         let jj = DMatrix::from_fn(n, n, |i, j| dot(&columns[i], &columns[j]));
         let inverse = inverted(&(&jj + &precision));
         let ready = (candidates.par_iter())
@@ -97,7 +97,7 @@ impl Screen {
                 Shape::Frees => {
                     let mut members = fit.model.members.clone();
                     members.push(candidate.member.clone());
-                    let freed = Model::new(base, members).precision;
+                    let freed = Model::new(base, members).precision_as_unlikely(&fit.x);
                     Ready::Frees {
                         inverse: inverted(&(&jj + &freed)),
                         precision: freed,

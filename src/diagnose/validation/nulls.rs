@@ -45,7 +45,7 @@ pub(crate) fn presence(pieces: &Pieces, fit: &Fit, screen: &Screen, noise: Noise
     };
     let gain = best(screen.gains(&fit.residual, &distance, true));
     let predicted = fit.predicted(pieces);
-    let mut precision = fit.model.precision.clone();
+    let mut precision = fit.model.precision_as_unlikely(&fit.x);
     // A phase is anywhere: nothing is said of it, so that it may be drawn from anything.
     for k in (0..distance.len()).filter(|k| fit.model.precision[(*k, *k)] == 0.0) {
         precision[(k, k)] = 1.0;

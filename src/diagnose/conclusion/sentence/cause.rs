@@ -163,6 +163,7 @@ pub(super) fn bent(said: &Diagnosis, beside: &Beside) -> Option<String> {
             "back_emf_v_s_per_rad" => "the back EMF constant",
             "coulomb_friction_nm" => "Coulomb friction",
             "viscous_friction_nm_s_per_rad" => "viscous friction",
+            "inductance_h" => "the inductance",
             other => other,
         };
         format!("{name} is {ratio:.2} times the {whose}")
