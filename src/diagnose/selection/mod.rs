@@ -290,3 +290,34 @@ fn started(candidate: &Candidate, coefficients: (f64, f64)) -> Member {
     }
     member
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::fit::Member;
+    use crate::diagnose::samples::{base_of, fitted, member, motor_with, recording};
+    use crate::motor::Motor;
+
+    /// Beside a phase, of which nothing is plausible, chance makes some nats: as much as beside an effect without one.
+    #[test]
+    fn chance_makes_no_more_beside_a_phase() {
+        let run = recording(&motor_with(&[("gravity_load", &[0.01, 0.5])]), 1000);
+        let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
+        let base = base_of(&pieces);
+        let gravity = Member {
+            values: vec![0.01, 0.5],
+            ..member("gravity_load", 0.01)
+        };
+        let by_chance = |members: &[Member]| {
+            let from = fitted(&pieces, &base, members);
+            let level = level(&pieces, &base, &from, Sought::Predicting, None).expect("a motor");
+            let presence = level.presence.expect("candidates");
+            *presence.by_chance.last().expect("some recordings")
+        };
+        let (with, without) = (
+            by_chance(&[gravity]),
+            by_chance(&[member("dead_zone", 0.4)]),
+        );
+        assert!(with < 2.0 * without, "{with} {without}");
+    }
+}
