@@ -15,7 +15,7 @@ const CHANGED: f64 = 0.15;
 /// Levels of 0.5 s, both ways.
 const LEVELS: [f64; 10] = [3.0, -3.0, 4.5, -4.5, 1.0, -1.0, 2.0, -2.0, 0.5, -4.5];
 
-fn recording(effects: &[(&str, &[f64])], samples: usize) -> Run {
+fn recording(effects: Effects<'_>, samples: usize) -> Run {
     let mut motor = Motor::default();
     for (id, values) in effects {
         let effect = ActiveEffect::new(id, values).expect("an effect");
@@ -43,8 +43,11 @@ fn recording(effects: &[(&str, &[f64])], samples: usize) -> Run {
     }
 }
 
+/// Ids with the values of their parameters.
+type Effects<'a> = &'a [(&'a str, &'a [f64])];
+
 /// Samples simulated for each sample recorded.
-fn work(effects: &[(&str, &[f64])], samples: usize) -> f64 {
+fn work(effects: Effects<'_>, samples: usize) -> f64 {
     let run = recording(effects, samples);
     let found = diagnose(&[run], &Motor::default(), &Options::default()).expect("a diagnosis");
     found.simulated_samples as f64 / samples as f64
@@ -61,7 +64,7 @@ fn what_each_diagnosis_simulates_is_as_written() {
     let defaults: Vec<f64> = gravity
         .map(|parameter| parameter.default(&motor.parameters, 0.01))
         .collect();
-    let written: [(&[(&str, &[f64])], f64); 4] = [
+    let written: [(Effects<'_>, f64); 4] = [
         (&[], 698.0),
         (&[("dead_zone", &[0.8])], 3980.0),
         (&[("gravity_load", &defaults)], 3997.0),

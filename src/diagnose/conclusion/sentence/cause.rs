@@ -18,7 +18,9 @@ pub(super) fn cause(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     sentences.extend(beside.since.iter().flat_map(|since| since.changed.clone()));
     sentences.extend(by_direction(said, beside));
     sentences.extend(region(said));
-    if said.verdict == Verdict::Parameters {
+    if said.verdict == Verdict::Parameters
+        || said.verdict == Verdict::OutsideCatalogue && mends_it(said)
+    {
         sentences.extend(bent(said, beside));
     }
     sentences
@@ -41,6 +43,9 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
         Verdict::Effect => format!("The cause is {} ({sure}).", words(&said.effects)),
         Verdict::Partial => format!("One cause is {} ({sure}).", one_of(said, beside)),
         Verdict::Ambiguous => may_be("The cause", said, beside),
+        Verdict::OutsideCatalogue if mends_it(said) && !beside.bent.is_empty() => format!(
+            "Other numbers explain it, some far beyond their tolerances ({sure}). None of the effects that motorlab knows takes them back."
+        ),
         Verdict::OutsideCatalogue => {
             format!(
                 "The cause is none of the effects that motorlab knows ({sure}). None is borne out, even as a part of it."
@@ -48,6 +53,11 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
         }
         Verdict::BadRecording => "The cause is in the recording itself.".to_owned(),
     }
+}
+
+/// Whether other numbers leave no more than floor and wander.
+fn mends_it(said: &Diagnosis) -> bool {
+    said.gap.fitted.after_parameters <= said.gap.floor.hypot(said.gap.wander)
 }
 
 /// What the verdict says of runs that are held against a reference.
@@ -139,7 +149,7 @@ fn region(said: &Diagnosis) -> Option<String> {
     let is_gap = !matches!(
         said.verdict,
         Verdict::NoGap | Verdict::NoChange | Verdict::Parameters
-    );
+    ) && !mends_it(said);
     (is_gap && share >= NAMED_REGIME).then(|| {
         format!(
             "Of what other numbers cannot mend, {:.0} % arises {}.",

@@ -205,6 +205,12 @@ fn all_verdicts_side_by_side() {
         "no_gap, with a load that wanders",
         &check(&wanders, &beside(&[])),
     );
+    let mut bent = said(Verdict::OutsideCatalogue);
+    bent.gap = gap([14.2, 0.32, 0.32], 0.33);
+    add(
+        "outside_catalogue, which other numbers explain",
+        &check(&bent, &beside(&[])),
+    );
     let mut fitted = said(Verdict::Effect);
     fitted.nominal_source = NominalSource::Fit;
     fitted.fitted_nominal = Some(SeenMotor {
