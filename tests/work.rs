@@ -65,12 +65,12 @@ fn what_each_diagnosis_simulates_is_as_written() {
         .map(|parameter| parameter.default(&motor.parameters, 0.01))
         .collect();
     let written: [(Effects<'_>, f64); 4] = [
-        (&[], 698.0),
-        (&[("dead_zone", &[0.8])], 3980.0),
-        (&[("gravity_load", &defaults)], 3997.0),
+        (&[], 727.0),
+        (&[("dead_zone", &[0.8])], 4020.0),
+        (&[("gravity_load", &defaults)], 11800.0),
         (
             &[("dead_zone", &[0.8]), ("viscous_friction", &[0.02])],
-            11231.0,
+            4066.0,
         ),
     ];
     let found: Vec<(f64, f64)> = (written.iter())
