@@ -1,6 +1,7 @@
 //! What is known to differ in a run is what it is simulated with: several configurations of one axis are one fit.
 
 use motorlab::compare::compare;
+use motorlab::diagnose::{Options, diagnose, nominal_fit};
 use motorlab::motor::{
     ActiveEffect, CommandKind, Drive, Model, Motor, SimulationOptions, simulate,
 };
@@ -82,6 +83,35 @@ fn a_battery_that_drifts_is_no_gap_where_it_was_measured() {
     assert!(before > 10.0 * FLOOR_COUNTS, "{before}");
     // The last interval has no reading at its end.
     assert!(after < FLOOR_COUNTS, "{after}");
+}
+
+/// Volts and counts alone tell no torque. A known load does: `R/Kt` is found from a motor file that is half as much again off, with a
+/// disc as well, and a fit without a motor file finds it too.
+#[test]
+fn a_known_load_or_disc_tells_the_torque_constant() {
+    let mut strong = Motor::default();
+    strong.parameters.torque_constant_nm_per_a *= 1.5;
+    let volts_per_nm =
+        |motor: &Motor| motor.parameters.resistance_ohm / motor.parameters.torque_constant_nm_per_a;
+    for (key, values) in [
+        ("gravity_torque_nm", [0.08, 0.2]),
+        ("inertia_added_kg_m2", [0.0, 0.004]),
+    ] {
+        let runs = values.map(|value| {
+            let mut run = run_of(&strong, &reversing());
+            run.known.set(key, value).expect("it can differ");
+            let with = run.known.applied_to(&strong);
+            run.counts = run_of(&with, &reversing()).counts;
+            run
+        });
+        let fitted = nominal_fit(&runs, &Motor::default()).expect("a fit");
+        let found = volts_per_nm(&fitted.motor) / volts_per_nm(&strong);
+        assert!((found - 1.0).abs() < 0.02, "{key}: {found} in a fit");
+        let said = diagnose(&runs, &Motor::default(), &Options::default()).expect("a diagnosis");
+        let found = volts_per_nm(&said.model) / volts_per_nm(&strong);
+        assert!((found - 1.0).abs() < 0.02, "{key}: {found} in {said}");
+        assert!(said.effects.is_empty(), "{key}: {said}");
+    }
 }
 
 #[test]

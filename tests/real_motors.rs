@@ -177,6 +177,43 @@ fn of_the_micromouse_no_other_cause_is_asserted() {
 }
 
 /// The batteries' logs have no position: nothing is diagnosed, and what there is said.
+/// A servo that lifts known loads at three gains. Its command is computed from the duty law that its source states, and a regression of
+/// that voltage has 1.2 V per N m of load, 1.06 to 1.3 over all loads and gains. Said to be known, the loads tell the same.
+#[test]
+fn known_loads_tell_what_a_newton_metre_takes() {
+    let name = "known_loads_tell_what_a_newton_metre_takes";
+    let Some(folder) = support::real_recordings(name) else {
+        return;
+    };
+    let runs_of = |load: &str, torque_nm: f64| -> Vec<Run> {
+        let gains = [4, 12, 24].map(|gain| {
+            let log = format!("sts3250/{load}_kp{gain}_sin_sin_1.csv.gz");
+            let mut run = run_of(&folder, &log, &map(&format!("sts3250_kp{gain}.toml")));
+            (run.known.set("gravity_torque_nm", torque_nm)).expect("a known load");
+            run
+        });
+        gains.into()
+    };
+    let volts_per_nm = |runs: &[Run]| {
+        let found = nominal_fit(runs, &Motor::default()).expect("a fit").motor;
+        found.parameters.resistance_ohm / found.parameters.torque_constant_nm_per_a
+    };
+    let mut all = Vec::new();
+    for (load, torque_nm) in [
+        ("m535g_l100mm", 0.525),
+        ("m535g_l150mm", 0.787),
+        ("m969g_l100mm", 0.951),
+        ("m969g_l150mm", 1.426),
+    ] {
+        let runs = runs_of(load, torque_nm);
+        println!("{load}: {} V per N m", volts_per_nm(&runs));
+        all.extend(runs);
+    }
+    let found = volts_per_nm(&all);
+    println!("all: {found} V per N m");
+    assert!((1.06..1.3).contains(&found), "{found}");
+}
+
 #[test]
 fn a_log_without_position_is_refused() {
     let Some(folder) = support::real_recordings("a_log_without_position_is_refused") else {

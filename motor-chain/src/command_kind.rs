@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::Parameters;
+
 /// What the command column commands; it names the column in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -16,6 +18,15 @@ pub enum CommandKind {
 }
 
 impl CommandKind {
+    /// The command, in its unit, that holds a torque of 1 N m at rest: `R/Kt`, `1/Kt` or 1.
+    pub fn per_nm(self, parameters: &Parameters) -> f64 {
+        match self {
+            Self::Voltage => parameters.resistance_ohm / parameters.torque_constant_nm_per_a,
+            Self::Current => 1.0 / parameters.torque_constant_nm_per_a,
+            Self::Torque => 1.0,
+        }
+    }
+
     /// The column of a run file that carries this kind of command.
     pub fn column(self) -> &'static str {
         match self {

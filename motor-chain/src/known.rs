@@ -111,6 +111,22 @@ impl KnownDifferences {
         *self == Self::default()
     }
 
+    /// Whether it has a load or a disc: a torque that is known in N m, beside those that are seen relative to `Kt/R`.
+    pub fn has_torque(&self) -> bool {
+        self.inertia_added_kg_m2 > 0.0 || self.gravity_torque_nm.is_some_and(|torque| torque != 0.0)
+    }
+
+    /// Torque in N m that its load and its disc ask for, at an angle in rad and an acceleration in rad/s^2; an arm hangs at 0.
+    pub fn torque_nm(&self, angle_rad: f64, acceleration_rad_s2: f64) -> f64 {
+        let load_nm = self.gravity_torque_nm.unwrap_or(0.0);
+        self.inertia_added_kg_m2 * acceleration_rad_s2 + load_nm * angle_rad.sin()
+    }
+
+    /// Whether its load is known, so that nothing else is the torque of gravity.
+    pub fn has_load(&self) -> bool {
+        self.gravity_torque_nm.is_some()
+    }
+
     /// The supply in V, where it is known to differ.
     pub fn supply_v(&self) -> Option<f64> {
         let supply = Parameters::KEYS.iter().position(|key| *key == "supply_v");

@@ -250,7 +250,7 @@ fn words_of(fit: &NominalFit, kind: CommandKind) -> String {
         "it leaves {:.2} counts of position, {given}, a shaft that stands still {:.1}",
         fit.left_counts, fit.at_rest_counts
     );
-    match SeenMotor::of(&fit.motor, kind).filter(|_| !fit.is_given) {
+    match SeenMotor::of(&fit.motor, kind, fit.knows_torque).filter(|_| !fit.is_given) {
         None => format!("nominal: the given motor, since no first-order fit leaves less: {left}"),
         Some(seen) => format!(
             "nominal: the first-order motor that fits these runs best ({}): {left}",

@@ -122,7 +122,10 @@ pub fn diagnose(
     let mut reference = None;
     if let [first, ..] = earlier {
         usable(&[runs[0].clone(), first.clone()])?;
-        let (then, then_base) = made_ready(earlier, motor)?;
+        let (then, mut then_base) = made_ready(earlier, motor)?;
+        // One motor has the same numbers then and now.
+        base.knows_torque |= then_base.knows_torque;
+        then_base.knows_torque = base.knows_torque;
         (options.progress)("diagnosing the reference");
         let (then, of_then) = match Thinned::new(&then, earlier)? {
             Some(thinned) => (thinned.pieces, thinned.runs),
@@ -204,6 +207,7 @@ fn made_ready(runs: &[Run], motor: &Motor) -> Result<(Pieces, Base), DiagnoseErr
         sample_time_s: pieces.runs[0].sample_time_s,
         clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
         is_host_timed: runs.iter().any(Run::is_host_timed),
+        knows_torque: runs.iter().any(|run| run.known.has_torque()),
         then: None,
     };
     Ok((pieces, base))

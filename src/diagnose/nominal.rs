@@ -10,6 +10,7 @@
 use super::error::{DiagnoseError, usable};
 use super::fit::{BASE, Base, Left, Model, unweighted};
 use super::pieces::{Pieces, Thinned};
+use super::screening::{own_part, shares};
 use super::settings::FITTED_TOLERANCE;
 use super::{made_ready, read_right};
 use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
@@ -30,6 +31,8 @@ pub struct NominalFit {
     pub given_left_counts: Option<f64>,
     /// What a shaft that never turns leaves: how far these runs go.
     pub at_rest_counts: f64,
+    /// Whether a load or a disc is known in one of the runs, so that they tell `Kt/R` too.
+    pub knows_torque: bool,
     /// Whether the motor is the one that was given, since no first-order motor leaves less.
     pub is_given: bool,
 }
@@ -85,8 +88,16 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
     let at_rest_counts = rms(&all.counts);
     let given_left_counts = left_by(&given, &all, &base);
-    let fitted = found.into_iter().filter_map(|motor| {
-        let mut motor = motor.in_place_of(&given, kind);
+    let mut starts: Vec<Motor> = (found.iter())
+        .map(|motor| motor.in_place_of(&given, kind))
+        .collect();
+    // A plain motor knows of no load. The inverse form has it without a start.
+    if base.knows_torque {
+        let model = Model::new(&base, Vec::new());
+        let own = own_part(pieces);
+        starts.extend(own.map(|own| model.motor(&model.start_with(shares(&base, own)))));
+    }
+    let fitted = starts.into_iter().filter_map(|mut motor| {
         for key in BASE {
             motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
         }
@@ -113,6 +124,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         left_counts: given_left_counts.map_or(left_counts, |left| left.min(left_counts)),
         given_left_counts,
         at_rest_counts,
+        knows_torque: base.knows_torque,
         is_given,
     })
 }

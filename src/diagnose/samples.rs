@@ -53,6 +53,7 @@ pub(crate) fn base_of(pieces: &Pieces) -> Base {
         sample_time_s: pieces.runs[0].sample_time_s,
         clock: None,
         is_host_timed: false,
+        knows_torque: false,
         then: None,
     }
 }

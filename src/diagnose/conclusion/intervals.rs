@@ -187,6 +187,7 @@ mod tests {
             sample_time_s: SAMPLE_TIME_S,
             clock: None,
             is_host_timed: false,
+            knows_torque: false,
             then: None,
         };
         let (index, kind) = find(id).expect("an effect");

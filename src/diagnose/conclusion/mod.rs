@@ -206,7 +206,8 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         elapsed_s: 0.0,
         simulated_samples: 0,
         reference: grounds.reference.map(Reference::report),
-        fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind))).flatten(),
+        fitted_nominal: (is_fit.then(|| SeenMotor::of(&base.motor, base.kind, base.knows_torque)))
+            .flatten(),
         nominal_source: grounds.nominal_source,
         predicted: rungs.predicted,
         command_kind: base.kind,

@@ -75,6 +75,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         sample_time_s: plan.sample_time_s,
         clock: None,
         is_host_timed: false,
+        knows_torque: false,
         then: None,
     };
     let at = Sampling {

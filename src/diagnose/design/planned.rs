@@ -317,6 +317,7 @@ pub(super) mod tests {
             sample_time_s: 0.01,
             clock: None,
             is_host_timed: false,
+            knows_torque: false,
             then: None,
         }
     }

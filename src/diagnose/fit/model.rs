@@ -3,6 +3,8 @@
 //! Voltage in and counts out identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf, b and L as shares
 //! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady
 //! depends on sums of them, so that where two are not told apart the valley between them is straight.
+//!
+//! A load or a disc that is known is a torque in N m: runs with one identify `R/Kt` as well. There Kt is moved too, with R held.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -14,16 +16,19 @@ use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
 
 /// Keys of the base numbers.
-pub(crate) const BASE: [&str; 5] = [
+pub(crate) const BASE: [&str; 6] = [
     "inertia_kg_m2",
     "back_emf_v_s_per_rad",
     "coulomb_friction_nm",
     "viscous_friction_nm_s_per_rad",
     "inductance_h",
+    "torque_constant_nm_per_a",
 ];
 /// Those of them that a command in volts alone depends on.
 const BACK_EMF: usize = 1;
 const INDUCTANCE: usize = 4;
+/// That of them that only known torques tell.
+const TORQUE_CONSTANT: usize = 5;
 /// Effects that set a base number free, and which.
 const FREEING: [(&str, usize); 3] = [
     ("inertia", 0),
@@ -41,6 +46,8 @@ pub(crate) struct Base {
     pub clock: Option<(f64, f64)>,
     /// Whether the times are those of arrivals at the host.
     pub is_host_timed: bool,
+    /// Whether a load or a disc is known in one of the runs: a torque in N m.
+    pub knows_torque: bool,
     /// What reference runs say of the motor, which is theirs then.
     pub then: Option<Then>,
 }
@@ -135,7 +142,11 @@ impl Model {
         let p = &base.motor.parameters;
         let used: Vec<usize> = (0..BASE.len())
             .filter(|&k| p.get(BASE[k]).is_some_and(|value| value > 0.0))
-            .filter(|k| ![BACK_EMF, INDUCTANCE].contains(k) || base.kind == CommandKind::Voltage)
+            .filter(|k| match *k {
+                BACK_EMF | INDUCTANCE => base.kind == CommandKind::Voltage,
+                TORQUE_CONSTANT => base.knows_torque && base.kind != CommandKind::Torque,
+                _ => true,
+            })
             .collect();
         for &k in &used {
             numbers.push(Number {
@@ -250,13 +261,13 @@ impl Model {
         self.start.clone()
     }
 
-    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`], whose first they are.
-    pub fn start_with(&self, shares: [f64; 4]) -> Vec<f64> {
+    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`].
+    pub fn start_with(&self, shares: [f64; BASE.len()]) -> Vec<f64> {
         let mut start = self.start();
         for (number, x) in self.numbers.iter().zip(&mut start) {
             let place = BASE.iter().position(|key| number.id.key() == *key);
-            if let Some(share) = place.and_then(|k| shares.get(k)) {
-                *x = share.clamp(number.lo, number.hi);
+            if let Some(k) = place {
+                *x = shares[k].clamp(number.lo, number.hi);
             }
         }
         start
@@ -431,7 +442,11 @@ fn held_variances(base: &Base) -> (f64, f64) {
     }
 }
 
+/// Relative variance of what is seen relative to R and Kt: none where a torque is known.
 fn scale_variance(base: &Base) -> f64 {
+    if base.knows_torque {
+        return 0.0;
+    }
     let (resistance, torque_constant) = held_variances(base);
     resistance + torque_constant
 }
@@ -465,10 +480,11 @@ fn since(base: &Base, then: &Then, members: &[Member], used: &[usize]) -> DMatri
 /// What moves the base numbers that are used: R and Kt, which are held, and each by itself; further where an effect sets one free.
 fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tolerances {
     let (resistance, torque_constant) = held_variances(base);
-    // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`.
+    // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`; where a torque is known, `J` and `Kt/R`.
     let moves = |number: usize| match number {
         BACK_EMF => (0.0, 0.0),
-        INDUCTANCE => (-1.0, 0.0),
+        INDUCTANCE | TORQUE_CONSTANT => (-1.0, 0.0),
+        _ if base.knows_torque => (0.0, 0.0),
         _ => (1.0, -1.0),
     };
     let held = |variance: f64, by: &dyn Fn(usize) -> f64, key: &str| {

@@ -14,7 +14,7 @@ pub(crate) use work::Work;
 use crate::check::host_clock::host_clock;
 use crate::least_squares::{Record, start_of};
 use crate::motor::fit::{Reset, Simulator};
-use crate::motor::{Drive, Model, Motor, SimulationError};
+use crate::motor::{Drive, KnownDifferences, Model, Motor, SimulationError};
 use crate::recording::Run;
 
 use super::error::{DiagnoseError, name_of};
@@ -42,6 +42,8 @@ pub(crate) struct Recording {
     pub rad: f64,
     /// The supply in V that the run states.
     pub supply_v: Option<f64>,
+    /// What is known to differ in it.
+    pub known: KnownDifferences,
     /// Error of the board's clock as the host saw it, and over how many seconds.
     pub clock: Option<(f64, f64)>,
     /// Whether the position is integrated from logged speeds.
@@ -147,6 +149,7 @@ impl Recording {
             sample_time_s,
             rad: std::f64::consts::TAU / run.counts_per_rev,
             supply_v: run.supply_v,
+            known: run.known.clone(),
             clock: host_clock(run),
             simulator,
         })

@@ -191,6 +191,7 @@ impl Cut {
             sample_time_s: whole.sample_time_s,
             rad: whole.rad,
             supply_v: whole.supply_v,
+            known: whole.known.clone(),
             clock: whole.clock,
             is_integrated: whole.is_integrated,
             goes_round: whole.goes_round,

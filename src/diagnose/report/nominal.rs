@@ -17,7 +17,7 @@ pub enum NominalSource {
     Fit,
 }
 
-/// A first-order motor in what voltage in and position out tell: no resistance, no torque.
+/// A first-order motor in what voltage in and position out tell: no resistance, and no torque but where a load is known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SeenMotor {
     /// Steady speed in rad/s per unit of the command.
@@ -26,18 +26,22 @@ pub struct SeenMotor {
     pub time_constant_s: f64,
     /// Coulomb friction, in units of the command.
     pub friction: f64,
+    /// Command for a load of 1 N m, where a load or a disc is known in one of the runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load_per_nm: Option<f64>,
     /// Unit of the command: V, A or N m.
     pub command_unit: &'static str,
 }
 
 impl SeenMotor {
-    /// What is seen of a motor; none of one without any damping.
-    pub fn of(motor: &Motor, kind: CommandKind) -> Option<Self> {
+    /// What is seen of a motor in runs with a known load or disc, or without; none of a motor without any damping.
+    pub fn of(motor: &Motor, kind: CommandKind, knows_torque: bool) -> Option<Self> {
         let FirstOrderMotor { gain, shape } = FirstOrderMotor::of(motor, kind)?;
         Some(Self {
             steady_rad_s_per_unit: gain,
             time_constant_s: shape.time_constant_s,
             friction: shape.friction,
+            load_per_nm: knows_torque.then(|| kind.per_nm(&motor.parameters)),
             command_unit: match kind {
                 CommandKind::Voltage => "V",
                 CommandKind::Current => "A",

@@ -6,6 +6,6 @@ mod periodic;
 mod score;
 
 pub(crate) use candidates::{Candidate, Shape, candidates};
-pub(crate) use inverse::{Pick, picks, shares};
+pub(crate) use inverse::{Pick, own_part, picks, shares};
 pub(crate) use periodic::filter;
 pub(crate) use score::{Gain, Screen};

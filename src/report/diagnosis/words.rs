@@ -87,20 +87,25 @@ pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
 /// A motor in what voltage in and position out tell of it.
 pub fn seen_words(seen: &SeenMotor) -> String {
     let unit = seen.command_unit;
+    let load = seen
+        .load_per_nm
+        .map(|load| format!(", {} {unit} per N m of load", figure(load, 3)));
     format!(
-        "{} RPM per {unit}, time constant {} s, friction {} {unit}",
+        "{} RPM per {unit}, time constant {} s, friction {} {unit}{}",
         figure(rpm_from_rad_s(seen.steady_rad_s_per_unit), 3),
         figure(seen.time_constant_s, 3),
-        figure(seen.friction, 3)
+        figure(seen.friction, 3),
+        load.unwrap_or_default()
     )
 }
 
 /// By what a number of this unit is multiplied, and the unit that it is told in then. Where nobody measured the motor's resistance and
-/// torque constant, a torque is told as the voltage that makes it, an inertia and a friction by the same rule.
+/// torque constant, nor hung a known load on it, a torque is told as the voltage that makes it, an inertia and a friction by the same rule.
 pub fn seen_scale(diagnosis: &Diagnosis, unit: &'static str) -> (f64, &'static str) {
     let p = &diagnosis.nominal.parameters;
     let is_driven_by_voltage = diagnosis.command_kind == CommandKind::Voltage;
-    if diagnosis.fitted_nominal.is_none() || !is_driven_by_voltage {
+    let is_torque_seen = (diagnosis.fitted_nominal).is_none_or(|seen| seen.load_per_nm.is_some());
+    if is_torque_seen || !is_driven_by_voltage {
         return (1.0, unit);
     }
     let volts = p.resistance_ohm / p.torque_constant_nm_per_a;

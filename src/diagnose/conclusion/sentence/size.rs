@@ -53,11 +53,15 @@ fn floor(parts: &FloorParts) -> String {
 /// The motor where nobody says which it is, in what the runs tell.
 pub(super) fn fitted(seen: &SeenMotor) -> String {
     let unit = seen.command_unit;
+    let load = seen
+        .load_per_nm
+        .map(|load| format!(", {} {unit} per N m of load", three(load)));
     format!(
-        "With no motor file a plain motor is fitted: {} RPM per {unit}, time constant {} s, friction {} {unit}.",
+        "With no motor file a plain motor is fitted: {} RPM per {unit}, time constant {} s, friction {} {unit}{}.",
         three(rpm_from_rad_s(seen.steady_rad_s_per_unit)),
         three(seen.time_constant_s),
-        three(seen.friction)
+        three(seen.friction),
+        load.unwrap_or_default()
     )
 }
 

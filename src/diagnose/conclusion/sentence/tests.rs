@@ -217,6 +217,7 @@ fn all_verdicts_side_by_side() {
         steady_rad_s_per_unit: 1.418,
         time_constant_s: 0.028_57,
         friction: 0.2857,
+        load_per_nm: None,
         command_unit: "V",
     });
     add(

@@ -16,7 +16,7 @@ mod regression;
 mod rows;
 
 use super::periodic::{Wave, orders};
-use crate::diagnose::fit::{Base, Member, error_of_sum};
+use crate::diagnose::fit::{BASE, Base, Member, error_of_sum};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::settings::{INVERSE_ROWS, STRIBECK_SHARES, TIED_ERRORS};
 use crate::motor::CommandKind;
@@ -82,8 +82,11 @@ impl Form {
     }
 }
 
-/// The motor's own part: volts (or amperes, or newton metres) per rad/s^2, per rad/s, and against friction.
-pub(crate) type Own = [f64; 3];
+/// The motor's own part: volts (or amperes, or newton metres) per rad/s^2, per rad/s, against friction, and per N m of a known torque.
+pub(crate) type Own = [f64; OWN];
+
+/// How many numbers the motor's own part has.
+const OWN: usize = 4;
 
 /// What a term takes of what the motor alone leaves.
 #[derive(Debug, Clone)]
@@ -127,7 +130,8 @@ impl Pick {
         let mut member = member.clone();
         if let (Form::Angle(order), [sine, cosine]) = (self.form, &self.coefficients[..]) {
             // Gravity is what has to be overcome, cogging pushes by itself.
-            let per_unit = if order == 1 { 1.0 } else { -1.0 } / per_nm(base);
+            let per_unit =
+                if order == 1 { 1.0 } else { -1.0 } / base.kind.per_nm(&base.motor.parameters);
             member.values = Wave { per_unit }.values(&member, (*sine, *cosine));
         }
         member
@@ -141,6 +145,23 @@ impl Pick {
     }
 }
 
+fn own_columns(row: &Row) -> Vec<f64> {
+    let known = row.known_nm;
+    vec![row.acceleration, row.speed, row.speed.signum(), known]
+}
+
+/// The motor's own part where it alone explains the command; none where too little moves.
+pub(crate) fn own_part(pieces: &Pieces) -> Option<Own> {
+    let rows = rows(pieces);
+    if rows.len() < INVERSE_ROWS {
+        return None;
+    }
+    let alone: Vec<Vec<f64>> = rows.iter().map(own_columns).collect();
+    let weight = robust_weights(&rows, &alone);
+    let found = Normal::of(&alone, &rows, &weight, |_| true).solved(&[true; OWN]);
+    Some(std::array::from_fn(|k| found[k]))
+}
+
 /// Terms by what they take, most first, the best of each kind; none where too little moves.
 pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
     let rows = rows(pieces);
@@ -151,10 +172,9 @@ pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
         .iter()
         .fold(0.0_f64, |most, row| most.max(row.speed.abs()));
     let goes_round = pieces.runs.iter().any(|run| run.goes_round);
-    let own = |row: &Row| vec![row.acceleration, row.speed, row.speed.signum()];
-    let alone: Vec<Vec<f64>> = rows.iter().map(own).collect();
+    let alone: Vec<Vec<f64>> = rows.iter().map(own_columns).collect();
     let weight = robust_weights(&rows, &alone);
-    let Some(left) = predicted_squares(&rows, &alone, &[true; 3], &weight, pieces) else {
+    let Some(left) = predicted_squares(&rows, &alone, &[true; OWN], &weight, pieces) else {
         return Vec::new();
     };
     let sum: f64 = left.iter().sum();
@@ -164,14 +184,20 @@ pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
         let repeating = catalogue()
             .iter()
             .filter(|kind| ["gravity_load", "cogging"].contains(&kind.id));
-        forms.extend(repeating.flat_map(orders).map(Form::Angle));
+        let is_load_known = pieces.runs.iter().all(|run| run.known.has_load());
+        let orders = repeating.flat_map(orders);
+        forms.extend(
+            orders
+                .filter(|order| *order > 1 || !is_load_known)
+                .map(Form::Angle),
+        );
     }
     let mut found: Vec<Pick> = Vec::new();
     for form in forms {
         let with: Vec<Vec<f64>> = (rows.iter().zip(&alone))
             .map(|(row, own)| [own.clone(), form.columns(row, top)].concat())
             .collect();
-        let mut brakes = vec![true; 3];
+        let mut brakes = vec![true; OWN];
         brakes.resize(with[0].len(), form.brakes());
         let Some(then) = predicted_squares(&rows, &with, &brakes, &weight, pieces) else {
             continue;
@@ -183,8 +209,8 @@ pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
             form,
             gain: of_pieces.iter().sum(),
             error: error_of_sum(&of_pieces),
-            own: [coefficients[0], coefficients[1], coefficients[2]],
-            coefficients: coefficients.iter().skip(3).copied().collect(),
+            own: std::array::from_fn(|k| coefficients[k]),
+            coefficients: coefficients[OWN..].to_vec(),
             of_pieces,
         });
     }
@@ -198,10 +224,12 @@ pub(crate) fn picks(pieces: &Pieces) -> Vec<Pick> {
     found
 }
 
-/// The base numbers as shares of the motor file's (J, Kb, Tf, b) that a motor's own part comes to.
-pub(crate) fn shares(base: &Base, [inertia, speed, friction]: Own) -> [f64; 4] {
+/// The base numbers as shares of the motor file's, in the order of [`BASE`], that a motor's own part comes to. Without a known torque
+/// that of Kt is 1, with R as it is. The inductance is not in it.
+pub(crate) fn shares(base: &Base, [inertia, speed, friction, known]: Own) -> [f64; BASE.len()] {
     let p = &base.motor.parameters;
-    let per_nm = per_nm(base);
+    let own_per_nm = base.kind.per_nm(p);
+    let per_nm = if known > 0.0 { known } else { own_per_nm };
     let back_emf = match base.kind {
         CommandKind::Voltage => p.back_emf_v_s_per_rad,
         _ => 0.0,
@@ -213,17 +241,9 @@ pub(crate) fn shares(base: &Base, [inertia, speed, friction]: Own) -> [f64; 4] {
         turning,
         of(friction, p.coulomb_friction_nm * per_nm),
         turning,
+        1.0,
+        own_per_nm / per_nm,
     ]
-}
-
-/// Command for a torque of 1 N m at rest.
-fn per_nm(base: &Base) -> f64 {
-    let p = &base.motor.parameters;
-    match base.kind {
-        CommandKind::Voltage => p.resistance_ohm / p.torque_constant_nm_per_a,
-        CommandKind::Current => 1.0 / p.torque_constant_nm_per_a,
-        CommandKind::Torque => 1.0,
-    }
 }
 
 #[cfg(test)]
@@ -247,6 +267,7 @@ mod tests {
             sample_time_s: pieces.runs[0].sample_time_s,
             clock: None,
             is_host_timed: false,
+            knows_torque: false,
             then: None,
         };
         (picks(&pieces), base)
@@ -288,13 +309,31 @@ mod tests {
         assert!((phase - 0.6).abs() < 0.2, "{phase}");
     }
 
+    /// A known load is no gravity that is found: its torque tells what a newton metre takes, and the motor's own part in it.
+    #[test]
+    fn a_known_load_tells_what_torque_takes() {
+        let mut motor = motor_with(&[("gravity_load", &[0.12, 0.0])]);
+        let mut run = recording(&motor, 3000);
+        (run.known.set("gravity_torque_nm", 0.12)).expect("a known load");
+        let (picks, base) = found_in(run);
+        assert!(
+            picks.iter().all(|pick| pick.order() != Some(1)),
+            "{picks:?}"
+        );
+        let p = &mut motor.parameters;
+        let found = picks[0].own[OWN - 1] * p.torque_constant_nm_per_a / p.resistance_ohm;
+        assert!((found - 1.0).abs() < 0.1, "{found}");
+        let of = shares(&base, picks[0].own);
+        assert!((of[BASE.len() - 1] - 1.0).abs() < 0.1, "{of:?}");
+    }
+
     /// Counts that fall under a positive command: nothing brakes so, and nothing is found.
     #[test]
     fn a_motor_that_turns_the_wrong_way_leaves_all() {
         let mut run = recording(&Motor::default(), 1000);
         run.counts.iter_mut().for_each(|count| *count = -*count);
         let (picks, _) = found_in(run);
-        assert!(picks.iter().all(|pick| pick.own == [0.0; 3]), "{picks:?}");
+        assert!(picks.iter().all(|pick| pick.own == [0.0; OWN]), "{picks:?}");
     }
 
     /// Viscous friction that differs by direction is the same as a gain that does, and told from an offset.

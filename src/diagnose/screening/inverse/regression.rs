@@ -39,7 +39,9 @@ impl Normal {
 
     /// The least squares, those that brake never below 0: they are left out one by one until none would be.
     pub fn solved(&self, brakes: &[bool]) -> Vec<f64> {
-        let mut active: Vec<usize> = (0..brakes.len()).collect();
+        // What is nowhere takes nothing.
+        let is_there = |k: &usize| self.xx[(*k, *k)] > 0.0;
+        let mut active: Vec<usize> = (0..brakes.len()).filter(is_there).collect();
         loop {
             let n = active.len();
             if n == 0 {
@@ -83,7 +85,8 @@ fn left_by(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f64>
 pub(super) fn robust_weights(rows: &[Row], alone: &[Vec<f64>]) -> Vec<f64> {
     let mut weight = vec![1.0; rows.len()];
     for _ in 0..5 {
-        let coefficients = Normal::of(alone, rows, &weight, |_| true).solved(&[true; 3]);
+        let coefficients =
+            Normal::of(alone, rows, &weight, |_| true).solved(&vec![true; alone[0].len()]);
         let left = left_by(alone, rows, &coefficients);
         let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);

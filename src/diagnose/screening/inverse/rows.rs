@@ -14,6 +14,8 @@ pub(super) struct Row {
     pub acceleration: f64,
     pub speed: f64,
     pub angle: f64,
+    /// Torque in N m that a load or a disc asks for, where it is known.
+    pub known_nm: f64,
 }
 
 /// Rows of all runs, at the narrowest width at which rounding makes little of the acceleration.
@@ -108,6 +110,7 @@ fn row(
         acceleration,
         speed,
         angle: mean_angle.rem_euclid(TAU),
+        known_nm: run.known.torque_nm(mean_angle, acceleration),
     };
     Some((row, run.rad * (noise / 12.0).sqrt()))
 }
