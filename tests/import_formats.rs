@@ -71,8 +71,31 @@ fn agrees(file: &RunFile, rows: std::ops::Range<usize>, sample: &str) {
 
 #[test]
 fn robot_logs_and_workspaces_say_what_they_hold() {
-    for sample in ["robot.wpilog", "vectors.mat", "simulink.mat"] {
+    for sample in [
+        "robot.wpilog",
+        "vectors.mat",
+        "simulink.mat",
+        "timeseries.mat",
+    ] {
         says_the_truth(sample, &[]);
+    }
+}
+
+#[test]
+fn the_signals_of_a_simulation_come_at_their_own_times() {
+    let mut samples = vec!["simulation_output.mat"];
+    if cfg!(feature = "formats") {
+        samples.push("simulation_output73.mat");
+    }
+    for sample in samples {
+        let said = says_the_truth(sample, &[]);
+        for wanted in [
+            "2 different times",
+            "gain (an object of class zpk)",
+            "save log.mat",
+        ] {
+            assert!(said.contains(wanted), "{sample}: {wanted}: {said}");
+        }
     }
 }
 
@@ -83,7 +106,14 @@ fn tables_bags_and_hdf5_say_what_they_hold() {
         let said = says_the_truth(&format!("{compression}.parquet"), &[]);
         assert!(said.contains("left out: state"), "{said}");
     }
-    says_the_truth("v73.mat", &[]);
+    for sample in [
+        "v73.mat",
+        "simulink73.mat",
+        "timeseries73.mat",
+        "timetable73.mat",
+    ] {
+        says_the_truth(sample, &[]);
+    }
     says_the_truth("json.mcap", &[]);
     let flags = [
         "--position",

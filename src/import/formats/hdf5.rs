@@ -1,21 +1,42 @@
 //! MATLAB's MAT file of version 7.3, which is HDF5: every dataset of numbers, by its path.
 //!
-//! Objects (timeseries, Dataset) have an undocumented form; they are named, with what to do. A struct is a group.
+//! A struct is a group. What cells and objects are made of lies in `#refs#`; `#subsystem#/MCOS` lists the cells of objects.
+
+use std::collections::HashMap;
 
 use ::hdf5_reader::group::Group;
 use ::hdf5_reader::{Dataset, Datatype, Hdf5File, OpenOptions};
 
 use super::super::table::{Table, of_f32};
-use super::variables::{Variables, object};
+use super::mcos::{Objects, reference};
+use super::workspace::{self, Value};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Hdf5;
 /// Groups within groups.
 const MOST_DEPTH: usize = 8;
-/// Groups and datasets that are looked at.
-const MOST_OBJECTS: usize = 4096;
+/// Groups and datasets of the workspace that are looked at.
+const MOST_MEMBERS: usize = 4096;
+/// The same among the objects: a thousand signals of 60 properties.
+const MOST_INSIDE: usize = 1 << 16;
 /// Largest piece of compressed data, in bytes.
 const MOST_CHUNK_BYTES: usize = 1 << 27;
+/// Elements of an array of structs that are read.
+const MOST_STRUCTS: usize = 64;
+/// Bytes of a reference: the address of what it refers to.
+const REFERENCE_BYTES: usize = 8;
+
+/// The group of what Simulink logs to a file: samples in a form of their own, which is not read.
+const STREAMS: &str = "#sigstream#";
+
+/// What references refer to, by address.
+struct Referred {
+    groups: HashMap<u64, Group>,
+    datasets: HashMap<u64, Dataset>,
+}
+
+/// Sizes, the first index the fastest, and numbers.
+type Array = (Vec<usize>, Vec<f64>);
 
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let broken = |error: ::hdf5_reader::error::Error| FORM.broken(error);
@@ -24,79 +45,214 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         .with_max_chunk_bytes(MOST_CHUNK_BYTES);
     let file = Hdf5File::from_bytes_with_options(bytes, options).map_err(broken)?;
     let root = file.root_group().map_err(broken)?;
-    let mut found = Found {
-        variables: Variables::new(FORM),
-        objects: 0,
-        values: 0,
+    let referred = referred(&root);
+    let mut reader = Reader {
+        referred: &referred,
+        members: MOST_MEMBERS,
+        values: MOST_VALUES,
+        is_inside: false,
     };
-    found.group(&root, "", 0)?;
-    found.variables.table()
+    let members = reader.members(&root, 0)?.into_iter();
+    let values =
+        members.flat_map(|(name, values)| values.into_iter().map(move |x| (name.clone(), x)));
+    let mut values: Vec<(String, Value)> = values.collect();
+    if root.group(STREAMS).is_ok() {
+        let class = "Simulink signal stream".to_owned();
+        values.push((STREAMS.to_owned(), Value::Objects(class, Vec::new())));
+    }
+    reader.is_inside = true;
+    reader.members = MOST_INSIDE;
+    let objects = reader.objects(&root);
+    workspace::table(FORM, values, objects)
 }
 
-struct Found {
-    variables: Variables,
-    objects: usize,
+/// All that references may refer to; nothing where there are none or they cannot be read.
+fn referred(root: &Group) -> Referred {
+    let members = root.group("#refs#").and_then(|group| group.members());
+    let (groups, datasets) = members.unwrap_or_default();
+    let groups = groups.into_iter().map(|group| (group.address(), group));
+    let datasets = datasets
+        .into_iter()
+        .map(|dataset| (dataset.address(), dataset));
+    Referred {
+        groups: groups.collect(),
+        datasets: datasets.collect(),
+    }
+}
+
+struct Reader<'a> {
+    referred: &'a Referred,
+    /// Groups and datasets that may still be looked at.
+    members: usize,
+    /// Numbers that may still come.
     values: usize,
+    /// Among the objects: their cells are wanted, and what cannot be read is left out.
+    is_inside: bool,
 }
 
-impl Found {
-    fn group(&mut self, group: &Group, path: &str, depth: usize) -> Result<(), FormatError> {
+impl Reader<'_> {
+    /// The objects of the file; `None` where there are none or they cannot be read.
+    fn objects(&mut self, root: &Group) -> Option<Objects> {
+        let list = root.group("#subsystem#").ok()?.dataset("MCOS").ok()?;
+        let cells = self.referred_to(&list, 0, MOST_INSIDE).ok()?;
+        Objects::of(cells)
+    }
+
+    /// The members of a group with their values: one, or one for every element of an array of structs.
+    fn members(
+        &mut self,
+        group: &Group,
+        depth: usize,
+    ) -> Result<Vec<(String, Vec<Value>)>, FormatError> {
         let (groups, datasets) = group.members().map_err(|error| FORM.broken(error))?;
-        self.objects += groups.len() + datasets.len();
-        if depth > MOST_DEPTH || self.objects > MOST_OBJECTS {
-            return Err(FORM.broken("it has more groups and datasets than a log has"));
-        }
-        let inside = |name: &str| match path {
-            "" => name.to_owned(),
-            path => format!("{path}.{name}"),
-        };
+        self.look(groups.len() + datasets.len(), depth)?;
+        let mut values = Vec::new();
         for dataset in &datasets {
-            self.dataset(dataset, &inside(dataset.name()))?;
+            values.push((dataset.name().to_owned(), self.dataset(dataset, depth)?));
         }
         // `#refs#` and `#subsystem#` hold what cells and objects are made of.
         for group in groups.iter().filter(|group| !group.name().starts_with('#')) {
-            self.group(group, &inside(group.name()), depth + 1)?;
+            values.push((group.name().to_owned(), vec![self.group(group, depth + 1)?]));
         }
+        Ok(values)
+    }
+
+    fn look(&mut self, count: usize, depth: usize) -> Result<(), FormatError> {
+        let left = self
+            .members
+            .checked_sub(count)
+            .filter(|_| depth <= MOST_DEPTH);
+        self.members =
+            left.ok_or_else(|| FORM.broken("it has more groups and datasets than a log has"))?;
         Ok(())
     }
 
-    fn dataset(&mut self, dataset: &Dataset, name: &str) -> Result<(), FormatError> {
+    /// A struct. A sparse matrix is a group too.
+    fn group(&mut self, group: &Group, depth: usize) -> Result<Value, FormatError> {
+        match group.attribute("MATLAB_sparse") {
+            Ok(_) => Ok(Value::Other),
+            Err(_) => Ok(Value::Structs(self.members(group, depth)?)),
+        }
+    }
+
+    fn dataset(&mut self, dataset: &Dataset, depth: usize) -> Result<Vec<Value>, FormatError> {
         let word = |attribute: &str| {
             let found = dataset.attribute(attribute).ok()?;
             found.read_string().ok()
         };
-        if dataset.attribute("MATLAB_object_decode").is_ok() {
-            let class = word("MATLAB_class").unwrap_or_default();
-            self.variables.not_read.push(object(name, &class));
-            return Ok(());
+        let class = word("MATLAB_class").unwrap_or_default();
+        // Its numbers are the sizes of what is empty.
+        if dataset.attribute("MATLAB_empty").is_ok() {
+            return Ok(vec![Value::Other]);
         }
+        if matches!(dataset.dtype(), Datatype::Reference { .. }) {
+            return match class.as_str() {
+                "" => self.referred_to(dataset, depth, MOST_STRUCTS),
+                "cell" if self.is_inside => {
+                    let cells = self.referred_to(dataset, depth, MOST_INSIDE)?;
+                    Ok(vec![Value::Cells(cells)])
+                }
+                _ => Ok(vec![Value::Other]),
+            };
+        }
+        let is_object = dataset.attribute("MATLAB_object_decode").is_ok();
+        let value = match self.numbers(dataset)? {
+            Some((_, numbers)) if is_object => {
+                Value::Objects(class, reference(&numbers).unwrap_or_default())
+            }
+            None if is_object => Value::Objects(class, Vec::new()),
+            Some((_, letters)) if class == "char" => {
+                let letters: Vec<u16> = letters.iter().map(|letter| *letter as u16).collect();
+                Value::Text(String::from_utf16_lossy(&letters))
+            }
+            Some((sizes, numbers)) => Value::Numbers(sizes, numbers),
+            None => Value::Other,
+        };
+        Ok(vec![value])
+    }
+
+    /// What a dataset of references refers to, at most so many.
+    fn referred_to(
+        &mut self,
+        dataset: &Dataset,
+        depth: usize,
+        most: usize,
+    ) -> Result<Vec<Value>, FormatError> {
+        let bytes = dataset
+            .read_raw_bytes()
+            .map_err(|error| FORM.broken(error))?;
+        let addresses = bytes.as_chunks::<REFERENCE_BYTES>().0.iter().take(most);
+        self.look(addresses.len(), depth)?;
+        let referred = self.referred;
+        let mut values = Vec::new();
+        for address in addresses {
+            let address = u64::from_le_bytes(*address);
+            let group = referred.groups.get(&address);
+            let value = match (group, referred.datasets.get(&address)) {
+                (Some(group), _) => self.group(group, depth + 1),
+                (None, Some(dataset)) => self.dataset(dataset, depth + 1).map(one),
+                (None, None) => Ok(Value::Other),
+            };
+            values.push(match self.is_inside {
+                true => value.unwrap_or(Value::Other),
+                false => value?,
+            });
+        }
+        Ok(values)
+    }
+
+    /// Sizes and numbers of a dataset of numbers; of complex ones the real part.
+    fn numbers(&mut self, dataset: &Dataset) -> Result<Option<Array>, FormatError> {
+        let (kind, width) = match dataset.dtype() {
+            Datatype::Compound { size, fields } => match &fields[..] {
+                [real, _] if real.byte_offset == 0 && is_f64(&real.datatype) => {
+                    (&real.datatype, *size as usize)
+                }
+                _ => return Ok(None),
+            },
+            kind => (kind, 0),
+        };
         let is_number = matches!(
-            dataset.dtype(),
+            kind,
             Datatype::FloatingPoint { .. } | Datatype::FixedPoint { .. }
         );
-        if !is_number || word("MATLAB_class").as_deref() == Some("char") {
-            return Ok(());
+        let shape = dataset.shape();
+        if !is_number || shape.is_empty() || (shape.len() > 2 && !self.is_inside) {
+            return Ok(None);
         }
         // MATLAB writes a matrix with its sizes the other way round, column by column.
-        let (rows, columns) = match *dataset.shape() {
-            [length] => (length, 1),
-            [columns, rows] => (rows, columns),
-            _ => return Ok(()),
-        };
-        let (rows, columns) = (rows as usize, columns as usize);
-        self.values = rows
-            .checked_mul(columns)
-            .and_then(|count| count.checked_add(self.values))
-            .filter(|count| *count <= MOST_VALUES)
+        let mut sizes: Vec<usize> = shape.iter().rev().map(|size| *size as usize).collect();
+        if let [_] = sizes[..] {
+            sizes.push(1);
+        }
+        let count = sizes
+            .iter()
+            .try_fold(1, |count: usize, size| count.checked_mul(*size));
+        self.values = count
+            .and_then(|count| self.values.checked_sub(count))
             .ok_or_else(|| FORM.too_much("values"))?;
         let bytes = dataset
             .read_native_bytes()
             .map_err(|error| FORM.broken(error))?;
-        if let Some(numbers) = numbers(dataset.dtype(), &bytes) {
-            self.variables.push(name, rows, columns, numbers);
-        }
-        Ok(())
+        let numbers = match width {
+            0 => numbers(kind, &bytes),
+            width => {
+                let parts = bytes.chunks_exact(width);
+                let real = parts.flat_map(|both| both.iter().take(size_of::<f64>()));
+                numbers(kind, &real.copied().collect::<Vec<u8>>())
+            }
+        };
+        Ok(numbers.map(|numbers| (sizes, numbers)))
     }
+}
+
+fn is_f64(kind: &Datatype) -> bool {
+    matches!(kind, Datatype::FloatingPoint { size: 8, .. })
+}
+
+/// The first of the values of a dataset.
+fn one(values: Vec<Value>) -> Value {
+    values.into_iter().next().unwrap_or(Value::Other)
 }
 
 /// Numbers of any of the types of HDF5, in this machine's byte order.

@@ -1,7 +1,7 @@
 //! MATLAB's MAT file of versions 5 to 7: tagged elements, each behind zlib or plain.
 //!
-//! Format: "MAT-File Format", MathWorks, version 5. Vectors, matrices and structs of them are read, Simulink's structure with time
-//! by the labels of its signals. Objects (timeseries, Dataset) have an undocumented form; they are named, with what to do.
+//! Format: "MAT-File Format", MathWorks, version 5. Objects of MATLAB lie in a variable without a name, which is a MAT file of its
+//! own. An object of the workspace is the number of one of them.
 
 use std::cell::Cell;
 use std::io::Read;
@@ -10,29 +10,22 @@ use flate2::read::ZlibDecoder;
 
 use super::super::table::{Table, of_f32};
 use super::bytes::Bytes;
-use super::variables::{Variables, object};
+use super::mcos::{Objects, reference};
+use super::workspace::{self, Value};
 use super::{Form, FormatError, MOST_FILE_BYTES, MOST_VALUES};
 
 const FORM: Form = Form::Mat5;
 /// Structs within structs.
 const MOST_DEPTH: usize = 16;
-/// Elements of an array of structs whose fields become columns.
-const MOST_STRUCTS: usize = 64;
+/// Numbers that take as much memory as a value does beside its own.
+const NUMBERS_OF_A_VALUE: usize = 8;
+/// Class of arrays of bytes: the variable of objects is one.
+const MX_UINT8: u32 = 9;
+/// Class of objects, which MathWorks leaves out: a kind, a class and a reference.
+const MX_OPAQUE: u32 = 17;
 
 const MI_MATRIX: u32 = 14;
 const MI_COMPRESSED: u32 = 15;
-
-/// A value of the workspace.
-enum Node {
-    /// Numbers of so many rows, column by column.
-    Numbers(usize, Vec<f64>),
-    Text(String),
-    /// Fields with their value in every element.
-    Structs(Vec<(String, Vec<Node>)>),
-    /// Class of an object.
-    Object(String),
-    Other,
-}
 
 /// A file under way.
 struct Reader {
@@ -41,6 +34,8 @@ struct Reader {
     room: u64,
     /// Numbers that may still come: of one byte each they take eight in memory.
     values: Cell<usize>,
+    /// Among the objects: their cells and arrays of more than two dimensions are wanted, and what is too large is left out.
+    is_inside: bool,
 }
 
 /// Type and content of an element.
@@ -51,8 +46,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         is_big_endian: bytes.get(126) == Some(&b'M'),
         room: MOST_FILE_BYTES,
         values: Cell::new(MOST_VALUES),
+        is_inside: false,
     };
-    let mut variables = Variables::new(FORM);
+    let (mut variables, mut objects) = (Vec::new(), None);
     let mut rest = Bytes(bytes.get(128..).unwrap_or_default());
     let cut_off = || FORM.broken("it ends within a variable");
     while !rest.is_empty() {
@@ -61,13 +57,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
             let plain = reader.inflated(content.0)?;
             let (kind, mut content) = reader.element(&mut Bytes(&plain)).ok_or_else(cut_off)?;
             if kind == MI_MATRIX {
+                objects = reader.objects(content).or(objects);
                 reader.variable(&mut content, &mut variables)?;
             }
         } else if kind == MI_MATRIX {
+            objects = reader.objects(content).or(objects);
             reader.variable(&mut content, &mut variables)?;
         }
     }
-    variables.table()
+    workspace::table(FORM, variables, objects)
 }
 
 impl Reader {
@@ -110,33 +108,73 @@ impl Reader {
         Ok(plain)
     }
 
-    fn variable(&self, bytes: &mut Bytes, variables: &mut Variables) -> Result<(), FormatError> {
-        let (name, node) = self.matrix(bytes, 0).ok_or_else(|| {
+    fn variable(
+        &self,
+        bytes: &mut Bytes,
+        variables: &mut Vec<(String, Value)>,
+    ) -> Result<(), FormatError> {
+        // What stands without a name belongs to the objects.
+        if self.unnamed(*bytes).is_some() {
+            return Ok(());
+        }
+        let variable = self.matrix(bytes, 0).ok_or_else(|| {
             FORM.broken("a variable contradicts its own lengths, or is larger than a log")
         })?;
-        // What stands without a name belongs to the objects.
-        if !name.is_empty() {
-            flatten(&name, node, variables);
-        }
+        variables.push(variable);
         Ok(())
     }
 
+    /// The bytes of a variable without a name.
+    fn unnamed<'a>(&self, mut bytes: Bytes<'a>) -> Option<Bytes<'a>> {
+        let (_, mut flags) = self.element(&mut bytes)?;
+        let is_bytes = self.u32(&mut flags)? & 0xff == MX_UINT8;
+        let _sizes = self.element(&mut bytes)?;
+        let (_, name) = self.element(&mut bytes)?;
+        let (_, content) = self.element(&mut bytes)?;
+        (is_bytes && name.is_empty()).then_some(content)
+    }
+
+    /// The objects in a variable without a name; `None` where there are none or they cannot be read.
+    fn objects(&self, variable: Bytes) -> Option<Objects> {
+        let mut file = self.unnamed(variable)?;
+        // Version, byte order, and as many bytes of filling.
+        let head: [u8; 8] = file.array()?;
+        let inside = Self {
+            is_big_endian: head[2] == b'M',
+            room: 0,
+            values: self.values.clone(),
+            is_inside: true,
+        };
+        let (_, mut content) = inside.element(&mut file)?;
+        let (_, value) = inside.matrix(&mut content, 0)?;
+        self.values.set(inside.values.get());
+        match value {
+            Value::Structs(fields) => {
+                let found = fields.into_iter().find(|(name, _)| name == "MCOS")?;
+                match found.1.into_iter().next()? {
+                    Value::Cells(cells) => Objects::of(cells),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+
     /// Name and value of an array.
-    fn matrix(&self, bytes: &mut Bytes, depth: usize) -> Option<(String, Node)> {
+    fn matrix(&self, bytes: &mut Bytes, depth: usize) -> Option<(String, Value)> {
         if depth > MOST_DEPTH {
             return None;
         }
+        let left = self.values.get().checked_sub(NUMBERS_OF_A_VALUE)?;
+        self.values.set(left);
         if bytes.is_empty() {
-            return Some((String::new(), Node::Other));
+            return Some((String::new(), Value::Other));
         }
         let (_, mut flags) = self.element(bytes)?;
         let flags = self.u32(&mut flags)?;
         let class = flags & 0xff;
-        if class == 17 {
-            let name = text(self.element(bytes)?.1);
-            let _kind = self.element(bytes)?;
-            let class = text(self.element(bytes)?.1);
-            return Some((name, Node::Object(class)));
+        if class == MX_OPAQUE {
+            return self.opaque(bytes, depth);
         }
         let (_, mut sizes) = self.element(bytes)?;
         let mut dimensions = Vec::new();
@@ -147,47 +185,74 @@ impl Reader {
         let count = dimensions
             .iter()
             .try_fold(1, |product: usize, size| product.checked_mul(*size))?;
-        let node = match class {
+        let value = match class {
+            1 if self.is_inside => Value::Cells(self.cells(bytes, count, depth)?),
             2 => self.structs(bytes, count, depth)?,
             3 => {
                 let class = text(self.element(bytes)?.1);
-                Node::Object(class)
+                Value::Objects(class, Vec::new())
             }
             4 => {
                 let (kind, content) = self.element(bytes)?;
                 let letters = self.numbers(kind, content)?;
                 let text = letters.iter().filter_map(|x| char::from_u32(*x as u32));
-                Node::Text(text.collect())
+                Value::Text(text.collect())
             }
-            6..=15 if dimensions.len() == 2 => {
+            6..=15 if dimensions.len() == 2 || self.is_inside => {
                 let (kind, content) = self.element(bytes)?;
-                let numbers = self.numbers(kind, content)?;
-                if numbers.len() != count {
-                    return None;
+                let numbers = self.numbers(kind, content);
+                match numbers.filter(|numbers| numbers.len() == count) {
+                    Some(numbers) => Value::Numbers(dimensions, numbers),
+                    None if self.is_inside => Value::Other,
+                    None => return None,
                 }
-                Node::Numbers(dimensions[0], numbers)
             }
-            _ => Node::Other,
+            _ => Value::Other,
         };
-        Some((name, node))
+        Some((name, value))
     }
 
-    fn structs(&self, bytes: &mut Bytes, count: usize, depth: usize) -> Option<Node> {
+    /// Name and value of an object: its class and the numbers by which the others know it.
+    fn opaque(&self, bytes: &mut Bytes, depth: usize) -> Option<(String, Value)> {
+        let name = text(self.element(bytes)?.1);
+        let _kind = self.element(bytes)?;
+        let class = text(self.element(bytes)?.1);
+        let (_, mut content) = self.element(bytes)?;
+        let value = match self.matrix(&mut content, depth + 1)?.1 {
+            Value::Cells(cells) => Value::Cells(cells),
+            Value::Numbers(_, numbers) => {
+                Value::Objects(class, reference(&numbers).unwrap_or_default())
+            }
+            _ => Value::Objects(class, Vec::new()),
+        };
+        Some((name, value))
+    }
+
+    fn cells(&self, bytes: &mut Bytes, count: usize, depth: usize) -> Option<Vec<Value>> {
+        let mut cells = Vec::new();
+        for _ in 0..count {
+            let (_, mut content) = self.element(bytes)?;
+            cells.push(self.matrix(&mut content, depth + 1)?.1);
+        }
+        Some(cells)
+    }
+
+    fn structs(&self, bytes: &mut Bytes, count: usize, depth: usize) -> Option<Value> {
         let (_, mut length) = self.element(bytes)?;
         let length = self.u32(&mut length)? as usize;
         let (_, names) = self.element(bytes)?;
         if length == 0 {
-            return Some(Node::Other);
+            return Some(Value::Other);
         }
         let names: Vec<String> = names
             .0
             .chunks_exact(length)
             .map(|name| text(Bytes(name)))
             .collect();
-        let mut fields: Vec<(String, Vec<Node>)> =
+        let mut fields: Vec<(String, Vec<Value>)> =
             names.into_iter().map(|name| (name, Vec::new())).collect();
         if fields.is_empty() {
-            return Some(Node::Other);
+            return Some(Value::Other);
         }
         for _ in 0..count {
             for (_, values) in &mut fields {
@@ -198,7 +263,7 @@ impl Reader {
                 values.push(self.matrix(&mut content, depth + 1)?.1);
             }
         }
-        Some(Node::Structs(fields))
+        Some(Value::Structs(fields))
     }
 
     /// Numbers of any of the types that numbers are stored as.
@@ -238,57 +303,4 @@ impl Reader {
 fn text(bytes: Bytes) -> String {
     let end = bytes.0.iter().position(|byte| *byte == 0);
     String::from_utf8_lossy(&bytes.0[..end.unwrap_or(bytes.0.len())]).into_owned()
-}
-
-/// The vectors in a value, under the names by which MATLAB calls them.
-fn flatten(name: &str, node: Node, variables: &mut Variables) {
-    match node {
-        Node::Numbers(rows, numbers) => {
-            let columns = numbers.len() / rows.max(1);
-            variables.push(name, rows, columns, numbers);
-        }
-        Node::Structs(fields) => {
-            let is_simulink = ["time", "signals"]
-                .iter()
-                .all(|wanted| fields.iter().any(|(field, _)| field == wanted));
-            for (field, values) in fields {
-                let count = values.len();
-                for (at, value) in values.into_iter().enumerate().take(MOST_STRUCTS) {
-                    let element = match count {
-                        1 => format!("{name}.{field}"),
-                        _ => format!("{name}({}).{field}", at + 1),
-                    };
-                    match value {
-                        Node::Structs(parts) if is_simulink && field == "signals" => {
-                            signals(&element, parts, variables);
-                        }
-                        value => flatten(&element, value, variables),
-                    }
-                }
-            }
-        }
-        Node::Object(class) => variables.not_read.push(object(name, &class)),
-        Node::Text(_) | Node::Other => {}
-    }
-}
-
-/// Simulink's structure with time: `values` of every signal under its label.
-fn signals(name: &str, fields: Vec<(String, Vec<Node>)>, variables: &mut Variables) {
-    let (mut values, mut labels) = (Vec::new(), Vec::new());
-    for (field, nodes) in fields {
-        match field.as_str() {
-            "values" => values = nodes,
-            "label" => labels = nodes,
-            _ => {}
-        }
-    }
-    let count = values.len();
-    for (at, value) in values.into_iter().enumerate() {
-        let name = match (labels.get(at), count) {
-            (Some(Node::Text(label)), _) if !label.trim().is_empty() => label.clone(),
-            (_, 1) => name.to_owned(),
-            _ => format!("{name}({})", at + 1),
-        };
-        flatten(&name, value, variables);
-    }
 }

@@ -14,6 +14,7 @@ mod hdf5;
 mod mat5;
 #[cfg(feature = "formats")]
 mod mcap;
+mod mcos;
 #[cfg(feature = "formats")]
 mod messages;
 mod not_read;
@@ -23,9 +24,11 @@ mod parquet;
 mod ros_types;
 #[cfg(feature = "formats")]
 mod rosbag;
+mod series;
 mod signals;
 mod sysid;
 mod variables;
+mod workspace;
 mod wpilog;
 
 pub use error::FormatError;

@@ -1,24 +1,40 @@
-//! Variables of a workspace: those of one length are the columns of a table.
+//! Variables of a workspace: those of one length are the columns of a table; series come with a time of their own.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::super::table::{Table, TableColumn};
+use super::signals::Signals;
 use super::{Form, FormatError, MOST_VALUES};
 
 /// Columns of a matrix that become columns of the table.
-const MOST_OF_A_MATRIX: usize = 64;
+pub(super) const MOST_OF_A_MATRIX: usize = 64;
+/// Characters of a name that are kept; a table keeps fewer.
+const MOST_NAME: usize = 256;
 /// Names of variables left out that a message lists.
 const MOST_LISTED: usize = 8;
 /// `tout`, which Simulink writes beside its signals, is their time in s.
 const SIMULINK_TIME: &str = "tout";
+/// What to do with an object that is not read.
+const REMEDY: &str = "in MATLAB save the vectors of each: t = x.Time; y = x.Data; save log.mat t y";
+
+/// A column and its numbers.
+type Column = (TableColumn, Vec<f64>);
 
 /// Vectors with their names, as they are found.
 #[derive(Debug)]
 pub(super) struct Variables {
     form: Form,
-    vectors: Vec<(String, Vec<f64>)>,
-    /// Variables of kinds that are not read, with what they are.
-    pub not_read: Vec<String>,
+    vectors: Vec<Column>,
+    /// Times in s, each with the columns that it is the time of.
+    series: Vec<(Vec<f64>, Vec<Column>)>,
+    /// Which series has these times, bit by bit.
+    by_time: HashMap<Vec<u64>, usize>,
+    /// Names of the columns of series.
+    names: HashSet<String>,
+    /// Variables of kinds that are not read, with what they are: the first, and how many there are.
+    not_read: (Vec<String>, usize),
+    /// Objects are among them.
+    has_objects: bool,
 }
 
 impl Variables {
@@ -26,24 +42,33 @@ impl Variables {
         Self {
             form,
             vectors: Vec::new(),
-            not_read: Vec::new(),
+            series: Vec::new(),
+            by_time: HashMap::new(),
+            names: HashSet::new(),
+            not_read: (Vec::new(), 0),
+            has_objects: false,
         }
     }
 
+    /// Whether a column of a series has this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.names.contains(name)
+    }
+
     /// A matrix, its numbers column by column. A vector is a column, lying or standing; of a matrix the longer side is time.
-    pub fn push(&mut self, name: &str, rows: usize, columns: usize, numbers: Vec<f64>) {
+    pub fn push(&mut self, name: &str, rows: usize, columns: usize, numbers: &[f64]) {
         let length = rows.max(columns);
         let count = rows.min(columns);
         if length < 2 || numbers.len() != length.saturating_mul(count) {
             return;
         }
         if count == 1 {
-            self.vectors.push((name.to_owned(), numbers));
+            let unit = (name.rsplit('.').next() == Some(SIMULINK_TIME)).then_some("s");
+            self.vector(name, unit, numbers.to_vec());
             return;
         }
         if count > MOST_OF_A_MATRIX {
-            self.not_read
-                .push(format!("{name} (a matrix of {rows} by {columns})"));
+            self.leave(name, &format!("a matrix of {rows} by {columns}"));
             return;
         }
         for at in 0..count {
@@ -57,25 +82,97 @@ impl Variables {
                     numbers.iter().skip(at).step_by(rows).copied().collect(),
                 ),
             };
-            self.vectors.push((part, column));
+            self.vector(&part, None, column);
         }
     }
 
-    /// The vectors of the length that most of them have.
-    pub fn table(self) -> Result<Table, FormatError> {
+    /// Times in s.
+    pub fn push_time(&mut self, name: &str, time_s: Vec<f64>) {
+        if time_s.len() > 1 {
+            self.vector(name, Some("s"), time_s);
+        }
+    }
+
+    fn vector(&mut self, name: &str, unit: Option<&str>, numbers: Vec<f64>) {
+        let (name, unit) = (short(name), unit.map(str::to_owned));
+        self.vectors.push((TableColumn { name, unit }, numbers));
+    }
+
+    /// Columns with their own time in s.
+    pub fn push_series(&mut self, time_s: &[f64], mut columns: Vec<Column>) {
+        for (column, _) in &mut columns {
+            column.name = short(&column.name);
+            if self.names.contains(&column.name) {
+                column.name = format!("{} ({})", column.name, self.names.len() + 1);
+            }
+            self.names.insert(column.name.clone());
+        }
+        let at = *self
+            .by_time
+            .entry(bits(time_s))
+            .or_insert(self.series.len());
+        match self.series.get_mut(at) {
+            Some((_, others)) => others.append(&mut columns),
+            None => self.series.push((time_s.to_vec(), columns)),
+        }
+    }
+
+    /// An object that is not read: its class, and what keeps it from being read.
+    pub fn object_not_read(&mut self, name: &str, class: &str) {
+        self.has_objects = true;
+        self.leave(name, &format!("an object of class {class}"));
+    }
+
+    fn leave(&mut self, name: &str, what: &str) {
+        let (listed, count) = &mut self.not_read;
+        *count += 1;
+        if *count <= MOST_LISTED {
+            listed.push(format!("{} ({})", short(name), short(what)));
+        }
+    }
+
+    /// What is not read, and what to do; empty where all is.
+    fn said_not_read(&self) -> String {
+        let (listed, count) = &self.not_read;
+        let mut said = all_of(listed, *count);
+        if self.has_objects {
+            said.push_str("; ");
+            said.push_str(REMEDY);
+        }
+        said
+    }
+
+    /// The series by their time; without any, the vectors of the length that most of them have.
+    pub fn table(mut self) -> Result<Table, FormatError> {
+        let not_read = self.said_not_read();
+        // A vector that is the time of a series says nothing more.
+        let times = &self.by_time;
+        self.vectors
+            .retain(|(_, numbers)| times.is_empty() || !times.contains_key(&bits(numbers)));
+        let mut table = match self.series.len() {
+            0 => self.of_vectors(&not_read)?,
+            1 => self.of_one_time(),
+            _ => self.of_many_times()?,
+        };
+        if !not_read.is_empty() {
+            table.notes.push(format!("not read: {not_read}"));
+        }
+        Ok(table)
+    }
+
+    fn of_vectors(self, not_read: &str) -> Result<Table, FormatError> {
         let mut lengths: BTreeMap<usize, usize> = BTreeMap::new();
         for (_, numbers) in &self.vectors {
             *lengths.entry(numbers.len()).or_default() += 1;
         }
-        let not_read = listed(&self.not_read);
         let best = lengths
             .iter()
             .max_by_key(|(length, count)| (**count, **length));
         let Some((&length, &count)) = best.filter(|(_, count)| **count >= 2) else {
-            let there = match (self.vectors.is_empty(), self.not_read.is_empty()) {
-                (false, _) => "no two of its variables have one length".to_owned(),
+            let there = match (self.vectors.is_empty(), not_read.is_empty()) {
+                (false, true) => "no two of its variables have one length".to_owned(),
                 (true, true) => "it has no vectors".to_owned(),
-                (true, false) => format!("of its variables are not read: {not_read}"),
+                (_, false) => format!("of its variables are not read: {not_read}"),
             };
             return Err(self.form.nothing(&there));
         };
@@ -86,40 +183,88 @@ impl Variables {
             .vectors
             .into_iter()
             .partition(|(_, numbers)| numbers.len() == length);
-        let named = kept.into_iter().map(|(name, numbers)| {
-            let unit = (name == SIMULINK_TIME).then(|| "s".to_owned());
-            (TableColumn { name, unit }, numbers)
-        });
-        let mut table = Table::whole(named.collect());
+        let mut table = Table::whole(kept);
         if !rest.is_empty() {
-            let names: Vec<String> = rest
-                .iter()
-                .map(|(name, numbers)| format!("{name} ({} values)", numbers.len()))
-                .collect();
             table.notes.push(format!(
                 "the {count} variables of {length} values are read; of another length: {}",
-                listed(&names)
+                listed(&rest)
             ));
-        }
-        if !not_read.is_empty() {
-            table.notes.push(format!("not read: {not_read}"));
         }
         Ok(table)
     }
+
+    /// The series beside their time, and the vectors of its length.
+    fn of_one_time(&mut self) -> Table {
+        let (time_s, columns) = self.series.remove(0);
+        let (mut kept, rest): (Vec<_>, Vec<_>) = std::mem::take(&mut self.vectors)
+            .into_iter()
+            .partition(|(_, numbers)| numbers.len() == time_s.len());
+        let mut all = vec![(seconds(), time_s)];
+        all.extend(columns);
+        all.append(&mut kept);
+        let mut table = Table::whole(all);
+        if !rest.is_empty() {
+            let rest = listed(&rest);
+            table
+                .notes
+                .push(format!("of another length than the series: {rest}"));
+        }
+        table
+    }
+
+    /// A row for every time at which a series has a value.
+    fn of_many_times(&mut self) -> Result<Table, FormatError> {
+        let mut signals = Signals::new(self.form);
+        for (time_s, columns) in std::mem::take(&mut self.series) {
+            for (column, numbers) in columns {
+                let signal = signals.signal(&column.name, column.unit.as_deref())?;
+                for (time_s, number) in time_s.iter().zip(numbers) {
+                    signals.push((time_s * 1e9).round() as i64, signal, number)?;
+                }
+            }
+        }
+        let times = self.by_time.len();
+        signals.notes.push(format!(
+            "its series have {times} different times: a row for every time at which one has a value"
+        ));
+        if !self.vectors.is_empty() {
+            let rest = listed(&self.vectors);
+            signals.notes.push(format!("without a time: {rest}"));
+        }
+        Ok(signals.table())
+    }
 }
 
-fn listed(names: &[String]) -> String {
-    let mut list = names[..names.len().min(MOST_LISTED)].join(", ");
-    if names.len() > MOST_LISTED {
-        list.push_str(&format!(" and {} more", names.len() - MOST_LISTED));
+/// The column of time.
+fn seconds() -> TableColumn {
+    TableColumn {
+        name: "time".to_owned(),
+        unit: Some("s".to_owned()),
+    }
+}
+
+/// Numbers bit by bit, to look for the same ones.
+fn bits(numbers: &[f64]) -> Vec<u64> {
+    numbers.iter().map(|number| number.to_bits()).collect()
+}
+
+fn short(name: &str) -> String {
+    name.chars().take(MOST_NAME).collect()
+}
+
+/// The first columns with their lengths, and how many more there are.
+fn listed(columns: &[Column]) -> String {
+    let first = columns.iter().take(MOST_LISTED);
+    let names: Vec<String> = first
+        .map(|(column, numbers)| format!("{} ({} values)", column.name, numbers.len()))
+        .collect();
+    all_of(&names, columns.len())
+}
+
+fn all_of(names: &[String], count: usize) -> String {
+    let mut list = names.join(", ");
+    if count > names.len() {
+        list.push_str(&format!(" and {} more", count - names.len()));
     }
     list
-}
-
-/// How an object of MATLAB, whose form is not documented, becomes variables that are read.
-pub(super) fn object(name: &str, class: &str) -> String {
-    format!(
-        "{name} (an object of class {class}, whose form MathWorks does not document; in MATLAB, of a timeseries: \
-         t = {name}.Time; x = {name}.Data; of a Simulink Dataset or SimulationOutput the same of each of its signals; save log.mat t x)"
-    )
 }
