@@ -255,6 +255,21 @@ mod tests {
         assert!((found.gap.floor - 0.5 * found.gap.travel).abs() < 1e-9);
     }
 
+    /// Where nothing is missing the motor stays as it is, whatever a fit would make of rounding.
+    #[test]
+    fn the_motor_is_the_one_that_the_verdict_says() {
+        let options = Options::default();
+        let of = |truth: &Motor| {
+            let run = recording(truth, 1500);
+            diagnose(&[run], &Motor::default(), &options).expect("a diagnosis")
+        };
+        let right = of(&Motor::default());
+        assert_eq!(right.verdict, Verdict::NoGap);
+        assert_eq!(right.model, right.nominal);
+        let found = of(&motor_with(&[("dead_zone", &[0.9])]));
+        assert!(found.model.effects.get("dead_zone").is_some(), "{found}");
+    }
+
     /// Failed reads are listed and left out: what is said is what is said without them.
     #[test]
     fn failed_reads_change_nothing() {

@@ -123,13 +123,14 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         most_sure,
     };
     let mut said = verdict::verdict(&weights, &found.sets, &searched.gap, asked);
+    if grounds.reference.is_some() && matches!(said.verdict, Verdict::NoGap | Verdict::Parameters) {
+        said.verdict = Verdict::NoChange;
+    }
+    let model = shown.motor_said(said.verdict, &searched.gap).clone();
     let mut rungs = match grounds.held {
         Some(held) => rungs::rungs((all, pieces), Some(held), &shown, floor)?,
         None => searched,
     };
-    if grounds.reference.is_some() && matches!(said.verdict, Verdict::NoGap | Verdict::Parameters) {
-        said.verdict = Verdict::NoChange;
-    }
     rungs.gap.wander = wander.min(rungs.gap.beyond_rounding(said.verdict));
     // Where nothing that matters is missing, nobody is asked for more; but few pieces may hide it.
     let share = |set: &[&'static str]| match set {
@@ -212,7 +213,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         predicted: rungs.predicted,
         command_kind: base.kind,
         nominal: base.motor.clone(),
-        model: shown.with_effects.left.motor,
+        model,
         refitted: shown.refitted.left.motor,
     };
     diagnosis.note = sentence::note(&diagnosis, &beside);

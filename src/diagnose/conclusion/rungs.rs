@@ -13,6 +13,7 @@ use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::{Fitted, FloorParts, Gap, PredictedRun, Verdict};
 use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, FOLDS, ROUNDING};
+use crate::motor::Motor;
 
 /// Draws of the bootstrap.
 const DRAWS: u64 = 1000;
@@ -62,6 +63,21 @@ impl Shown {
             with_effects,
             leave_more,
         })
+    }
+
+    /// The motor that a verdict says: the nominal one where nothing is missing, other numbers where those are the cause. Where nothing known
+    /// is, other numbers are taken if they predict what was kept from the fit better.
+    pub fn motor_said(&self, verdict: Verdict, kept_back: &Gap) -> &Motor {
+        let left = match verdict {
+            Verdict::NoGap | Verdict::NoChange => &self.nominal,
+            Verdict::Parameters => &self.refitted.left,
+            Verdict::OutsideCatalogue if kept_back.after_parameters < kept_back.before => {
+                &self.refitted.left
+            }
+            Verdict::OutsideCatalogue => &self.nominal,
+            _ => &self.with_effects.left,
+        };
+        &left.motor
     }
 }
 

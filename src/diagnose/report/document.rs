@@ -94,7 +94,7 @@ pub struct Diagnosis {
     /// The motor that the runs are held against: the motor file's, or the reference's.
     #[serde(skip)]
     pub nominal: Motor,
-    /// The motor with the effects of the likeliest named set in it.
+    /// The motor that the verdict says: with the named effects in it, with other numbers, or as it is where nothing is missing.
     #[serde(skip)]
     pub model: Motor,
     /// The motor refitted without them.
