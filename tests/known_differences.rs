@@ -107,6 +107,15 @@ fn a_known_load_or_disc_tells_the_torque_constant() {
         let fitted = nominal_fit(&runs, &Motor::default()).expect("a fit");
         let found = volts_per_nm(&fitted.motor) / volts_per_nm(&strong);
         assert!((found - 1.0).abs() < 0.02, "{key}: {found} in a fit");
+        // Without it nothing is said of the torque constant, nor of how well it is known.
+        let bare = run_of(&strong, &reversing());
+        let untold = nominal_fit(&[bare], &Motor::default())
+            .expect("a fit")
+            .motor;
+        let [default, found] =
+            [&Motor::default(), &untold].map(|motor| motor.parameters.torque_constant_nm_per_a);
+        assert!((default - found).abs() < 1e-12, "{found}");
+        assert!(!untold.tolerance.contains_key("torque_constant_nm_per_a"));
         let said = diagnose(&runs, &Motor::default(), &Options::default()).expect("a diagnosis");
         let found = volts_per_nm(&said.model) / volts_per_nm(&strong);
         assert!((found - 1.0).abs() < 0.02, "{key}: {found} in {said}");

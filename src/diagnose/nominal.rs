@@ -8,7 +8,7 @@
 //! [`least_squares`]: crate::least_squares
 
 use super::error::{DiagnoseError, usable};
-use super::fit::{BASE, Base, Left, Model, unweighted};
+use super::fit::{Base, Left, Model, unweighted};
 use super::pieces::{Pieces, Thinned};
 use super::screening::{own_part, shares};
 use super::settings::FITTED_TOLERANCE;
@@ -98,8 +98,8 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         starts.extend(own.map(|own| model.motor(&model.start_with(shares(&base, own)))));
     }
     let fitted = starts.into_iter().filter_map(|mut motor| {
-        for key in BASE {
-            motor.tolerance.insert(key.to_owned(), FITTED_TOLERANCE);
+        for key in base.told() {
+            motor.tolerance.insert((*key).to_owned(), FITTED_TOLERANCE);
         }
         let base = Base {
             motor,

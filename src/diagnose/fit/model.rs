@@ -77,6 +77,14 @@ impl Member {
 }
 
 impl Base {
+    /// Keys of the base numbers that such runs may tell.
+    pub fn told(&self) -> &'static [&'static str] {
+        match self.knows_torque {
+            true => &BASE,
+            false => &BASE[..TORQUE_CONSTANT],
+        }
+    }
+
     /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
     pub fn frees(&self, id: &str) -> Option<usize> {
         let k = freed_by(id)?;
