@@ -15,7 +15,7 @@ use std::time::Instant;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use motorlab::board::pty::Pty;
-use motorlab::board::{IdealBench, Port};
+use motorlab::board::{BoardSide, IdealBench, Port};
 use motorlab::motor::{Motor, Plant};
 use motorlab::recording::CommandKind;
 use support::record;

@@ -11,6 +11,7 @@ use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
 use command::{RunFile, motorlab};
+use motorlab::board::BoardSide;
 use motorlab::board::pty::Pty;
 use rustix::fs::OFlags;
 

@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use command::{Finished, finish, run, start};
 use motorlab::board::pty::Pty;
-use motorlab::board::{IdealBench, Port, VirtualBoard, VirtualBoardOptions};
+use motorlab::board::{BoardSide, IdealBench, Port, VirtualBoard, VirtualBoardOptions};
 
 fn capture_from(port: &str) -> Finished {
     let directory = tempfile::tempdir().expect("a directory");

@@ -6,6 +6,7 @@ mod command;
 use std::time::{Duration, Instant};
 
 use command::{Finished, RunFile, run};
+use motorlab::board::BoardSide;
 use motorlab::board::pty::Pty;
 use motorlab::recording::{ReadNote, read_run_from};
 

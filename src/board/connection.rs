@@ -22,8 +22,8 @@ use tokio::time::timeout;
 use super::intake::is_same_board;
 use super::line::{ALIVE_EVERY, ATTEMPTS, Line};
 use super::{
-    Arrival, BoardError, Damage, Event, Expectations, Intake, LineReader, Port, RawLog, Sample,
-    longest_gather,
+    Arrival, BoardError, Damage, Event, Expectations, Intake, LineReader, Location, RawLog, Sample,
+    SerialLine, longest_gather,
 };
 
 /// How often a silent board is asked who it is.
@@ -94,9 +94,14 @@ pub struct Board {
 }
 
 impl Board {
-    /// Opens the port for this program alone and asks the board who it is.
-    pub async fn open(path: &Path, options: BoardOptions) -> Result<Self, BoardError> {
-        let port = Port::open(path, options.baud)?;
+    /// Opens the line for this program alone and asks the board who it is.
+    pub async fn open(
+        location: impl Into<Location>,
+        options: BoardOptions,
+    ) -> Result<Self, BoardError> {
+        let location = location.into();
+        let path = location.path();
+        let port = location.open(options.baud)?;
         let writer = port.try_clone().map_err(|source| BoardError::Line {
             path: path.to_owned(),
             source,
@@ -109,7 +114,7 @@ impl Board {
     pub async fn over(
         path: &Path,
         incoming: impl Read + Send + 'static,
-        outgoing: Port,
+        outgoing: Box<dyn SerialLine>,
         options: BoardOptions,
     ) -> Result<Self, BoardError> {
         let origin = Instant::now();

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use firmware_protocol::{ALIVE_INTERVAL_MS, HostMessage, MAX_WIRE};
 
-use super::{Port, rawlog};
+use super::{SerialLine, rawlog};
 
 /// How often a message is sent in all before its answer is given up.
 pub(super) const ATTEMPTS: u32 = 5;
@@ -83,7 +83,7 @@ impl RawLog {
 /// The writing side of the line; whoever reads shares it.
 #[derive(Debug)]
 pub(super) struct Line {
-    port: Mutex<Port>,
+    port: Mutex<Box<dyn SerialLine>>,
     log: Mutex<Option<RawLog>>,
     origin: Instant,
     /// When something was said last, in microseconds from `origin`.
@@ -91,7 +91,7 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn new(port: Port, log: Option<RawLog>, origin: Instant) -> Self {
+    pub(super) fn new(port: Box<dyn SerialLine>, log: Option<RawLog>, origin: Instant) -> Self {
         Self {
             port: Mutex::new(port),
             log: Mutex::new(log),

@@ -1,23 +1,26 @@
 //! Opening a serial port for this program alone, with errors that say what to do.
 //!
-//! The lock is double: `TIOCEXCL` keeps other users out, `flock` also keeps root and our own second
-//! copy out. A read that finds the device gone gives what is still queued and then 0 bytes, so a
-//! disconnect can neither lose bytes nor spin.
+//! On Unix the lock is double: `TIOCEXCL` keeps other users out, `flock` also keeps root and our own second
+//! copy out. Windows opens a port once. A read that finds the device gone gives what is still queued and
+//! then 0 bytes, so a disconnect can neither lose bytes nor spin.
 
-use std::fs;
 use std::io::{self, Read, Write};
-use std::os::fd::{AsRawFd, BorrowedFd};
-use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serialport::{SerialPort, TTYPort};
+use serialport::SerialPort;
 
-use super::port_list::{list_ports, usb_identity};
+use super::location::SerialLine;
+use super::port_list::list_ports;
+#[cfg(unix)]
+use super::port_unix as system;
+#[cfg(windows)]
+use super::port_windows as system;
 use crate::plain::shown;
 
-/// Longest wait in one read: how late a stopped reader notices.
-pub const READ_PATIENCE: Duration = Duration::from_millis(100);
+/// Longest wait in one read: how late a stopped reader notices. On Windows a write waits until the read under way
+/// is over: a fifth, so that an answer is not late.
+pub const READ_PATIENCE: Duration = Duration::from_millis(if cfg!(windows) { 20 } else { 100 });
 
 /// Why a port cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -79,42 +82,37 @@ fn known_ports(known: &[PathBuf]) -> String {
     format!("; there are {}", names.join(", "))
 }
 
+impl OpenError {
+    pub(super) fn not_found(path: &Path) -> Self {
+        Self::NotFound {
+            path: path.to_owned(),
+            known: list_ports().into_iter().map(|port| port.path).collect(),
+        }
+    }
+
+    pub(super) fn failed(path: &Path, error: impl std::fmt::Display) -> Self {
+        Self::Failed {
+            path: path.to_owned(),
+            description: error.to_string(),
+        }
+    }
+}
+
 /// An open serial port. Reading gives 0 bytes when the device is gone, `TimedOut` when it is silent.
 #[derive(Debug)]
 pub struct Port {
-    port: TTYPort,
+    port: system::Native,
 }
 
 impl Port {
     /// Opens the port at `baud`, 8N1, raw, exclusively.
     pub fn open(path: &Path, baud: u32) -> Result<Self, OpenError> {
-        let kind = fs::metadata(path)
-            .map_err(|error| not_openable(path, &error))?
-            .file_type();
-        if !kind.is_char_device() {
-            return Err(OpenError::NotASerialPort {
-                path: path.to_owned(),
-                what: if kind.is_dir() {
-                    "a directory"
-                } else if kind.is_file() {
-                    "a file"
-                } else {
-                    "no character device"
-                },
-            });
-        }
+        system::refuse_no_port(path)?;
         let port = serialport::new(path.to_string_lossy(), baud)
             .timeout(READ_PATIENCE)
             .open_native()
-            .map_err(|error| explain(path, &error))?;
+            .map_err(|error| system::explain(path, &error))?;
         Ok(Self { port })
-    }
-
-    /// A second handle on the same port, for writing.
-    pub fn try_clone(&self) -> io::Result<Self> {
-        Ok(Self {
-            port: self.port.try_clone_native()?,
-        })
     }
 
     /// Pulses DTR, which resets an Arduino. Pseudo-terminals have no such line: best effort.
@@ -126,25 +124,18 @@ impl Port {
     }
 }
 
-/// What is still queued of a device that has gone away: a read that asks `poll` first does not give it.
-fn read_queued(descriptor: BorrowedFd<'_>, buffer: &mut [u8]) -> usize {
-    let nonblocking = rustix::fs::fcntl_getfl(descriptor).and_then(|flags| {
-        rustix::fs::fcntl_setfl(descriptor, flags | rustix::fs::OFlags::NONBLOCK)
-    });
-    match nonblocking {
-        Ok(()) => rustix::io::read(descriptor, buffer).unwrap_or(0),
-        Err(_) => 0,
+impl SerialLine for Port {
+    fn try_clone(&self) -> io::Result<Box<dyn SerialLine>> {
+        Ok(Box::new(Self {
+            port: self.port.try_clone_native()?,
+        }))
     }
 }
 
 impl Read for Port {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.port.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => {
-                // SAFETY: the descriptor belongs to `self.port`, which outlives the borrow.
-                let descriptor = unsafe { BorrowedFd::borrow_raw(self.port.as_raw_fd()) };
-                Ok(read_queued(descriptor, buffer))
-            }
+            Err(error) if system::is_gone(&error) => Ok(system::read_queued(&self.port, buffer)),
             other => other,
         }
     }
@@ -161,143 +152,11 @@ impl Write for Port {
     }
 }
 
-fn not_openable(path: &Path, error: &io::Error) -> OpenError {
-    match error.kind() {
-        io::ErrorKind::NotFound => OpenError::NotFound {
-            path: path.to_owned(),
-            known: list_ports().into_iter().map(|port| port.path).collect(),
-        },
-        _ => OpenError::Failed {
-            path: path.to_owned(),
-            description: error.to_string(),
-        },
-    }
-}
-
-fn explain(path: &Path, error: &serialport::Error) -> OpenError {
-    match error.kind() {
-        serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => permission_denied(path),
-        serialport::ErrorKind::Io(kind @ io::ErrorKind::NotFound) => {
-            not_openable(path, &kind.into())
-        }
-        serialport::ErrorKind::NoDevice => busy(path),
-        _ if error.description.contains("typewriter") || error.description.contains("ioctl") => {
-            OpenError::NotASerialPort {
-                path: path.to_owned(),
-                what: "another kind of device",
-            }
-        }
-        _ => OpenError::Failed {
-            path: path.to_owned(),
-            description: error.description.clone(),
-        },
-    }
-}
-
-/// Names the node's real group, and the command that joins it.
-fn permission_denied(path: &Path) -> OpenError {
-    let metadata = fs::metadata(path).ok();
-    let (gid, mode) = metadata.map_or((0, 0), |data| (data.gid(), data.mode()));
-    let groups = fs::read_to_string("/etc/group").unwrap_or_default();
-    let group = group_name(&groups, gid).unwrap_or_else(|| gid.to_string());
-    // A group without read and write access, or root's own, is none to join.
-    let command = if mode & 0o060 == 0o060 && gid != 0 {
-        format!("sudo usermod -aG {group} \"$USER\"")
-    } else {
-        format!("sudo setfacl -m \"u:$USER:rw\" {}", shown(path))
-    };
-    OpenError::PermissionDenied {
-        path: path.to_owned(),
-        group,
-        mode: mode_text(mode),
-        command,
-    }
-}
-
-/// Name of a group in the text of `/etc/group`.
-fn group_name(groups: &str, gid: u32) -> Option<String> {
-    groups.lines().find_map(|line| {
-        let mut fields = line.split(':');
-        let (name, _, id) = (fields.next()?, fields.next()?, fields.next()?);
-        (id.parse() == Ok(gid)).then(|| name.to_owned())
-    })
-}
-
-/// `crw-rw----`, as `ls` shows it.
-fn mode_text(mode: u32) -> String {
-    let bits = (0..9).rev().map(|bit| {
-        if mode >> bit & 1 == 0 {
-            return '-';
-        }
-        match bit % 3 {
-            2 => 'r',
-            1 => 'w',
-            _ => 'x',
-        }
-    });
-    std::iter::once('c').chain(bits).collect()
-}
-
-/// Names who holds the port; ModemManager probes every new port for some 10 s.
-fn busy(path: &Path) -> OpenError {
-    let holder = holder_of(path);
-    let modem_manager = holder
-        .as_ref()
-        .is_none_or(|(_, name)| name == "ModemManager");
-    let advice = if modem_manager {
-        let usb = usb_identity(path);
-        let (vid, pid) = usb.map_or((0x2341, 0x0043), |usb| (usb.vid, usb.pid));
-        format!(
-            "\n  ModemManager holds a newly plugged port for some 10 s: wait, or keep it away from the board for good with\n  echo 'ATTRS{{idVendor}}==\"{vid:04x}\", ATTRS{{idProduct}}==\"{pid:04x}\", ENV{{ID_MM_DEVICE_IGNORE}}=\"1\"' | sudo tee /etc/udev/rules.d/99-motorlab.rules\n  sudo udevadm control --reload && sudo udevadm trigger"
-        )
-    } else {
-        "\n  two readers would steal each other's bytes: end the other program first (a serial monitor, another capture)".to_owned()
-    };
-    OpenError::Busy {
-        path: path.to_owned(),
-        holder: holder.map_or_else(
-            || "another program".to_owned(),
-            |(pid, name)| format!("{name} (process {pid})"),
-        ),
-        advice,
-    }
-}
-
-/// The process that has `path` open, as far as this user may see.
-fn holder_of(path: &Path) -> Option<(u32, String)> {
-    let node = fs::canonicalize(path).ok()?;
-    let own = std::process::id();
-    let processes = fs::read_dir("/proc").ok()?.flatten();
-    processes
-        .filter_map(|process| {
-            let pid: u32 = process.file_name().to_str()?.parse().ok()?;
-            let mut open = fs::read_dir(process.path().join("fd")).ok()?.flatten();
-            let has_it = open.any(|file| fs::read_link(file.path()).is_ok_and(|to| to == node));
-            let name = fs::read_to_string(process.path().join("comm")).ok()?;
-            (has_it && pid != own).then(|| (pid, name.trim().to_owned()))
-        })
-        .next()
-}
-
-#[cfg(test)]
+#[cfg(all(test, unix))]
 mod tests {
     use super::*;
+    use crate::board::BoardSide;
     use crate::board::pty::Pty;
-    use std::os::fd::AsFd;
-    use std::os::unix::net::UnixStream;
-
-    #[test]
-    fn what_is_queued_is_read_and_then_nothing_without_a_wait() {
-        let (near, mut far) = UnixStream::pair().expect("a pair");
-        far.write_all(&[7; 100]).expect("room");
-        let mut buffer = [0; 64];
-        assert_eq!(read_queued(near.as_fd(), &mut buffer), 64);
-        assert_eq!(read_queued(near.as_fd(), &mut buffer), 36);
-        // The far end is still there and says nothing: no wait for it either.
-        assert_eq!(read_queued(near.as_fd(), &mut buffer), 0);
-        drop(far);
-        assert_eq!(read_queued(near.as_fd(), &mut buffer), 0);
-    }
 
     #[test]
     fn a_hang_up_reads_as_no_bytes_for_ever_and_is_no_error() {
@@ -340,13 +199,5 @@ mod tests {
         assert!(message("/dev/zero").contains("another kind of device, not a serial port"));
         assert!(message("/tmp").contains("a directory, not a serial port"));
         assert!(message("/etc/passwd").contains("a file, not a serial port"));
-    }
-
-    #[test]
-    fn groups_and_modes_read_as_people_know_them() {
-        let groups = "root:x:0:\ntty:x:5:\ndialout:x:20:ann,bob\n";
-        assert_eq!(group_name(groups, 20).as_deref(), Some("dialout"));
-        assert_eq!(group_name(groups, 21), None);
-        assert_eq!(mode_text(0o20660), "crw-rw----");
     }
 }

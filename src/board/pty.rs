@@ -16,22 +16,13 @@ use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
+use super::board_side::{BoardSide, Readiness};
+
 /// The near end of a pseudo-terminal: what is written here can be read by whoever opens [`Pty::path`].
 #[derive(Debug)]
 pub struct Pty {
     near: File,
     path: PathBuf,
-}
-
-/// What a look at the line shows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Readiness {
-    /// Some program has the far end open.
-    pub connected: bool,
-    /// There are bytes to read.
-    pub readable: bool,
-    /// There is room to write.
-    pub writable: bool,
 }
 
 impl Pty {
@@ -60,8 +51,15 @@ impl Pty {
         &self.path
     }
 
-    /// Waits up to `patience` for bytes to read, or with `to_write` for room to write.
-    pub fn wait(&self, patience: Duration, to_write: bool) -> io::Result<Readiness> {
+    /// Bytes that the far end's program has not read yet; `None` if that cannot be seen.
+    fn unread(&self) -> Option<u64> {
+        let far = open_far(&self.path).ok()?;
+        rustix::io::ioctl_fionread(&far).ok()
+    }
+}
+
+impl BoardSide for Pty {
+    fn wait(&self, patience: Duration, to_write: bool) -> io::Result<Readiness> {
         let mut events = PollFlags::IN;
         if to_write {
             events |= PollFlags::OUT;
@@ -83,8 +81,7 @@ impl Pty {
         })
     }
 
-    /// Reads what is there; 0 bytes if there is nothing.
-    pub fn read_some(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+    fn read_some(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.near.read(buffer) {
             Ok(count) => Ok(count),
             Err(error) if is_nothing_there(&error) => Ok(0),
@@ -92,8 +89,7 @@ impl Pty {
         }
     }
 
-    /// Writes as much as there is room for.
-    pub fn write_some(&mut self, bytes: &[u8]) -> io::Result<usize> {
+    fn write_some(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self.near.write(bytes) {
             Ok(count) => Ok(count),
             Err(error) if is_nothing_there(&error) => Ok(0),
@@ -101,19 +97,16 @@ impl Pty {
         }
     }
 
-    /// Throws away what either side has not read yet.
-    pub fn discard(&mut self) {
+    fn discard(&mut self) {
         let mut buffer = [0; 4096];
         while self.read_some(&mut buffer).is_ok_and(|count| count > 0) {}
         // Best effort: what stays is dropped by the next reader as a partial frame.
         let _ = rustix::termios::tcflush(&self.near, rustix::termios::QueueSelector::OFlush);
     }
-}
 
-impl Pty {
     /// Closing a pseudo-terminal drops what its reader has not read: gives a reader up to 0.3 s for
     /// `outgoing` and for what is on the way already.
-    pub fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
+    fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
         let until = Instant::now() + Duration::from_millis(300);
         while connected && Instant::now() < until {
             let sent = self.write_some(outgoing)?;
@@ -134,12 +127,6 @@ impl Pty {
             thread::sleep(Duration::from_millis(2));
         }
         Ok(())
-    }
-
-    /// Bytes that the far end's program has not read yet; `None` if that cannot be seen.
-    fn unread(&self) -> Option<u64> {
-        let far = open_far(&self.path).ok()?;
-        rustix::io::ioctl_fionread(&far).ok()
     }
 }
 

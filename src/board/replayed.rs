@@ -15,6 +15,7 @@ use firmware_protocol::{
     BoardFields, BoardMessage, FrameDecoder, HostMessage, MAX_WIRE, Refusal, host_message::kind,
 };
 
+use super::board_side::BoardSide;
 use super::pty::Pty;
 use super::rawlog::Event;
 

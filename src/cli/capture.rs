@@ -20,7 +20,7 @@ use super::virtual_spec::{PREFIX, VirtualSpec, nearly};
 use super::{Failure, Output, Status};
 use crate::board::text_lines::Column;
 use crate::board::{
-    BUILT_IN, Board, BoardError, BoardOptions, OpenError, Profile, RawLog, VirtualBoard,
+    BUILT_IN, Board, BoardError, BoardOptions, Location, OpenError, Profile, RawLog, VirtualBoard,
     usb_identity,
 };
 use crate::motor::Motor;
@@ -145,16 +145,15 @@ impl Capture {
         }
         let stop = StopSignal::install().map_err(Failure::device)?;
         let plugged = self.plug_in(output)?;
-        let path = plugged.as_ref().map_or_else(
-            || PathBuf::from(&self.port),
-            |board| board.path().to_owned(),
+        let mut location = plugged.as_ref().map_or_else(
+            || Location::Port(PathBuf::from(&self.port)),
+            |board| board.location().clone(),
         );
         if let Some(columns) = &self.columns {
-            return self.record_text(&path, columns, output, stop).await;
+            return self.record_text(&location, columns, output, stop).await;
         }
         let mut segments = Segments::default();
         let mut identity: Option<BoardIdentity> = None;
-        let mut path = path;
         loop {
             let options = BoardOptions {
                 baud: self.baud,
@@ -162,15 +161,15 @@ impl Capture {
                 log: self.begin_log(&mut segments, output)?,
             };
             let opened = tokio::select! {
-                board = Board::open(&path, options) => board,
+                board = Board::open(&location, options) => board,
                 () = stop.clone().asked() => return self.gone(segments, output),
             };
             let recorded = match opened {
                 Ok(board) => {
                     identity.get_or_insert_with(|| {
-                        BoardIdentity::of(&self.port, usb_identity(&path), board.hello())
+                        BoardIdentity::of(&location, usb_identity(location.path()), board.hello())
                     });
-                    self.record_from(board, &path, &segments, output, &stop)
+                    self.record_from(board, location.path(), &segments, output, &stop)
                         .await?
                 }
                 Err(error) => Err(error),
@@ -198,8 +197,8 @@ impl Capture {
             let Some(identity) = &identity else {
                 return self.gone(segments, output);
             };
-            path = tokio::select! {
-                path = identity.come_back(self.baud, output) => path,
+            location = tokio::select! {
+                location = identity.come_back(self.baud, output) => location,
                 () = stop.clone().asked() => return self.gone(segments, output),
             };
         }
@@ -285,7 +284,7 @@ impl Capture {
         let spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?
             .said(output);
-        spec.spawn().map(Some).map_err(Failure::input)
+        spec.plug_in(&self.port).map(Some).map_err(Failure::input)
     }
 
     /// Begins the raw log, if one is asked for, and notes it with the segments.

@@ -9,7 +9,7 @@ use super::reconnect::Segments;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::board::text_lines::Columns;
-use crate::board::{BoardError, LineReader, Port, Profile, usb_identity};
+use crate::board::{BoardError, LineReader, Location, Profile, usb_identity};
 use crate::motor::Parameters;
 use crate::recording::{SharedLive, TextError, TextRequest, capture_text};
 
@@ -36,15 +36,16 @@ pub(super) fn text_failure(error: TextError) -> Failure {
 impl Capture {
     pub(super) async fn record_text(
         &self,
-        path: &Path,
+        location: &Location,
         names: &str,
         output: &Output,
         stop: StopSignal,
     ) -> Result<Status, Failure> {
-        let request = self.text_request(path, names)?;
+        let request = self.text_request(location.path(), names)?;
         let mut segments = Segments::default();
         let log = self.begin_log(&mut segments, output)?;
-        let port = Port::open(path, self.baud)
+        let port = location
+            .open(self.baud)
             .map_err(|error| super::capture::board_failure(BoardError::Open(error)))?;
         let mut reader = LineReader::spawn(port, Instant::now()).map_err(Failure::device)?;
         say_free_name(output, &self.output);

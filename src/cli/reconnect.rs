@@ -7,7 +7,7 @@ use std::time::Duration;
 use firmware_protocol::Hello;
 
 use super::Output;
-use crate::board::{Board, BoardOptions, LogFailure, PortEntry, UsbIdentity, list_ports};
+use crate::board::{Board, BoardOptions, Location, LogFailure, PortEntry, UsbIdentity, list_ports};
 use crate::plain::shown;
 use crate::recording::Captured;
 
@@ -20,17 +20,17 @@ const PATIENCE: Duration = Duration::from_secs(6);
 /// What stays the same about a board when it is unplugged.
 #[derive(Debug, Clone)]
 pub(super) struct BoardIdentity {
-    named: PathBuf,
+    location: Location,
     usb: Option<UsbIdentity>,
     name: String,
     counts_per_rev: u32,
 }
 
 impl BoardIdentity {
-    /// The board that said `hello` on the port `named`.
-    pub(super) fn of(named: &str, usb: Option<UsbIdentity>, hello: &Hello) -> Self {
+    /// The board that said `hello` at `location`.
+    pub(super) fn of(location: &Location, usb: Option<UsbIdentity>, hello: &Hello) -> Self {
         Self {
-            named: PathBuf::from(named),
+            location: location.clone(),
             usb,
             name: hello.name.as_str().to_owned(),
             counts_per_rev: hello.counts_per_rev,
@@ -39,7 +39,7 @@ impl BoardIdentity {
 
     /// Where the board may be now: the port with its USB identity, under whatever name. A port without
     /// one is looked for where it was.
-    fn candidate(&self, ports: &[PortEntry]) -> Option<PathBuf> {
+    fn candidate(&self, ports: &[PortEntry]) -> Option<Location> {
         match &self.usb {
             Some(usb) => ports
                 .iter()
@@ -48,28 +48,29 @@ impl BoardIdentity {
                         .as_ref()
                         .is_some_and(|other| usb.same_device(other))
                 })
-                .map(|port| port.path.clone()),
-            None => self.named.exists().then(|| self.named.clone()),
+                .map(|port| Location::Port(port.path.clone())),
+            None => (self.location.is_there()).then(|| self.location.clone()),
         }
     }
 
     /// Waits until the same board is back; says where. Another board in its place is left alone.
-    pub(super) async fn come_back(&self, baud: u32, output: &Output) -> PathBuf {
+    pub(super) async fn come_back(&self, baud: u32, output: &Output) -> Location {
         let mut told: Option<String> = None;
         loop {
             tokio::time::sleep(LOOK_EVERY).await;
-            let Some(path) = self.candidate(&list_ports()) else {
+            let Some(location) = self.candidate(&list_ports()) else {
                 continue;
             };
-            match self.look_at(&path, baud).await {
+            let path = location.path();
+            match self.look_at(&location, baud).await {
                 Ok(()) => {
-                    output.message(&format!("the board is back on {}", shown(&path)));
-                    return path;
+                    output.message(&format!("the board is back on {}", shown(path)));
+                    return location;
                 }
                 Err(Some(other)) if told.as_ref() != Some(&other) => {
                     output.message(&format!(
                         "{} now is another board ({other}); waiting for {}",
-                        shown(&path),
+                        shown(path),
                         self.name
                     ));
                     told = Some(other);
@@ -80,13 +81,13 @@ impl BoardIdentity {
     }
 
     /// Whether the board at `path` is the same; if it is another one, which.
-    async fn look_at(&self, path: &Path, baud: u32) -> Result<(), Option<String>> {
+    async fn look_at(&self, location: &Location, baud: u32) -> Result<(), Option<String>> {
         let options = BoardOptions {
             baud,
             patience: PATIENCE,
             log: None,
         };
-        let board = Board::open(path, options).await.map_err(|_| None)?;
+        let board = Board::open(location, options).await.map_err(|_| None)?;
         let hello = board.hello();
         if hello.name.as_str() == self.name && hello.counts_per_rev == self.counts_per_rev {
             Ok(())
@@ -181,7 +182,7 @@ mod tests {
     #[test]
     fn a_board_is_found_under_another_name_and_another_board_is_not() {
         let board = BoardIdentity {
-            named: PathBuf::from("/dev/ttyACM0"),
+            location: Location::Port(PathBuf::from("/dev/ttyACM0")),
             usb: Some(usb("75330303")),
             name: "uno".to_owned(),
             counts_per_rev: 720,
@@ -191,7 +192,8 @@ mod tests {
             port("/dev/ttyACM0", "999"),
             port("/dev/ttyACM1", "75330303"),
         ];
-        assert_eq!(board.candidate(&ports), Some(PathBuf::from("/dev/ttyACM1")));
-        assert_eq!(board.candidate(&ports[..1]), None);
+        let found = board.candidate(&ports).expect("it is back");
+        assert_eq!(found.path(), Path::new("/dev/ttyACM1"));
+        assert!(board.candidate(&ports[..1]).is_none());
     }
 }

@@ -3,9 +3,11 @@
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
+#[cfg(unix)]
 use std::time::Duration;
 
 use clap::Args;
+#[cfg(unix)]
 use serde_json::json;
 
 use super::capture::{capture_failure, say_free_name};
@@ -15,8 +17,11 @@ use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::Segments;
 use super::signals::StopSignal;
+use super::virtual_board::needs_unix;
 use super::{Failure, Output, Status};
-use crate::board::{Profile, ReplayedDevice, rawlog};
+#[cfg(unix)]
+use crate::board::ReplayedDevice;
+use crate::board::{Profile, rawlog};
 use crate::motor::plausible;
 use crate::plain::shown;
 use crate::recording::{
@@ -25,6 +30,7 @@ use crate::recording::{
 };
 
 /// Most events of a log that is played as a device: it is held in memory.
+#[cfg(unix)]
 const MOST_PLAYED: usize = 4_000_000;
 
 /// Play a raw serial log: into a run file, or as a serial device that `capture` opens.
@@ -38,7 +44,7 @@ pub struct Replay {
     /// How fast: 1 as it was recorded, another factor, or max. [default: max, with --pty 1]
     #[arg(long, value_parser = speed)]
     speed: Option<Speed>,
-    /// Be a serial device and print its path.
+    /// Be a serial device and print its path (not on Windows).
     #[arg(long)]
     pty: bool,
     /// Where the run goes. An existing file is not overwritten: the next free name is taken.
@@ -89,6 +95,10 @@ impl Replay {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         if !self.pty {
             refuse_no_file(&self.output).map_err(capture_failure)?;
+        } else if cfg!(windows) {
+            return Err(needs_unix(
+                "replay its file instead: motorlab replay LOG -o FILE",
+            ));
         }
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
@@ -101,6 +111,7 @@ impl Replay {
             .map_err(|error| Failure::input(format!("{}: {error}", shown(&self.log))))?;
         let mut log =
             rawlog::Reader::new(BufReader::new(file)).map_err(|e| self.in_log(&e.into()))?;
+        #[cfg(unix)]
         if self.pty {
             return runtime.block_on(self.be_a_device(output, &mut log, &stop));
         }
@@ -212,6 +223,7 @@ impl Replay {
         }
     }
 
+    #[cfg(unix)]
     async fn be_a_device(
         &self,
         output: &Output,

@@ -1,12 +1,8 @@
-//! Being asked to stop: Ctrl-C, SIGTERM, SIGHUP; and the signals that must not kill a recorder.
+//! Being asked to stop: Ctrl-C and what else ends a program; and the signals that must not kill a recorder.
 
 use std::io;
 
-use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::watch;
-
-/// Linux and macOS number of SIGXFSZ, which a write beyond `ulimit -f` raises.
-const SIGXFSZ: i32 = 25;
 
 /// Becomes true when the user asks to stop.
 #[derive(Debug, Clone)]
@@ -17,18 +13,10 @@ impl StopSignal {
     /// an ordinary error. (A closed pipe already is one: the Rust runtime ignores SIGPIPE.)
     pub(super) fn install() -> io::Result<Self> {
         let (sender, receiver) = watch::channel(false);
-        let mut interrupt = signal(SignalKind::interrupt())?;
-        let mut terminate = signal(SignalKind::terminate())?;
-        let mut hang_up = signal(SignalKind::hangup())?;
-        let mut too_large = signal(SignalKind::from_raw(SIGXFSZ))?;
+        let mut asked = Asked::install()?;
         tokio::spawn(async move {
             loop {
-                tokio::select! {
-                    _ = interrupt.recv() => {}
-                    _ = terminate.recv() => {}
-                    _ = hang_up.recv() => {}
-                    _ = too_large.recv() => continue,
-                }
+                asked.once().await;
                 if sender.send(true).is_err() {
                     return;
                 }
@@ -47,5 +35,79 @@ impl StopSignal {
     /// Whether the user has asked to stop.
     pub(super) fn is_asked(&self) -> bool {
         *self.0.borrow()
+    }
+}
+
+#[cfg(unix)]
+use tokio::signal::unix::{Signal, SignalKind, signal};
+
+/// Linux and macOS number of SIGXFSZ, which a write beyond `ulimit -f` raises.
+#[cfg(unix)]
+const SIGXFSZ: i32 = 25;
+
+/// Ctrl-C, SIGTERM and SIGHUP.
+#[cfg(unix)]
+struct Asked {
+    interrupt: Signal,
+    terminate: Signal,
+    hang_up: Signal,
+    too_large: Signal,
+}
+
+#[cfg(unix)]
+impl Asked {
+    fn install() -> io::Result<Self> {
+        Ok(Self {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+            too_large: signal(SignalKind::from_raw(SIGXFSZ))?,
+        })
+    }
+
+    async fn once(&mut self) {
+        loop {
+            tokio::select! {
+                _ = self.interrupt.recv() => return,
+                _ = self.terminate.recv() => return,
+                _ = self.hang_up.recv() => return,
+                _ = self.too_large.recv() => {}
+            }
+        }
+    }
+}
+
+#[cfg(windows)]
+use tokio::signal::windows::{
+    CtrlBreak, CtrlC, CtrlClose, CtrlShutdown, ctrl_break, ctrl_c, ctrl_close, ctrl_shutdown,
+};
+
+/// Ctrl-C, Ctrl-Break, the window closed and the computer shut down; Windows gives the last two 5 s.
+#[cfg(windows)]
+struct Asked {
+    interrupt: CtrlC,
+    terminate: CtrlBreak,
+    closed: CtrlClose,
+    shut_down: CtrlShutdown,
+}
+
+#[cfg(windows)]
+impl Asked {
+    fn install() -> io::Result<Self> {
+        Ok(Self {
+            interrupt: ctrl_c()?,
+            terminate: ctrl_break()?,
+            closed: ctrl_close()?,
+            shut_down: ctrl_shutdown()?,
+        })
+    }
+
+    async fn once(&mut self) {
+        tokio::select! {
+            _ = self.interrupt.recv() => {}
+            _ = self.terminate.recv() => {}
+            _ = self.closed.recv() => {}
+            _ = self.shut_down.recv() => {}
+        }
     }
 }

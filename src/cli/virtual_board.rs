@@ -1,16 +1,22 @@
 //! `motorlab virtual`: a board without hardware, for any program that opens serial ports.
 
+#[cfg(unix)]
 use std::time::Duration;
 
 use clap::Args;
+#[cfg(unix)]
 use serde_json::json;
 
+#[cfg(unix)]
 use super::signals::StopSignal;
-use super::virtual_spec::{BOARD_KEYS, PREFIX, VirtualSpec};
+#[cfg(unix)]
+use super::virtual_spec::VirtualSpec;
+use super::virtual_spec::{BOARD_KEYS, PREFIX};
 use super::{Failure, Output, Status};
+#[cfg(unix)]
 use crate::plain::shown;
 
-/// Plug in a virtual board and print the serial port to open; Ctrl-C unplugs it.
+/// Plug in a virtual board and print the serial port to open; Ctrl-C unplugs it. Not on Windows.
 #[derive(Debug, Args)]
 #[command(after_help = after_help())]
 pub struct Virtual {
@@ -29,13 +35,33 @@ fn after_help() -> String {
     )
 }
 
+/// Windows has no serial port that a program can be.
+pub(super) fn needs_unix(instead: &str) -> Failure {
+    Failure::input(format!(
+        "a serial port for other programs needs a pseudo-terminal, which Windows does not have; {instead}"
+    ))
+    .of_kind("needs_unix")
+}
+
 impl Virtual {
+    #[cfg(not(unix))]
+    pub(super) fn run(&self, _: &Output) -> Result<Status, Failure> {
+        let word = format!(
+            "{PREFIX}{}",
+            self.board.strip_prefix(PREFIX).unwrap_or(&self.board)
+        );
+        Err(needs_unix(&format!(
+            "record from the board within this program: motorlab capture \"{word}\""
+        )))
+    }
+
+    #[cfg(unix)]
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         let text = self.board.strip_prefix(PREFIX).unwrap_or(&self.board);
         let board = VirtualSpec::parse(text)
             .map_err(Failure::input)?
             .said(output);
-        let board = board.spawn().map_err(Failure::input)?;
+        let board = board.offer().map_err(Failure::input)?;
         if output.json {
             output.document(&json!({ "port": board.path() }))?;
         } else {

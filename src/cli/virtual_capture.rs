@@ -28,7 +28,7 @@ pub(super) struct Order<'a> {
     pub output: &'a Path,
 }
 
-/// Records from a virtual board over a pseudo-terminal, as `capture virtual:` does. `None` after Ctrl-C.
+/// Records from a virtual board within this process, as `capture virtual:` does. `None` after Ctrl-C.
 pub(super) async fn record(
     order: Order<'_>,
     stop: StopSignal,
@@ -40,13 +40,14 @@ pub(super) async fn record(
     let supply_v = spec.motor.parameters.supply_v;
     let profile =
         Profile::named(order.profile, supply_v, order.duration_s).map_err(Failure::input)?;
-    let plugged = spec.spawn().map_err(Failure::device)?;
+    let port = format!("virtual:{}", order.board);
+    let plugged = spec.plug_in(&port).map_err(Failure::device)?;
     let options = BoardOptions {
         baud: firmware_protocol::BAUD,
         patience: Duration::from_secs(6),
         log: None,
     };
-    let board = Board::open(plugged.path(), options).await;
+    let board = Board::open(plugged.location(), options).await;
     let mut board = board.map_err(Failure::device)?;
     let samples = (order.duration_s * 1e6 / f64::from(order.sample_time_us)).round();
     let request = CaptureRequest {
@@ -56,7 +57,7 @@ pub(super) async fn record(
         counts_per_rev: None,
         supply_v: None,
         output: order.output.to_owned(),
-        port: format!("virtual:{}", order.board),
+        port,
         usb: None,
         further: toml::Table::from_iter([("written_by".to_owned(), mark(order.command).into())]),
     };

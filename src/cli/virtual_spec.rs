@@ -101,7 +101,7 @@ pub(super) enum SpecError {
     Motor(#[from] MotorFileError),
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    #[error("no pseudo-terminal can be had: {0}")]
+    #[error("no line to a virtual board can be had: {0}")]
     Line(#[from] std::io::Error),
 }
 
@@ -208,8 +208,15 @@ impl VirtualSpec {
         self
     }
 
-    /// Plugs the board in, with its motor at rest.
-    pub(super) fn spawn(self) -> Result<VirtualBoard, SpecError> {
+    /// Plugs the board in for this program, with its motor at rest; messages call it `name`.
+    pub(super) fn plug_in(self, name: &str) -> Result<VirtualBoard, SpecError> {
+        let plant = Plant::new(&self.motor, CommandKind::Voltage, self.seed)?;
+        Ok(VirtualBoard::in_process(name, plant, self.options)?)
+    }
+
+    /// Plugs the board in at a port that any program may open.
+    #[cfg(unix)]
+    pub(super) fn offer(self) -> Result<VirtualBoard, SpecError> {
         let plant = Plant::new(&self.motor, CommandKind::Voltage, self.seed)?;
         Ok(VirtualBoard::spawn(plant, self.options)?)
     }

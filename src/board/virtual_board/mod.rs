@@ -1,9 +1,10 @@
-//! A board without hardware: it speaks the wire protocol over a pseudo-terminal and drives a bench.
+//! A board without hardware: it speaks the wire protocol and drives a bench.
 //!
 //! ```text
-//! Bench (motor simulation) <- Firmware -> faults -> pty -> any program that opens VirtualBoard::path
+//! Bench (motor simulation) <- Firmware -> faults -> BoardSide -> whoever opens VirtualBoard::location
 //! ```
 //!
+//! Its line ends within this process or, on Unix, at a pseudo-terminal that any program may open.
 //! Opening its far end resets it, as DTR does an Arduino. It runs in real time, by a factor faster, or
 //! as fast as its reader takes the bytes; device time is the same in each case.
 
@@ -11,7 +12,7 @@ mod firmware;
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -25,7 +26,11 @@ use firmware::Firmware;
 pub use firmware::FirmwareOptions;
 
 use super::Bench;
+use super::board_side::BoardSide;
+use super::channel::channel;
 use super::faults::{Faults, FaultyPort};
+use super::location::Location;
+#[cfg(unix)]
 use super::pty::Pty;
 
 /// How board time passes.
@@ -68,33 +73,64 @@ const LONGEST_TURN: Duration = Duration::from_millis(50);
 /// A running virtual board; dropping it unplugs it.
 #[derive(Debug)]
 pub struct VirtualBoard {
-    path: PathBuf,
+    location: Location,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<io::Result<()>>>,
 }
 
 impl VirtualBoard {
-    /// Plugs in a board that drives `bench`.
+    /// Plugs in a board that drives `bench`, at a pseudo-terminal which any program may open.
+    ///
+    /// # Errors
+    /// No pseudo-terminal or no thread can be had.
+    #[cfg(unix)]
     pub fn spawn(bench: impl Bench + 'static, options: VirtualBoardOptions) -> io::Result<Self> {
         let pty = Pty::open()?;
-        let path = pty.path().to_owned();
+        let location = Location::Port(pty.path().to_owned());
+        Self::plug_in(pty, location, bench, options)
+    }
+
+    /// Plugs in a board that drives `bench`, for this process alone; messages call it `name`.
+    ///
+    /// # Errors
+    /// No thread can be had.
+    pub fn in_process(
+        name: &str,
+        bench: impl Bench + 'static,
+        options: VirtualBoardOptions,
+    ) -> io::Result<Self> {
+        let (near, far) = channel(name);
+        Self::plug_in(near, Location::InProcess(far), bench, options)
+    }
+
+    fn plug_in(
+        line: impl BoardSide + Send + 'static,
+        location: Location,
+        bench: impl Bench + 'static,
+        options: VirtualBoardOptions,
+    ) -> io::Result<Self> {
         let stop = Arc::new(AtomicBool::new(false));
         let thread = thread::Builder::new()
             .name("virtual-board".to_owned())
             .spawn({
                 let stop = Arc::clone(&stop);
-                move || Running::new(pty, bench, options).run(&stop)
+                move || Running::new(line, bench, options).run(&stop)
             })?;
         Ok(Self {
-            path,
+            location,
             stop,
             thread: Some(thread),
         })
     }
 
-    /// The serial port to open.
+    /// Where it is opened.
+    pub fn location(&self) -> &Location {
+        &self.location
+    }
+
+    /// The serial port to open; of a board within this process what messages call it.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.location.path()
     }
 
     /// Whether it has unplugged itself.
@@ -130,8 +166,8 @@ impl Read for Queue {
     }
 }
 
-struct Running<B> {
-    pty: Pty,
+struct Running<L, B> {
+    board_side: L,
     firmware: Firmware<B>,
     options: VirtualBoardOptions,
     queue: Queue,
@@ -149,12 +185,12 @@ struct Running<B> {
     hung_up: bool,
 }
 
-impl<B: Bench> Running<B> {
-    fn new(pty: Pty, bench: B, options: VirtualBoardOptions) -> Self {
+impl<L: BoardSide, B: Bench> Running<L, B> {
+    fn new(board_side: L, bench: B, options: VirtualBoardOptions) -> Self {
         let queue = Queue::default();
         let now = Instant::now();
         Self {
-            pty,
+            board_side,
             firmware: Firmware::new(bench, options.firmware.clone()),
             line: FaultyPort::new(queue.clone(), options.faults),
             options,
@@ -173,7 +209,7 @@ impl<B: Bench> Running<B> {
     fn run(mut self, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) && !self.hung_up {
             let patience = self.patience();
-            let ready = self.pty.wait(patience, !self.outgoing.is_empty())?;
+            let ready = self.board_side.wait(patience, !self.outgoing.is_empty())?;
             if !ready.connected {
                 self.nobody_there();
                 continue;
@@ -193,7 +229,8 @@ impl<B: Bench> Running<B> {
             self.take_samples()?;
             self.send()?;
         }
-        self.pty.let_it_drain(&mut self.outgoing, self.connected)
+        self.board_side
+            .let_it_drain(&mut self.outgoing, self.connected)
     }
 
     /// Time passes for the board and for what it hears, but not while this computer stands still. A board
@@ -215,7 +252,7 @@ impl<B: Bench> Running<B> {
             self.connected = false;
             let _ = self.firmware.stop(EndReason::LinkLost);
             self.outgoing.clear();
-            self.pty.discard();
+            self.board_side.discard();
         }
         thread::sleep(Duration::from_millis(2));
     }
@@ -254,7 +291,7 @@ impl<B: Bench> Running<B> {
 
     fn listen(&mut self) -> io::Result<()> {
         let mut buffer = [0; 1024];
-        let count = self.pty.read_some(&mut buffer)?;
+        let count = self.board_side.read_some(&mut buffer)?;
         for &byte in &buffer[..count] {
             let message = match self.decoder.push(byte) {
                 Some(Ok(frame)) => HostMessage::parse(frame),
@@ -333,7 +370,7 @@ impl<B: Bench> Running<B> {
         let pieces = if self.options.faults.split { 1 } else { 4096 };
         while !self.outgoing.is_empty() {
             let piece = &self.outgoing[..pieces.min(self.outgoing.len())];
-            let sent = self.pty.write_some(piece)?;
+            let sent = self.board_side.write_some(piece)?;
             if sent == 0 {
                 break;
             }

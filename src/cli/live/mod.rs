@@ -4,6 +4,7 @@
 //! It draws on a thread of its own, from what the recorder has put down for it; a terminal that blocks
 //! stops the picture and nothing else.
 
+mod terminal;
 mod view;
 
 use std::io::{self, BufWriter, IsTerminal, Stderr};
@@ -18,10 +19,10 @@ use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{EnterAlternateScreen, LeaveAlternateScreen};
 use ratatui::layout::Rect;
 use ratatui::{Terminal, TerminalOptions, Viewport};
-use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetwinsize, tcsetattr};
 
 use crate::recording::SharedLive;
 
+use terminal::Borrowed;
 pub(super) use view::LiveRun;
 use view::View;
 
@@ -76,41 +77,16 @@ impl Drop for LiveView {
     }
 }
 
-/// The terminal without echo, whose Ctrl-C still is a signal.
-struct Borrowed {
-    before: Option<Termios>,
-}
-
-impl Borrowed {
-    fn take() -> Self {
-        let before = tcgetattr(io::stderr()).ok();
-        if let Some(before) = &before {
-            let mut quiet = before.clone();
-            quiet.local_modes -= LocalModes::ECHO | LocalModes::ICANON;
-            // Without it typed characters show in the picture, and no harm is done.
-            let _ = tcsetattr(io::stderr(), OptionalActions::Now, &quiet);
-        }
-        Self { before }
-    }
-
-    fn give_back(&self) {
-        if let Some(before) = &self.before {
-            let _ = tcsetattr(io::stderr(), OptionalActions::Now, before);
-        }
-    }
-}
-
 type Screen = Terminal<CrosstermBackend<BufWriter<Stderr>>>;
 
-fn size() -> Rect {
-    let size = tcgetwinsize(io::stderr()).ok();
-    let (columns, rows) = size.map_or((0, 0), |size| (size.ws_col, size.ws_row));
+fn area() -> Rect {
+    let (columns, rows) = terminal::size();
     let or = |value: u16, usual: u16| if value == 0 { usual } else { value };
     Rect::new(0, 0, or(columns, 80), or(rows, 24))
 }
 
 fn draw_until(live: &SharedLive, run: LiveRun, over: &AtomicBool) -> io::Result<()> {
-    let mut area = size();
+    let mut area = self::area();
     let backend = CrosstermBackend::new(BufWriter::new(io::stderr()));
     let viewport = Viewport::Fixed(area);
     let mut screen: Screen = Terminal::with_options(backend, TerminalOptions { viewport })?;
@@ -120,7 +96,7 @@ fn draw_until(live: &SharedLive, run: LiveRun, over: &AtomicBool) -> io::Result<
             let live = live.lock().unwrap_or_else(PoisonError::into_inner);
             view.follow(&live);
         }
-        let now = size();
+        let now = self::area();
         if now != area {
             area = now;
             screen.resize(area)?;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use super::plan::Plan;
-use crate::board::{Board, BoardOptions, VirtualBoard};
+use crate::board::{Board, BoardOptions, Location, VirtualBoard};
 use crate::cli::capture::{Capture, board_failure, capture_failure};
 use crate::cli::signals::StopSignal;
 use crate::cli::virtual_spec::{PREFIX, VirtualSpec, nearly};
@@ -33,14 +33,19 @@ impl<'a> Bench<'a> {
     }
 
     /// Where the board is, with a change made on the bench.
-    fn port(&mut self, change: Option<&KnownChange>, output: &Output) -> Result<PathBuf, Failure> {
+    fn location(
+        &mut self,
+        change: Option<&KnownChange>,
+        output: &Output,
+    ) -> Result<Location, Failure> {
         let Some(text) = self.asked.port.strip_prefix(PREFIX) else {
-            return nearly(&self.asked.port).map_or(Ok(PathBuf::from(&self.asked.port)), Err);
+            let port = PathBuf::from(&self.asked.port);
+            return nearly(&self.asked.port).map_or(Ok(Location::Port(port)), Err);
         };
         if let Some((board, made)) = &self.plugged
             && made.as_ref() == change
         {
-            return Ok(board.path().to_owned());
+            return Ok(board.location().clone());
         }
         let mut spec = VirtualSpec::parse(text)
             .map_err(Failure::input)?
@@ -51,10 +56,10 @@ impl<'a> Bench<'a> {
             spec.motor = known.applied_to(&spec.motor);
         }
         // An arm that is hung on hangs down where the counts begin: a bench that is changed begins anew.
-        let board = spec.spawn().map_err(Failure::input)?;
-        let path = board.path().to_owned();
+        let board = spec.plug_in(&self.asked.port).map_err(Failure::input)?;
+        let location = board.location().clone();
         self.plugged = Some((board, change.cloned()));
-        Ok(path)
+        Ok(location)
     }
 
     /// Records what is planned into `file`; `None` where Ctrl-C came before the board said who it is.
@@ -65,21 +70,21 @@ impl<'a> Bench<'a> {
         stop: &StopSignal,
         output: &Output,
     ) -> Result<Option<Captured>, Failure> {
-        let path = self.port(plan.change.as_ref(), output)?;
+        let location = self.location(plan.change.as_ref(), output)?;
         let options = BoardOptions {
             baud: self.asked.baud,
             patience: Duration::from_secs_f64(self.asked.patience),
             log: None,
         };
         let mut board = tokio::select! {
-            board = Board::open(&path, options) => board.map_err(board_failure)?,
+            board = Board::open(&location, options) => board.map_err(board_failure)?,
             () = stop.clone().asked() => return Ok(None),
         };
         let mut one = self.asked.clone();
         one.profile = Some(plan.profile.clone());
         one.duration = Some(plan.duration_s);
         one.output = file;
-        let mut request = one.request(&board, &path)?;
+        let mut request = one.request(&board, location.path())?;
         // The header says of a changed bench what `diagnose` is to know of it; the supply stands there by itself.
         if let Some(KnownChange { key, value }) = plan.change.as_ref()
             && key != "supply_v"

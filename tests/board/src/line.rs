@@ -19,6 +19,7 @@ use firmware_protocol::{
     ALIVE_INTERVAL_MS, BoardFields, BoardMessage, FrameDecoder, HostMessage, MAX_WIRE,
 };
 use motorlab::board::faults::{Faults, FaultyPort};
+use motorlab::board::BoardSide;
 use motorlab::board::pty::Pty;
 
 use crate::board::Board;

@@ -1,0 +1,190 @@
+//! Serial ports as Unix has them: device nodes with an owner, a group and a mode.
+
+use std::fs;
+use std::io;
+use std::os::fd::{AsRawFd, BorrowedFd};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
+use std::path::Path;
+
+use super::port::OpenError;
+use super::port_list::usb_identity;
+use crate::plain::shown;
+
+/// An open port of this system.
+pub(super) type Native = serialport::TTYPort;
+
+/// Refuses what is not there, and what is no character device.
+pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
+    let kind = match fs::metadata(path) {
+        Ok(found) => found.file_type(),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            return Err(OpenError::not_found(path));
+        }
+        Err(error) => return Err(OpenError::failed(path, error)),
+    };
+    let what = match kind {
+        _ if kind.is_char_device() => return Ok(()),
+        _ if kind.is_dir() => "a directory",
+        _ if kind.is_file() => "a file",
+        _ => "no character device",
+    };
+    Err(OpenError::NotASerialPort {
+        path: path.to_owned(),
+        what,
+    })
+}
+
+/// Whether an error of a read or a write says that the device has gone away.
+pub(super) fn is_gone(error: &io::Error) -> bool {
+    error.kind() == io::ErrorKind::BrokenPipe
+}
+
+/// What is still queued of a device that has gone away.
+pub(super) fn read_queued(port: &Native, buffer: &mut [u8]) -> usize {
+    // SAFETY: the descriptor belongs to `port`, which outlives the borrow.
+    queued(unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) }, buffer)
+}
+
+/// Does not ask `poll` first, which would not give it.
+fn queued(descriptor: BorrowedFd<'_>, buffer: &mut [u8]) -> usize {
+    let nonblocking = rustix::fs::fcntl_getfl(descriptor).and_then(|flags| {
+        rustix::fs::fcntl_setfl(descriptor, flags | rustix::fs::OFlags::NONBLOCK)
+    });
+    match nonblocking {
+        Ok(()) => rustix::io::read(descriptor, buffer).unwrap_or(0),
+        Err(_) => 0,
+    }
+}
+
+/// Why a port could not be opened, and what to do.
+pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
+    match error.kind() {
+        serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => permission_denied(path),
+        serialport::ErrorKind::Io(io::ErrorKind::NotFound) => OpenError::not_found(path),
+        serialport::ErrorKind::NoDevice => busy(path),
+        _ if error.description.contains("typewriter") || error.description.contains("ioctl") => {
+            OpenError::NotASerialPort {
+                path: path.to_owned(),
+                what: "another kind of device",
+            }
+        }
+        _ => OpenError::failed(path, &error.description),
+    }
+}
+
+/// Names the node's real group, and the command that joins it.
+fn permission_denied(path: &Path) -> OpenError {
+    let metadata = fs::metadata(path).ok();
+    let (gid, mode) = metadata.map_or((0, 0), |data| (data.gid(), data.mode()));
+    let groups = fs::read_to_string("/etc/group").unwrap_or_default();
+    let group = group_name(&groups, gid).unwrap_or_else(|| gid.to_string());
+    // A group without read and write access, or root's own, is none to join.
+    let command = if cfg!(target_os = "macos") {
+        format!("sudo chmod a+rw {}", shown(path))
+    } else if mode & 0o060 == 0o060 && gid != 0 {
+        format!("sudo usermod -aG {group} \"$USER\"")
+    } else {
+        format!("sudo setfacl -m \"u:$USER:rw\" {}", shown(path))
+    };
+    OpenError::PermissionDenied {
+        path: path.to_owned(),
+        group,
+        mode: mode_text(mode),
+        command,
+    }
+}
+
+/// Name of a group in the text of `/etc/group`.
+fn group_name(groups: &str, gid: u32) -> Option<String> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let (name, _, id) = (fields.next()?, fields.next()?, fields.next()?);
+        (id.parse() == Ok(gid)).then(|| name.to_owned())
+    })
+}
+
+/// `crw-rw----`, as `ls` shows it.
+fn mode_text(mode: u32) -> String {
+    let bits = (0..9).rev().map(|bit| {
+        if mode >> bit & 1 == 0 {
+            return '-';
+        }
+        match bit % 3 {
+            2 => 'r',
+            1 => 'w',
+            _ => 'x',
+        }
+    });
+    std::iter::once('c').chain(bits).collect()
+}
+
+/// Names who holds the port; ModemManager probes every new port for some 10 s.
+fn busy(path: &Path) -> OpenError {
+    let holder = holder_of(path);
+    let modem_manager = cfg!(target_os = "linux")
+        && holder
+            .as_ref()
+            .is_none_or(|(_, name)| name == "ModemManager");
+    let advice = if modem_manager {
+        let usb = usb_identity(path);
+        let (vid, pid) = usb.map_or((0x2341, 0x0043), |usb| (usb.vid, usb.pid));
+        format!(
+            "\n  ModemManager holds a newly plugged port for some 10 s: wait, or keep it away from the board for good with\n  echo 'ATTRS{{idVendor}}==\"{vid:04x}\", ATTRS{{idProduct}}==\"{pid:04x}\", ENV{{ID_MM_DEVICE_IGNORE}}=\"1\"' | sudo tee /etc/udev/rules.d/99-motorlab.rules\n  sudo udevadm control --reload && sudo udevadm trigger"
+        )
+    } else {
+        "\n  two readers would steal each other's bytes: end the other program first (a serial monitor, another capture)".to_owned()
+    };
+    OpenError::Busy {
+        path: path.to_owned(),
+        holder: holder.map_or_else(
+            || "another program".to_owned(),
+            |(pid, name)| format!("{name} (process {pid})"),
+        ),
+        advice,
+    }
+}
+
+/// The process that has `path` open, as far as this user may see.
+fn holder_of(path: &Path) -> Option<(u32, String)> {
+    let node = fs::canonicalize(path).ok()?;
+    let own = std::process::id();
+    let processes = fs::read_dir("/proc").ok()?.flatten();
+    processes
+        .filter_map(|process| {
+            let pid: u32 = process.file_name().to_str()?.parse().ok()?;
+            let mut open = fs::read_dir(process.path().join("fd")).ok()?.flatten();
+            let has_it = open.any(|file| fs::read_link(file.path()).is_ok_and(|to| to == node));
+            let name = fs::read_to_string(process.path().join("comm")).ok()?;
+            (has_it && pid != own).then(|| (pid, name.trim().to_owned()))
+        })
+        .next()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write;
+    use std::os::fd::AsFd;
+    use std::os::unix::net::UnixStream;
+
+    #[test]
+    fn what_is_queued_is_read_and_then_nothing_without_a_wait() {
+        let (near, mut far) = UnixStream::pair().expect("a pair");
+        far.write_all(&[7; 100]).expect("room");
+        let mut buffer = [0; 64];
+        assert_eq!(queued(near.as_fd(), &mut buffer), 64);
+        assert_eq!(queued(near.as_fd(), &mut buffer), 36);
+        // The far end is still there and says nothing: no wait for it either.
+        assert_eq!(queued(near.as_fd(), &mut buffer), 0);
+        drop(far);
+        assert_eq!(queued(near.as_fd(), &mut buffer), 0);
+    }
+
+    #[test]
+    fn groups_and_modes_read_as_people_know_them() {
+        let groups = "root:x:0:\ntty:x:5:\ndialout:x:20:ann,bob\n";
+        assert_eq!(group_name(groups, 20).as_deref(), Some("dialout"));
+        assert_eq!(group_name(groups, 21), None);
+        assert_eq!(mode_text(0o20660), "crw-rw----");
+    }
+}

@@ -1,0 +1,72 @@
+//! Serial ports as Windows has them: names such as `COM7`, each open once.
+
+use std::fs::OpenOptions;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::port::OpenError;
+use crate::plain::shown;
+
+/// An open port of this system.
+pub(super) type Native = serialport::COMPort;
+
+/// What Windows says of a device that was pulled out: access denied, no such command, a device that does not work,
+/// no such device, a read that was broken off, and a device that is not connected.
+const GONE: [i32; 6] = [5, 22, 31, 433, 995, 1167];
+
+/// Refuses what a name shows to be no port.
+pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
+    // A name without a folder may be a port's, which Windows shows as a file, too.
+    let is_bare = path.components().count() == 1;
+    let what = match path {
+        _ if path.to_string_lossy().starts_with(r"\\.\") => return Ok(()),
+        _ if path.is_dir() => "a directory",
+        _ if path.is_file() && !is_bare => "a file",
+        _ => return Ok(()),
+    };
+    Err(OpenError::NotASerialPort {
+        path: path.to_owned(),
+        what,
+    })
+}
+
+/// Whether an error of a read or a write says that the device has gone away.
+pub(super) fn is_gone(error: &io::Error) -> bool {
+    error
+        .raw_os_error()
+        .is_some_and(|code| GONE.contains(&code))
+}
+
+/// What is still queued of a device that has gone away: Windows keeps nothing.
+pub(super) fn read_queued(_: &Native, _: &mut [u8]) -> usize {
+    0
+}
+
+/// Why a port could not be opened, and what to do. The error itself does not tell a port that is not there from one
+/// that another program has: a second try does.
+pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
+    let again = OpenOptions::new().read(true).write(true).open(device(path));
+    match again.map_err(|again| again.kind()) {
+        Err(io::ErrorKind::NotFound) => OpenError::not_found(path),
+        Err(io::ErrorKind::PermissionDenied) => OpenError::Busy {
+            path: path.to_owned(),
+            holder: "another program".to_owned(),
+            advice: advice(path),
+        },
+        _ => OpenError::failed(path, &error.description),
+    }
+}
+
+/// The name under which Windows opens a port, above COM9 too.
+fn device(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(r"\\.\");
+    name.push(path);
+    name.into()
+}
+
+fn advice(path: &Path) -> String {
+    format!(
+        "\n  two readers would steal each other's bytes: end the other program first (a serial monitor, the Arduino IDE, another capture)\n  which one it is: `Get-ItemProperty HKLM:\\HARDWARE\\DEVICEMAP\\SERIALCOMM` names the device of {}, and Process Explorer finds its handle (Find > Find Handle)",
+        shown(path)
+    )
+}
