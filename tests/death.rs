@@ -1,5 +1,6 @@
 //! What is left when the recorder, its disk or its board dies: everything up to 50 ms before, a message
 //! that names what happened, the right exit status.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

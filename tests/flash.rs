@@ -1,4 +1,5 @@
 //! `motorlab firmware` and `motorlab flash`, with stand-ins for the tools that they call.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

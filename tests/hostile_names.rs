@@ -1,4 +1,5 @@
 //! Nothing that comes from a file or a device becomes markup in a page, or steers a terminal.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

@@ -1,4 +1,5 @@
 //! `capture --live`: what it shows on a terminal, and that a terminal that blocks costs no sample.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

@@ -1,5 +1,6 @@
 //! Long recordings: nothing drifts, wraps, grows or spins. `benches/soak.rs` measures the same in
 //! real time.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

@@ -1,5 +1,6 @@
 //! Recorder and simulator turn the same counts into the same speeds: a board that counts what was
 //! simulated is recorded, and the two `velocity_rad_s` columns agree to the last bit.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

@@ -1,5 +1,6 @@
 //! Ports that cannot be opened, and what is on them if not a board: the message names it and says what
 //! to do, the exit status tells whose fault it is.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

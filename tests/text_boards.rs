@@ -1,4 +1,5 @@
 //! Plain Arduino sketches that print their samples as text, recorded as they are.
+#![cfg(unix)]
 
 #[path = "support/command.rs"]
 mod command;

@@ -12,6 +12,10 @@ const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// How long what a program said may still come after its end: its children may hold the pipe.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
+/// Windows' flag for a program that Ctrl-C in this window does not reach.
+#[cfg(windows)]
+const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
+
 /// What a program said within its bounds.
 #[derive(Debug)]
 pub(super) struct Said {
@@ -36,6 +40,8 @@ pub(super) fn run_bounded(
     // Ctrl-C ends the run of a set after the cases under way; it must not end those.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
+    #[cfg(windows)]
+    std::os::windows::process::CommandExt::creation_flags(command, CREATE_NEW_PROCESS_GROUP);
     let begun = Instant::now();
     let mut child = command
         .stdin(Stdio::null())
@@ -84,6 +90,13 @@ fn end(child: &mut Child) {
     if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {
         let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
     }
+    // What cannot be ended with its children is ended alone.
+    #[cfg(windows)]
+    let _ = Command::new("taskkill")
+        .args(["/T", "/F", "/PID", &child.id().to_string()])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
     let _ = child.kill();
     let _ = child.wait();
 }

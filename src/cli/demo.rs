@@ -290,6 +290,8 @@ pub(super) fn take_place(
 fn open(html: &Path, output: &Output) {
     let opener = if cfg!(target_os = "macos") {
         "open"
+    } else if cfg!(windows) {
+        "explorer"
     } else {
         "xdg-open"
     };

@@ -69,6 +69,17 @@ impl ArduinoBoard {
     }
 }
 
+#[cfg(windows)]
+const HOW_TO_INSTALL: &str = "\
+  arduino-cli compiles and uploads the sketch:
+    winget install ArduinoSA.CLI
+    arduino-cli core install arduino:avr
+  avrdude uploads one that the Arduino IDE has compiled (Sketch > Export Compiled Binary):
+    winget install AVRDudes.AVRDUDE
+    motorlab flash PORT --hex motorlab.ino.hex
+  or write the sketch with `motorlab firmware DIR` and upload it from the Arduino IDE";
+
+#[cfg(not(windows))]
 const HOW_TO_INSTALL: &str = "\
   arduino-cli compiles and uploads the sketch:
     curl -fsSL https://raw.githubusercontent.com/arduino/arduino-cli/master/install.sh | sh
@@ -77,6 +88,15 @@ const HOW_TO_INSTALL: &str = "\
     sudo apt install avrdude
     motorlab flash PORT --hex motorlab.ino.hex
   or write the sketch with `motorlab firmware DIR` and upload it from the Arduino IDE";
+
+/// What installs avrdude.
+const INSTALL_AVRDUDE: &str = if cfg!(windows) {
+    "winget install AVRDudes.AVRDUDE"
+} else if cfg!(target_os = "macos") {
+    "brew install avrdude"
+} else {
+    "sudo apt install avrdude"
+};
 
 impl Flash {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
@@ -103,7 +123,7 @@ impl Flash {
                 return Err(Failure::input(format!("there is no file {}", shown(hex))));
             }
             let avrdude = on_path("avrdude").ok_or_else(|| {
-                Failure::device("avrdude is not installed: sudo apt install avrdude")
+                Failure::device(format!("avrdude is not installed: {INSTALL_AVRDUDE}"))
             })?;
             let (processor, loader) = board.avrdude();
             let mut flash = OsString::from("flash:w:");

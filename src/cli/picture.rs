@@ -15,8 +15,11 @@ pub(super) fn on_terminal(panel: &Panel, x_label: &str) -> String {
         .ok()
         .map(|size| usize::from(size.ws_col))
         .filter(|&columns| columns > 0);
-    #[cfg(not(unix))]
-    let measured: Option<usize> = None;
+    #[cfg(windows)]
+    let measured = (stdout.is_terminal())
+        .then(ratatui::crossterm::terminal::size)
+        .and_then(Result::ok)
+        .map(|(columns, _)| usize::from(columns));
     let columns = measured.or(columns).unwrap_or(80).clamp(40, 120);
     let colours = stdout.is_terminal() && std::env::var_os("NO_COLOR").is_none();
     terminal::plot(panel, x_label, columns, 20, colours)
