@@ -80,8 +80,25 @@ pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     ))
 }
 
-/// A word of a command line, in quotes where a shell would take it apart.
+/// A word of a command line, in quotes where this system's shell would take it apart: PowerShell on Windows.
 pub fn quoted(word: &str) -> String {
+    if cfg!(windows) {
+        powershell_quoted(word)
+    } else {
+        posix_quoted(word)
+    }
+}
+
+/// A comma makes two words in PowerShell, a leading `@` or `~` something else; a backslash is one.
+fn powershell_quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=-\\".contains(c);
+    if !word.is_empty() && !word.starts_with('@') && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", one_line(word).replace('\'', "''"))
+}
+
+fn posix_quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=,-~".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();
@@ -134,6 +151,26 @@ mod tests {
             markdown_text("- a|b <img> [x](y) `c` a_b\n# d"),
             "\\- a\\|b \\<img\\> \\[x\\](y) \\`c\\` a_b\u{FFFD}\\# d"
         );
+    }
+
+    #[test]
+    fn a_word_is_quoted_for_either_shell() {
+        for (word, posix, powershell) in [
+            ("crawl@0.25", "crawl@0.25", "crawl@0.25"),
+            ("crawl@0.25,8s", "crawl@0.25,8s", "'crawl@0.25,8s'"),
+            (r"runs\a.csv", r"'runs\a.csv'", r"runs\a.csv"),
+            ("it's", r"'it'\''s'", "'it''s'"),
+            (
+                "virtual:?a=1&b=2",
+                "'virtual:?a=1&b=2'",
+                "'virtual:?a=1&b=2'",
+            ),
+            ("@all", "@all", "'@all'"),
+            ("", "''", "''"),
+        ] {
+            assert_eq!(posix_quoted(word), posix);
+            assert_eq!(powershell_quoted(word), powershell);
+        }
     }
 
     #[test]

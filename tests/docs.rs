@@ -94,6 +94,22 @@ fn every_command_line_to_copy_is_one() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// What PowerShell reads otherwise, outside of quotes: a chain, a comma, a home folder, another line.
+#[test]
+fn the_readmes_commands_work_in_powershell() {
+    let page = Page::read(Path::new("README.md"));
+    let commands = page.commands();
+    assert!(commands.len() > 5, "{commands:?}");
+    for line in commands {
+        let bare: String = line.split('\'').step_by(2).collect();
+        let bare = bare.split('#').next().unwrap_or_default();
+        for other in ["&", ",", "~", "<", ";", "$", "@", "\\"] {
+            assert!(!bare.contains(other), "{line}: {other}");
+        }
+    }
+    assert!(!page.text.contains("&&"), "a chain of commands");
+}
+
 /// The documents of the tutorial's commands, in order, run in a folder that has its two files and nothing else.
 fn tutorial() -> Vec<(Vec<String>, Value)> {
     let page = Page::read(Path::new("docs/tutorial/README.md"));

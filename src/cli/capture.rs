@@ -99,7 +99,7 @@ fn after_help() -> String {
         .map(|(name, what)| format!("  {name:<10} {what}\n"))
         .collect();
     format!(
-        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nColumns of text lines:\n  {columns}\n  One of counts, increments and a speed has to be there; the last two are summed up, and the run says so.\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyACM0 --until-known 60s -o run.csv\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9\n  motorlab capture COM7 --columns t_ms,rpm,pwm --supply 12 --counts-per-rev 360"
+        "Built-in profiles:\n{profiles}  NAME@SHARE,SECONDSs: with that share of the supply, that long (crawl@0.25,8s)\n\nColumns of text lines:\n  {columns}\n  One of counts, increments and a speed has to be there; the last two are summed up, and the run says so.\n\nExamples:\n  motorlab capture /dev/ttyACM0 --ts 0.003 --profile step --duration 4 -o run.csv\n  motorlab capture 'virtual:?effect=backlash&seed=7' --profile reversing\n  motorlab capture /dev/ttyACM0 --until-known 60s -o run.csv\n  motorlab capture /dev/ttyUSB0 --columns t_us,counts,pwm --supply 9\n  motorlab capture COM7 --columns \"t_ms,rpm,pwm\" --supply 12 --counts-per-rev 360"
     )
 }
 

@@ -19,6 +19,7 @@ use crate::diagnose::report::NextExperiment;
 use crate::diagnose::selection::Forward;
 use crate::diagnose::settings::{ASKED_S, FEW_PIECES, MOST_ASKED_SAMPLES};
 use crate::motor::CommandKind;
+use crate::plain::quoted;
 use crate::recording::Run;
 
 /// What to record next; `None` where nothing is left to tell apart, or nothing would. `share_of` is the probability of a set, of none
@@ -73,7 +74,8 @@ pub(crate) fn next_experiment(
     };
     Some(NextExperiment {
         command: format!(
-            "motorlab capture PORT --profile {profile}{supply} --ts {sample_time_s} -o next.csv"
+            "motorlab capture PORT --profile {}{supply} --ts {sample_time_s} -o next.csv",
+            quoted(&profile)
         ),
         profile,
         sample_time_s,
