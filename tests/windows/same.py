@@ -36,8 +36,13 @@ def differences(first, second, where=""):
     elif is_number(first) and is_number(second):
         if not math.isclose(first, second, rel_tol=SHARE, abs_tol=LEAST):
             yield f"{where}: {first} and {second}"
-    elif first != second:
+    elif as_typed(first) != as_typed(second):
         yield f"{where}: {first!r} and {second!r}"
+
+
+def as_typed(value):
+    """A text without the quotes that PowerShell alone needs, around words with a comma."""
+    return re.sub(r"'([^' ]*,[^' ]*)'", r"\1", value) if isinstance(value, str) else value
 
 
 def is_number(value):
