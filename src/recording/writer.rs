@@ -139,7 +139,7 @@ impl RunWriter {
         self.written_bytes += self.buffer.len() as u64;
         self.rows += std::mem::take(&mut self.buffered_rows);
         self.buffer.clear();
-        if file_vanished(&self.file) {
+        if file_vanished(&self.file, &self.path) {
             return self.rescue();
         }
         Ok(())
@@ -161,7 +161,7 @@ impl RunWriter {
 
     /// Takes the file away again, of a recording that did not begin.
     pub fn discard(self) {
-        if self.rows() == 0 && !file_vanished(&self.file) {
+        if self.rows() == 0 && !file_vanished(&self.file, &self.path) {
             // What cannot be removed is a file with a header and no row.
             let _ = std::fs::remove_file(&self.path);
         }
@@ -277,14 +277,15 @@ fn fill(buffer: &mut Vec<u8>, mut length: usize) {
 }
 
 #[cfg(unix)]
-fn file_vanished(file: &File) -> bool {
+fn file_vanished(file: &File, _: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
     file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
 }
 
 #[cfg(not(unix))]
-fn file_vanished(_file: &File) -> bool {
-    false
+fn file_vanished(_: &File, path: &Path) -> bool {
+    // A file that was renamed counts as one that was deleted: its name is all that can be looked at.
+    path.symlink_metadata().is_err()
 }
 
 #[cfg(unix)]

@@ -57,10 +57,8 @@ pub(super) fn known_changes(motor: &Motor, supply_v: f64, is_hanging: bool) -> V
 }
 
 fn one_digit(value: f64) -> f64 {
-    let unit = 10f64.powi(value.log10().floor() as i32);
     // By way of text, or it has fifteen digits.
-    let digits = format!("{:e}", (value / unit).round() * unit);
-    digits.parse().unwrap_or(value)
+    format!("{value:.0e}").parse().unwrap_or(value)
 }
 
 #[cfg(test)]

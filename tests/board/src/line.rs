@@ -18,8 +18,8 @@ use firmware_protocol::host_message::kind as host_kind;
 use firmware_protocol::{
     ALIVE_INTERVAL_MS, BoardFields, BoardMessage, FrameDecoder, HostMessage, MAX_WIRE,
 };
-use motorlab::board::faults::{Faults, FaultyPort};
 use motorlab::board::BoardSide;
+use motorlab::board::faults::{Faults, FaultyPort};
 use motorlab::board::pty::Pty;
 
 use crate::board::Board;
