@@ -55,9 +55,9 @@ pub(super) fn fitted(seen: &SeenMotor) -> String {
     let unit = seen.command_unit;
     let load = seen
         .load_per_nm
-        .map(|load| format!(", {} {unit} per N m of load", three(load)));
+        .map(|load| format!(" A load of 1 N m takes {} {unit}.", three(load)));
     format!(
-        "With no motor file a plain motor is fitted: {} RPM per {unit}, time constant {} s, friction {} {unit}{}.",
+        "With no motor file a plain motor is fitted: {} RPM per {unit}, time constant {} s, friction {} {unit}.{}",
         three(rpm_from_rad_s(seen.steady_rad_s_per_unit)),
         three(seen.time_constant_s),
         three(seen.friction),
