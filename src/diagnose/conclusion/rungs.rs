@@ -306,12 +306,38 @@ fn quantiles(mut values: Vec<f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::samples::{base_of, fitted, motor_with, recording};
 
     fn block(squares: [f64; 3]) -> Block {
         Block {
             squares,
             samples: 100.0,
         }
+    }
+
+    /// Where nothing is missing the motor stays as it is, and where nothing known is it takes the numbers that predict better.
+    #[test]
+    fn the_motor_is_the_one_that_a_verdict_says() {
+        let truth = motor_with(&[("viscous_friction", &[0.02])]);
+        let pieces = Pieces::new(&[recording(&truth, 1000)], &Motor::default()).expect("a run");
+        let base = base_of(&pieces);
+        let fit = fitted(&pieces, &base, &[]);
+        let shown = Shown::new(&pieces, &base, &fit, &fit).expect("a motor");
+        let floor = FloorParts {
+            rounding: 0.3,
+            repeats: None,
+            good_enough: None,
+        };
+        let mut gap = rungs((&pieces, &pieces), None, &shown, floor)
+            .expect("rungs")
+            .gap;
+        let [nominal, refitted] = [&shown.nominal.motor, &shown.refitted.left.motor];
+        assert!(nominal != refitted && gap.after_parameters < gap.before);
+        assert_eq!(shown.motor_said(Verdict::NoGap, &gap), nominal);
+        assert_eq!(shown.motor_said(Verdict::Parameters, &gap), refitted);
+        assert_eq!(shown.motor_said(Verdict::OutsideCatalogue, &gap), refitted);
+        gap.after_parameters = 2.0 * gap.before;
+        assert_eq!(shown.motor_said(Verdict::OutsideCatalogue, &gap), nominal);
     }
 
     /// The share that is closed, by hand, and its interval about it; of equal pieces there is none.

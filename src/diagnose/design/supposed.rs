@@ -21,7 +21,7 @@ impl Supposed {
         let larger = Model::new(base, members.collect());
         let mut numbers = larger.start_from(model, x);
         // An effect that frees a number of the motor has its value there.
-        if let Some((number, member)) = member.and_then(|m| Some((m.frees(base)?, m)))
+        if let Some((number, member)) = member.and_then(|m| Some((base.frees(m.id())?, m)))
             && let Some(id) = ParameterId::nominal(BASE[number])
             && let Some(k) = larger.numbers.iter().position(|n| n.id == id)
         {

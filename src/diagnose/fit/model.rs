@@ -8,120 +8,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Then;
+use super::base::{BACK_EMF, BASE, Base, INDUCTANCE, TORQUE_CONSTANT, freed_by, range_of};
+use super::member::{Member, Number, is_free};
+use super::prior::{scale_variance, since, tolerances};
 use super::tolerances::Tolerances;
-use crate::diagnose::settings::{BEYOND_RANGE, DEFAULT_TOLERANCE, LEAST_RATE, MOST_CHANGED};
+use crate::diagnose::settings::{BEYOND_RANGE, MOST_CHANGED};
 use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{ActiveEffect, CommandKind, Motor};
-
-/// Keys of the base numbers.
-pub(crate) const BASE: [&str; 6] = [
-    "inertia_kg_m2",
-    "back_emf_v_s_per_rad",
-    "coulomb_friction_nm",
-    "viscous_friction_nm_s_per_rad",
-    "inductance_h",
-    "torque_constant_nm_per_a",
-];
-/// Those of them that a command in volts alone depends on.
-const BACK_EMF: usize = 1;
-const INDUCTANCE: usize = 4;
-/// That of them that only known torques tell.
-const TORQUE_CONSTANT: usize = 5;
-/// Effects that set a base number free, and which.
-const FREEING: [(&str, usize); 3] = [
-    ("inertia", 0),
-    ("coulomb_friction", 2),
-    ("viscous_friction", 3),
-];
-
-/// What is the same for all models of a diagnosis.
-#[derive(Debug, Clone)]
-pub(crate) struct Base {
-    pub motor: Motor,
-    pub kind: CommandKind,
-    pub sample_time_s: f64,
-    /// Error of the clock as the host saw it, with its standard deviation.
-    pub clock: Option<(f64, f64)>,
-    /// Whether the times are those of arrivals at the host.
-    pub is_host_timed: bool,
-    /// Whether a load or a disc is known in one of the runs: a torque in N m.
-    pub knows_torque: bool,
-    /// What reference runs say of the motor, which is theirs then.
-    pub then: Option<Then>,
-}
-
-/// An effect of a model with the values that are not fitted, or to start from.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Member {
-    pub index: usize,
-    pub values: Vec<f64>,
-}
-
-impl Member {
-    pub fn id(&self) -> &'static str {
-        catalogue()[self.index].id
-    }
-
-    /// Whether its numbers are each one of a few: less of it is another of them, which is looked at by itself.
-    pub fn is_whole(&self) -> bool {
-        let parameters = catalogue()[self.index].parameters;
-        !parameters.is_empty() && !parameters.iter().any(is_free)
-    }
-
-    /// The base number that it sets free.
-    pub fn frees(&self, base: &Base) -> Option<usize> {
-        base.frees(self.id())
-    }
-}
-
-impl Base {
-    /// Keys of the base numbers that such runs may tell.
-    pub fn told(&self) -> &'static [&'static str] {
-        match self.knows_torque {
-            true => &BASE,
-            false => &BASE[..TORQUE_CONSTANT],
-        }
-    }
-
-    /// The base number that an effect sets free; none where the motor has none of it, so that the effect brings its own.
-    pub fn frees(&self, id: &str) -> Option<usize> {
-        let k = freed_by(id)?;
-        let value = self.motor.parameters.get(BASE[k])?;
-        (value > 0.0).then_some(k)
-    }
-}
-
-fn freed_by(id: &str) -> Option<usize> {
-    let found = FREEING.iter().find(|(freeing, _)| *freeing == id);
-    found.map(|(_, number)| *number)
-}
-
-/// One free number.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Number {
-    pub id: ParameterId,
-    /// Whether what is fitted is the logarithm.
-    pub log: bool,
-    /// Value in SI of a number of 1.
-    pub unit: f64,
-    pub lo: f64,
-    pub hi: f64,
-    pub smooth: bool,
-}
-
-impl Number {
-    /// Its value in SI.
-    pub fn value(&self, x: f64) -> f64 {
-        self.unit * if self.log { x.exp() } else { x }
-    }
-
-    /// Derivative of its value in SI.
-    pub fn slope(&self, x: f64) -> f64 {
-        self.unit * if self.log { x.exp() } else { 1.0 }
-    }
-}
 
 /// A model.
 #[derive(Debug, Clone)]
@@ -182,7 +76,7 @@ impl Model {
         let mut mean = start.clone();
         let mut widths = Vec::new();
         for member in &members {
-            if member.frees(base).is_some() {
+            if base.frees(member.id()).is_some() {
                 continue;
             }
             let kind = &catalogue()[member.index];
@@ -403,22 +297,6 @@ impl Model {
     }
 }
 
-/// Whether a parameter is fitted: what is one of a few values, or a side, is a start of its own.
-pub(crate) fn is_free(parameter: &EffectParameter) -> bool {
-    (!matches!(parameter.prior, Prior::OneOf(_)) || parameter.key == "max_rate_hz")
-        && parameter.key != "encoder_side"
-}
-
-/// Range in SI, for the run's own sample time.
-pub(crate) fn range_of(parameter: &EffectParameter, base: &Base) -> (f64, f64) {
-    if parameter.key == "max_rate_hz" {
-        let top = Scale::TopRate.of(&base.motor.parameters, base.sample_time_s);
-        return (LEAST_RATE * top, top);
-    }
-    let (lo, hi) = parameter.range(&base.motor.parameters, base.sample_time_s);
-    (lo.min(hi), lo.max(hi))
-}
-
 /// Values in SI that a fit may reach. What a range is a multiple of is the motor file's number, which is off as well; shares and angles
 /// have no such scale.
 fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64)) -> (f64, f64) {
@@ -428,89 +306,4 @@ fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64)) -> (f64, f64) {
     let (least, most) = parameter.plausible();
     let beyond = |end: f64| (BEYOND_RANGE * end).clamp(least, most.min(parameter.at_most));
     (beyond(lo).min(lo), beyond(hi).max(hi))
-}
-
-/// Relative tolerance (one sigma) of a number of the motor file, and whether nobody states it.
-fn tolerance(base: &Base, key: &str) -> (f64, bool) {
-    let stated = base.motor.tolerance.get(key).copied();
-    (stated.unwrap_or(DEFAULT_TOLERANCE), stated.is_none())
-}
-
-/// Relative variances of what is held, R and Kt, by the motor file's tolerances: every torque, inertia and current is seen only relative
-/// to them.
-fn held_variances(base: &Base) -> (f64, f64) {
-    let variance = |key: &str| tolerance(base, key).0.powi(2);
-    match base.kind {
-        CommandKind::Voltage => (
-            variance("resistance_ohm"),
-            variance("torque_constant_nm_per_a"),
-        ),
-        CommandKind::Current => (0.0, variance("torque_constant_nm_per_a")),
-        CommandKind::Torque => (0.0, 0.0),
-    }
-}
-
-/// Relative variance of what is seen relative to R and Kt: none where a torque is known.
-fn scale_variance(base: &Base) -> f64 {
-    if base.knows_torque {
-        return 0.0;
-    }
-    let (resistance, torque_constant) = held_variances(base);
-    resistance + torque_constant
-}
-
-/// Width (one sigma) of a base number that an effect sets free, as a share of the motor file's: half the effect's range.
-fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
-    let parameter = &catalogue()[member.index].parameters[0];
-    let (lo, hi) = range_of(parameter, base);
-    let own = base.motor.parameters.get(BASE[number]).unwrap_or(1.0);
-    0.5 * (hi - lo) / own
-}
-
-/// By how much the base number that an effect sets free is off.
-fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
-    let freeing = members
-        .iter()
-        .find(|member| member.frees(base) == Some(number));
-    freeing.map(|member| freed_width(base, member, number))
-}
-
-/// Covariance of the base numbers that are used, and of the reference's effects after them, by what reference runs say; wider where an
-/// effect sets a number free.
-fn since(base: &Base, then: &Then, members: &[Member], used: &[usize]) -> DMatrix<f64> {
-    let mut covariance = then.prior();
-    for (k, &number) in used.iter().enumerate() {
-        covariance[(k, k)] += freed(base, members, number).unwrap_or(0.0).powi(2);
-    }
-    covariance
-}
-
-/// What moves the base numbers that are used: R and Kt, which are held, and each by itself; further where an effect sets one free.
-fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tolerances {
-    let (resistance, torque_constant) = held_variances(base);
-    // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`; where a torque is known, `J` and `Kt/R`.
-    let moves = |number: usize| match number {
-        BACK_EMF => (0.0, 0.0),
-        INDUCTANCE | TORQUE_CONSTANT => (-1.0, 0.0),
-        _ if base.knows_torque => (0.0, 0.0),
-        _ => (1.0, -1.0),
-    };
-    let held = |variance: f64, by: &dyn Fn(usize) -> f64, key: &str| {
-        let column = used.iter().map(|&k| variance.sqrt() * by(k)).collect();
-        (column, tolerance(base, key).1)
-    };
-    let mut columns: Vec<(Vec<f64>, bool)> = vec![
-        held(resistance, &|k| moves(k).0, "resistance_ohm"),
-        held(torque_constant, &|k| moves(k).1, "torque_constant_nm_per_a"),
-    ];
-    for (k, &number) in used.iter().enumerate() {
-        let (own, is_assumed) = match freed(base, members, number) {
-            Some(width) => (width, false),
-            None => tolerance(base, BASE[number]),
-        };
-        let mut column = vec![0.0; used.len()];
-        column[k] = own;
-        columns.push((column, is_assumed));
-    }
-    Tolerances::new(used.len(), columns)
 }

@@ -5,7 +5,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Base, Member, model::Number};
+use super::member::{Member, Number};
 use crate::diagnose::settings::SAME_AXIS;
 use crate::motor::fit::ParameterId;
 
@@ -50,19 +50,5 @@ impl Then {
             prior[(k, k)] += SAME_AXIS * SAME_AXIS;
         }
         prior
-    }
-}
-
-impl Base {
-    /// The same motor in the runs of another base.
-    pub fn for_runs_of(self, other: &Self) -> Self {
-        let mut motor = self.motor;
-        motor.parameters.counts_per_rev = other.motor.parameters.counts_per_rev;
-        motor.parameters.supply_v = other.motor.parameters.supply_v;
-        Self {
-            motor,
-            then: self.then,
-            ..other.clone()
-        }
     }
 }
