@@ -1,6 +1,9 @@
 //! What is not asked to be explained: what rounding leaves, what repeats of the same commands differ by, what is good enough; and
 //! beside it what a load that wanders leaves.
 
+use rand_distr::{Distribution, Exp1};
+use rand_pcg::Pcg64Mcg;
+
 use super::Grounds;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Noise;
@@ -18,23 +21,64 @@ impl FloorParts {
     }
 }
 
-/// The floor of these runs. What rounding leaves is that of the motor without effects: where one slips or jumps, a start's error grows
-/// beyond what rounding makes.
-pub(crate) fn floor_parts(grounds: &Grounds<'_>) -> FloorParts {
-    let mut apart = repeats(grounds.runs, grounds.all, grounds.repeats);
-    apart.extend(
-        grounds
-            .reference
-            .map_or(&[][..], |reference| &reference.repeats),
-    );
-    FloorParts {
-        rounding: grounds.found.still.sqrt(),
-        repeats: (!apart.is_empty()).then(|| median(apart)),
-        good_enough: grounds.good_enough.map(|good| match good {
-            GoodEnough::Counts(counts) => counts,
-            GoodEnough::Share(share) => share * travel(grounds.all),
-        }),
+/// What two runs differ by that repeat each other, as one run's share: by piece the sum of the squares in counts^2, and the samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Apart(Vec<(f64, f64)>);
+
+impl Apart {
+    /// In counts RMS over pieces that count as they are weighed.
+    fn rms(&self, mut weight: impl FnMut() -> f64) -> f64 {
+        let (mut squares, mut samples) = (0.0, 0.0);
+        for (of_piece, n) in &self.0 {
+            let weight = weight();
+            squares += weight * of_piece;
+            samples += weight * n;
+        }
+        (squares / samples).sqrt()
     }
+}
+
+/// The floor, and what tells how well it is known.
+#[derive(Debug, Clone)]
+pub(crate) struct Floor {
+    pub parts: FloorParts,
+    /// Pairs of runs that repeat each other.
+    apart: Vec<Apart>,
+}
+
+impl Floor {
+    /// The floor of these runs. What rounding leaves is that of the motor without effects: where one slips or jumps, a start's error
+    /// grows beyond what rounding makes.
+    pub fn of(grounds: &Grounds<'_>) -> Self {
+        let mut apart = repeats(grounds.runs, grounds.all, grounds.repeats);
+        let of_reference = grounds.reference.map(|reference| &reference.repeats);
+        apart.extend(of_reference.into_iter().flatten().cloned());
+        let parts = FloorParts {
+            rounding: grounds.found.still.sqrt(),
+            repeats: repeated(&apart, || 1.0),
+            good_enough: grounds.good_enough.map(|good| match good {
+                GoodEnough::Counts(counts) => counts,
+                GoodEnough::Share(share) => share * travel(grounds.all),
+            }),
+        };
+        Self { parts, apart }
+    }
+
+    /// The floor in counts RMS with the pieces of the repeats drawn again, by the Bayesian bootstrap (Rubin, 1981).
+    pub fn drawn(&self, random: &mut Pcg64Mcg) -> f64 {
+        let repeats = repeated(&self.apart, || Exp1.sample(random));
+        FloorParts {
+            repeats,
+            ..self.parts
+        }
+        .largest()
+    }
+}
+
+/// What repeats differ by: a figure a pair, of which the median counts, so that one pair does not decide. None without repeats.
+fn repeated(apart: &[Apart], mut weight: impl FnMut() -> f64) -> Option<f64> {
+    let by_pair: Vec<f64> = apart.iter().map(|pair| pair.rms(&mut weight)).collect();
+    (!by_pair.is_empty()).then(|| median(by_pair))
 }
 
 /// Travel of a piece in counts, from its lowest to its highest; the median of the pieces.
@@ -58,10 +102,9 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     0.5 * (values[(n - 1) / 2] + values[n / 2])
 }
 
-/// What runs that repeat each other differ by, as one run's share, in counts RMS over pieces: a figure a pair, of which the median
-/// counts, so that one pair does not decide. Those repeat each other that have the same commands, but for those with another known
-/// disc, load or supply, and those of which it is said (`said`: numbers of runs that all repeat each other).
-pub(crate) fn repeats(runs: &[Run], pieces: &Pieces, said: &[Vec<usize>]) -> Vec<f64> {
+/// What runs that repeat each other differ by. Those do that have the same commands, but for those with another known disc, load or
+/// supply, and those of which it is said (`said`: numbers of runs that all repeat each other).
+pub(crate) fn repeats(runs: &[Run], pieces: &Pieces, said: &[Vec<usize>]) -> Vec<Apart> {
     let mut found = Vec::new();
     for (i, a) in pieces.runs.iter().enumerate() {
         for (j, b) in pieces.runs.iter().enumerate().skip(i + 1) {
@@ -71,7 +114,7 @@ pub(crate) fn repeats(runs: &[Run], pieces: &Pieces, said: &[Vec<usize>]) -> Vec
             if !is_said && (runs[i].known != runs[j].known || !is_repeated(a, b)) {
                 continue;
             }
-            let (mut sum, mut samples) = (0.0, 0);
+            let mut by_piece = Vec::new();
             for piece in pieces.pieces.iter().filter(|piece| piece.run == i) {
                 let to = piece.to.min(b.t_s.len());
                 if piece.from >= to {
@@ -79,13 +122,11 @@ pub(crate) fn repeats(runs: &[Run], pieces: &Pieces, said: &[Vec<usize>]) -> Vec
                 }
                 let apart = |k: usize| a.counts[k] - b.counts[k];
                 let first = apart(piece.from);
-                sum += (piece.from..to)
-                    .map(|k| (apart(k) - first).powi(2))
-                    .sum::<f64>();
-                samples += to - piece.from;
+                let squares = (piece.from..to).map(|k| 0.5 * (apart(k) - first).powi(2));
+                by_piece.push((squares.sum(), (to - piece.from) as f64));
             }
-            if samples > 0 {
-                found.push((0.5 * sum / samples as f64).sqrt());
+            if !by_piece.is_empty() {
+                found.push(Apart(by_piece));
             }
         }
     }
@@ -119,11 +160,45 @@ mod tests {
     use super::*;
     use crate::diagnose::samples::recording;
     use crate::motor::Motor;
+    use rand::SeedableRng;
+
+    impl From<FloorParts> for Floor {
+        fn from(parts: FloorParts) -> Self {
+            let apart = Vec::new();
+            Self { parts, apart }
+        }
+    }
+
+    /// A floor that one piece of ten makes alone is not known well; one that all make alike is.
+    #[test]
+    fn a_floor_is_known_as_well_as_its_pieces_agree() {
+        let spread = |by_piece: Vec<(f64, f64)>| {
+            let parts = FloorParts {
+                rounding: 0.3,
+                repeats: repeated(&[Apart(by_piece.clone())], || 1.0),
+                good_enough: None,
+            };
+            let apart = vec![Apart(by_piece)];
+            let floor = Floor { parts, apart };
+            let mut random = Pcg64Mcg::seed_from_u64(1);
+            let mut drawn: Vec<f64> = (0..1000).map(|_| floor.drawn(&mut random)).collect();
+            drawn.sort_by(f64::total_cmp);
+            (drawn[25], parts.largest(), drawn[974])
+        };
+        let (lo, middle, hi) = spread(vec![(400.0, 100.0); 10]);
+        assert!((middle - 2.0).abs() < 1e-12 && (hi - lo) < 1e-9);
+        let mut by_piece = vec![(0.0, 100.0); 9];
+        by_piece.push((4000.0, 100.0));
+        let (lo, middle, hi) = spread(by_piece);
+        assert!(
+            (middle - 2.0).abs() < 1e-12 && lo < 1.0 && hi > 3.0,
+            "{lo} {hi}"
+        );
+    }
 
     fn floor_of(runs: &[Run], said: &[Vec<usize>]) -> Option<f64> {
         let pieces = Pieces::new(runs, &Motor::default()).expect("runs");
-        let found = repeats(runs, &pieces, said);
-        (!found.is_empty()).then(|| median(found))
+        repeated(&repeats(runs, &pieces, said), || 1.0)
     }
 
     fn floor(runs: &[Run]) -> Option<f64> {

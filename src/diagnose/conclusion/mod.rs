@@ -27,6 +27,7 @@ use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_
 use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
+use floor::Floor;
 use sentence::Beside;
 use since::Since;
 use verdict::Asked;
@@ -90,10 +91,10 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         let share = reference.share_of_unknown(pieces, &shown.with_effects.predicted);
         weights = weights.with_unknown(share);
     }
-    let floor = floor::floor_parts(&grounds);
+    let floor = Floor::of(&grounds);
     let wander = floor::wander(pieces, best);
     // What is held out chooses nothing, the verdict included.
-    let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, floor)?;
+    let searched = rungs::rungs((all, pieces), thinned.map(|_| all), &shown, &floor)?;
     // What the inverse form decides is borne out by its own folds: there no simulation is the measure.
     let is_inverse = found.levels.iter().any(|level| level.is_inverse);
     let (borne_out, prediction) = match is_inverse {
@@ -128,7 +129,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     }
     let model = shown.motor_said(said.verdict, &searched.gap).clone();
     let mut rungs = match grounds.held {
-        Some(held) => rungs::rungs((all, pieces), Some(held), &shown, floor)?,
+        Some(held) => rungs::rungs((all, pieces), Some(held), &shown, &floor)?,
         None => searched,
     };
     rungs.gap.wander = wander.min(rungs.gap.beyond_rounding(said.verdict));

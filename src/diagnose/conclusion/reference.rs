@@ -11,7 +11,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Exp1};
 use rand_pcg::Pcg64Mcg;
 
-use super::floor::repeats;
+use super::floor::{Apart, repeats};
 use super::intervals::{WITHIN_95, ends};
 use super::weights::Weights;
 use crate::diagnose::error::name_of;
@@ -40,8 +40,8 @@ pub(crate) struct Reference {
     pub fit: Fit,
     /// Recorded less predicted in counts, each piece by a fit on the other folds.
     predicted: Vec<f64>,
-    /// What those differ by that repeat each other, in counts RMS.
-    pub repeats: Vec<f64>,
+    /// What those differ by that repeat each other.
+    pub repeats: Vec<Apart>,
     /// What they are called.
     pub runs: Vec<String>,
 }

@@ -1,6 +1,6 @@
 //! How far the gap shrinks: nominal, refitted, refitted with effects, floor.
 //!
-//! Position error in counts RMS over pieces, by unweighted fits. Predicted rungs come from fits on the other folds, or from all named
+//! Position error in counts RMS over pieces. Predicted rungs come from fits on the other folds, or from all named
 //! runs where others are held out; their intervals from the Bayesian bootstrap (Rubin, 1981) over pieces, over runs where there are
 //! enough.
 
@@ -8,10 +8,10 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, Exp1};
 use rand_pcg::Pcg64Mcg;
 
-use super::floor::{median, travel};
-use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, unweighted};
+use super::floor::{Floor, median, travel};
+use crate::diagnose::fit::{Base, Fit, Left, Model, Unweighted, as_weighed, unweighted};
 use crate::diagnose::pieces::Pieces;
-use crate::diagnose::report::{Fitted, FloorParts, Gap, PredictedRun, Verdict};
+use crate::diagnose::report::{Fitted, Gap, PredictedRun, Verdict};
 use crate::diagnose::settings::{CLOSES, CLUSTERED_RUNS, FOLDS, ROUNDING};
 use crate::motor::Motor;
 
@@ -38,10 +38,15 @@ pub(crate) struct Shown {
 
 impl Shown {
     /// Fits them. The nominal model is among the starts of the refit, and the refit among those of the model with effects.
+    ///
+    /// With every sample weighed alike a load that wanders is fitted too, and predicts nothing. So of fits that weigh so and of those of
+    /// the search those are shown and handed over that predict pieces better which they have not seen; but no model leaves
+    /// more than one with less in it.
     pub fn new(pieces: &Pieces, base: &Base, refitted: &Fit, best: &Fit) -> Option<Self> {
         let plain = Model::new(base, Vec::new());
+        let nominal = Left::new(pieces, &plain, base.kind, &plain.start())?;
         let starts = [plain.start(), refitted.x.clone()];
-        let refit = unweighted(pieces, &plain, base.kind, &starts)?;
+        let mut refit = unweighted(pieces, &plain, base.kind, &starts)?;
         let mut with_effects = refit.clone();
         let mut leave_more = false;
         if !best.model.members.is_empty() {
@@ -57,8 +62,17 @@ impl Shown {
                 None => leave_more = true,
             }
         }
+        let weighed = [refitted, best].map(|fit| as_weighed(pieces, base.kind, fit));
+        if let [Some(again), Some(with)] = weighed
+            && again.sum() <= nominal.sum()
+            && with.sum() <= again.sum()
+            && !leave_more
+            && with.predicted_sum() < with_effects.predicted_sum()
+        {
+            (refit, with_effects) = (again, with);
+        }
         Some(Self {
-            nominal: Left::new(pieces, &plain, base.kind, &plain.start())?,
+            nominal,
             refitted: refit,
             with_effects,
             leave_more,
@@ -88,16 +102,17 @@ pub(crate) struct Rungs {
     /// The same sample by sample.
     pub predicted: Vec<PredictedRun>,
     draws: Vec<[f64; 3]>,
+    /// The floor in counts RMS, drawn as often.
+    floors: Vec<f64>,
     leave_more: bool,
 }
 
 impl Rungs {
-    /// Probability that a rung (0 nominal, 1 refitted, 2 with effects) is not above the floor.
+    /// Probability that a rung (0 nominal, 1 refitted, 2 with effects) is not above the floor, which the repeats tell no better than
+    /// their pieces agree.
     pub fn below_floor(&self, rung: usize) -> f64 {
-        let below = self
-            .draws
-            .iter()
-            .filter(|draw| draw[rung] <= self.gap.floor);
+        let both = self.draws.iter().zip(&self.floors);
+        let below = both.filter(|(draw, floor)| draw[rung] <= **floor);
         below.count() as f64 / self.draws.len() as f64
     }
 
@@ -132,7 +147,7 @@ pub(crate) fn rungs(
     (all, pieces): (&Pieces, &Pieces),
     held: Option<&Pieces>,
     shown: &Shown,
-    floor_parts: FloorParts,
+    floor: &Floor,
 ) -> Option<Rungs> {
     let models = [
         &shown.nominal,
@@ -154,6 +169,11 @@ pub(crate) fn rungs(
         }
     };
     let blocks = blocks(measured, &by_model);
+    let floors = {
+        let mut random = Pcg64Mcg::seed_from_u64(0x666c_6f6f);
+        (0..DRAWS).map(|_| floor.drawn(&mut random)).collect()
+    };
+    let floor_parts = floor.parts;
     let floor = floor_parts.largest();
     let rungs = rms(&blocks, &vec![1.0; blocks.len()]);
     let draws = bootstrap(&blocks);
@@ -202,6 +222,7 @@ pub(crate) fn rungs(
         gap,
         predicted: predicted(measured, &by_model),
         draws,
+        floors,
         leave_more: shown.leave_more,
     })
 }
@@ -306,6 +327,7 @@ fn quantiles(mut values: Vec<f64>) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::report::FloorParts;
     use crate::diagnose::samples::{base_of, fitted, motor_with, recording};
 
     fn block(squares: [f64; 3]) -> Block {
@@ -323,12 +345,12 @@ mod tests {
         let base = base_of(&pieces);
         let fit = fitted(&pieces, &base, &[]);
         let shown = Shown::new(&pieces, &base, &fit, &fit).expect("a motor");
-        let floor = FloorParts {
+        let floor = Floor::from(FloorParts {
             rounding: 0.3,
             repeats: None,
             good_enough: None,
-        };
-        let mut gap = rungs((&pieces, &pieces), None, &shown, floor)
+        });
+        let mut gap = rungs((&pieces, &pieces), None, &shown, &floor)
             .expect("rungs")
             .gap;
         let [nominal, refitted] = [&shown.nominal.motor, &shown.refitted.left.motor];

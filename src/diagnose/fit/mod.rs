@@ -26,4 +26,4 @@ pub(crate) use rounding::rounding;
 pub(crate) use simulated::{response, sensitivities};
 pub(crate) use starts::{Starts, less_start};
 pub(crate) use then::Then;
-pub(crate) use unweighted::{Left, Unweighted, unweighted};
+pub(crate) use unweighted::{Left, Unweighted, as_weighed, unweighted};

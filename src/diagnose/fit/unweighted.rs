@@ -1,7 +1,7 @@
 //! The fit of the position error as it is shown: every sample alike, less what the measured starts of the pieces make, with prior rows
 //! only.
 
-use super::fitted::{dot, surroundings, whitened};
+use super::fitted::{Fit, dot, surroundings, whitened};
 use super::folds::out_of_fold;
 use super::levenberg::{At, minimise};
 use super::{Model, Starts, less_start};
@@ -39,7 +39,7 @@ impl Left {
         Some(less_start(pieces, time_constant_s, &residual))
     }
 
-    fn sum(&self) -> f64 {
+    pub fn sum(&self) -> f64 {
         dot(&self.shown, &self.shown)
     }
 }
@@ -56,6 +56,11 @@ impl Unweighted {
     /// Sum of the squares as fitted, in counts^2.
     pub fn sum(&self) -> f64 {
         self.left.sum()
+    }
+
+    /// The same of what is predicted.
+    pub fn predicted_sum(&self) -> f64 {
+        dot(&self.predicted, &self.predicted)
     }
 }
 
@@ -86,13 +91,37 @@ pub(crate) fn unweighted(
         }
     }
     let (x, left) = (tried.into_iter()).min_by(|a, b| a.1.sum().total_cmp(&b.1.sum()))?;
-    let around = surroundings(pieces, model, &x, kind);
     let whitener = evenly(pieces, model, kind, &x, &left);
+    shown_by_folds(pieces, (model, &x), kind, (Noise::NONE, &whitener), left)
+}
+
+/// A fit of the search, whose noise weighs the samples, in the same measure.
+pub(crate) fn as_weighed(pieces: &Pieces, kind: CommandKind, fit: &Fit) -> Option<Unweighted> {
+    let left = Left::new(pieces, &fit.model, kind, &fit.x)?;
+    let whitener = Whitener::new(pieces, &fit.around, fit.noise);
+    shown_by_folds(
+        pieces,
+        (&fit.model, &fit.x),
+        kind,
+        (fit.noise, &whitener),
+        left,
+    )
+}
+
+/// What a fit with this noise leaves, and leaves of each piece where it is predicted from the others.
+fn shown_by_folds(
+    pieces: &Pieces,
+    (model, x): (&Model, &[f64]),
+    kind: CommandKind,
+    (noise, whitener): (Noise, &Whitener),
+    left: Left,
+) -> Option<Unweighted> {
+    let around = surroundings(pieces, model, x, kind);
     let (starts, _) = Starts::of(pieces, &left.motor, around.time_constant_s)?;
-    let fit = whitened(pieces, model, x, (Noise::NONE, around, starts), &whitener)?;
+    let fit = whitened(pieces, model, x.to_vec(), (noise, around, starts), whitener)?;
     let shown = |residual: &[f64]| less_start(pieces, left.time_constant_s, residual);
     Some(Unweighted {
-        predicted: out_of_fold(pieces, &fit, &whitener, &shown),
+        predicted: out_of_fold(pieces, &fit, whitener, &shown),
         left,
     })
 }
