@@ -6,6 +6,9 @@
 /// Seconds in a day: a time of day starts again at 0 there.
 pub(super) const DAY_S: f64 = 86_400.0;
 
+/// Within so many bytes a stamp has its first colon: `[2026-04-13 19:`.
+const LONGEST_BEFORE_TIME: usize = 15;
+
 /// A time stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stamp {
@@ -24,6 +27,8 @@ pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
 /// The time stamp that a terminal put before a line, and the line as the board sent it.
 pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
     let line = line.trim_ascii_start();
+    // Every stamp has a time of day.
+    memchr::memchr(b':', &line[..line.len().min(LONGEST_BEFORE_TIME)])?;
     let (inside, is_bracketed) = match line.strip_prefix(b"[") {
         Some(inside) => (inside, true),
         None => (line, false),
