@@ -1,5 +1,6 @@
 //! The fit of the position error as it is shown: every sample alike, less what the measured starts of the pieces make, with prior rows
 //! only.
+//! Beside it a fit of the search in the same measure.
 
 use super::fitted::{Fit, dot, surroundings, whitened};
 use super::folds::out_of_fold;
