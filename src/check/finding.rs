@@ -109,6 +109,12 @@ impl Finding {
     }
 }
 
+/// What has to be mended in this run before its figures mean anything; none where nothing has to be.
+pub fn fatal_of<'a>(findings: &'a [Finding], run: &str) -> Option<&'a Finding> {
+    let mut of_run = findings.iter().filter(|finding| finding.run == run);
+    of_run.find(|finding| finding.severity == Severity::Fatal)
+}
+
 /// Whether one of them is fatal.
 pub fn is_fatal(findings: &[Finding]) -> bool {
     (findings.iter()).any(|finding| finding.severity == Severity::Fatal)

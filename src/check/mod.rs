@@ -46,7 +46,7 @@ mod time_unit;
 mod too_short;
 mod words;
 
-pub use finding::{Finding, Kind, Severity, is_fatal};
+pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
 pub(crate) use misread_position::misread_positions;
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;

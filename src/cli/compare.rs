@@ -12,6 +12,7 @@ use super::output_file::{Force, Form, Outputs};
 use super::picture::on_terminal;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
+use crate::check::Finding;
 use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
 use crate::plain::shown;
@@ -58,6 +59,13 @@ const SHORT: [(usize, &str); 6] = [
     (7, "speed (RPM RMS)"),
 ];
 
+/// Runs with their simulations, and what is found in the runs themselves.
+struct Found {
+    runs: Vec<Run>,
+    overlays: Vec<Overlay>,
+    findings: Vec<Finding>,
+}
+
 impl Compare {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         self.threads.set()?;
@@ -81,13 +89,18 @@ impl Compare {
             runs.push(run);
             overlays.push(overlay);
         }
-        check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
-        self.write_files(&outputs, &runs, &overlays, &motor, output)?;
-        let comparison = Comparison::of(&overlays);
+        let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
+        let found = Found {
+            runs,
+            overlays,
+            findings,
+        };
+        self.write_files(&outputs, &found, &motor, output)?;
+        let comparison = Comparison::of(&found.overlays);
         if output.json {
             output.document(&comparison)?;
         } else {
-            self.show(&runs, &overlays, output)?;
+            self.show(&found, output)?;
         }
         let worst = comparison.worst_position_rmse_counts();
         Ok(match self.fail_above {
@@ -104,15 +117,20 @@ impl Compare {
     fn write_files(
         &self,
         outputs: &Outputs,
-        runs: &[Run],
-        overlays: &[Overlay],
+        found: &Found,
         motor: &Motor,
         output: &Output,
     ) -> Result<(), Failure> {
+        let Found {
+            runs,
+            overlays,
+            findings,
+        } = found;
         if let Some(path) = &self.html {
             let pairs: Vec<_> = runs.iter().zip(overlays).collect();
             let title = format!("Recorded against simulated ({})", self.motor.words());
-            outputs.write(path, &page(&pairs, motor, &title), Form::Markup, output)?;
+            let page = page(&pairs, findings, motor, &title);
+            outputs.write(path, &page, Form::Markup, output)?;
         }
         let figures: Vec<_> = overlays.iter().map(|overlay| &overlay.figures).collect();
         if let (Some(path), Some(&worst)) = (&self.svg, worst_first(&figures).first()) {
@@ -128,7 +146,12 @@ impl Compare {
     }
 
     /// One run whole; of several a line each and the picture of the worst.
-    fn show(&self, runs: &[Run], overlays: &[Overlay], output: &Output) -> Result<(), Failure> {
+    fn show(&self, found: &Found, output: &Output) -> Result<(), Failure> {
+        let Found {
+            runs,
+            overlays,
+            findings,
+        } = found;
         let figures: Vec<_> = overlays.iter().map(|overlay| &overlay.figures).collect();
         let Some(&worst) = worst_first(&figures).first() else {
             return Ok(());
@@ -138,7 +161,7 @@ impl Compare {
         for panel in figure.panels.iter().take(3) {
             output.picture(&on_terminal(panel, &figure.x_label))?;
         }
-        output.line(&verdict(&laid.figures))?;
+        output.line(&verdict(&laid.figures, findings))?;
         let (names, rows) = figures_table(&figures);
         if rows.len() > 1 {
             let mut table = Table::new(SHORT.map(|(_, name)| name));
@@ -146,7 +169,7 @@ impl Compare {
                 table.row(SHORT.map(|(column, _)| row[column].clone()));
             }
             output.line(table.to_string().trim_end())?;
-            output.line(&all_words(&figures).unwrap_or_default())?;
+            output.line(&all_words(&figures, findings))?;
         } else {
             for (name, cell) in names.iter().zip(rows.concat()) {
                 output.line(&format!("  {name:<24} {cell}"))?;

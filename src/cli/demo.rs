@@ -243,7 +243,7 @@ impl Demo {
                 }
             }
             for (_, overlay) in &laid {
-                output.line(&verdict(&overlay.figures))?;
+                output.line(&verdict(&overlay.figures, &[]))?;
             }
             output.line(&two_measures(&found))?;
             output.line(&found.sentence)?;

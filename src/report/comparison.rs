@@ -1,6 +1,8 @@
 //! The picture of a comparison: speed in RPM, position in counts, what is left below.
 
+use super::diagnosis::{checks, few_words};
 use super::{Figure, Page, Panel, Series, Size, Stroke};
+use crate::check::{Finding, fatal_of};
 use crate::compare::{Overlay, RunFigures, speed_of_one_count};
 use crate::motor::Motor;
 use crate::plain::one_line;
@@ -177,8 +179,15 @@ fn is_met(figures: &RunFigures) -> bool {
     figures.position_rmse_counts < MET * figures.floor_counts
 }
 
-/// One sentence on how well a run is met.
-pub fn verdict(figures: &RunFigures) -> String {
+/// One sentence on how well a run is met; of one that has to be mended first, why and how.
+pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
+    if let Some(fatal) = fatal_of(findings, &figures.path) {
+        return format!(
+            "{} is not usable: {}. How well the simulation meets it says nothing before.",
+            one_line(&figures.path),
+            fatal.sentence()
+        );
+    }
     let ratio = figures.position_rmse_counts / figures.floor_counts;
     let words = if is_met(figures) {
         "the simulation meets the recording down to the encoder's own rounding"
@@ -208,33 +217,51 @@ pub fn worst_first(figures: &[&RunFigures]) -> Vec<usize> {
     order
 }
 
-/// What several runs come to, in a sentence: how many are met, and which is worst.
-pub fn all_words(figures: &[&RunFigures]) -> Option<String> {
-    let worst = figures[*worst_first(figures).first()?];
-    let met = figures.iter().filter(|run| is_met(run)).count();
-    Some(format!(
-        "Of {} runs the simulation meets {met} down to the encoder's own rounding. The worst is {} with {:.3} counts RMS.",
-        figures.len(),
-        one_line(&worst.path),
-        worst.position_rmse_counts
-    ))
+/// What several runs come to: how many are met, which is worst, and which have to be mended first.
+pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
+    let is_usable = |run: &&RunFigures| fatal_of(findings, &run.path).is_none();
+    let (usable, others): (Vec<&RunFigures>, Vec<&RunFigures>) =
+        figures.iter().copied().partition(is_usable);
+    let met = usable.iter().filter(|run| is_met(run)).count();
+    let mut said = match (usable.as_slice(), worst_first(&usable).first()) {
+        ([one], _) => verdict(one, &[]),
+        (several, Some(&worst)) => format!(
+            "Of {} runs the simulation meets {met} down to the encoder's own rounding. The worst is {} with {:.3} counts RMS.",
+            several.len(),
+            one_line(&several[worst].path),
+            several[worst].position_rmse_counts
+        ),
+        (_, None) => "No run is usable.".to_owned(),
+    };
+    if !others.is_empty() {
+        let names = others.iter().map(|run| one_line(&run.path).into_owned());
+        let names = few_words(&names.collect::<Vec<_>>());
+        said += &format!(" To be mended first: {names}.");
+    }
+    said
 }
 
-/// The whole comparison as one offline page: a line a run, and pictures, the worst first.
-pub fn page(pairs: &[(&Run, &Overlay)], motor: &Motor, title: &str) -> String {
+/// The whole comparison as one offline page: what is found in the recordings, a line a run, and pictures, the worst first.
+pub fn page(
+    pairs: &[(&Run, &Overlay)],
+    findings: &[Finding],
+    motor: &Motor,
+    title: &str,
+) -> String {
     let mut page = Page::new(title);
-    lay_out(&mut page, pairs);
+    checks(&mut page, findings);
+    lay_out(&mut page, pairs, findings);
     page.section("Motor");
     page.verbatim(&motor.to_toml());
     page.finish()
 }
 
 /// What the runs come to, the figures of all, and pictures, the worst first.
-pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)]) {
+pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)], findings: &[Finding]) {
     let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
     match figures.as_slice() {
-        [one] => page.lead(&verdict(one)),
-        several => page.lead(&all_words(several).unwrap_or_default()),
+        [one] => page.lead(&verdict(one, findings)),
+        several => page.lead(&all_words(several, findings)),
     }
     let (names, rows) = figures_table(&figures);
     page.sortable(&names, &rows);
@@ -252,7 +279,7 @@ pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)]) {
         let name = &overlay.figures.path;
         page.section(name);
         if pairs.len() > 1 {
-            page.paragraph(&verdict(&overlay.figures));
+            page.paragraph(&verdict(&overlay.figures, findings));
         }
         for note in &overlay.figures.notes {
             page.note(note);

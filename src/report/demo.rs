@@ -24,10 +24,10 @@ pub fn keys_words(keys: &str) -> String {
     telling.collect::<Vec<_>>().join(", ")
 }
 
-/// Why the comparison has a larger number than the diagnosis.
+/// Why the comparison has another number than the diagnosis.
 pub fn two_measures(found: &Diagnosis) -> String {
     format!(
-        "The comparison counts the error of the whole run, in which errors add up. The diagnosis counts it over pieces of {}\u{a0}s, each from its own measured start, so its number is smaller.",
+        "The comparison counts the error of one whole run from rest, in which errors add up. The diagnosis counts it over pieces of {}\u{a0}s of all runs together, each from its own measured start, so the two numbers differ.",
         figure(found.gap.horizon_s, 2)
     )
 }
@@ -43,13 +43,13 @@ pub fn page(shown: &Shown<'_>) -> Result<String, SimulationError> {
         "First a motor that does what its simulation does. Then one in which something differs, and what motorlab says of it.",
     );
     page.section("Recorded and simulated");
-    comparison::lay_out(&mut page, shown.met);
+    comparison::lay_out(&mut page, shown.met, &[]);
     page.section("Another motor: recorded, and simulated as before");
     page.note(&format!(
         "A virtual board whose motor differs in one thing ({}). The diagnosis below is not told which.",
         keys_words(shown.board)
     ));
-    comparison::lay_out(&mut page, &[(run, overlay)]);
+    comparison::lay_out(&mut page, &[(run, overlay)], &[]);
     page.section("What makes the gap");
     page.note(&two_measures(found));
     diagnosis::lay_out(&mut page, found, std::slice::from_ref(run), &[])?;

@@ -19,7 +19,13 @@
       return q === GAP ? null : q === ABSENT ? undefined : series.lo + q * series.step;
     });
   };
-  const said = value => (value == null ? "\u2013" : String(Number(value.toPrecision(5))).replace("-", "\u2212"));
+  // The decimals that are kept of a value (below 0: tens, hundreds), and five digits of what is no whole number.
+  const said = (value, decimals = 100) => {
+    if (value == null) return "\u2013";
+    const unit = 10 ** -Math.min(0, decimals);
+    const kept = unit > 1 ? unit * Math.round(value / unit) : Number(value.toFixed(decimals));
+    return String(Number.isInteger(kept) ? kept : Number(kept.toPrecision(5))).replace("-", "\u2212");
+  };
   const faded = (colour, share) => {
     const hex = colour.slice(1), full = hex.length === 3 ? [...hex].map(c => c + c).join("") : hex;
     return "#" + full + Math.round(255 * share).toString(16).padStart(2, "0");
@@ -27,7 +33,7 @@
 
   const series = (one, colour) => {
     const stroke = colour("--c" + one.c);
-    const out = { label: one.n, class: one.n ? undefined : "nameless", stroke, width: 1.6, value: (u, v) => said(v), points: { show: false } };
+    const out = { label: one.n, class: one.n ? undefined : "nameless", stroke, width: 1.6, value: (u, v) => said(v, one.decimals), points: { show: false } };
     if (one.k === "dash") out.dash = [6, 4];
     if (one.k === "faint") Object.assign(out, { stroke: faded(stroke, 0.3) });
     if (one.k.startsWith("broad")) Object.assign(out, { stroke: faded(stroke, 0.5), width: 5 });

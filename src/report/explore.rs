@@ -33,6 +33,8 @@ const ROWS: usize = 8000;
 const STEPS: f64 = 65533.0;
 const ABSENT: u16 = 65534;
 const GAP: u16 = 65535;
+/// Decimals that are told of a value, at most: as many as a script writes.
+const MOST_DECIMALS: f64 = 100.0;
 /// Height of the x axis below a panel in pixels.
 const AXIS: f64 = 30.0;
 /// Height of a panel without its axis in pixels, at least.
@@ -183,6 +185,7 @@ fn curve(series: &Series, y: &[Option<f64>]) -> Value {
         "c": series.colour % super::svg::COLOURS,
         "lo": low,
         "step": step,
+        "decimals": (-step.log10()).floor().clamp(-MOST_DECIMALS, MOST_DECIMALS) as i8,
         "v": base64(y.iter().flat_map(|y| pack(y).to_le_bytes())),
     })
 }

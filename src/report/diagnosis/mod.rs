@@ -243,7 +243,7 @@ fn tie_words(cause: &Cause) -> String {
 }
 
 /// What is wrong with the recordings comes first: nothing else means much before it is mended.
-fn checks(page: &mut Page, findings: &[Finding]) {
+pub fn checks(page: &mut Page, findings: &[Finding]) {
     if findings.is_empty() {
         page.note("motorlab check finds nothing wrong with the recordings.");
         return;
