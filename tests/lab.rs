@@ -2,10 +2,13 @@
 
 #[path = "support/command.rs"]
 mod command;
+#[path = "support/reversed.rs"]
+mod reversed;
 
 use std::path::Path;
 
 use command::run;
+use reversed::reversed;
 
 /// Columns of a CSV file by name; empty cells are NaN, comment lines are skipped.
 fn columns(path: &Path) -> Vec<(String, Vec<f64>)> {
@@ -220,6 +223,69 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     assert!(answer(&lab, "3.a").to_string().contains("No diagnosis"));
 }
 
+/// What has to be mended first stands before everything else, and in place of the answers that rest on the recording.
+#[test]
+fn a_recording_that_is_not_usable_answers_nothing() {
+    let directory = tempfile::tempdir().expect("a folder");
+    let folder = directory.path();
+    for (profile, name) in [("rest", "rest.csv"), ("reversing", "turned.csv")] {
+        let arguments = [
+            "capture",
+            "virtual:?speed=max",
+            "--ts",
+            "0.01",
+            "--profile",
+            profile,
+            "--duration",
+            "6",
+            "-o",
+            name,
+        ];
+        run(folder, &arguments);
+    }
+    let text = std::fs::read_to_string(folder.join("turned.csv")).expect("a run");
+    std::fs::write(folder.join("turned.csv"), reversed(&text)).expect("written");
+    for (name, why) in [
+        ("rest.csv", "the command is 0 throughout"),
+        ("turned.csv", "are swapped"),
+    ] {
+        let done = run(folder, &["lab", "--run", name, "-o", "lab"]);
+        assert_eq!(done.status, Some(1), "{}", done.messages);
+        assert!(done.messages.contains(why), "{}", done.messages);
+        assert!(!done.messages.contains("mapping") || name == "rest.csv");
+        let lab = json(&folder.join("lab/lab.json"));
+        assert_eq!(lab["findings"][0]["severity"], "fatal");
+        for number in ["1.3", "3.2", "3.a"] {
+            let short = answer(&lab, number)["short"].as_str().expect("text");
+            assert!(short.starts_with("That cannot be said"), "{short}");
+            let said = format!("{name} is not usable: ");
+            assert!(short.contains(&said) && short.contains(why), "{short}");
+            assert!(done.output.contains(short), "{}", done.output);
+        }
+        let page = std::fs::read_to_string(folder.join("lab/index.html")).expect("the page");
+        let at = |what: &str| page.find(what).unwrap_or_else(|| panic!("no {what}"));
+        assert!(at(why) < at("class=\"lead\"") && at(why) < at("<th>question</th>"));
+    }
+    // Beside one that is usable, that one is answered for.
+    let runs = [
+        "lab",
+        "--run",
+        "rest.csv",
+        "--run",
+        "sound.csv",
+        "-o",
+        "lab",
+    ];
+    let step = ["simulate", "--ts", "0.03", "--duration", "1.8"];
+    run(folder, &[&step[..], &["-o", "sound.csv"]].concat());
+    let done = run(folder, &runs);
+    assert_eq!(done.status, Some(1), "{}", done.messages);
+    let lab = json(&folder.join("lab/lab.json"));
+    let short = answer(&lab, "1.3")["short"].as_str().expect("text");
+    assert!(short.starts_with("Yes: every recording"), "{short}");
+    assert!(short.contains("rest.csv is not usable"), "{short}");
+}
+
 #[test]
 fn a_run_that_is_none_is_bad_input() {
     let directory = tempfile::tempdir().expect("a folder");
@@ -254,6 +320,7 @@ fn the_answer_goes_with_the_diagnosis() {
         "",
         "effect=voltage_drop&drop_v=0.8",
         "effect=coulomb_friction&torque_nm=0.05",
+        "effect=backlash",
         "inertia_kg_m2=0.0024",
     ] {
         let done = run(folder, &["lab", "--board", board, "-o", "lab"]);
@@ -262,9 +329,13 @@ fn the_answer_goes_with_the_diagnosis() {
         let verdict = lab["missing"]["diagnosed"]["verdict"]
             .as_str()
             .expect("a verdict");
-        let short = answer(&lab, "3.a")["short"].as_str().expect("text");
+        let diagnosis = &lab["missing"]["diagnosed"];
+        let probability = diagnosis["probability"].as_f64().expect("a number");
+        let [step, short] =
+            ["1.3", "3.a"].map(|number| answer(&lab, number)["short"].as_str().expect("text"));
         let begins = match verdict {
             "no_gap" => "Nothing",
+            "parameters" if probability < 0.9 => "Probably no effect is missing",
             "parameters" => "No effect is missing",
             "ambiguous" => "These recordings do not settle it",
             "outside_catalogue" => "Something is",
@@ -274,6 +345,17 @@ fn the_answer_goes_with_the_diagnosis() {
             _ => "This is",
         };
         assert!(short.starts_with(begins), "{board}: {verdict}: {short}");
+        // How sure it is, before the diagnosis's own words.
+        let own = short.split("The diagnosis: ").next();
+        assert!(own.is_some_and(|own| own.contains("% sure")), "{short}");
+        // A step that is met is no "yes" beside a gap; and where two numbers differ, the page says why.
+        assert!(!step.starts_with("Yes") || verdict == "no_gap", "{step}");
+        assert!(!step.starts_with("No:") || verdict != "no_gap", "{step}");
+        assert!(step.contains("over the whole run"), "{step}");
+        let page = std::fs::read_to_string(folder.join("lab/index.html")).expect("the page");
+        let says_why = |text: &str| text.contains("over pieces of");
+        assert_eq!(says_why(short), verdict != "no_gap", "{short}");
+        assert!(says_why(&page));
         seen.push(verdict.to_owned());
     }
     seen.sort();

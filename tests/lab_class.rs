@@ -2,11 +2,14 @@
 
 #[path = "support/command.rs"]
 mod command;
+#[path = "support/reversed.rs"]
+mod reversed;
 
 use std::fs;
 use std::path::Path;
 
 use command::{Finished, run};
+use reversed::reversed;
 use serde_json::Value;
 
 fn record(here: &Path, student: &str, name: &str, board: &str) {
@@ -115,6 +118,8 @@ fn each_student_has_a_row_and_what_is_not_usable_stops_nobody() {
     for name in ["anna", "ben", "cleo", "dora", "emil", "fritz", "gina"] {
         assert!(page.contains(name), "{name}");
     }
+    // One measure in every number of the page: that of the diagnosis.
+    assert!(!page.contains("over the whole run"));
     assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("readme"));
     let file = fs::read_to_string(here.join("class/class.json")).expect("a file");
     let file: Value = serde_json::from_str(&file).expect("JSON");
@@ -131,30 +136,6 @@ fn each_student_has_a_row_and_what_is_not_usable_stops_nobody() {
             .as_deref(),
         Some("mine")
     );
-}
-
-/// The run with its counts, and the speed made of them, turned about.
-fn reversed(text: &str) -> String {
-    let mut names: Vec<&str> = Vec::new();
-    let mut lines = Vec::new();
-    for line in text.lines() {
-        let cells: Vec<&str> = line.split(',').collect();
-        if line.starts_with('#') || names.is_empty() {
-            if !line.starts_with('#') {
-                names = cells;
-            }
-            lines.push(line.to_owned());
-            continue;
-        }
-        let turned = |(name, cell): (&&str, &str)| match (*name, cell.strip_prefix('-')) {
-            ("counts" | "velocity_rad_s", Some(positive)) => positive.to_owned(),
-            ("counts" | "velocity_rad_s", None) if !cell.is_empty() => format!("-{cell}"),
-            _ => cell.to_owned(),
-        };
-        let turned: Vec<String> = names.iter().zip(cells).map(turned).collect();
-        lines.push(turned.join(","));
-    }
-    lines.join("\n") + "\n"
 }
 
 #[test]

@@ -6,6 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::demo::{begin, take_place};
+use super::findings::said;
 use super::foreign::unreadable;
 use super::lab_class::{Asked, class};
 use super::motor_file::motor_file;
@@ -102,12 +103,13 @@ impl Lab {
             return Ok(Status::FellShort);
         };
         let files = self.write(&lab, &outputs)?;
+        said(lab.findings.clone(), output);
         self.show(&lab, &files, output)?;
         let lost = lab
             .part_3
             .iter()
             .any(|recorded| recorded.overlay.figures.lost > 0);
-        Ok(if lost {
+        Ok(if lost || !lab.is_sound() {
             Status::FellShort
         } else {
             Status::Done
@@ -237,6 +239,7 @@ impl Lab {
             return output.document(&json!({
                 "shape": "motorlab-lab-files/1",
                 "source": lab.source,
+                "findings": lab.findings,
                 "answers": lab.answers,
                 "files": files,
             }));

@@ -2,7 +2,7 @@
 
 use super::class::{Class, Outcome, Recording, Student};
 use crate::report::Page;
-use crate::report::number::{figure, probability, time};
+use crate::report::number::{figure, probability, sure, time};
 
 /// What stands where there is no figure.
 const NONE: &str = "\u{2013}";
@@ -24,7 +24,7 @@ pub fn page(class: &Class) -> String {
         &rows,
     );
     page.note(
-        "Gap: position error of the motor file's model in counts RMS, over pieces of the recordings, each from its own measured start. Over a whole run errors add up. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
+        "Gap: position error of the motor file's model in counts RMS, over pieces of the recordings, each from its own measured start. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
     );
     mended(&mut page, class);
     for student in &class.students {
@@ -112,14 +112,8 @@ fn section(page: &mut Page, student: &Student) {
 fn one(page: &mut Page, recording: &Recording) {
     page.subsection(&recording.name);
     if let Some(figures) = recording.figures {
-        let error = figures.position_rmse_counts.map_or(String::new(), |error| {
-            format!(
-                "; over the whole run the simulation is off by {} counts RMS",
-                figure(error, 3)
-            )
-        });
         page.note(&format!(
-            "{} samples every {} s, {} in all{error}.",
+            "{} samples every {} s, {} in all.",
             figures.samples,
             figures.sample_time_s,
             time(figures.duration_s)
@@ -148,9 +142,9 @@ fn one(page: &mut Page, recording: &Recording) {
 
 fn alone(outcome: &Outcome) -> String {
     format!(
-        "By itself: {} ({} sure), gap {} counts, floor {}. {}",
+        "By itself: {} ({}), gap {} counts, floor {}. {}",
         outcome.words(),
-        probability(outcome.probability),
+        sure(outcome.probability),
         figure(outcome.gap_counts, 3),
         figure(outcome.floor_counts, 3),
         outcome.sentence

@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 
-use super::Source;
-use super::recorded::Recorded;
-use crate::check::{Severity, check};
+use crate::check::{Finding, Severity};
 use crate::diagnose::{Cause, Diagnosis, Interval, Options, diagnose};
 use crate::motor::Motor;
 use crate::recording::Run;
@@ -21,24 +19,14 @@ pub enum Missing {
 }
 
 impl Missing {
-    /// Diagnoses all recordings together; `progress` is told what is being done.
-    ///
-    /// The virtual board plays faster than time passes: when its samples arrive says nothing of its clock,
-    /// and is left out.
+    /// Diagnoses all recordings together, in which this was found; `progress` is told what is being done.
     pub fn in_simulation_of(
         motor: &Motor,
-        recorded: &[Recorded],
-        source: &Source,
+        runs: &[Run],
+        findings: &[Finding],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Self {
-        let mut runs: Vec<Run> = recorded.iter().map(|laid| laid.run.clone()).collect();
-        if matches!(source, Source::VirtualBoard(_)) {
-            for run in &mut runs {
-                run.host_t_s = None;
-            }
-        }
         // As `diagnose` has it: what is to be mended first says nothing of the motor.
-        let findings = check(&runs, None);
         if let Some(fatal) = findings
             .iter()
             .find(|found| found.severity == Severity::Fatal)
@@ -52,7 +40,7 @@ impl Missing {
             progress,
             ..Options::default()
         };
-        match diagnose(&runs, motor, &options) {
+        match diagnose(runs, motor, &options) {
             Ok(diagnosis) => Self::Diagnosed(Box::new(diagnosis)),
             Err(why) => Self::Undiagnosed(why.to_string()),
         }

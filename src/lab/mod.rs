@@ -26,6 +26,7 @@ pub mod transfer;
 
 use serde::Serialize;
 
+use crate::check::{Finding, check};
 use crate::motor::{Motor, Parameters, SimulationError};
 use crate::plain::shown;
 use crate::recording::Run;
@@ -75,6 +76,8 @@ pub struct Lab {
     pub part_2: Sampling,
     /// Part 3.
     pub part_3: Vec<Recorded>,
+    /// What is found in its recordings themselves.
+    pub findings: Vec<Finding>,
     /// What explains the gap in Part 3.
     pub missing: Missing,
     /// Where the recordings come from.
@@ -147,8 +150,13 @@ impl Lab {
             .iter()
             .map(|effect| effect.kind().id)
             .collect();
+        let runs = as_diagnosed(&part_3, &source);
+        let findings = check(&runs, None);
+        let part_3: Vec<_> = (part_3.into_iter())
+            .map(|recorded| recorded.checked(&findings))
+            .collect();
         let missing = match progress {
-            Some(progress) => Missing::in_simulation_of(&motor, &part_3, &source, progress),
+            Some(progress) => Missing::in_simulation_of(&motor, &runs, &findings, progress),
             None => Missing::Undiagnosed("it was not asked for".to_owned()),
         };
         let answers = answers::all(&part_1, &part_2, &part_3, &missing, &source);
@@ -159,6 +167,7 @@ impl Lab {
             part_1,
             part_2,
             part_3,
+            findings,
             missing,
             source,
             answers,
@@ -166,8 +175,25 @@ impl Lab {
         })
     }
 
+    /// Whether every recording says something of the motor.
+    pub fn is_sound(&self) -> bool {
+        self.part_3.iter().all(Recorded::is_usable)
+    }
+
     /// The motor.
     pub fn motor(&self) -> &Motor {
         &self.motor
     }
+}
+
+/// The recordings as they are checked and diagnosed. The virtual board plays faster than time passes: when its samples arrive says
+/// nothing of its clock, and is left out.
+fn as_diagnosed(recorded: &[Recorded], source: &Source) -> Vec<Run> {
+    let mut runs: Vec<Run> = recorded.iter().map(|laid| laid.run.clone()).collect();
+    if matches!(source, Source::VirtualBoard(_)) {
+        for run in &mut runs {
+            run.host_t_s = None;
+        }
+    }
+    runs
 }

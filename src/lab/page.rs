@@ -1,18 +1,17 @@
 //! The report: one offline HTML page for the student who has the handout in hand and the teacher who marks it.
 
 mod figures;
+mod ranking;
 
 pub use figures::{recorded, residuals, sampled, step, step_responses};
 
-use super::missing::{cause_numbers, cause_words};
 use super::step_response::Curve;
 use super::transfer::Pole;
 use super::{Answer, Lab, Source};
-use crate::diagnose::Diagnosis;
 use crate::export::{EQUATIONS, PARAMETERS};
 use crate::report::comparison::figures_table;
 use crate::report::demo::keys_words;
-use crate::report::diagnosis::PARTS;
+use crate::report::diagnosis::checks;
 use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::report::{Page, Size};
 use crate::units::rpm_from_rad_s;
@@ -26,6 +25,9 @@ pub const TALL: Size = Size {
 /// The whole report.
 pub fn page(lab: &Lab) -> String {
     let mut page = Page::new("DC motor step response: the lab handout, answered");
+    if !lab.findings.is_empty() {
+        checks(&mut page, &lab.findings);
+    }
     page.lead(&summary(lab));
     if let Source::VirtualBoard(board) = &lab.source {
         let keys = match keys_words(board) {
@@ -357,41 +359,7 @@ fn part_3(page: &mut Page, lab: &Lab) {
         page.table(&names, &rows);
     }
     if let Some(diagnosis) = lab.missing.diagnosis() {
-        ranking(page, diagnosis);
+        ranking::section(page, diagnosis);
     }
     answers(page, lab, '3');
-}
-
-/// How many causes the report lists.
-const LISTED: usize = 8;
-
-fn ranking(page: &mut Page, diagnosis: &Diagnosis) {
-    page.subsection("What would explain the gap");
-    let said = diagnosis.parts.iter().map(String::as_str);
-    page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
-    let rows: Vec<Vec<String>> = diagnosis
-        .causes
-        .iter()
-        .take(LISTED)
-        .map(|cause| {
-            vec![
-                cause_words(cause).to_owned(),
-                percent(cause.probability),
-                cause_numbers(cause),
-                cause.indistinguishable_from.join(", "),
-            ]
-        })
-        .collect();
-    page.table(
-        &[
-            "cause",
-            "probability",
-            "numbers [95\u{a0}% interval]",
-            "fits as well",
-        ],
-        &rows,
-    );
-    page.note(
-        "Every effect of the catalogue, none and something unknown, weighed on all recordings together, as motorlab diagnose does. Steps of one voltage tell few causes apart; a reversing profile tells more.",
-    );
 }

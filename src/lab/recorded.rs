@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::step_response::Contents;
+use crate::check::{Finding, fatal_of};
 use crate::compare::{FLOOR_COUNTS, Overlay, RunFigures, compare};
 use crate::motor::{Model, Motor, SimulationError};
 use crate::recording::{CommandKind, Run};
@@ -96,6 +97,8 @@ pub struct Recorded {
     pub steady: Option<SteadySpeed>,
     /// Every model, from the poorest on.
     pub models: Vec<ModelFit>,
+    /// What has to be mended in the recording first, and how; none where it is usable.
+    pub unusable: Option<String>,
     /// The model with everything the motor file has, laid over the recording.
     #[serde(skip)]
     pub overlay: Overlay,
@@ -159,6 +162,7 @@ impl Recorded {
             sample_time_s: run.sample_time_s,
             steady,
             models,
+            unusable: None,
             overlay,
             run,
         })
@@ -168,6 +172,18 @@ impl Recorded {
     pub fn name(&self) -> String {
         let file = self.run.path.as_ref().and_then(|path| path.file_name());
         file.map_or_else(String::new, |name| name.to_string_lossy().into_owned())
+    }
+
+    /// The same with what was found in the recordings themselves.
+    pub fn checked(mut self, findings: &[Finding]) -> Self {
+        let fatal = fatal_of(findings, &self.overlay.figures.path);
+        self.unusable = fatal.map(Finding::sentence);
+        self
+    }
+
+    /// Whether the recording says anything of the motor.
+    pub fn is_usable(&self) -> bool {
+        self.unusable.is_none()
     }
 
     /// The model of these contents' name.

@@ -27,6 +27,25 @@ pub struct Answer {
     pub because: Vec<String>,
 }
 
+/// The recordings that say something of the motor.
+fn usable(runs: &[Recorded]) -> Vec<&Recorded> {
+    runs.iter()
+        .filter(|recorded| recorded.is_usable())
+        .collect()
+}
+
+/// Why the others do not, and what to do, as sentences behind those of an answer.
+fn not_usable(runs: &[Recorded]) -> String {
+    let told = runs.iter().filter_map(|recorded| {
+        let why = recorded.unusable.as_ref()?;
+        Some(format!(" {} is not usable: {why}.", recorded.name()))
+    });
+    told.collect()
+}
+
+/// What stands instead of an answer where no recording is usable.
+const TO_BE_MENDED: &str = "That cannot be said before the recording is mended.";
+
 /// Every answer, in the handout's order.
 pub fn all(
     part_1: &StepResponses,
@@ -38,7 +57,7 @@ pub fn all(
     vec![
         step_response::first_order(part_1),
         step_response::damping(part_1),
-        step_response::experiment(part_3, source),
+        step_response::experiment(part_3, missing, source),
         sampling::plots(part_2),
         sampling::quantisation(part_2),
         sampling::delay(part_2),

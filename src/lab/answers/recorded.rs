@@ -1,12 +1,13 @@
 //! Answers of Part 3.
 
-use super::Answer;
+use super::{Answer, TO_BE_MENDED, not_usable, usable};
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
-use crate::report::number::{change, figure, percent, rpm, time};
+use crate::report::demo::two_measures;
+use crate::report::number::{change, figure, percent, rpm, sure, time};
 
 pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
     let mut because = vec![
@@ -41,7 +42,8 @@ pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
 }
 
 pub(super) fn match_now(runs: &[Recorded]) -> Answer {
-    let because = runs
+    let usable = usable(runs);
+    let because = usable
         .iter()
         .flat_map(|recorded| {
             let file = recorded.name();
@@ -61,13 +63,13 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
             })
         })
         .collect();
-    let sentences: Vec<String> = runs
+    let sentences: Vec<String> = usable
         .iter()
         .filter_map(|recorded| {
             let without = recorded.model(MODELS[0].name)?;
             let with = recorded.model(MODELS[3].name)?;
             Some(format!(
-                "At TS\u{a0}=\u{a0}{}\u{a0}s the simulation with friction is off by {} counts and {} RPM RMS, without friction by {} counts and {} RPM.",
+                "At TS\u{a0}=\u{a0}{}\u{a0}s the simulation with friction is off by {} counts and {} RPM RMS over the whole run, without friction by {} counts and {} RPM.",
                 recorded.sample_time_s,
                 figure(with.figures.position_rmse_counts, 3),
                 figure(with.figures.velocity_rmse_rpm, 3),
@@ -76,17 +78,21 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
             ))
         })
         .collect();
+    let short = match sentences.as_slice() {
+        [] if !runs.is_empty() => TO_BE_MENDED.to_owned(),
+        said => said.join(" "),
+    };
     Answer {
         number: "3.2",
         topic: "How well does the simulated response match now, with and without friction?",
-        short: sentences.join(" "),
+        short: short + &not_usable(runs),
         because,
     }
 }
 
 pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> Answer {
-    let open: Vec<&Recorded> = runs
-        .iter()
+    let usable = usable(runs);
+    let open: Vec<&Recorded> = (usable.iter().copied())
         .filter(|recorded| !recorded.is_at_the_floor())
         .collect();
     let mut because = Vec::new();
@@ -115,7 +121,7 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
         }
         because.push(text);
     }
-    for recorded in runs {
+    for recorded in &usable {
         if let (Some(plain), Some(with)) =
             (recorded.model(MODELS[3].name), recorded.model(WITH_EFFECTS))
         {
@@ -127,25 +133,32 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
             ));
         }
     }
-    if open.is_empty() && matches!(source, Source::VirtualBoard(_)) {
+    if open.is_empty() && !usable.is_empty() && matches!(source, Source::VirtualBoard(_)) {
         because.push("The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.".to_owned());
     }
     let seen = Seen {
         differing: open.len(),
-        recordings: runs.len(),
+        recordings: usable.len(),
     };
     let short = match missing {
         Missing::Diagnosed(diagnosis) => {
             because.extend(diagnosed(diagnosis));
+            let measures = match diagnosis.verdict {
+                Verdict::NoGap => String::new(),
+                _ => two_measures(diagnosis) + " ",
+            };
             format!(
-                "{} The diagnosis: {}",
-                seen.answer(diagnosis.verdict, &diagnosis.effects),
+                "{} {measures}The diagnosis: {}",
+                seen.answer(diagnosis.verdict, &diagnosis.effects, diagnosis.probability),
                 diagnosis.sentence
             )
         }
         Missing::Undiagnosed(why) => {
             because.push(format!("No diagnosis: {why}."));
-            seen.alone()
+            match usable.is_empty() {
+                true => TO_BE_MENDED.to_owned() + &not_usable(runs),
+                false => seen.alone() + &not_usable(runs),
+            }
         }
     };
     Answer {
@@ -155,6 +168,9 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
         because,
     }
 }
+
+/// From this probability on it is said flatly that no effect is missing. Convention.
+const SAID_FLATLY_FROM: f64 = 0.9;
 
 /// Recordings that differ from every model of the handout by more than the encoder's rounding.
 #[derive(Debug, Clone, Copy)]
@@ -167,7 +183,7 @@ impl Seen {
     /// How the recordings stand to the models of the handout.
     fn words(self) -> String {
         match self.differing {
-            0 => "a model of the handout meets every recording down to the encoder's rounding"
+            0 => "over the whole run a model of the handout meets every recording to about the encoder's rounding"
                 .to_owned(),
             differing => format!(
                 "{differing} of {} recordings differ from every model of the handout by more than the encoder's rounding",
@@ -185,32 +201,43 @@ impl Seen {
     }
 
     /// What is missing, as the verdict has it: never more, and never less.
-    fn answer(self, verdict: Verdict, effects: &[&str]) -> String {
+    fn answer(self, verdict: Verdict, effects: &[&str], probability: f64) -> String {
         let seen = self.words();
+        let sure = sure(probability);
         let named = effects.join(" and ");
         match verdict {
             Verdict::NoGap => format!(
-                "Nothing that these recordings show: {seen}, and the diagnosis finds no gap."
+                "Nothing that these recordings show ({sure}): {seen}, and the diagnosis finds no gap."
             ),
             Verdict::Parameters => {
-                format!("No effect is missing; the motor's numbers are other ones: {seen}.")
+                let no_effect = match probability < SAID_FLATLY_FROM {
+                    true => "Probably no effect",
+                    false => "No effect",
+                };
+                format!(
+                    "{no_effect} is missing ({sure}); the motor's numbers are other ones: {seen}."
+                )
             }
-            Verdict::Effect => format!("This is: {named}; {seen}."),
+            Verdict::Effect => format!("This is: {named} ({sure}); {seen}."),
             Verdict::Partial if effects.is_empty() => {
                 format!(
-                    "A known effect is, these recordings do not tell which, and something more that no known effect explains; {seen}."
+                    "A known effect is ({sure}), these recordings do not tell which, and something more that no known effect explains; {seen}."
                 )
             }
             Verdict::Partial => format!(
-                "This is: {named}, and something more that no known effect explains; {seen}."
+                "This is: {named} ({sure}), and something more that no known effect explains; {seen}."
             ),
             Verdict::Ambiguous => {
-                format!("These recordings do not settle it: {seen}, and several causes remain.")
+                format!(
+                    "These recordings do not settle it: {seen}, and several causes remain ({sure} that it is one of them)."
+                )
             }
             Verdict::OutsideCatalogue => {
-                format!("Something is that no known effect explains: {seen}.")
+                format!("Something is that no known effect explains ({sure}): {seen}.")
             }
-            Verdict::NoChange => format!("Nothing beyond what the reference shows: {seen}."),
+            Verdict::NoChange => {
+                format!("Nothing beyond what the reference shows ({sure}): {seen}.")
+            }
             Verdict::BadRecording => {
                 "That cannot be said: the recording has to be mended first.".to_owned()
             }
@@ -278,7 +305,10 @@ mod tests {
                 recordings: 2,
             };
             for (verdict, effects) in &verdicts {
-                let said = seen.answer(*verdict, effects);
+                let said = seen.answer(*verdict, effects, 0.69);
+                let is_sure = said.contains("69\u{a0}% sure");
+                assert_eq!(is_sure, *verdict != Verdict::BadRecording, "{said}");
+                assert!(!said.starts_with("No effect"), "{said}");
                 assert_eq!(
                     said.starts_with("Nothing"),
                     *verdict == Verdict::NoGap,

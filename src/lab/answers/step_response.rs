@@ -1,11 +1,13 @@
 //! Answers of Part 1.
 
-use super::Answer;
+use super::{Answer, TO_BE_MENDED, not_usable, usable};
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::damping::Term;
+use crate::lab::missing::Missing;
 use crate::lab::recorded::Recorded;
 use crate::lab::step_response::VISIBLE;
 use crate::lab::{Source, StepResponses};
-use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
+use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, sure, time};
 use crate::units::rpm_from_rad_s;
 
 impl Term {
@@ -183,8 +185,9 @@ pub(super) fn capitalised(text: &str) -> String {
     })
 }
 
-pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
-    let because: Vec<String> = runs
+pub(super) fn experiment(runs: &[Recorded], missing: &Missing, source: &Source) -> Answer {
+    let usable = usable(runs);
+    let because: Vec<String> = usable
         .iter()
         .filter_map(|recorded| {
             let steady = recorded.steady?;
@@ -213,23 +216,16 @@ pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
             ))
         })
         .collect();
-    let met = runs
+    let met = usable
         .iter()
         .filter(|recorded| recorded.is_at_the_floor())
         .count();
-    let short = match runs.first().and_then(Recorded::best) {
-        None => "There is no recording to compare with.".to_owned(),
+    let first = usable.first().copied();
+    let short = match first.and_then(Recorded::best) {
+        None if runs.is_empty() => "There is no recording to compare with.".to_owned(),
+        None => TO_BE_MENDED.to_owned(),
         Some(best) => {
-            let verdict = if met == runs.len() {
-                "Yes: every recording is met down to the encoder's rounding".to_owned()
-            } else if met == 0 {
-                "No: no recording is met down to the encoder's rounding".to_owned()
-            } else {
-                format!(
-                    "In part: {met} of {} recordings are met down to the encoder's rounding",
-                    runs.len()
-                )
-            };
+            let verdict = match_words(met, usable.len(), missing.diagnosis());
             let source = match source {
                 Source::Recorded => "",
                 Source::VirtualBoard(_) => {
@@ -237,7 +233,7 @@ pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
                 }
             };
             format!(
-                "{verdict}; closest is \u{201c}{}\u{201d}, off by {} counts RMS.{source}",
+                "{verdict}; closest is \u{201c}{}\u{201d}, off by {} counts RMS over the whole run.{source}",
                 best.name,
                 figure(best.figures.position_rmse_counts, 3)
             )
@@ -246,7 +242,30 @@ pub(super) fn experiment(runs: &[Recorded], source: &Source) -> Answer {
     Answer {
         number: "1.3",
         topic: "Does the simulated step match the experimental one?",
-        short,
+        short: short + &not_usable(runs),
         because,
+    }
+}
+
+/// How many recordings are met, and what the diagnosis adds where it sees more or less than that.
+fn match_words(met: usize, recordings: usize, diagnosis: Option<&Diagnosis>) -> String {
+    let found = diagnosis.map(|found| {
+        let finds_none = matches!(found.verdict, Verdict::NoGap | Verdict::NoChange);
+        (finds_none, sure(found.probability))
+    });
+    match found {
+        Some((false, sure)) if met == recordings => format!(
+            "Nearly: every recording is met to about the encoder's rounding, but the diagnosis finds a gap ({sure}; see 3.a)"
+        ),
+        Some((true, sure)) if met == 0 => format!(
+            "Nearly: no recording is met down to the encoder's rounding, but the diagnosis finds no gap above its floor ({sure}; see 3.a)"
+        ),
+        _ if met == recordings => {
+            "Yes: every recording is met down to the encoder's rounding".to_owned()
+        }
+        _ if met == 0 => "No: no recording is met down to the encoder's rounding".to_owned(),
+        _ => format!(
+            "In part: {met} of {recordings} recordings are met down to the encoder's rounding"
+        ),
     }
 }
