@@ -1,6 +1,7 @@
 //! Bars with their names and numbers, and an interval where there is one.
 //!
-//! Name and number stand above each bar, so that the drawing needs no width of its own.
+//! Name and number stand above each bar, so that the drawing needs no width of its own. Where they do not fit beside each other the
+//! name is broken into lines, and the number stands on a line of its own.
 
 use std::fmt::Write;
 
@@ -60,36 +61,73 @@ const TITLE: f64 = 30.0;
 const ROW: f64 = 36.0;
 const THICK: f64 = 12.0;
 const MARGIN: f64 = 8.0;
+/// Height of a further line of text.
+const LINE: f64 = 16.0;
+/// Width of a letter of [`super::svg::STYLE`]'s text, the broadest usual fonts included.
+const LETTER: f64 = 7.0;
+
+impl Bar {
+    /// The name in lines that are no longer than this; the number fits beside the last one.
+    fn lines(&self, long: f64) -> Vec<String> {
+        let letters = |text: &str| text.chars().count();
+        let most = (long / LETTER) as usize;
+        let mut lines = vec![String::new()];
+        for word in self.name.split(' ') {
+            let last = lines.len() - 1;
+            if lines[last].is_empty() {
+                lines[last].push_str(word);
+            } else if letters(&lines[last]) + 1 + letters(word) <= most {
+                lines[last] += &format!(" {word}");
+            } else {
+                lines.push(word.to_owned());
+            }
+        }
+        let beside = lines.last().map_or(0, |line| letters(line));
+        if beside + 2 + letters(&self.text) > most {
+            lines.push(String::new());
+        }
+        lines
+    }
+}
 
 impl Bars {
     /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`].
     pub fn inline(&self, width: u32) -> String {
         let width = f64::from(width);
         let long = width - 2.0 * MARGIN;
-        let height = TITLE + ROW * self.bars.len() as f64 + MARGIN;
+        let lines: Vec<Vec<String>> = self.bars.iter().map(|bar| bar.lines(long)).collect();
+        let further: usize = lines.iter().map(|lines| lines.len() - 1).sum();
+        let height = TITLE + ROW * self.bars.len() as f64 + LINE * further as f64 + MARGIN;
         let title = escaped(&self.title);
         let mut out = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title}\">\
              <text class=\"title\" x=\"{MARGIN}\" y=\"19\">{title}</text>"
         );
-        for (k, bar) in self.bars.iter().enumerate() {
-            let y = TITLE + ROW * k as f64;
+        let mut y = TITLE;
+        for (bar, lines) in self.bars.iter().zip(&lines) {
             let x = |value: f64| MARGIN + long * self.scale.share(value);
+            for (k, line) in lines.iter().enumerate() {
+                let _ = write!(
+                    out,
+                    "<text x=\"{MARGIN}\" y=\"{:.1}\">{}</text>",
+                    y + 13.0 + LINE * k as f64,
+                    escaped(line)
+                );
+            }
+            y += LINE * (lines.len() - 1) as f64;
             let top = y + 18.0;
             let _ = write!(
                 out,
-                "<text x=\"{MARGIN}\" y=\"{:.1}\">{}</text>\
-                 <text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
+                "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>\
                  <rect x=\"{MARGIN}\" y=\"{top:.1}\" width=\"{long:.1}\" height=\"{THICK}\" fill=\"var(--grid)\" fill-opacity=\".5\"/>\
                  <rect x=\"{MARGIN}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{THICK}\" fill=\"var(--c{})\"/>",
-                y + 13.0,
-                escaped(&bar.name),
                 width - MARGIN,
                 y + 13.0,
                 escaped(&bar.text),
                 x(bar.value) - MARGIN,
                 bar.colour
             );
+            y += ROW;
             if let Some((low, high)) = bar.interval {
                 let middle = top + THICK / 2.0;
                 let _ = write!(
@@ -138,5 +176,34 @@ mod tests {
         let svg = bars.inline(216);
         assert!(svg.contains("width=\"100.0\"") && svg.contains("width=\"200.0\""));
         assert!(svg.contains("&lt;b&gt;") && !svg.contains("<b>"));
+    }
+
+    /// On a phone a long name and its number do not lie over each other.
+    #[test]
+    fn what_does_not_fit_beside_each_other_stands_on_lines_of_its_own() {
+        let bar = Bar {
+            name: "with cogging + dead_zone + pwm_freewheel".into(),
+            value: 0.5,
+            text: "0.648 counts (0.334 to 0.941)".into(),
+            interval: None,
+            colour: 0,
+        };
+        assert_eq!(bar.lines(344.0), [bar.name.as_str(), ""]);
+        assert_eq!(bar.lines(844.0), [bar.name.as_str()]);
+        assert_eq!(
+            bar.lines(210.0),
+            ["with cogging + dead_zone +", "pwm_freewheel", ""]
+        );
+        let bars = Bars {
+            title: "left".into(),
+            scale: Scale::Linear(1.0),
+            bars: vec![bar.clone(), bar],
+        };
+        let svg = bars.inline(360);
+        assert!(svg.contains("viewBox=\"0 0 360 142\""), "{svg}");
+        // Names, numbers and bars from the top: 43, 59 and 64; 95, 111 and 116.
+        for y in ["y=\"43.0\"", "y=\"59.0\"", "y=\"95.0\"", "y=\"111.0\""] {
+            assert!(svg.contains(y), "{y}: {svg}");
+        }
     }
 }

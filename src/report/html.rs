@@ -183,7 +183,7 @@ impl Page {
                 // A number and its per cent stay on one line.
                 let cell = match numeric.get(k) {
                     Some(true) => escaped(&cell.replace(" %", "\u{a0}%")).into_owned(),
-                    _ => with_code(cell),
+                    _ => breakable(&with_code(cell)),
                 };
                 let _ = write!(self.body, "<td{}>{cell}</td>", class(k));
             }
@@ -295,6 +295,18 @@ impl Page {
     }
 }
 
+/// The same, where names that are joined by `+` may be broken behind it: a set of effects is as broad as one of them.
+fn breakable(html: &str) -> String {
+    let mut pieces = html.split('+');
+    let mut out = pieces.next().unwrap_or_default().to_owned();
+    for piece in pieces {
+        let joins = piece.starts_with(char::is_alphabetic);
+        out.push_str(if joins { "+<wbr>" } else { "+" });
+        out.push_str(piece);
+    }
+    out
+}
+
 /// Whether a cell is a number, alone or with its unit after a space.
 pub(super) fn is_number(cell: &str) -> bool {
     let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '\u{b1}', '<', '>', ' ']);
@@ -321,6 +333,16 @@ mod tests {
         let addresses = html.replace("http://www.w3.org/2000/svg", "");
         assert!(!addresses.contains("http") && !html.contains("<script") && !html.contains("<img"));
         assert!(html.contains("<td class=\"number\">12</td>"));
+    }
+
+    #[test]
+    fn a_set_of_effects_may_be_broken_between_them() {
+        let mut page = Page::new("causes");
+        let cells = ["cogging+dead_zone", "+4 %", "a + b"];
+        page.sortable(&["", "", ""], &[cells.map(str::to_owned).to_vec()]);
+        let html = page.finish();
+        assert!(html.contains("<td>cogging+<wbr>dead_zone</td>"));
+        assert!(html.contains("+4\u{a0}%<") && html.contains(">a + b<"));
     }
 
     #[test]
