@@ -152,3 +152,43 @@ fn there_is_a_manual_page_for_each_subcommand_and_an_example_in_each_help() {
         assert!(help.output.contains("--json"), "{name}");
     }
 }
+
+/// A share or a time that is spelt otherwise makes no path of a profile, and no voltage a share.
+#[test]
+fn a_profile_that_is_misspelt_is_named_or_explained() {
+    let directory = tempfile::tempdir().expect("a directory");
+    for (asked, said) in [
+        ("crawl@0.25,8", "did you mean 'crawl@0.25,8s'?"),
+        ("crwl@0.25,8s", "did you mean 'crawl@0.25,8s'?"),
+        ("step@50", "did you mean 'step@0.5'?"),
+        ("step@2", "'@2' is no share of the supply"),
+        ("step@1.5", "'@1.5' is no share of the supply"),
+        ("steps.csv", "cannot read the profile steps.csv"),
+    ] {
+        let done = run(directory.path(), &["simulate", "--profile", asked]);
+        assert_eq!(done.status, Some(2), "{asked}");
+        assert!(done.messages.contains(said), "{asked}: {}", done.messages);
+        let leads_away = done.messages.contains("step@0.0");
+        assert!(!leads_away, "{asked}: {}", done.messages);
+    }
+}
+
+#[test]
+fn a_board_that_names_its_columns_itself_is_no_sketch() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let columns = [
+        "capture",
+        "virtual:",
+        "--columns",
+        "t_us,counts,pwm",
+        "--duration",
+        "1",
+    ];
+    let done = run(directory.path(), &columns);
+    assert_ne!(done.status, Some(0));
+    assert!(
+        done.messages.contains("leave out --columns") && !done.messages.contains("MLAB"),
+        "{}",
+        done.messages
+    );
+}

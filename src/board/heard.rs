@@ -26,6 +26,12 @@ impl Heard {
         self.total
     }
 
+    /// Whether a board with motorlab's protocol has said who it is.
+    pub fn is_of_protocol(&self) -> bool {
+        let magic = firmware_protocol::MAGIC;
+        self.first.windows(magic.len()).any(|bytes| bytes == magic)
+    }
+
     /// Whether most of it is text: a plain sketch, or the wrong program on the board.
     pub fn is_text(&self) -> bool {
         let text = self.first.iter().filter(|byte| is_text(**byte)).count();

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::profile_levels::{chirp, probing_levels};
-use super::profile_words::nearest;
+use super::profile_words::hint;
 use crate::motor::plausible;
 use crate::plain::shown;
 
@@ -153,13 +153,14 @@ impl Profile {
             });
         }
         let path = Path::new(name);
-        if path.exists() || name.contains(['/', '.']) {
+        // The share and the time of a built-in one may have a point; its name has none.
+        let before = name.split(['@', ',']).next().unwrap_or_default();
+        if path.exists() || before.contains(['/', '\\', '.']) {
             return Self::read(path);
         }
         Err(ProfileError::Unknown {
             name: name.to_owned(),
-            hint: nearest(name, &BUILT_IN.map(|(known, _)| known))
-                .map_or_else(String::new, |word| format!(" (did you mean '{word}'?)")),
+            hint: hint(name, &BUILT_IN.map(|(known, _)| known)),
         })
     }
 

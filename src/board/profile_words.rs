@@ -26,8 +26,28 @@ const ALSO_CALLED: [(&str, &str); 20] = [
     ("brake", "brakes"),
 ];
 
+/// What is meant by `asked`, as a phrase behind it; empty where it is like none of `names`.
+pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
+    match nearest(asked, names) {
+        Some(Meant::Word(word)) => format!(" (did you mean '{word}'?)"),
+        Some(Meant::NoShare { name, share }) => format!(
+            " ('@{share}' is no share of the supply: it is above 0 and at most 1, as in '{name}@0.5'; --supply sets the volts)"
+        ),
+        None => String::new(),
+    }
+}
+
+/// What is meant by a profile that there is not.
+#[derive(Debug, PartialEq)]
+enum Meant {
+    /// This word.
+    Word(String),
+    /// A profile of this name, with something that is no share of the supply.
+    NoShare { name: &'static str, share: String },
+}
+
 /// The word that is meant by `asked`, with its share and time as they are written here; none where it is like none of `names`.
-pub(super) fn nearest(asked: &str, names: &[&'static str]) -> Option<String> {
+fn nearest(asked: &str, names: &[&'static str]) -> Option<Meant> {
     let (rest, time) = match asked.split_once(',') {
         Some((rest, time)) => (rest, time.trim()),
         None => (asked, ""),
@@ -42,17 +62,27 @@ pub(super) fn nearest(asked: &str, names: &[&'static str]) -> Option<String> {
         Some((_, name)) => *name,
         None => meant(&plain, names.iter().copied())?,
     };
-    let share = share_of(share).map_or(String::new(), |share| format!("@{share}"));
+    let share = match share_of(share) {
+        _ if share.is_empty() => String::new(),
+        Some(share) => format!("@{share}"),
+        None => {
+            let share = share.to_owned();
+            return Some(Meant::NoShare { name, share });
+        }
+    };
     let digits = time.trim_end_matches(|c: char| c.is_alphabetic() || c == ' ');
     let seconds = digits.parse::<f64>().ok().filter(|s| *s > 0.0);
     let time = seconds.map_or(String::new(), |seconds| format!(",{seconds}s"));
-    Some(format!("{name}{share}{time}"))
+    Some(Meant::Word(format!("{name}{share}{time}")))
 }
 
-/// A share as a fraction of the supply: per cents are above 1.
+/// From this number on a share without a sign is one in per cent; a smaller one above 1 may as well be a voltage or a multiple.
+const PER_CENT_FROM: f64 = 10.0;
+
+/// A share as a fraction of the supply.
 fn share_of(text: &str) -> Option<f64> {
     let value: f64 = text.trim_end_matches(['%', ' ']).parse().ok()?;
-    let share = if text.ends_with('%') || value > 1.0 {
+    let share = if text.ends_with('%') || value >= PER_CENT_FROM {
         value / 100.0
     } else {
         value
@@ -82,7 +112,8 @@ mod tests {
             ("step,4", "step,4s"),
             ("jog@0.4,8 sec", "jog@0.4,8s"),
         ] {
-            assert_eq!(nearest(asked, &names).as_deref(), Some(word), "{asked}");
+            let meant = Some(Meant::Word(word.to_owned()));
+            assert_eq!(nearest(asked, &names), meant, "{asked}");
             assert!(Profile::named(word, 4.5, 4.0).is_ok(), "{word}");
         }
         for (_, name) in ALSO_CALLED {

@@ -47,6 +47,15 @@ const COMMANDS: &[(&[&str], &str)] = &[
     ),
 ];
 
+/// What people call the file that is written.
+const WRITTEN: &[&str] = &[
+    "output", "out", "o", "file", "out-file", "outfile", "save", "to",
+];
+/// What people call an option with which a recording is given.
+const RECORDINGS: &[&str] = &["run", "runs", "recording", "recordings", "log", "input"];
+/// Options by which subcommands take recordings that do not stand alone.
+const TAKES_RECORDINGS: &str = "--run";
+
 /// What people call an option, the option, and a remark on it.
 const OPTIONS: &[(&[&str], &str, &str)] = &[
     (
@@ -72,11 +81,8 @@ const OPTIONS: &[(&[&str], &str, &str)] = &[
         "--supply",
         " VOLTS; a part of it is commanded by a profile, as in --profile step@0.5",
     ),
-    (
-        &["file", "out-file", "save", "to"],
-        "--output",
-        " FILE (-o)",
-    ),
+    (WRITTEN, "--output", " FILE (-o)"),
+    (WRITTEN, "--html", " FILE"),
     (&["input", "signal", "command"], "--profile", " NAME"),
     (
         &["params", "parameters", "model-file", "config"],
@@ -108,11 +114,10 @@ pub(super) fn mend(error: &mut Error) {
         }
         ErrorKind::UnknownArgument => {
             let asked = text(error, ContextKind::InvalidArg);
-            let name = asked.trim_start_matches('-').to_owned();
             // How a value may begin with a dash helps nobody who mistyped an option.
             error.remove(ContextKind::Suggested);
             keep_near(error, &asked, ContextKind::SuggestedArg);
-            if let Some(tip) = tip_of_option(error, &name) {
+            if let Some(tip) = tip_of_option(error, &asked) {
                 error.remove(ContextKind::SuggestedArg);
                 say(error, tip);
             }
@@ -176,19 +181,35 @@ fn asked_for(error: &Error) -> Option<Command> {
 }
 
 /// What is meant by an option, where the subcommand has it.
-fn tip_of_option(error: &Error, name: &str) -> Option<String> {
+fn tip_of_option(error: &Error, typed: &str) -> Option<String> {
     let asked = asked_for(error)?;
-    if name == "effect" || name == "effects" {
+    let has = |option: &str| {
+        (asked.get_arguments()).any(|argument| argument.get_long() == option.strip_prefix("--"))
+    };
+    let Some(name) = typed.strip_prefix('-') else {
+        return has(TAKES_RECORDINGS)
+            .then(|| format!("a recording is given by {TAKES_RECORDINGS} {typed}"));
+    };
+    let name = name.trim_start_matches('-');
+    if ["effect", "effects"]
+        .into_iter()
+        .any(|word| is_alike(name, word))
+    {
         return Some(
             "an effect belongs to a motor: [effects.ID] in a motor file, or virtual:?effect=ID on a virtual board"
                 .to_owned(),
         );
     }
-    let (_, option, remark) = OPTIONS.iter().find(|(words, _, _)| words.contains(&name))?;
-    let has = asked
-        .get_arguments()
-        .any(|argument| argument.get_long() == option.strip_prefix("--"));
-    has.then(|| format!("did you mean {option}{remark}?"))
+    if RECORDINGS.contains(&name)
+        && let Some(first) = asked.get_positionals().next()
+        && let Some([value, ..]) = first.get_value_names()
+    {
+        let bin = asked.get_bin_name().unwrap_or_default();
+        return Some(format!("it is given without an option: {bin} {value}"));
+    }
+    let mut called = OPTIONS.iter().filter(|(words, _, _)| words.contains(&name));
+    let (_, option, remark) = called.find(|(_, option, _)| has(option))?;
+    Some(format!("did you mean {option}{remark}?"))
 }
 
 #[cfg(test)]
@@ -219,6 +240,12 @@ mod tests {
             (&["simulate", "--dt", "0.01"], "--ts"),
             (&["diagnose", "a.csv", "--explian"], "--explain"),
             (&["compare", "a.csv", "--report", "x"], "--html"),
+            (&["compare", "a.csv", "--output", "x.html"], "--html"),
+            (&["diagnose", "a.csv", "-o", "x.html"], "--html"),
+            (&["diagnose", "--run", "a.csv"], "motorlab diagnose RUN"),
+            (&["import", "--log", "a.csv"], "motorlab import"),
+            (&["lab", "a.csv"], "--run a.csv"),
+            (&["simulate", "--efect", "backlash"], "virtual:?effect="),
         ] {
             let said = said(arguments);
             assert!(said.contains(meant), "{arguments:?}: {said}");
@@ -232,6 +259,8 @@ mod tests {
             (&["capture", "virtual:", "--time", "4"], "--patience"),
             (&["capture", "virtual:", "--sample-time", "1"], "as a value"),
             (&["banana"], "similar"),
+            (&["design", "a.csv"], "--run"),
+            (&["check", "a.csv", "--output", "x"], "did you mean"),
         ] {
             let said = said(arguments);
             assert!(!said.contains(away), "{arguments:?}: {said}");

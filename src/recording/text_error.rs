@@ -62,6 +62,9 @@ pub enum TextError {
 
 fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String {
     match last_skipped {
+        _ if heard.is_of_protocol() => {
+            "the board speaks motorlab's own protocol, which names its columns itself: leave out --columns".to_owned()
+        }
         Some((line, Skipped::ColumnsUnknown)) => format!(
             "its lines look like {line:?}, and nothing says what the numbers mean: name them with --columns, such as t_us,counts"
         ),
