@@ -118,7 +118,9 @@ fn counts_that_fall_while_the_command_is_positive_are_reversed_on_any_profile() 
         assert_eq!(found[0].id, Kind::EncoderReversed);
         assert_eq!(found[0].severity, Severity::Fatal);
         assert!(
-            found[0].sentence().contains("scale = -1"),
+            found[0]
+                .sentence()
+                .ends_with("swap the two wires and record again"),
             "{}",
             found[0].sentence()
         );

@@ -108,6 +108,7 @@ fn shells_complete_profiles_columns_and_effects() {
                 vec!["t_us,counts".to_owned()],
             ),
             ("motorlab effects back", vec!["backlash".to_owned()]),
+            ("motorlab schema diag", vec!["diagnosis".to_owned()]),
             (
                 "motorlab effects trans",
                 vec!["transport_delay".to_owned(), "transmission".to_owned()],
@@ -157,6 +158,24 @@ fn bash_completes_the_words_that_it_breaks() {
             "{line}: {proposed:?}"
         );
     }
+}
+
+#[test]
+fn what_no_help_has_is_not_proposed() {
+    if Command::new("bash").arg("--version").output().is_err() {
+        eprintln!("skipped: there is no bash");
+        return;
+    }
+    let keep = tempfile::tempdir().expect("a folder");
+    let done = run(keep.path(), &["completions", "bash"]);
+    let script = keep.path().join("motorlab.bash");
+    std::fs::write(&script, done.output).expect("written");
+    let proposed = in_bash(&script, "motorlab names --");
+    assert!(proposed.contains(&"--json".to_owned()), "{proposed:?}");
+    assert!(
+        !proposed.contains(&"--completing".to_owned()),
+        "{proposed:?}"
+    );
 }
 
 #[test]

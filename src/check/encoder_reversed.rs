@@ -90,7 +90,10 @@ fn finding(
             ("counts_under_negative_command", tally.negative),
             ("share_along_the_command", tally.share()),
         ],
-        "scale = -1 under [position] of the mapping, or swap the two wires",
+        match subject.run.header.contains_key("imported") {
+            true => "scale = -1 under [position] of the mapping, or swap the two wires",
+            false => "swap the two wires and record again",
+        },
     );
     if let Some(gain) = gain {
         found.evidence.insert("gain_over_its_error", gain);

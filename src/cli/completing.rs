@@ -1,6 +1,7 @@
 //! What can stand where somebody types: names inside one word, such as the effect in `virtual:?effect=`. Every shell's script asks here.
 
 use super::names::{SHARES, TIMES, parameters_of};
+use super::schema::documents;
 use super::virtual_spec::BOARD_KEYS;
 use crate::board::BUILT_IN;
 use crate::board::text_lines::Column;
@@ -39,6 +40,7 @@ fn proposed<'a>(before: &str, word: &'a str) -> Option<(&'a str, Vec<String>)> {
                 .chain(Stage::ALL.map(Stage::id).map(str::to_owned))
                 .collect(),
         )),
+        "schema" => Some(("", documents().map(str::to_owned).collect())),
         _ if before == "--board" || word.starts_with("virtual:") => Some(of_a_board(word)),
         _ => None,
     }

@@ -1,6 +1,6 @@
 //! `motorlab completions`: completion scripts for shells.
 
-use clap::{Args, CommandFactory};
+use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 
 use super::{CommandLine, Failure, Output, Status};
@@ -25,7 +25,7 @@ impl Completions {
             "motorlab",
             &mut script,
         );
-        let script = String::from_utf8_lossy(&script).trim_end().to_owned();
+        let script = without_hidden(String::from_utf8_lossy(&script).trim_end());
         output.line(&match self.shell {
             Shell::Bash => format!("{script}\n{IN_BASH}"),
             Shell::Fish => format!("{script}\n{IN_FISH}"),
@@ -35,6 +35,24 @@ impl Completions {
         })?;
         Ok(Status::Done)
     }
+}
+
+/// The script without the options that no help has: the generator for bash proposes them too.
+fn without_hidden(script: &str) -> String {
+    const PROPOSED: &str = "opts=\"";
+    let command = CommandLine::command();
+    let arguments = command.get_subcommands().flat_map(Command::get_arguments);
+    let hidden: Vec<String> = arguments
+        .filter(|argument| argument.is_hide_set())
+        .filter_map(|argument| Some(format!(" --{} ", argument.get_long()?)))
+        .collect();
+    let line = |line: &str| match line.trim_start().starts_with(PROPOSED) {
+        true => hidden
+            .iter()
+            .fold(line.to_owned(), |line, option| line.replace(option, " ")),
+        false => line.to_owned(),
+    };
+    script.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
 /// What the generated script does not know the program is asked. bash is told of what stands behind the last character at which it

@@ -73,6 +73,11 @@ const DOCUMENTS: [(&str, &str); 27] = [
     ),
 ];
 
+/// Names of the documents.
+pub(super) fn documents() -> impl Iterator<Item = &'static str> {
+    DOCUMENTS.iter().map(|(name, _)| *name)
+}
+
 /// For `--json` without a name.
 #[derive(Debug, Serialize)]
 struct List {
