@@ -170,6 +170,25 @@ fn the_tutorial_runs_and_finds_what_it_says() {
     }
 }
 
+/// The README's words of the demo's diagnosis are those that the demo prints, `[...]` for what is left out.
+#[test]
+fn the_readme_quotes_what_the_demo_prints() {
+    let readme = Page::read(Path::new("README.md"));
+    let quoted: Vec<&str> = (readme.text.lines())
+        .filter_map(|line| line.strip_prefix("> "))
+        .collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let done = run(folder.path(), &["demo"]);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let printed = done.output.replace('\u{a0}', " ");
+    let quoted = quoted.join(" ");
+    let pieces: Vec<&str> = quoted.split("[...]").map(str::trim).collect();
+    assert!(pieces.len() >= 2, "{quoted}");
+    for piece in pieces {
+        assert!(printed.contains(piece), "{piece}\n{printed}");
+    }
+}
+
 #[test]
 fn sentences_are_short() {
     let mut long = Vec::new();
