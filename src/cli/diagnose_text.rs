@@ -73,7 +73,12 @@ pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure
     part(3)?;
     if let Some(next) = &diagnosis.next_experiment {
         output.line(&format!(
-            "  profile {} for {} s is expected to part {} by {} standard deviations at least",
+            "  {}profile {} for {} s is expected to part {} by {} standard deviations at least",
+            if diagnosis.parts[3].contains(&next.command) {
+                ""
+            } else {
+                "to be surer: "
+            },
             next.profile,
             figure(next.duration_s, 3),
             few_words(&next.tells_apart),

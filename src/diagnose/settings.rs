@@ -42,7 +42,8 @@ pub(crate) const SPEED_SCATTER_LEAST: f64 = 1e-3;
 pub(crate) const SPEED_SCATTER_LEVELS: usize = 7;
 /// Relative tolerance of a number that the motor file states none for: the scale of its Student's t (`fit/tolerances.rs`). Convention.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 0.05;
-/// Recordings simulated to see what chance makes of the best of all rivals.
+/// Recordings simulated to see what chance makes of the best of all rivals: what is there promises more than each, which chance does
+/// once in a hundred times. Convention.
 pub(crate) const NULLS: usize = 99;
 /// Nats that a rival has to gain to be there that closes nothing of the gap: one that scatters, or takes a bent base back. As much is
 /// asked of a refit, of something unknown beyond chance, and of what a set loses without some of its members.
@@ -51,8 +52,6 @@ pub(crate) const LEAST_GAIN: f64 = 4.0;
 pub(crate) const FITTED: usize = 6;
 /// Most effects of a set: with three the search has seen all pairs and what hides behind them.
 pub(crate) const MOST_EFFECTS: usize = 3;
-/// Share of simulated recordings that may promise as much as what is said to be there. Convention (1 %).
-pub(crate) const CHANCE: f64 = 0.01;
 /// Least share of the mean square above rounding that an effect closes: what closes less is not what the gap is.
 pub(crate) const CLOSES: f64 = 0.1;
 /// Fewer pieces than these, or recordings in which something fatal is found, and nothing is said with more than so much. Convention.

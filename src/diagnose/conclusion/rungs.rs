@@ -326,9 +326,16 @@ fn quantiles(mut values: Vec<f64>) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
+    use rand_distr::StandardNormal;
+
     use super::*;
+    use crate::diagnose::noise::Passing;
     use crate::diagnose::report::FloorParts;
-    use crate::diagnose::samples::{base_of, fitted, motor_with, recording};
+    use crate::diagnose::samples::{base_of, fitted, member, motor_with, recording};
+    use crate::recording::Run;
+
+    /// Correlation time in s of a load.
+    const WANDER_TIME_S: f64 = 0.2;
 
     fn block(squares: [f64; 3]) -> Block {
         Block {
@@ -360,6 +367,54 @@ mod tests {
         assert_eq!(shown.motor_said(Verdict::OutsideCatalogue, &gap), refitted);
         gap.after_parameters = 2.0 * gap.before;
         assert_eq!(shown.motor_said(Verdict::OutsideCatalogue, &gap), nominal);
+    }
+
+    /// A motor whose load wanders by half a percent of the stall torque.
+    fn wandering(truth: &Motor, seed: u64) -> Run {
+        let mut run = recording(truth, 3000);
+        let p = &truth.parameters;
+        let stall_nm = p.torque_constant_nm_per_a * p.supply_v / p.resistance_ohm;
+        let damping = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+        let counts = p.counts_per_rev / std::f64::consts::TAU;
+        let sigma = 0.005 * stall_nm / p.inertia_kg_m2 * counts;
+        let mut passing = Passing::new(p.inertia_kg_m2 / damping, WANDER_TIME_S);
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        let (mut x, mut v, mut d) = (0.0, 0.0, 0.0);
+        for k in 1..run.counts.len() {
+            let step = passing.step(run.t_s[k] - run.t_s[k - 1], true);
+            let drawn: f64 = StandardNormal.sample(&mut random);
+            x += step.f01 * v + step.f02 * d;
+            v = step.f11 * v + step.f12 * d;
+            d = step.f22 * d + sigma * (1.0 - step.f22 * step.f22).sqrt() * drawn;
+            run.counts[k] += x.floor() as i64;
+        }
+        run
+    }
+
+    /// Where every sample weighs alike a load that wanders is fitted too, and predicts nothing: of that fit and the search's own the one
+    /// that predicts better is shown and handed over.
+    #[test]
+    fn under_a_wandering_load_the_motor_that_predicts_is_handed_over() {
+        let truth = motor_with(&[("voltage_drop", &[0.8])]);
+        let is_of_the_search = |seed: u64| {
+            let pieces = Pieces::new(&[wandering(&truth, seed)], &Motor::default()).expect("a run");
+            let base = base_of(&pieces);
+            let refitted = fitted(&pieces, &base, &[]);
+            let best = fitted(&pieces, &base, &[member("voltage_drop", 0.8)]);
+            let start = std::slice::from_ref(&best.x);
+            let evenly = unweighted(&pieces, &best.model, base.kind, start).expect("a motor");
+            let own = as_weighed(&pieces, base.kind, &best).expect("a motor");
+            let shown = Shown::new(&pieces, &base, &refitted, &best).expect("a motor");
+            let of_each = [&shown.with_effects, &own, &evenly].map(Unweighted::predicted_sum);
+            assert_eq!(
+                of_each[0],
+                of_each[1].min(of_each[2]),
+                "{seed}: {of_each:?}"
+            );
+            shown.with_effects.left.motor == best.model.motor(&best.x)
+        };
+        let of_the_search = (1..7).filter(|seed| is_of_the_search(*seed)).count();
+        assert!((1..6).contains(&of_the_search), "{of_the_search} of 6");
     }
 
     /// The share that is closed, by hand, and its interval about it; of equal pieces there is none.

@@ -1,7 +1,7 @@
 //! One level as it is judged: which rivals are a cause of the gap, and which of them are not told from the best.
 
 use crate::diagnose::fit::{Fit, Most};
-use crate::diagnose::settings::{CHANCE, CLOSES, LEAST_GAIN};
+use crate::diagnose::settings::{CLOSES, LEAST_GAIN};
 use crate::diagnose::validation::{Presence, Tie, standing};
 
 /// One level as it was judged.
@@ -52,7 +52,7 @@ impl Judged {
         let matters = first.is_some_and(|first| matters(from, first, still));
         Self {
             matters,
-            is_kept: presence.p_value() <= CHANCE && is_any,
+            is_kept: !presence.is_by_chance() && is_any,
             from: from.clone(),
             fits,
             standings,
@@ -76,7 +76,7 @@ impl Judged {
         if self.is_kept {
             return "more than chance makes, and part of what the gap is".to_owned();
         }
-        if self.presence.p_value() > CHANCE {
+        if self.presence.is_by_chance() {
             return "chance makes as much".to_owned();
         }
         format!(

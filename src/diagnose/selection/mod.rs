@@ -11,7 +11,7 @@ use super::fit::{Base, Fit, Member, Model, Most, finished, fit, sensitivities};
 use super::noise::Noise;
 use super::pieces::Pieces;
 use super::screening::{Candidate, Pick, Screen, Shape, candidates, shares};
-use super::settings::{CHANCE, FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WANDER_SHARES};
+use super::settings::{FITTED, LEAST_GAIN, LEAST_PROMISE, TIED_NATS, WANDER_SHARES};
 use super::validation::{Presence, presence};
 use crate::motor::fit::ParameterId;
 
@@ -68,7 +68,7 @@ pub(crate) fn level(
     // Where nothing promises more than chance makes of the smaller model, nothing is fitted.
     let presences = looks.iter().map(|look| &look.presence);
     let likeliest = presences.max_by(|a, b| b.p_value().total_cmp(&a.p_value()));
-    if let Some(found) = likeliest.filter(|found| found.p_value() > CHANCE)
+    if let Some(found) = likeliest.filter(|found| found.is_by_chance())
         && points.len() < 2
     {
         return Some(Level {

@@ -32,6 +32,11 @@ impl Presence {
         (as_much + 1) as f64 / (self.by_chance.len() + 1) as f64
     }
 
+    /// Whether a simulated recording gains as much.
+    pub fn is_by_chance(&self) -> bool {
+        self.by_chance.last().is_none_or(|most| *most >= self.gain)
+    }
+
     /// Nats that it gains beyond the most that chance makes.
     pub fn beyond_chance(&self) -> f64 {
         self.gain - self.by_chance.last().copied().unwrap_or(0.0)

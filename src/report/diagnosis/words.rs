@@ -3,7 +3,7 @@
 use crate::diagnose::{Diagnosis, Gap, ReferenceRuns, SeenMotor};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
-use crate::report::number::{figure, percent};
+use crate::report::number::figure;
 use crate::report::{Bar, Bars, Scale};
 use crate::units::rpm_from_rad_s;
 
@@ -158,19 +158,25 @@ pub fn note_beside(diagnosis: &Diagnosis) -> Option<String> {
     (!rest.is_empty()).then(|| format!("{}.", rest.join(". ")))
 }
 
-/// How much of the gap closes, with its interval.
+/// How much of the gap closes, with its interval; rounded so that nothing that is left is hidden.
 pub fn closed_words(gap: &Gap) -> String {
+    if gap.before <= gap.floor {
+        return "Nothing exceeds the floor.".to_owned();
+    }
+    if gap.closed <= 0.0 && gap.after_effect < gap.before {
+        return "What exceeds the floor is too little to say how much of it closes.".to_owned();
+    }
     if gap.closed <= 0.0 {
         return "Nothing of what exceeds the floor closes on data kept from the fit.".to_owned();
     }
     let from = match gap.closed_lo95 {
         lo95 if lo95 <= 0.0 => "nothing".to_owned(),
-        lo95 => percent(lo95),
+        lo95 => format!("{:.0} %", (100.0 * lo95).floor()),
     };
     format!(
-        "{} of what exceeds the floor closes (95 % interval {from} to {}).",
-        percent(gap.closed),
-        percent(gap.closed_hi95)
+        "{:.0} % of what exceeds the floor closes (95 % interval {from} to {:.0} %).",
+        (100.0 * gap.closed).floor(),
+        (100.0 * gap.closed_hi95).ceil()
     )
 }
 

@@ -7,6 +7,9 @@ use crate::diagnose::report::{Diagnosis, NominalSource, Verdict};
 use crate::diagnose::settings::{EXPLAINED_EFFECTS, NAMED_REGIME};
 use crate::motor::catalogue::find;
 
+/// Probabilities that are this far apart are not the same to a reader. Convention.
+const UNLIKE: f64 = 0.05;
+
 /// The cause, what it is, where it shows.
 pub(super) fn cause(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     let mut sentences = vec![match beside.since {
@@ -34,7 +37,12 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
             format!("So small a gap needs no cause ({sure}).")
         }
         Verdict::NoGap if said.gap.wander > said.gap.floor => {
-            format!("The load alone causes the gap; the model is right ({sure}).")
+            match said.gap.before > said.gap.floor.hypot(said.gap.wander) {
+                true => {
+                    format!("No cause stands out of chance; the model may stay as it is ({sure}).")
+                }
+                false => format!("The load alone causes the gap; the model is right ({sure})."),
+            }
         }
         Verdict::NoGap | Verdict::NoChange => format!("Nothing is missing in the model ({sure})."),
         Verdict::Parameters => {
@@ -47,9 +55,11 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
             "Other numbers explain it, some far beyond their tolerances ({sure}). None of the effects that motorlab knows takes them back."
         ),
         Verdict::OutsideCatalogue => {
-            format!(
-                "The cause is none of the effects that motorlab knows ({sure}). None is borne out, even as a part of it."
-            )
+            let part = match beside.unknown - said.probability > UNLIKE {
+                true => "Something unknown is there; a known effect may play a part in it.",
+                false => "None is borne out, even as a part of it.",
+            };
+            format!("The cause is none of the effects that motorlab knows ({sure}). {part}")
         }
         Verdict::BadRecording => "The cause is in the recording itself.".to_owned(),
     }

@@ -9,7 +9,7 @@ use crate::diagnose::settings::{FEW_PIECES, FEW_PIECES_SURE};
 /// The note of a verdict.
 pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
     let mut notes: Vec<String> = Vec::new();
-    notes.extend(size::source(said));
+    notes.extend(size::source(said, beside));
     notes.extend(visible(beside));
     notes.extend(not_borne_out(said, beside));
     notes.extend(beside.since.as_ref().and_then(since::alike));

@@ -83,7 +83,9 @@ fn with_effects(said: &Diagnosis, beside: &Beside, kept: &str) -> String {
     };
     let left = counts(gap.after_effect);
     let closed = (100.0 * gap.closed).floor();
-    if closed > 0.0 {
+    if closed > 0.0 && gap.after_parameters <= gap.after_effect {
+        format!("{kept} the gap shrinks to {left} counts {with}, and as far without.")
+    } else if closed > 0.0 {
         format!(
             "{kept} the gap shrinks to {left} counts {with}: {closed:.0} % of what exceeds the floor."
         )

@@ -222,7 +222,31 @@ fn all_verdicts_side_by_side() {
     });
     add(
         "effect, without a motor file",
-        &check(&fitted, &beside(sets(Verdict::Effect))),
+        &check(
+            &fitted,
+            &Beside {
+                asked: "motorlab diagnose a.csv b.csv".to_owned(),
+                ..beside(sets(Verdict::Effect))
+            },
+        ),
+    );
+    let mut by_chance = said(Verdict::NoGap);
+    by_chance.gap = gap([1.83, 1.32, 1.32], 0.31);
+    add(
+        "no_gap, where chance makes more than the load",
+        &check(&by_chance, &beside(&[])),
+    );
+    let mut unsure = said(Verdict::OutsideCatalogue);
+    unsure.probability = 0.45;
+    add(
+        "outside_catalogue, where a known effect may be part of it",
+        &check(
+            &unsure,
+            &Beside {
+                unknown: 0.9,
+                ..beside(&[])
+            },
+        ),
     );
     let mut worse = said(Verdict::Ambiguous);
     (worse.probability, worse.gap.closed, worse.gap.after_effect) = (0.38, -0.389, 14.2);

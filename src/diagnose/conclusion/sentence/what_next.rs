@@ -3,20 +3,27 @@
 use super::Beside;
 use crate::diagnose::conclusion::words::rivals_of;
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
-use crate::diagnose::settings::COPIED_CHARACTERS;
+use crate::diagnose::settings::{COPIED_CHARACTERS, FEW_PIECES_SURE};
 
 /// The next step of a verdict.
 pub(super) fn what_next(said: &Diagnosis, beside: &Beside) -> String {
-    let is_open = matches!(
-        said.verdict,
-        Verdict::NoGap | Verdict::Partial | Verdict::Ambiguous | Verdict::OutsideCatalogue
-    );
+    let is_open = match said.verdict {
+        Verdict::NoGap | Verdict::Partial | Verdict::Ambiguous | Verdict::OutsideCatalogue => true,
+        Verdict::Effect => said.probability < FEW_PIECES_SURE,
+        _ => false,
+    };
     if let (true, Some(next)) = (is_open, &said.next_experiment) {
-        return record(next, beside);
+        return record(said, next, beside);
     }
     let (to, flag) = match said.verdict {
+        Verdict::Effect if said.gap.after_effect >= said.gap.before => {
+            ("see where it arises", "--html diagnosis.html")
+        }
         Verdict::Effect => (
-            "write the motor with it, to simulate with",
+            match said.effects.len() {
+                1 => "write the motor with it, to simulate with",
+                _ => "write the motor with them, to simulate with",
+            },
             "--model-out diagnosed.toml",
         ),
         Verdict::Parameters => (
@@ -41,7 +48,7 @@ pub(super) fn what_next(said: &Diagnosis, beside: &Beside) -> String {
 }
 
 /// The recording that would tell more, and the command that asks again with it.
-fn record(next: &NextExperiment, beside: &Beside) -> String {
+fn record(said: &Diagnosis, next: &NextExperiment, beside: &Beside) -> String {
     let bench = next.change.as_ref();
     // A sentence of its own: it may be long.
     let with = bench.map_or_else(String::new, |change| {
@@ -53,15 +60,27 @@ fn record(next: &NextExperiment, beside: &Beside) -> String {
         Some(rest) => format!("motorlab diagnose next.csv {rest}{flag}"),
         None => format!("motorlab diagnose next.csv RUN...{flag}"),
     };
-    let what = match next.tells_apart.as_slice() {
-        [one] => format!("shows whether {} is there", rivals_of(&[one])),
-        several => {
-            let names: Vec<&str> = several.iter().map(String::as_str).collect();
-            format!("tells apart {}", rivals_of(&names))
-        }
+    let names: Vec<&str> = next.tells_apart.iter().map(String::as_str).collect();
+    let effects = || {
+        names
+            .iter()
+            .copied()
+            .filter(|id| !matches!(*id, "none" | "unknown"))
+    };
+    let lead = match names.as_slice() {
+        // Where nothing is missing, what these runs hide is not in question.
+        _ if said.verdict == Verdict::NoGap && effects().next().is_some() => format!(
+            "These runs cannot show {}. Next, record what does",
+            rivals_of(&effects().collect::<Vec<&str>>())
+        ),
+        [one] => format!(
+            "Next, record what shows whether {} is there",
+            rivals_of(&[one])
+        ),
+        several => format!("Next, record what tells apart {}", rivals_of(several)),
     };
     format!(
-        "Next, record what {what}: `{}`.{with} Then ask again: {}.",
+        "{lead}: `{}`.{with} Then ask again: {}.",
         next.command,
         command(&again, "next.csv among the runs")
     )
