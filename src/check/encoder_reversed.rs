@@ -90,7 +90,7 @@ fn finding(
             ("counts_under_negative_command", tally.negative),
             ("share_along_the_command", tally.share()),
         ],
-        "scale = -1 under [position] of the mapping, or swap the two wires",
+        "scale = -1 under [position] of the mapping (--reverse of the import), or swap the two wires",
     );
     if let Some(gain) = gain {
         found.evidence.insert("gain_over_its_error", gain);
