@@ -143,6 +143,156 @@ fn a_direction_in_a_column_of_its_own_signs_the_command() {
 }
 
 #[test]
+fn a_direction_in_words_signs_the_command() {
+    let truth = Truth::steps(0.02, 400);
+    let ms = |k: usize| truth.ms(k).to_string();
+    let pwm = |k: usize| truth.pwm[k].abs().to_string();
+    let n = |k: usize| truth.counts[k].to_string();
+    let unsigned = |k: usize| (truth.counts[k] - truth.counts[k.saturating_sub(1)]).abs();
+    let rpm = |k: usize| format!("{:.2}", unsigned(k) as f64 / 720.0 / 0.02 * 60.0);
+    for (forwards, backwards) in [("CW", "CCW"), ("F", "R"), ("fwd", "rev"), ("+", "-")] {
+        let way = |k: usize| {
+            if truth.pwm[k] < 0 {
+                backwards
+            } else {
+                forwards
+            }
+            .to_owned()
+        };
+        let signed = log(
+            "time_ms,pwm,dir,counts",
+            truth.rows(),
+            &[&ms, &pwm, &way, &n],
+        );
+        let (file, said) = imported("log.csv", &signed, &BOTH);
+        assert!(
+            said.contains(&format!("{backwards} is backwards, as the motion shows")),
+            "{said}"
+        );
+        near(&file.column("command_v"), &truth.commands(), 1e-9);
+        assert_eq!(counts(&file), truth.counts);
+        // Without a sign of the motion the words alone tell.
+        let text = log(
+            "time_ms,pwm,dir,rpm",
+            truth.rows(),
+            &[&ms, &pwm, &way, &rpm],
+        );
+        let (file, said) = imported("log.csv", &text, &BOTH);
+        assert!(said.contains("by the word"), "{said}");
+        near(&file.column("command_v"), &truth.commands(), 1e-9);
+        let turned = format!("dir:{forwards}");
+        let other = [&BOTH[..], &["--direction", &turned]].concat();
+        let (file, _) = imported("log.csv", &text, &other);
+        let turned: Vec<f64> = truth.commands().iter().map(|u| -u).collect();
+        near(&file.column("command_v"), &turned, 1e-9);
+    }
+    let way = |k: usize| if truth.pwm[k] < 0 { "up" } else { "down" }.to_owned();
+    let text = log(
+        "time_ms,pwm,dir,rpm",
+        truth.rows(),
+        &[&ms, &pwm, &way, &rpm],
+    );
+    let said = asked("log.csv", &text, &BOTH);
+    assert!(
+        said.contains("--direction dir:WORD") && said.contains("down, up"),
+        "{said}"
+    );
+    let flags = [
+        &BOTH[..],
+        &["--direction", "dir:up", "--save-map", "map.toml"],
+    ]
+    .concat();
+    let directory = tempfile::tempdir().expect("a directory");
+    let finished = import(directory.path(), "log.csv", &text, &flags);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let arguments = ["import", "log.csv", "--map", "map.toml", "-o", "again.csv"];
+    assert_eq!(run(directory.path(), &arguments).status, Some(0));
+    for name in ["run.csv", "again.csv"] {
+        let file = RunFile::read(&directory.path().join(name));
+        near(&file.column("command_v"), &truth.commands(), 1e-9);
+    }
+}
+
+#[test]
+fn labels_may_have_units_behind_their_numbers() {
+    let truth = Truth::steps(0.01, 300);
+    let logs = [
+        lines(&truth, "", |k| {
+            let (ms, pwm, n) = (truth.ms(k), truth.pwm[k], truth.counts[k]);
+            format!("Time: {ms} ms, PWM: {pwm}, Encoder: {n}")
+        }),
+        lines(&truth, "Kp: 2\n", |k| {
+            let (ms, pwm) = (truth.ms(k), truth.pwm[k]);
+            format!("Time={ms}ms PWM={pwm} RPM={}rpm", truth.rpm(k))
+        }),
+    ];
+    for text in logs {
+        let (file, said) = imported("log.txt", &text, &BOTH);
+        assert_eq!(counts(&file), truth.counts, "{said}");
+        near(&file.column("t_s"), &truth.times(), 1e-9);
+        near(&file.column("command_v"), &truth.commands(), 1e-9);
+    }
+}
+
+#[test]
+fn a_board_that_begins_anew_begins_a_run_of_its_own() {
+    let truth = Truth::steps(0.005, 400);
+    let row = |k: usize| format!("{},{},{}\n", truth.ms(k), truth.pwm[k], truth.counts[k]);
+    let rows = |to: usize| (0..to).map(row).collect::<String>();
+    let text = format!("time_ms,pwm,counts\n{}{}", rows(400), rows(300));
+    let directory = tempfile::tempdir().expect("a directory");
+    let finished = import(directory.path(), "log.csv", &text, &BOTH);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    for (name, samples) in [("run.csv", 400), ("run-2.csv", 300)] {
+        let file = RunFile::read(&directory.path().join(name));
+        assert_eq!(counts(&file), truth.counts[..samples], "{name}");
+        near(&file.column("t_s"), &truth.times()[..samples], 1e-9);
+    }
+    // A single row with a wrong time is a bad row as ever, in the middle and at the end.
+    for at in [200, 399] {
+        let broken = |k: usize| match k {
+            k if k == at => "3,0,0\n".to_owned(),
+            k => row(k),
+        };
+        let text: String = (0..400).map(broken).collect();
+        let directory = tempfile::tempdir().expect("a directory");
+        let text = format!("time_ms,pwm,counts\n{text}");
+        let finished = import(directory.path(), "log.csv", &text, &BOTH);
+        assert_eq!(finished.status, Some(1), "{}", finished.messages);
+        let said = format!("line {}: time goes from", at + 2);
+        assert!(finished.messages.contains(&said), "{}", finished.messages);
+        let file = RunFile::read(&directory.path().join("run.csv"));
+        assert_eq!(counts(&file).len(), 399);
+    }
+}
+
+#[test]
+fn a_saved_mapping_reads_the_next_log_whatever_its_banner() {
+    let truth = Truth::steps(0.01, 300);
+    let plain = truth.counts_log();
+    let directory = tempfile::tempdir().expect("a directory");
+    let flags = [&BOTH[..], &["--save-map", "map.toml"]].concat();
+    let text = format!("rst:0x1 (POWERON_RESET),boot:0x13\n2,34\n{plain}");
+    let finished = import(directory.path(), "log.csv", &text, &flags);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    for banner in ["", "rst:0x1\n", "a\nb\nc,d\n\n1,2,3\nready\n"] {
+        std::fs::write(
+            directory.path().join("next.csv"),
+            format!("{banner}{plain}"),
+        )
+        .expect("written");
+        let finished = run(
+            directory.path(),
+            &["import", "next.csv", "--map", "map.toml"],
+        );
+        assert_eq!(finished.status, Some(0), "{}", finished.messages);
+        let path = directory.path().join("next.run.csv");
+        assert_eq!(counts(&RunFile::read(&path)), truth.counts, "{banner}");
+        std::fs::remove_file(path).expect("removed");
+    }
+}
+
+#[test]
 fn a_command_may_be_a_sum_of_columns_held_to_a_limit() {
     let truth = Truth::steps(0.01, 300);
     let ms = |k: usize| truth.ms(k).to_string();

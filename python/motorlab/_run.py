@@ -64,6 +64,7 @@ class Run:
         m_per_rev: Optional[float] = None,
         wrap: Optional[float] = None,
         increments: bool = False,
+        reverse: bool = False,
         unsigned: Optional[bool] = None,
         every: Optional[int] = None,
         command_limit: Optional[float] = None,
@@ -93,7 +94,7 @@ class Run:
             rad, deg; speed rpm, rad/s, deg/s, counts/s.
         pwm_full
             The PWM that is full drive, such as 255.
-        m_per_rev, wrap, increments, unsigned, every, command_limit, direction
+        m_per_rev, wrap, increments, reverse, unsigned, every, command_limit, direction
             As the flags of ``motorlab import``.
 
         Examples
@@ -123,6 +124,7 @@ class Run:
             "pwm_full": pwm_full,
             "wrap": wrap,
             "increments": increments,
+            "reverse": reverse,
             "unsigned": unsigned,
             "every": every,
             "units": units,

@@ -17,7 +17,16 @@ from ._run import Run
 
 def runs_of(runs: Union[Run, Iterable[Run]]) -> list[Run]:
     """One run or several, as a list."""
-    return [runs] if isinstance(runs, Run) else list(runs)
+    is_one = isinstance(runs, (Run, str, bytes, Mapping)) or hasattr(runs, "__arrow_c_stream__")
+    several = list(runs) if isinstance(runs, Iterable) and not is_one else [runs]
+    return [run_of(one) for one in several]
+
+
+def run_of(run: Any) -> Run:
+    """A run, and nothing else."""
+    if not isinstance(run, Run):
+        raise TypeError(f"a Run is wanted, not {type(run).__name__}: Run.read(path) or Run.from_frame(frame) makes one")
+    return run
 
 
 def _motors_of(motors: Any) -> tuple[Motor, list[str], np.ndarray]:
@@ -180,7 +189,7 @@ def compare(run: Run, motor: Optional[Motor] = None, *, model: str = "second-ord
     True
     """
     motor = Motor() if motor is None else motor
-    figures, columns = _motorlab.compare(run._run, motor._motor, model)
+    figures, columns = _motorlab.compare(run_of(run)._run, motor._motor, model)
     return Comparison(run, motor, json.loads(figures), columns)
 
 

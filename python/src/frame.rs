@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Cursor;
 
-use motorlab::import::{HEAD_BYTES, Imported, Said, Unclear, import, understand};
+use motorlab::import::{
+    HEAD_BYTES, Imported, Said, Unclear, Understood, import, is_spelling_of, understand,
+};
 use motorlab::recording::{Run, read_run};
 use pyo3::prelude::*;
 
@@ -90,6 +92,7 @@ pub(crate) struct Keywords {
     pwm_full: Option<f64>,
     wrap: Option<f64>,
     increments: bool,
+    reverse: bool,
     unsigned: Option<bool>,
     every: Option<u64>,
     units: BTreeMap<String, String>,
@@ -124,6 +127,7 @@ fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), P
     let head = &text.as_bytes()[..text.len().min(HEAD_BYTES as usize)];
     let is_whole = head.len() == text.len();
     let reading = understand(head, is_whole, NAME, &said, NAME);
+    keywords.check_units(columns, &reading.understood)?;
     let ready = reading.map.map_err(|unclear| match unclear {
         Unclear::Missing { missing, flags, .. } => {
             let asked = missing.iter().map(|one| {
@@ -144,6 +148,16 @@ fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), P
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("frame.run.csv");
     let imported = import(Cursor::new(text), NAME, &ready.map, &path)?;
+    if imported.runs.len() > 1 {
+        return Err(format!(
+            "{NAME}: its time begins anew within, so that it holds {} runs; make a run of each part",
+            imported.runs.len()
+        )
+        .into());
+    }
+    if let (Some(why), true) = (left_out(&imported), 2 * imported.bad_rows > imported.rows) {
+        return Err(format!("{NAME}: {why}").into());
+    }
     let (mut run, _) = read_run(&imported.runs[0].path)?;
     run.path = None;
     let understood = reading.understood.iter();
@@ -166,6 +180,28 @@ fn left_out(imported: &Imported) -> Option<String> {
 }
 
 impl Keywords {
+    /// Every unit is of a column that is there, and is the one that the column was understood in.
+    fn check_units(&self, columns: &[Column], understood: &[Understood]) -> Result<(), Problem> {
+        for (column, unit) in &self.units {
+            if !columns.iter().any(|one| one.name == *column) {
+                return Err(format!("{NAME}: units has `{column}`, and there is no such column").into());
+            }
+            let name = format!("{} [{unit}]", named(column));
+            let used = (understood.iter())
+                .find(|one| one.column.as_ref() == Some(&name))
+                .and_then(|one| Some((one.what, one.unit.as_ref()?)));
+            if let Some((what, used)) = used
+                && !is_spelling_of(unit, used)
+            {
+                return Err(format!(
+                    "{NAME}: units has `{unit}` for `{column}`, which is no unit of a {what}; by its name it is in {used}"
+                )
+                .into());
+            }
+        }
+        Ok(())
+    }
+
     /// As flags, with each unit at its column; also the units of columns that no flag names.
     fn said(&self, columns: &[Column]) -> Result<(Said, BTreeMap<String, String>), Problem> {
         let mut units = self.units.clone();
@@ -210,6 +246,7 @@ impl Keywords {
             pwm_full: self.pwm_full,
             wrap: self.wrap,
             increments: self.increments,
+            reverse: self.reverse,
             unsigned: self.unsigned,
             every: self.every,
         };

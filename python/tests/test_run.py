@@ -178,6 +178,31 @@ def test_wrong_frames_are_refused_in_plain_words():
         ml.Run("run.csv")
 
 
+def test_units_are_of_columns_that_are_there_and_fit_them():
+    frame = {"t_ms": 10 * np.arange(300), "u_v": np.full(300, 4.5), "counts": 3 * np.arange(300)}
+    said = {"counts_per_rev": 720, "supply_v": 4.5}
+    assert len(ml.Run.from_frame(frame, units={"counts": "counts"}, **said)) == 300
+    with pytest.raises(ml.MotorlabError, match="`furlong` for `counts`"):
+        ml.Run.from_frame(frame, units={"counts": "furlong"}, **said)
+    with pytest.raises(ml.MotorlabError, match="units has `omega`, and there is no such column"):
+        ml.Run.from_frame(frame, units={"omega": "rad/s"}, **said)
+
+
+def test_rows_out_of_order_and_several_runs_in_one_frame_are_refused():
+    frame = pd.DataFrame({"t_ms": 10 * np.arange(300), "u_v": np.full(300, 4.5), "counts": 3 * np.arange(300)})
+    said = {"counts_per_rev": 720, "supply_v": 4.5}
+    with pytest.raises(ml.MotorlabError, match="299 of 300 rows cannot be used"):
+        ml.Run.from_frame(frame[::-1], time="t_ms:ms", **said)
+    with pytest.raises(ml.MotorlabError, match="it holds 2 runs"):
+        ml.Run.from_frame(pd.concat([frame[:100], frame]), time="t_ms:ms", **said)
+
+
+def test_the_motion_of_swapped_wires_is_turned_round():
+    frame = {"t_ms": 10 * np.arange(300), "u_v": np.full(300, 4.5), "counts": -3 * np.arange(300)}
+    run = ml.Run.from_frame(frame, reverse=True, counts_per_rev=720, supply_v=4.5)
+    assert run.counts.tolist() == (3 * np.arange(300)).tolist()
+
+
 @pytest.mark.parametrize("text", ["", "a,b\n1,2\n", "time_ms,pwm,rpm\n0,255,10\n10,255,20\n20,255,30\n", "# format = 'x'\nt_s\n"])
 def test_wrong_files_are_said_in_the_words_of_the_program(tmp_path, text):
     path = tmp_path / "run.csv"

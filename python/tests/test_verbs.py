@@ -116,3 +116,10 @@ def test_ctrl_c_interrupts_a_simulation():
         while time.monotonic() - began < 30:
             ml.simulate({"resistance_ohm": np.linspace(8, 12, 200)}, t_s=T_S, command=STEP_V, output="counts")
     assert time.monotonic() - began < 5
+
+
+def test_what_is_no_run_is_refused_with_what_is_wanted():
+    for wrong in ("run.csv", pd.DataFrame({"t_s": [0.0]}), 3, [ml.Motor()]):
+        for verb in (ml.check, ml.diagnose, ml.compare):
+            with pytest.raises(TypeError, match="a Run is wanted, not .*Run.read"):
+                verb(wrong)

@@ -75,7 +75,7 @@ fn wraps(subject: &Subject<'_>, round: &Round) -> Finding {
             ("highest_counts", highest as f64),
         ],
         format!(
-            "set `wrap = {}` (in the column's own numbers) in [position] of the mapping, or count in 32 bits (`long`) on the board",
+            "--wrap {0} of the import, or `wrap = {0}` in [position] of its mapping (in the column's own numbers), or count in 32 bits (`long`) on the board",
             round.range
         ),
     )

@@ -96,7 +96,7 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
             subject.whole(),
             format!("the shaft turns {ratio:.3} times as far as the motor file says: {what}"),
             evidence,
-            "give the unit under [position] of the mapping",
+            "give the unit under [position] of the mapping (--position COL:UNIT of the import)",
         ));
     }
     [2.0, 4.0, 0.5, 0.25]

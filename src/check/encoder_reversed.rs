@@ -91,7 +91,9 @@ fn finding(
             ("share_along_the_command", tally.share()),
         ],
         match subject.run.header.contains_key("imported") {
-            true => "scale = -1 under [position] of the mapping, or swap the two wires",
+            true => {
+                "--reverse of the import (scale = -1 under [position] of its mapping), or swap the two wires"
+            }
             false => "swap the two wires and record again",
         },
     );

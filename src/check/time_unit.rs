@@ -131,16 +131,16 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
 fn remedy(power: i32) -> &'static str {
     match power {
         3 => {
-            "a thousandth is right: `unit = \"ms\"` instead of \"s\" (or \"us\" instead of \"ms\") in [time] of the mapping, t_ms instead of t_s (or t_us instead of t_ms) in --columns"
+            "a thousandth is right: `unit = \"ms\"` instead of \"s\" (or \"us\" instead of \"ms\") in [time] of the mapping (--time COL:UNIT of the import), t_ms instead of t_s (or t_us instead of t_ms) in --columns"
         }
         6 => {
-            "a millionth is right: `unit = \"us\"` instead of \"s\" in [time] of the mapping, t_us instead of t_s in --columns"
+            "a millionth is right: `unit = \"us\"` instead of \"s\" in [time] of the mapping (--time COL:UNIT of the import), t_us instead of t_s in --columns"
         }
         -3 => {
-            "a thousand times as long is right: `unit = \"s\"` instead of \"ms\" (or \"ms\" instead of \"us\") in [time] of the mapping, t_s instead of t_ms (or t_ms instead of t_us) in --columns"
+            "a thousand times as long is right: `unit = \"s\"` instead of \"ms\" (or \"ms\" instead of \"us\") in [time] of the mapping (--time COL:UNIT of the import), t_s instead of t_ms (or t_ms instead of t_us) in --columns"
         }
         _ => {
-            "a million times as long is right: `unit = \"s\"` instead of \"us\" in [time] of the mapping, t_s instead of t_us in --columns"
+            "a million times as long is right: `unit = \"s\"` instead of \"us\" in [time] of the mapping (--time COL:UNIT of the import), t_s instead of t_us in --columns"
         }
     }
 }

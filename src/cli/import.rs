@@ -171,12 +171,19 @@ impl Import {
 
     /// The command line so far, for the message about what is missing.
     fn line(&self) -> String {
-        let path = |path: &Path| quoted(&path.display().to_string());
+        // A name that begins with a dash would be taken for a flag.
+        let path = |path: &Path| match path.display().to_string() {
+            text if text.starts_with('-') && text != "-" => quoted(&format!("./{text}")),
+            text => quoted(&text),
+        };
         let mut line = format!("motorlab import {}", path(&self.log));
         for (flag, value) in [("-o", &self.output), ("--save-map", &self.save_map)] {
             if let Some(value) = value {
                 line.push_str(&format!(" {flag} {}", path(value)));
             }
+        }
+        if self.force.is_given() {
+            line.push_str(" --force");
         }
         line
     }

@@ -54,6 +54,9 @@ pub(super) struct Flags {
     /// The position column holds the counts since the row before (readAndReset).
     #[arg(long)]
     increments: bool,
+    /// The encoder counts against the command (A and B are swapped): the motion is turned round.
+    #[arg(long)]
+    reverse: bool,
     /// The encoder has one channel and no sign: the sign of the motion is the command's.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     unsigned: Option<bool>,
@@ -79,6 +82,7 @@ impl Flags {
             pwm_full: self.pwm_full,
             wrap: self.wrap,
             increments: self.increments,
+            reverse: self.reverse,
             unsigned: self.unsigned,
             every: self.every,
         }

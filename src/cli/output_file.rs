@@ -54,6 +54,11 @@ pub(super) fn mark(command: &str) -> String {
 }
 
 impl Force {
+    /// Whether the flag is given.
+    pub(super) fn is_given(self) -> bool {
+        self.force
+    }
+
     /// The output files of a call of `command` that reads `inputs`.
     pub(super) fn outputs<'a>(
         self,

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::error::RowProblem;
-use super::labels::pairs;
+use super::labels::{label_of, pairs};
 use super::stamp::before_line;
 
 /// What separates cells.
@@ -28,7 +28,7 @@ impl Separator {
 }
 
 /// Where the cells of the present line stand. Kept between lines, so that a line allocates nothing.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(super) struct Cells {
     text: Vec<u8>,
     ends: Vec<(usize, usize)>,
@@ -60,10 +60,11 @@ impl Cells {
             self.push(line);
             return;
         };
-        for (label, value) in pairs {
+        for (label, value, unit) in pairs {
+            let label = label_of(label, unit);
             match self.labels.get(self.ends.len()) {
-                Some(expected) if expected == label => self.push(value),
-                _ => self.push(&[label, b":", value].concat()),
+                Some(expected) if *expected == label => self.push(value),
+                _ => self.push(&[&label, b":".as_slice(), value].concat()),
             }
         }
     }
@@ -195,14 +196,22 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
 
 /// The number after a word in a comment, as in `# Step 2/5 | PWM = 120` after `PWM`. The case of letters is no matter.
 pub(super) fn number_after(comment: &str, word: &str) -> Option<f64> {
+    value_after(comment, word).map(|(number, _)| number)
+}
+
+/// The same, and the word after the number, which may be its unit.
+pub(super) fn value_after(comment: &str, word: &str) -> Option<(f64, String)> {
     let (text, word) = (comment.to_lowercase(), word.trim().to_lowercase());
     text.match_indices(&word).find_map(|(at, _)| {
         let is_whole = !text[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
         let after = text[at + word.len()..].trim_start();
         let after = after.strip_prefix(['=', ':']).unwrap_or(after).trim_start();
         let end = after.find(|c: char| !matches!(c, '0'..='9' | '.' | '-' | '+'));
-        let digits = after[..end.unwrap_or(after.len())].trim_end_matches('.');
-        digits.parse::<f64>().ok().filter(|_| is_whole)
+        let (digits, rest) = after.split_at(end.unwrap_or(after.len()));
+        let number = digits.trim_end_matches('.').parse::<f64>().ok();
+        let unit = rest.trim_start().split([' ', '\t', ',', ';', '|', ')']);
+        let unit = unit.into_iter().next().unwrap_or_default().to_owned();
+        number.filter(|_| is_whole).map(|number| (number, unit))
     })
 }
 

@@ -12,7 +12,8 @@ use super::cells::{Cells, number};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
 use super::map::{
-    CommandNumber, CommandSource, Field, Integration, Map, NumberFrom, PositionSource, TimeSource,
+    Backwards, CommandNumber, CommandSource, Field, Integration, Map, NumberFrom, PositionSource,
+    TimeSource,
 };
 use super::range::{ANY_TIME, nanoseconds, within};
 use super::stamp::{DAY_S, stamp};
@@ -196,10 +197,14 @@ impl<'a> Converter<'a> {
             return Ok(0.0);
         };
         let places = &self.layout.command;
-        let sign = match (&self.layout.direction, self.map.direction()) {
-            (Some(place), Some((_, reverse))) if self.number(cells, place)? == reverse => -1.0,
-            _ => 1.0,
+        let is_backwards = match (&self.layout.direction, self.map.direction()) {
+            (Some(place), Some((_, Backwards::Number(reverse)))) => {
+                self.number(cells, place)? == *reverse
+            }
+            (Some(place), Some((_, Backwards::Word(reverse)))) => cells.text(place.at) == *reverse,
+            _ => false,
         };
+        let sign = if is_backwards { -1.0 } else { 1.0 };
         let number = match from {
             NumberFrom::Column(_) => match places.first() {
                 Some(place) => self.number(cells, place),

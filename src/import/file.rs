@@ -3,16 +3,14 @@
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::cells::{Cells, Separator, decode, number, number_after};
-use super::convert::Converter;
+use super::cells::Cells;
+use super::convert::{Converter, Sample};
 use super::error::RowProblem;
-use super::labels::labels;
-use super::layout::Layout;
-use super::lines::{Line, Lines, lines};
+use super::lines::lines;
+use super::log::{Log, Next};
 use super::map::Map;
 use super::rejected::{Rejected, for_file_name};
 use super::segment::Segment;
-use super::stamp::{before_line, stamp};
 use super::{BadRow, ImportError, ImportProblem};
 
 pub use super::segment::ImportedRun;
@@ -23,7 +21,7 @@ const HOPELESS_ROWS: u64 = 1000;
 const MOST_RUNS: usize = 10_000;
 
 /// What became of a log.
-#[derive(Debug, Clone, serde::Serialize)]
+#[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Imported {
     /// The runs, in the log's order.
     pub runs: Vec<ImportedRun>,
@@ -79,74 +77,116 @@ pub fn import(
     })
 }
 
-/// A log under way.
-struct Log<'a, R> {
-    lines: Lines<R>,
-    map: &'a Map,
-    cells: Cells,
-    separator: Separator,
-    /// The line of names, which may come again between blocks of rows.
-    names: Vec<String>,
-    /// A comment or the names again: from here the clock may begin anew.
-    is_new_block: bool,
-    /// The command that the last comment line gives.
-    commented: Option<f64>,
+/// The run under way, and what became of the log so far.
+struct Progress<'a> {
+    imported: Imported,
+    segment: Segment<'a>,
+    rejected: &'a mut Rejected,
+    bad_in_run: u64,
+    used: u64,
 }
 
-/// What a line of the log gave.
-enum Next {
-    /// Cells to be converted; they are in [`Log::cells`].
-    Row,
-    /// A row that is too long, and its beginning.
-    TooLong(Vec<u8>),
-    End,
-}
-
-impl<'a, R: std::io::BufRead> Log<'a, R> {
-    fn new(lines: Lines<R>, map: &'a Map) -> Self {
-        Self {
-            lines,
-            map,
-            cells: Cells::default(),
-            separator: map.shape.separator.unwrap_or(Separator::Blanks),
-            names: Vec::new(),
-            is_new_block: false,
-            commented: None,
-        }
+impl<'a> Progress<'a> {
+    /// Ends the run; the next one goes to the path.
+    fn next_run(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
+        one_more_run(&self.imported, line)?;
+        let ended = std::mem::replace(&mut self.segment, next);
+        self.imported.runs.extend(ended.finish(self.bad_in_run)?);
+        self.bad_in_run = 0;
+        Ok(())
     }
 
+    /// Takes a row that was converted, or sets it aside.
+    fn settle(
+        &mut self,
+        line: u64,
+        converted: Result<Option<Sample>, RowProblem>,
+        content: &[u8],
+    ) -> Result<(), ImportProblem> {
+        let imported = &mut self.imported;
+        imported.rows += 1;
+        match converted {
+            Ok(Some(sample)) => {
+                self.used += 1;
+                if let Some(share) = sample.beyond_full {
+                    imported.beyond_full_drive += 1;
+                    let most = imported.most_full_drives.unwrap_or(1.0);
+                    imported.most_full_drives = Some(most.max(share));
+                }
+                self.segment.push(line, sample)?;
+            }
+            // A value of another rate, which is held.
+            Ok(None) => imported.rows_without_position += 1,
+            Err(problem) => {
+                self.bad_in_run += 1;
+                self.rejected.push(line, &problem, content)?;
+                if self.used == 0
+                    && self.rejected.count >= HOPELESS_ROWS
+                    && let Some(first) = self.rejected.first.first()
+                {
+                    return Err(ImportProblem::AllBad {
+                        rows: self.rejected.count,
+                        first: Box::new(first.clone()),
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A row whose time falls back by more than half of the run. Where the next row goes on from it, a board began anew; else it is a
+/// bad row.
+struct Fallen {
+    line: u64,
+    cells: Cells,
+    commented: Option<f64>,
+    content: Vec<u8>,
+    before: f64,
+    after: f64,
+}
+
+impl Fallen {
+    fn problem(&self) -> RowProblem {
+        RowProblem::TimeNotRising {
+            before: self.before,
+            after: self.after,
+        }
+    }
+}
+
+impl<R: std::io::BufRead> Log<'_, R> {
     fn runs(
         &mut self,
         name: &str,
         output: &Path,
         rejected: &mut Rejected,
     ) -> Result<Imported, ImportProblem> {
-        let mut imported = Imported {
-            runs: Vec::new(),
-            rows: 0,
-            bad_rows: 0,
-            rows_without_position: 0,
-            first_bad: Vec::new(),
-            rejected: None,
-            beyond_full_drive: 0,
-            most_full_drives: None,
-            unended: false,
-        };
         let Some((layout, mut next)) = self.layout()? else {
             return Err(ImportProblem::NoRows {
                 rows: 0,
                 first: None,
             });
         };
+        let map = self.map;
+        let mut progress = Progress {
+            imported: Imported::default(),
+            segment: Segment::new(map, name, output),
+            rejected,
+            bad_in_run: 0,
+            used: 0,
+        };
+        let numbered = |progress: &Progress| {
+            let path = split_name(output, &(progress.imported.runs.len() + 2).to_string());
+            Segment::new(map, name, &path)
+        };
         let mut split_value = None;
-        let mut converter = Converter::new(self.map, &layout);
-        let mut segment = Segment::new(self.map, name, output);
-        let mut bad_in_run = 0;
-        let mut used = 0_u64;
+        let mut converter = Converter::new(map, &layout);
+        let mut fallen: Option<Fallen> = None;
         self.is_new_block = false;
         loop {
             let line = self.lines.number();
-            let converted = match &next {
+            let mut converted = match &next {
                 Next::End => break,
                 Next::Row if self.is_names_again() => {
                     self.is_new_block = true;
@@ -164,68 +204,70 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
                         && split_value.as_deref() != Some(&*self.cells.text(place.at))
                     {
                         let value = self.cells.text(place.at).into_owned();
-                        one_more_run(&imported, line)?;
                         let path = split_name(output, &value);
-                        let ended =
-                            std::mem::replace(&mut segment, Segment::new(self.map, name, &path));
-                        imported.runs.extend(ended.finish(bad_in_run)?);
-                        converter = Converter::new(self.map, &layout);
-                        bad_in_run = 0;
+                        progress.next_run(Segment::new(map, name, &path), line)?;
+                        converter = Converter::new(map, &layout);
                         split_value = Some(value);
                     }
                     converter.convert(&self.cells, self.commented)
                 }
             };
-            let converted = match converted {
+            if let Some(first) = fallen.take() {
+                match converted {
+                    // The board began anew: a run of its own.
+                    Err(RowProblem::TimeNotRising { after, .. }) if after > first.after => {
+                        progress.next_run(numbered(&progress), first.line)?;
+                        converter = Converter::new(map, &layout);
+                        let begun = converter.convert(&first.cells, first.commented);
+                        progress.settle(first.line, begun, &first.content)?;
+                        converted = converter.convert(&self.cells, self.commented);
+                    }
+                    _ => progress.settle(first.line, Err(first.problem()), &first.content)?,
+                }
+            }
+            match converted {
                 // The clock of a new block began again: a run of its own.
                 Err(RowProblem::TimeNotRising { .. })
                     if self.is_new_block && layout.split_by.is_none() =>
                 {
-                    one_more_run(&imported, line)?;
-                    let path = split_name(output, &(imported.runs.len() + 2).to_string());
-                    let ended =
-                        std::mem::replace(&mut segment, Segment::new(self.map, name, &path));
-                    imported.runs.extend(ended.finish(bad_in_run)?);
-                    converter = Converter::new(self.map, &layout);
-                    bad_in_run = 0;
-                    converter.convert(&self.cells, self.commented)
+                    progress.next_run(numbered(&progress), line)?;
+                    converter = Converter::new(map, &layout);
+                    converted = converter.convert(&self.cells, self.commented);
                 }
-                converted => converted,
-            };
-            imported.rows += 1;
-            match converted {
-                Ok(Some(sample)) => {
-                    used += 1;
-                    self.is_new_block = false;
-                    if let Some(share) = sample.beyond_full {
-                        imported.beyond_full_drive += 1;
-                        let most = imported.most_full_drives.unwrap_or(1.0);
-                        imported.most_full_drives = Some(most.max(share));
-                    }
-                    segment.push(line, sample)?;
+                Err(RowProblem::TimeNotRising { before, after })
+                    if after < before / 2.0 && layout.split_by.is_none() =>
+                {
+                    fallen = Some(Fallen {
+                        line,
+                        cells: self.cells.clone(),
+                        commented: self.commented,
+                        content: self.lines.last().to_vec(),
+                        before,
+                        after,
+                    });
+                    next = self.next()?;
+                    continue;
                 }
-                // A value of another rate, which is held.
-                Ok(None) => imported.rows_without_position += 1,
-                Err(problem) => {
-                    bad_in_run += 1;
-                    let content = match &next {
-                        Next::TooLong(beginning) => beginning.as_slice(),
-                        _ => self.lines.last(),
-                    };
-                    rejected.push(line, &problem, content)?;
-                    if used == 0
-                        && rejected.count >= HOPELESS_ROWS
-                        && let Some(first) = rejected.first.first()
-                    {
-                        return Err(ImportProblem::AllBad {
-                            rows: rejected.count,
-                            first: Box::new(first.clone()),
-                        });
-                    }
-                }
+                _ => {}
             }
+            self.is_new_block &= !matches!(converted, Ok(Some(_)));
+            let content = match &next {
+                Next::TooLong(beginning) => beginning.as_slice(),
+                _ => self.lines.last(),
+            };
+            progress.settle(line, converted, content)?;
             next = self.next()?;
         }
+        if let Some(first) = fallen {
+            progress.settle(first.line, Err(first.problem()), &first.content)?;
+        }
+        let Progress {
+            mut imported,
+            segment,
+            rejected,
+            bad_in_run,
+            used,
+        } = progress;
         imported.unended = !self.lines.ended() && used > 0;
         imported.runs.extend(segment.finish(bad_in_run)?);
         imported.bad_rows = rejected.count;
@@ -238,135 +280,6 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         }
         Ok(imported)
     }
-
-    /// Reads up to the first row: its layout, and the row itself.
-    fn layout(&mut self) -> Result<Option<(Layout, Next)>, ImportProblem> {
-        for _ in 0..self.map.shape.skip_lines {
-            match self.lines.next()? {
-                None => return Ok(None),
-                Some(Line::Whole(line)) => {
-                    self.commented = commented(self.map, line).or(self.commented);
-                }
-                Some(Line::TooLong(_)) => {}
-            }
-        }
-        let mut next = self.next_guessing(self.map.shape.separator.is_none())?;
-        if let Next::TooLong(_) = next {
-            return Err(ImportProblem::NoText(
-                "its first line is longer than 65536 bytes",
-            ));
-        }
-        if let Next::End = next {
-            return Ok(None);
-        }
-        if self.separator == Separator::Labels {
-            return self.labelled(next);
-        }
-        let has_names = self.has_names();
-        if has_names {
-            while self.cells.len() > 1 && self.cells.get(self.cells.len() - 1).is_empty() {
-                self.cells.trim_to(self.cells.len() - 1);
-            }
-        }
-        let layout = Layout::new(self.map, self.lines.number(), &self.cells, has_names)?;
-        if has_names {
-            self.names = (0..self.cells.len())
-                .map(|at| self.cells.text(at).into_owned())
-                .collect();
-            for _ in 0..=self.map.shape.unit_lines {
-                next = self.next()?;
-            }
-        }
-        Ok(Some((layout, next)))
-    }
-
-    /// The same of lines that name their cells: the first that does names the columns, and is a row.
-    fn labelled(&mut self, mut next: Next) -> Result<Option<(Layout, Next)>, ImportProblem> {
-        let labels = loop {
-            match next {
-                Next::End => return Ok(None),
-                Next::Row => {
-                    if let Some(labels) = labels(self.lines.last()) {
-                        break labels;
-                    }
-                }
-                Next::TooLong(_) => {}
-            }
-            next = self.next()?;
-        };
-        let layout = Layout::new(self.map, self.lines.number(), &Cells::of(&labels), true)?;
-        self.cells.expect(labels);
-        self.cells.split(self.lines.last(), self.separator);
-        Ok(Some((layout, next)))
-    }
-
-    /// Whether the first line has names: where nothing is said and no name is asked for, one of numbers has none.
-    fn has_names(&self) -> bool {
-        let is_number = |at: usize| {
-            let cell = self.cells.get(at);
-            let decimal_comma = self.map.shape.decimal_comma;
-            stamp(cell).is_some() || number(cell, decimal_comma, "").is_ok()
-        };
-        let has_numbers = || (0..self.cells.len()).all(is_number);
-        let guess = || self.map.asks_for_names() || !has_numbers();
-        self.map.shape.names.unwrap_or_else(guess)
-    }
-
-    /// Whether the present row is the line of names once more; a terminal's stamp before it does not count.
-    fn is_names_again(&mut self) -> bool {
-        if self.names.is_empty() {
-            return false;
-        }
-        self.cells.trim_to(self.names.len());
-        let is_same = |(at, name): (usize, &String)| {
-            let cell = self.cells.get(at);
-            cell == name.as_bytes() || (at == 0 && stamp(cell).is_some())
-        };
-        self.cells.len() == self.names.len() && self.names.iter().enumerate().all(is_same)
-    }
-
-    fn next(&mut self) -> Result<Next, ImportProblem> {
-        self.next_guessing(false)
-    }
-
-    /// The next line that is neither empty nor a comment, taken apart.
-    fn next_guessing(&mut self, guess: bool) -> Result<Next, ImportProblem> {
-        let shape = &self.map.shape;
-        loop {
-            match self.lines.next()? {
-                None => return Ok(Next::End),
-                Some(Line::TooLong(beginning)) => return Ok(Next::TooLong(beginning.to_vec())),
-                Some(Line::Whole(line)) => {
-                    if line.trim_ascii_start().is_empty() {
-                        continue;
-                    }
-                    if is_comment(self.map, line) {
-                        self.is_new_block = true;
-                        self.commented = commented(self.map, line).or(self.commented);
-                        continue;
-                    }
-                    if guess {
-                        self.separator = Separator::guess(line, shape.decimal_comma);
-                    }
-                    self.cells.split(line, self.separator);
-                    return Ok(Next::Row);
-                }
-            }
-        }
-    }
-}
-
-/// Whether a line is a comment; a terminal's stamp before it does not count.
-fn is_comment(map: &Map, line: &[u8]) -> bool {
-    let content = before_line(line).map_or(line, |(_, rest)| rest);
-    let mark = map.shape.comment.as_bytes();
-    !mark.is_empty() && content.trim_ascii_start().starts_with(mark)
-}
-
-/// The command that a comment line gives.
-fn commented(map: &Map, line: &[u8]) -> Option<f64> {
-    let word = map.command_word().filter(|_| is_comment(map, line))?;
-    number_after(&decode(line), word)
 }
 
 /// Refuses more runs than any log has.

@@ -3,9 +3,10 @@
 //! The labels of the first such line are the names of the columns, for all lines that have the same in the same order.
 
 use super::stamp::before_line;
+use super::unmapped::is_known;
 
-/// One pair.
-type Pair<'a> = (&'a [u8], &'a [u8]);
+/// A label, its value, and the unit behind the value, which may be empty.
+type Pair<'a> = (&'a [u8], &'a [u8], &'a [u8]);
 
 /// The pairs of a line (without a terminal's stamp); `None` where something in it is no pair.
 pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
@@ -16,14 +17,41 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
     for field in fields {
         let at = field.iter().position(|byte| matches!(byte, b':' | b'='));
         match (at, found.last_mut()) {
-            (Some(at), _) if is_label(&field[..at]) => found.push((&field[..at], &field[at + 1..])),
-            // `label: value`, with a blank between.
-            (None, Some((_, value))) if value.is_empty() => *value = field,
+            (Some(at), _) if is_label(&field[..at]) => {
+                let (value, unit) = apart(&field[at + 1..]);
+                found.push((&field[..at], value, unit));
+            }
+            // `label: value`, with a blank between, and `label: value unit`.
+            (None, Some((_, value, unit))) if value.is_empty() => (*value, *unit) = apart(field),
+            (None, Some((_, _, unit))) if unit.is_empty() && is_unit(field) => *unit = field,
             _ => return None,
         }
     }
-    let is_whole = found.iter().all(|(_, value)| !value.is_empty());
+    let is_whole = found.iter().all(|(_, value, _)| !value.is_empty());
     (is_whole && !found.is_empty()).then_some(found)
+}
+
+/// `5ms`: a number and the unit that is glued to it.
+fn apart(value: &[u8]) -> (&[u8], &[u8]) {
+    let digits = value
+        .iter()
+        .rposition(|byte| byte.is_ascii_digit() || *byte == b'.');
+    match digits.map(|at| value.split_at(at + 1)) {
+        Some((number, unit)) if is_unit(unit) => (number, unit),
+        _ => (value, b""),
+    }
+}
+
+fn is_unit(text: &[u8]) -> bool {
+    std::str::from_utf8(text).is_ok_and(is_known)
+}
+
+/// The label with its unit in brackets, as names of columns have it.
+pub(super) fn label_of(label: &[u8], unit: &[u8]) -> Vec<u8> {
+    match unit.is_empty() {
+        true => label.to_vec(),
+        false => [label, b" [", unit, b"]"].concat(),
+    }
 }
 
 /// A label begins with a letter, which no number does.
@@ -38,7 +66,7 @@ pub(super) fn labels(line: &[u8]) -> Option<Vec<Vec<u8>>> {
         Some((_, rest)) => (Some(Vec::new()), rest),
         None => (None, line),
     };
-    let labels = pairs(rest)?.into_iter().map(|(label, _)| label.to_vec());
+    let labels = (pairs(rest)?.into_iter()).map(|(label, _, unit)| label_of(label, unit));
     Some(stamp.into_iter().chain(labels).collect())
 }
 
@@ -51,17 +79,26 @@ mod tests {
         for (line, expected) in [
             (
                 "target:0,actual:5",
-                Some(vec![("target", "0"), ("actual", "5")]),
+                Some(vec![("target", "0", ""), ("actual", "5", "")]),
             ),
             (
                 "Pos:123 PWM:80\r",
-                Some(vec![("Pos", "123"), ("PWM", "80")]),
+                Some(vec![("Pos", "123", ""), ("PWM", "80", "")]),
             ),
             (
                 "Pos: 123;  PWM: -8.5",
-                Some(vec![("Pos", "123"), ("PWM", "-8.5")]),
+                Some(vec![("Pos", "123", ""), ("PWM", "-8.5", "")]),
             ),
-            ("t=5\tn=17", Some(vec![("t", "5"), ("n", "17")])),
+            ("t=5\tn=17", Some(vec![("t", "5", ""), ("n", "17", "")])),
+            (
+                "Time: 5 ms, PWM=25% RPM: 1e3",
+                Some(vec![
+                    ("Time", "5", "ms"),
+                    ("PWM", "25", "%"),
+                    ("RPM", "1e3", ""),
+                ]),
+            ),
+            ("Pos: 5 ready", None),
             ("12:34:56", None),
             ("Motor lab v1: ready now", None),
             ("Pos:", None),
@@ -71,7 +108,9 @@ mod tests {
             let expected = expected.map(|pairs| {
                 pairs
                     .into_iter()
-                    .map(|(label, value)| (label.as_bytes(), value.as_bytes()))
+                    .map(|(label, value, unit)| {
+                        (label.as_bytes(), value.as_bytes(), unit.as_bytes())
+                    })
                     .collect::<Vec<_>>()
             });
             assert_eq!(pairs(line.as_bytes()), expected, "{line}");

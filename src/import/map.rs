@@ -112,8 +112,8 @@ pub(super) struct CommandNumber {
     pub most: Option<f64>,
     /// A share of full drive times the supply measured in the same row.
     pub of_measured_supply: bool,
-    /// The column that holds its direction, and the number there that is backwards.
-    pub direction: Option<(ColumnRef, f64)>,
+    /// The column that holds its direction, and the number or word there that is backwards.
+    pub direction: Option<(ColumnRef, Backwards)>,
 }
 
 /// Where a number of a row comes from.
@@ -146,6 +146,14 @@ impl NumberFrom {
             Self::Comment(_) => Vec::new(),
         }
     }
+}
+
+/// What a column of directions holds where the command is backwards.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(untagged)]
+pub(super) enum Backwards {
+    Number(f64),
+    Word(String),
 }
 
 /// Where the position comes from, in counts.
@@ -258,11 +266,11 @@ impl Map {
     }
 
     /// Where the direction stands, and the number that is backwards.
-    pub(super) fn direction(&self) -> Option<(&ColumnRef, f64)> {
+    pub(super) fn direction(&self) -> Option<(&ColumnRef, &Backwards)> {
         match &self.command {
             CommandSource::Number(number) => {
                 let (column, reverse) = number.direction.as_ref()?;
-                Some((column, *reverse))
+                Some((column, reverse))
             }
             CommandSource::Profile { .. } | CommandSource::NotRecorded => None,
         }

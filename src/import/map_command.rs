@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::MapError;
-use super::map::{ColumnRef, CommandNumber, CommandSource, NumberFrom, Term};
+use super::map::{Backwards, ColumnRef, CommandNumber, CommandSource, NumberFrom, Term};
 use super::map_values::{finite, nonzero, optional_positive, positive};
 use super::unit::{self, Axis, CommandUnit};
 use crate::recording::CommandKind;
@@ -27,8 +27,8 @@ pub(super) struct CommandSection {
     pub sum: Option<Vec<Term>>,
     /// The column of its direction.
     pub direction: Option<ColumnRef>,
-    /// The number there that is backwards.
-    pub reverse: Option<f64>,
+    /// The number or word there that is backwards.
+    pub reverse: Option<Backwards>,
     pub points: Option<Vec<(f64, f64)>>,
     #[serde(default, skip_serializing_if = "Between::is_hold")]
     pub between: Between,
@@ -142,13 +142,16 @@ impl CommandSection {
         }
         let direction = match (self.direction, self.reverse) {
             (Some(column), Some(reverse)) => {
-                Some((column, finite(section, "reverse", Some(reverse))?))
+                if let Backwards::Number(number) = reverse {
+                    finite(section, "reverse", Some(number))?;
+                }
+                Some((column, reverse))
             }
             (None, None) => None,
             _ => {
                 return Err(MapError::Conflict {
                     section,
-                    what: "`direction` (a column) and `reverse` (the number there that is backwards) go together",
+                    what: "`direction` (a column) and `reverse` (the number or word there that is backwards) go together",
                 });
             }
         };

@@ -114,6 +114,20 @@ pub(super) struct FieldSection {
 }
 
 impl MapFile {
+    /// Turns the motion round.
+    pub fn turn_round(&mut self) {
+        let turned = |scale: &mut Option<f64>, offset: &mut Option<f64>| {
+            *scale = Some(-scale.unwrap_or(1.0));
+            *offset = offset.map(|offset| -offset);
+        };
+        if let Some(position) = &mut self.position {
+            turned(&mut position.scale, &mut position.offset);
+        }
+        if let Some(speed) = &mut self.speed {
+            turned(&mut speed.scale, &mut speed.offset);
+        }
+    }
+
     /// Takes the text of a mapping file.
     pub fn parse(text: &str) -> Result<Self, MapError> {
         toml::from_str(text).map_err(|error: toml::de::Error| {

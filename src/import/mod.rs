@@ -16,6 +16,7 @@ mod formats;
 mod labels;
 mod layout;
 mod lines;
+mod log;
 mod map;
 mod map_command;
 mod map_file;
@@ -37,6 +38,6 @@ pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::{Integration, Map};
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
-    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, map_over, understand,
-    understand_table,
+    HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, is_spelling_of, map_over,
+    understand, understand_table,
 };

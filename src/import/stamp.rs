@@ -1,4 +1,5 @@
-//! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, RFC 3339.
+//! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`,
+//! `4/13/2026 7:03:12 PM`, RFC 3339.
 //!
 //! Terminals put them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
 //! `[2026-04-13 19:03:12.345] `.
@@ -59,18 +60,46 @@ fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
         return None;
     }
     let (fraction, rest) = fraction(rest);
+    let (hours, rest) = of_half_day(hours, rest)?;
     let (east_s, rest) = if is_of_day { (0, rest) } else { zone(rest) };
     let whole = days * DAY_S as i64 + 3600 * hours + 60 * minutes + seconds - east_s;
     let s = whole as f64 + fraction;
     Some((Stamp { s, is_of_day }, rest))
 }
 
-/// `2026-04-13` or `2026/04/13` as days since 1970, in the Gregorian calendar.
+/// Hours after `AM` or `PM`, which may follow.
+fn of_half_day(hours: i64, text: &[u8]) -> Option<(i64, &[u8])> {
+    let after = text.trim_ascii_start();
+    let Some((half, rest)) = after.split_at_checked(2) else {
+        return Some((hours, text));
+    };
+    let from = match half {
+        b"AM" | b"am" => 0,
+        b"PM" | b"pm" => 12,
+        _ => return Some((hours, text)),
+    };
+    (1..=12)
+        .contains(&hours)
+        .then_some((hours % 12 + from, rest))
+}
+
+/// `2026-04-13`, `2026/04/13`, `13.04.2026` or `4/13/2026` as days since 1970, in the Gregorian calendar.
 fn date(text: &[u8]) -> Option<(i64, &[u8])> {
-    let (year, rest) = number(text, 4, 4)?;
-    let between = *rest.first().filter(|byte| matches!(byte, b'-' | b'/'))?;
-    let (month, rest) = number(&rest[1..], 1, 2)?;
-    let (day, rest) = number(rest.strip_prefix(&[between])?, 1, 2)?;
+    let (first, rest) = number(text, 1, 4)?;
+    let between = *rest
+        .first()
+        .filter(|byte| matches!(byte, b'-' | b'/' | b'.'))?;
+    let (second, rest) = number(&rest[1..], 1, 2)?;
+    let (third, rest) = number(rest.strip_prefix(&[between])?, 1, 4)?;
+    let (year, month, day) = match (first, between) {
+        (1000.., _) => (first, second, third),
+        (_, b'.') => (third, second, first),
+        (_, b'/') => (third, first, second),
+        _ => return None,
+    };
+    if year < 1000 {
+        return None;
+    }
     let month = time::Month::try_from(u8::try_from(month).ok()?).ok()?;
     let date = time::Date::from_calendar_date(year as i32, month, u8::try_from(day).ok()?).ok()?;
     let days = date.to_julian_day() - time::OffsetDateTime::UNIX_EPOCH.date().to_julian_day();
@@ -144,6 +173,9 @@ mod tests {
             ("2026-04-13T21:03:12.5+02:00", 1_776_106_992.5, false),
             ("2024-02-29T23:59:59Z", 1_709_251_199.0, false),
             ("2026-04-13T15:33:12-0330", 1_776_106_992.0, false),
+            ("13.04.2026 19:03:12", 1_776_106_992.0, false),
+            ("4/13/2026 7:03:12.5 PM", 1_776_106_992.5, false),
+            ("12:00:01 am", 1.0, true),
         ] {
             let found = stamp(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
             assert!((found.s - s).abs() < 1e-6, "{text}: {}", found.s);
@@ -156,6 +188,8 @@ mod tests {
             "24:00:00",
             "12:60:00",
             "2026-02-30 00:00:00",
+            "13:00:00 PM",
+            "1.2.3 00:00:00",
             "12:34:56 -> 1",
             "1:2:3",
         ] {

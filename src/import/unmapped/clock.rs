@@ -34,8 +34,8 @@ impl Decision<'_> {
             Some(text) => self.said_column("--time", Role::Time, text)?,
             None => match self.clock() {
                 Ok(at) => (at, None),
-                Err(why) => {
-                    self.ask("--time", "COLUMN:UNIT".to_owned(), why);
+                Err((value, why)) => {
+                    self.ask("--time", value.to_owned(), why);
                     return Ok(None);
                 }
             },
@@ -76,8 +76,9 @@ impl Decision<'_> {
         Ok(Some(step_s))
     }
 
-    /// The clock: by name the one with the finest unit; else the only column that rises as a clock does.
-    fn clock(&self) -> Result<usize, String> {
+    /// The clock: by name the one with the finest unit; else the only column that rises as a clock does, and does not count the
+    /// rows. Else what `--time` is to say, and why.
+    fn clock(&self) -> Result<usize, (&'static str, String)> {
         let all = || 0..self.survey.columns.len();
         let fineness = |at: usize| match self.says[at].unit {
             Some("ns") => 4,
@@ -95,19 +96,32 @@ impl Decision<'_> {
             return Ok(at);
         }
         let is_free = |at: &usize| self.says[*at].role.is_none();
-        let rising: Vec<usize> = all()
+        let (numbers, rising): (Vec<usize>, Vec<usize>) = all()
             .filter(|&at| self.column(at).is_clock())
             .filter(is_free)
-            .collect();
-        match rising.as_slice() {
-            [one] => Ok(*one),
-            [] => Err(format!(
-                "no column is a clock; the columns are {}; for rows 10 ms apart: --time 10ms",
-                self.all_names()
+            .partition(|&at| self.column(at).is_row_number());
+        match (rising.as_slice(), numbers.as_slice()) {
+            ([one], _) => Ok(*one),
+            ([], [number, ..]) => Err((
+                "SAMPLETIME",
+                format!(
+                    "{} counts the rows and is no clock; the time from row to row, such as 20ms; of a clock: COLUMN:UNIT",
+                    self.name(*number)
+                ),
             )),
-            _ => Err(format!(
-                "several columns rise as a clock does; the columns are {}",
-                self.all_names()
+            ([], []) => Err((
+                "COLUMN:UNIT",
+                format!(
+                    "no column is a clock; the columns are {}; for rows 10 ms apart: --time 10ms",
+                    self.all_names()
+                ),
+            )),
+            _ => Err((
+                "COLUMN:UNIT",
+                format!(
+                    "several columns rise as a clock does; the columns are {}",
+                    self.all_names()
+                ),
             )),
         }
     }

@@ -1,6 +1,6 @@
 //! What one column of a log holds, by its numbers.
 
-use super::super::cells::number;
+use super::super::cells::{decode, number};
 use super::super::stamp::stamp;
 use super::grid::step_of;
 
@@ -8,6 +8,9 @@ use super::grid::step_of;
 const NUMBERS: f64 = 0.9;
 /// More digits after the point than a print has by choice: a float's own.
 const MOST_DIGITS: usize = 9;
+
+/// Different words of a column that are few.
+const FEW_WORDS: usize = 8;
 
 /// A column under the survey.
 #[derive(Debug, Clone, Default)]
@@ -21,7 +24,10 @@ pub(super) struct Column {
     pub empty: usize,
     pub stamps: usize,
     pub has_comma: bool,
-    words: usize,
+    word_cells: usize,
+    /// The different words in it, as far as they are few, and which of them each row has.
+    pub words: Vec<String>,
+    pub words_at: Vec<Option<usize>>,
     digits: usize,
 }
 
@@ -49,9 +55,25 @@ impl Column {
             }
             Err(_) if cell.is_empty() => self.empty += 1,
             Err(_) if stamp(cell).is_some() => self.stamps += 1,
-            Err(_) => self.words += 1,
+            Err(_) => self.word_cells += 1,
         }
+        let word = match parsed {
+            Err(_) if !cell.is_empty() => self.word(cell),
+            _ => None,
+        };
+        self.words_at.push(word);
         self.numbers.push(parsed.unwrap_or(f64::NAN));
+    }
+
+    /// The number of a word; none beyond a few.
+    fn word(&mut self, cell: &[u8]) -> Option<usize> {
+        let word = decode(cell);
+        let found = self.words.iter().position(|known| *known == word);
+        if found.is_none() && self.words.len() <= FEW_WORDS {
+            self.words.push(word.into_owned());
+            return Some(self.words.len() - 1);
+        }
+        found
     }
 
     fn finite(&self) -> impl Iterator<Item = f64> + Clone + '_ {
@@ -60,7 +82,7 @@ impl Column {
 
     pub fn is_numeric(&self) -> bool {
         let count = self.finite().count();
-        count > 0 && count as f64 >= NUMBERS * (count + self.words + self.stamps) as f64
+        count > 0 && count as f64 >= NUMBERS * (count + self.word_cells + self.stamps) as f64
     }
 
     pub fn is_stamps(&self) -> bool {
@@ -102,6 +124,11 @@ impl Column {
         let steps = self.steps();
         let falls = steps.iter().filter(|step| **step <= 0.0).count();
         !steps.is_empty() && self.is_numeric() && falls * 1000 <= steps.len()
+    }
+
+    /// Whether it counts the rows: whole numbers that rise by 1.
+    pub fn is_row_number(&self) -> bool {
+        self.is_clock() && self.is_whole() && self.median_step() == 1.0
     }
 
     /// Half of the last digit; 0 where the digits are a float's own.

@@ -1,12 +1,13 @@
 //! Where the command is, what it commands, and what is full drive.
 
-use super::super::cells::number_after;
+use super::super::cells::value_after;
 use super::super::map_command::CommandSection;
 use super::decide::{Decision, short};
-use super::said::{Steps, expected, number_and_rest};
+use super::file_name::commands_of;
+use super::said::{Steps, expected};
 use super::sum::Sum;
 use super::unclear::Unclear;
-use super::units::Role;
+use super::units::{Role, unit_of};
 
 /// Numbers that are full drive: timers of 8, 10, 12 and 16 bits.
 pub(super) const FULL_DRIVES: [f64; 4] = [255.0, 1023.0, 4095.0, 65_535.0];
@@ -91,11 +92,11 @@ impl Decision<'_> {
             self.understand("command", column, Some(unit), words);
         }
         if let Some(command) = column
-            && let Some((at, reverse)) = self.direction(command, motion)?
+            && let Some((at, level, reverse)) = self.direction(command, motion)?
         {
             section.direction = Some(self.column_ref(at));
             section.reverse = Some(reverse);
-            self.reverse = Some((at, reverse));
+            self.reverse = level.map(|level| (at, level));
         }
         self.map.command = Some(section);
         if let (Some(command), Some(motion)) = (column, motion) {
@@ -171,10 +172,11 @@ impl Decision<'_> {
             ),
             None => String::new(),
         };
-        let proposed = self.command_of_file_name(motion);
-        let from = match &proposed {
-            Some(_) => "the file's name says how much, and the first motion when; ",
-            None => "",
+        let (proposed, named) = self.command_of_file_name(motion);
+        let from = match (&proposed, named.len() > 1) {
+            (Some(_), _) => "the file's name says how much, and the first motion when; ".to_owned(),
+            (None, true) => format!("the file's name may say {}; ", named.join(" or ")),
+            (None, false) => String::new(),
         };
         let current = (self.candidates(Role::Current).first()).map_or_else(String::new, |&at| {
             format!("; of a current loop: {}:A", self.flag_name(at))
@@ -183,7 +185,7 @@ impl Decision<'_> {
             "{doubt}no column is named as a command; {from}a column: COLUMN:UNIT; known steps: 6V@0.5s{current}; not known: none; \
              a share of full drive (pwm, percent) needs --supply too"
         );
-        let is_share = proposed.as_ref().is_some_and(|steps| steps.contains('%'));
+        let is_share = (proposed.as_ref()).is_some_and(|steps| steps.contains(['%', 'p']));
         self.ask(
             "--command",
             proposed.unwrap_or_else(|| "COLUMN:UNIT".to_owned()),
@@ -292,16 +294,19 @@ impl Decision<'_> {
     /// `# Step 2/5 | PWM = 120`.
     fn commented(&self) -> Option<Found> {
         let comments = &self.survey.comments;
-        let (word, most) = WORDS.into_iter().find_map(|word| {
-            let numbers = comments
-                .iter()
-                .filter_map(|comment| number_after(comment, word));
-            let most = numbers.map(f64::abs).reduce(f64::max)?;
-            Some((word, most))
+        let (word, most, said) = WORDS.into_iter().find_map(|word| {
+            let values = || (comments.iter()).filter_map(|comment| value_after(comment, word));
+            let most = values().map(|(number, _)| number.abs()).reduce(f64::max)?;
+            let (_, first) = values().next()?;
+            let is_same = values().all(|(_, unit)| unit == first);
+            let unit = unit_of(Role::Command, &first).filter(|_| is_same);
+            Some((word, most, unit))
         })?;
-        let unit = match word {
-            "pwm" => "pwm",
-            "voltage" if most <= MOST_VOLTS => "V",
+        let unit = match (word, said) {
+            ("pwm", Some("percent")) => "percent",
+            ("pwm", _) => "pwm",
+            (_, Some(unit)) => unit,
+            ("voltage", None) if most <= MOST_VOLTS => "V",
             _ => return None,
         };
         let section = CommandSection {
@@ -319,37 +324,20 @@ impl Decision<'_> {
         })
     }
 
-    /// `first_12V.csv`: 12 V from the last row at rest on.
-    fn command_of_file_name(&self, motion: Option<usize>) -> Option<String> {
-        let stem = self.file_name.split('.').next().unwrap_or_default();
-        let stem = self.file_name.strip_suffix(".gz").map_or(stem, |name| {
-            name.rsplit_once('.').map_or(name, |(stem, _)| stem)
-        });
-        let parts: Vec<&str> = stem.split(['_', ' ']).collect();
-        let volts = parts
-            .iter()
-            .rev()
-            .find_map(|part| match number_and_rest(part) {
-                Some((number, "V" | "v")) => Some(format!("{}V", short(number))),
-                _ => None,
-            });
-        let duty = || {
-            let at = parts
-                .iter()
-                .position(|part| matches!(part.to_lowercase().as_str(), "duty" | "percent"))?;
-            match number_and_rest(parts.get(at + 1)?) {
-                Some((number, "" | "%")) if number.abs() <= PERCENT => {
-                    Some(format!("{}%", short(number)))
-                }
-                _ => None,
+    /// What the file's name says, from the last row at rest on; and every command that it may say.
+    fn command_of_file_name(&self, motion: Option<usize>) -> (Option<String>, Vec<String>) {
+        let commands = commands_of(self.file_name);
+        let proposed = match (commands.as_slice(), motion) {
+            ([command], Some(motion)) => {
+                let onset_s = self.onset_s(motion).unwrap_or(0.0);
+                Some(format!(
+                    "{command}@{}s",
+                    (onset_s * 1000.0).floor() / 1000.0
+                ))
             }
+            _ => None,
         };
-        let command = volts.or_else(duty)?;
-        let onset_s = self.onset_s(motion?).unwrap_or(0.0);
-        Some(format!(
-            "{command}@{}s",
-            (onset_s * 1000.0).floor() / 1000.0
-        ))
+        (proposed, commands)
     }
 
     /// Time of the last row before the motion begins, from the first row in s; 0 where the log begins with the step.

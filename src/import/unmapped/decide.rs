@@ -41,8 +41,8 @@ pub(super) struct Decision<'a> {
     pub line: Vec<(&'static str, String)>,
     /// Columns in use.
     pub used: Vec<usize>,
-    /// The column of the command's direction, and the number in it that is backwards.
-    pub reverse: Option<(usize, f64)>,
+    /// The column of the command's direction, and the level of it that is backwards.
+    pub reverse: Option<(usize, usize)>,
     /// The clock, and the seconds in one of its units.
     pub clock: Option<(usize, f64)>,
 }
@@ -84,6 +84,9 @@ impl<'a> Decision<'a> {
         self.command(motion)?;
         self.current()?;
         self.rows();
+        if self.said.reverse {
+            self.map.turn_round();
+        }
         Ok(())
     }
 

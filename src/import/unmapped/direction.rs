@@ -1,22 +1,24 @@
-//! A column of directions beside a command without a sign: which of its numbers is backwards.
+//! A column of directions beside a command without a sign: which of its numbers or words is backwards.
 
+use super::super::map::Backwards;
 use super::column::Column;
 use super::decide::{Decision, short};
+use super::marks::Marks;
 use super::said::number_and_rest;
 use super::unclear::Unclear;
 
 /// Words for a column of directions.
 pub(super) const DIRECTIONS: [&str; 4] = ["dir", "direction", "richtung", "sign"];
-/// Numbers that such a column has at most: backwards, standstill, forwards.
+/// Numbers or words that such a column has at most: backwards, standstill, forwards.
 const MOST_LEVELS: usize = 3;
 
 impl Decision<'_> {
-    /// The column of directions and the number in it that is backwards, where the command has no sign of its own.
+    /// The column of directions, its level that is backwards and what stands there, where the command has no sign of its own.
     pub(super) fn direction(
         &mut self,
         command: usize,
         motion: Option<usize>,
-    ) -> Result<Option<(usize, f64)>, Unclear> {
+    ) -> Result<Option<(usize, Option<usize>, Backwards)>, Unclear> {
         let (at, said) = match &self.said.direction {
             Some(text) if text == "none" => return Ok(None),
             Some(text) => self.said_direction(text)?,
@@ -26,43 +28,56 @@ impl Decision<'_> {
                 None => return Ok(None),
             },
         };
-        let levels = self.column(at).levels();
-        let (Some(&least), Some(&most)) = (levels.first(), levels.last()) else {
-            return Ok(None);
-        };
-        if said.is_none() && (levels.len() < 2 || levels.len() > MOST_LEVELS) {
+        let marks = Marks::of(self.column(at));
+        let name = self.name(at);
+        if let Some(said) = said {
+            let words = format!("{name}: {} is backwards, as said", shown(&said));
+            self.understand("direction", Some(at), None, words);
+            return Ok(Some((at, marks.find(&said), said)));
+        }
+        let count = marks.levels.len();
+        if !(2..=MOST_LEVELS).contains(&count) {
             return Ok(None);
         }
-        let turned = motion.map(|motion| self.turned_at(at, least, motion));
-        let (reverse, how) = match (said, turned) {
-            (Some(said), _) => (said, "as said"),
-            (None, Some((against, along))) if against != along => match against > along {
-                true => (least, "as the motion shows"),
-                false => (most, "as the motion shows"),
-            },
-            _ => (
-                least,
+        // Of three numbers the middle one is standstill.
+        let by_words = marks.pair();
+        let is_numbers = self.column(at).is_numeric();
+        let (forwards, backwards) = by_words.unwrap_or((count - 1, 0));
+        let turned = motion
+            .filter(|_| is_numbers || by_words.is_some() || count == 2)
+            .map(|motion| self.turned_at(&marks, backwards, motion));
+        let (level, how) = match turned {
+            Some((against, along)) if against > along => (backwards, "as the motion shows"),
+            Some((against, along)) if against < along => (forwards, "as the motion shows"),
+            _ if by_words.is_some() => (
+                backwards,
+                "by the word; --direction COLUMN:WORD says another",
+            ),
+            _ if is_numbers => (
+                backwards,
                 "the smaller one; --direction COLUMN:NUMBER says another",
             ),
+            _ => {
+                let words: Vec<String> = marks.levels.iter().map(shown).collect();
+                let why = format!(
+                    "{name} holds {}; the one that is backwards; or none",
+                    words.join(", ")
+                );
+                let flag = self.flag_name(at);
+                self.ask("--direction", format!("{flag}:WORD"), why);
+                return Ok(None);
+            }
         };
-        let words = format!("{}: {} is backwards, {how}", self.name(at), short(reverse));
+        let reverse = marks.levels[level].clone();
+        let words = format!("{name}: {} is backwards, {how}", shown(&reverse));
         self.understand("direction", Some(at), None, words);
-        Ok(Some((at, reverse)))
+        Ok(Some((at, Some(level), reverse)))
     }
 
-    /// `dir`, or `dir:0`: the number that is backwards.
-    fn said_direction(&self, text: &str) -> Result<(usize, Option<f64>), Unclear> {
+    /// `dir`, `dir:0` or `dir:CCW`: what is backwards.
+    fn said_direction(&self, text: &str) -> Result<(usize, Option<Backwards>), Unclear> {
         let (name, reverse) = match text.rsplit_once(':') {
-            Some((name, number)) if self.find(text).is_none() => match number_and_rest(number) {
-                Some((number, "")) => (name, Some(number)),
-                _ => {
-                    return Err(Unclear::Form {
-                        flag: "--direction",
-                        text: text.to_owned(),
-                        expected: "a column and the number in it that is backwards, such as dir:0",
-                    });
-                }
-            },
+            Some((name, reverse)) if self.find(text).is_none() => (name, Some(backwards(reverse))),
             _ => (text, None),
         };
         let at = self.find(name).ok_or_else(|| Unclear::NoColumn {
@@ -70,20 +85,29 @@ impl Decision<'_> {
             column: name.to_owned(),
             found: self.all_names(),
         })?;
-        if !self.column(at).is_numeric() {
-            return Err(Unclear::NoNumbers {
+        let is_there = |said: &Backwards| Marks::of(self.column(at)).find(said).is_some();
+        match &reverse {
+            Some(word @ Backwards::Word(_)) if !is_there(word) => Err(Unclear::Form {
                 flag: "--direction",
-                column: name.to_owned(),
-            });
+                text: text.to_owned(),
+                expected: "a column and the number or word in it that is backwards, such as dir:0 or dir:CCW",
+            }),
+            Some(Backwards::Number(_)) if !self.column(at).is_numeric() => {
+                Err(Unclear::NoNumbers {
+                    flag: "--direction",
+                    column: name.to_owned(),
+                })
+            }
+            _ => Ok((at, reverse)),
         }
-        Ok((at, reverse))
     }
 
     fn direction_by_name(&self) -> Option<usize> {
         let is_one = |at: &usize| {
             let words = &self.says[*at].words;
+            let column = self.column(*at);
             words.iter().any(|word| DIRECTIONS.contains(&word.as_str()))
-                && self.column(*at).is_numeric()
+                && (column.is_numeric() || !column.words.is_empty())
         };
         let mut found = (0..self.survey.columns.len())
             .filter(|at| !self.used.contains(at))
@@ -92,13 +116,12 @@ impl Decision<'_> {
     }
 
     /// Rows at this level in which the motion goes back, and on; none where it never goes back, since it has no sign then.
-    fn turned_at(&self, direction: usize, level: f64, motion: usize) -> (usize, usize) {
+    fn turned_at(&self, marks: &Marks, level: usize, motion: usize) -> (usize, usize) {
         let rates = self.rates(motion);
         if rates.iter().all(|rate| *rate >= 0.0 || rate.is_nan()) {
             return (0, 0);
         }
-        let levels = &self.column(direction).numbers;
-        let at = || levels.iter().zip(&rates).filter(|(at, _)| **at == level);
+        let at = || (marks.rows.iter().zip(&rates)).filter(|(at, _)| **at == Some(level));
         let back = at().filter(|(_, rate)| **rate < 0.0).count();
         let on = at().filter(|(_, rate)| **rate > 0.0).count();
         (back, on)
@@ -122,4 +145,19 @@ impl Decision<'_> {
 
 fn differences(column: &Column) -> impl Iterator<Item = f64> + '_ {
     column.numbers.windows(2).map(|pair| pair[1] - pair[0])
+}
+
+/// A number, or else a word.
+pub(super) fn backwards(text: &str) -> Backwards {
+    match number_and_rest(text) {
+        Some((number, "")) => Backwards::Number(number),
+        _ => Backwards::Word(text.trim().to_owned()),
+    }
+}
+
+fn shown(level: &Backwards) -> String {
+    match level {
+        Backwards::Number(number) => short(*number),
+        Backwards::Word(word) => word.clone(),
+    }
 }

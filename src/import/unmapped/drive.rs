@@ -3,6 +3,7 @@
 use super::super::map_file::FieldSection;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
 use super::decide::{Decision, short};
+use super::marks::Marks;
 use super::said::{expected, number_and_rest};
 use super::unclear::Unclear;
 use super::units::Role;
@@ -144,10 +145,10 @@ impl Decision<'_> {
         let Some((at, reverse)) = self.reverse else {
             return numbers.clone();
         };
-        let signed = |(u, direction): (&f64, &f64)| if *direction == reverse { -u } else { *u };
-        numbers
-            .iter()
-            .zip(&self.column(at).numbers)
+        let signed =
+            |(u, level): (&f64, Option<usize>)| if level == Some(reverse) { -u } else { *u };
+        (numbers.iter())
+            .zip(Marks::of(self.column(at)).rows)
             .map(signed)
             .collect()
     }

@@ -9,7 +9,10 @@ mod command;
 mod decide;
 mod direction;
 mod drive;
+mod file_name;
+mod follows;
 mod grid;
+mod marks;
 mod motion;
 mod names;
 mod over;
@@ -25,6 +28,8 @@ pub use decide::Understood;
 pub use over::map_over;
 pub use said::Said;
 pub use unclear::{Missing, Unclear};
+pub(super) use units::is_known;
+pub use units::is_spelling_of;
 
 use super::Map;
 use super::lines::lines;
@@ -112,7 +117,14 @@ fn decided(survey: &survey::Survey, file_name: &str, said: &Said, command: &str)
         true if said.integrate.is_some() && decision.map.speed.is_none() => {
             Err(Unclear::Conflict(NO_SPEED))
         }
-        true => Ready::of(decision.map.clone()),
+        true => {
+            let mut file = decision.map.clone();
+            // The line of names is found by the names: the next log may have another banner.
+            if file.clone().checked()?.asks_for_names() {
+                file.file.skip_lines = 0;
+            }
+            Ready::of(file)
+        }
         false => Err(Unclear::Missing {
             missing: decision.missing.clone(),
             line: finished(command, &decision.line),

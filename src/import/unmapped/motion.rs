@@ -17,6 +17,10 @@ pub(super) const WHOLE: f64 = 0.005;
 /// What counts a turn are.
 pub(super) const COUNTED: &str = "counts of the encoder in one turn, all four edges counted";
 
+/// Share of a turn that an angle takes which goes round.
+const FILLED: f64 = 0.9;
+/// Counts in which a sensor of 10, 12 or 14 bits tells one turn.
+const POWERS: [f64; 3] = [1024.0, 4096.0, 16_384.0];
 /// Counters of 16 and 32 bits.
 const COUNTERS: [f64; 2] = [65_536.0, 4_294_967_296.0];
 
@@ -58,6 +62,10 @@ impl Decision<'_> {
     fn named_motion(&mut self, step_s: Option<f64>) -> Option<usize> {
         let mut positions = self.candidates(Role::Position);
         positions.extend(self.candidates(Role::Increments));
+        let speeds = self.beside_said(self.candidates(Role::Speed));
+        if positions.len() + speeds.len() > 1 {
+            positions.retain(|&at| !self.column(at).is_row_number());
+        }
         positions = self.beside_said(positions);
         let in_counts: Vec<usize> = (positions.iter().copied())
             .filter(|&at| self.says[at].unit == Some("counts"))
@@ -65,7 +73,6 @@ impl Decision<'_> {
         if in_counts.len() == 1 {
             positions = in_counts;
         }
-        let speeds = self.beside_said(self.candidates(Role::Speed));
         match (positions.as_slice(), speeds.as_slice()) {
             ([at], _) => {
                 self.position(*at, None);
@@ -89,10 +96,13 @@ impl Decision<'_> {
                 return Some(first);
             }
         }
-        let rest: Vec<usize> = (0..self.survey.columns.len())
+        let mut rest: Vec<usize> = (0..self.survey.columns.len())
             .filter(|&at| self.says[at].role.is_none() && self.column(at).is_numeric())
             .filter(|at| !self.used.contains(at))
             .collect();
+        if rest.len() > 1 {
+            rest.retain(|&at| !self.column(at).is_row_number());
+        }
         if let [one] = rest.as_slice() {
             let flag = self.flag_name(*one);
             let name = self.name(*one);
@@ -186,17 +196,31 @@ impl Decision<'_> {
             let is_angle = words
                 .iter()
                 .any(|word| matches!(word.as_str(), "angle" | "theta" | "phi" | "winkel"));
-            // Only a proposal: motors turn more than once, and angles in degrees then go beyond 360.
-            let unit = match (is_angle, column.is_whole(), column.most() > 360.0) {
-                (false, true, _) => "counts",
-                (true, true, _) | (_, _, true) => "deg",
-                _ => "rad",
+            // Only a proposal: motors turn more than once, and angles in degrees then go beyond 360, or fill one turn.
+            let range = column.highest() - column.lowest();
+            let fills = |turn: &f64| (FILLED * turn..=*turn).contains(&range);
+            let raw_turn = POWERS.into_iter().find(fills);
+            let (unit, turn) = match (is_angle, column.is_whole()) {
+                (true, true) if raw_turn.is_some() => ("counts", raw_turn),
+                (false, true) => ("counts", None),
+                _ if fills(&360.0) => ("deg", Some(360.0)),
+                (true, true) => ("deg", None),
+                _ if column.most() > 360.0 => ("deg", None),
+                _ => ("rad", None),
             };
             let why = format!("{name} names no unit; {}", expected(Role::Position));
             self.ask("--position", format!("{flag}:{unit}"), why);
+            if let (Some(turn), None) = (turn, self.said.wrap) {
+                let turn = short(turn);
+                let why = format!("{name} stays within one turn of {turn}, so that it begins anew");
+                self.ask("--wrap", turn, why);
+            }
             self.tentatively(|decision| decision.position(at, Some(unit)));
             return;
         };
+        if unit == "counts" && !is_increments && self.follows_command(at) {
+            self.doubt_position(at);
+        }
         if matches!(unit, "m" | "mm" | "um") && self.said.m_per_rev.is_none() {
             let why = format!("travel of a linear axis in one turn in m: {name} is in {unit}");
             self.ask("--m-per-rev", "METRES".to_owned(), why);
@@ -295,8 +319,8 @@ fn goes_round(column: &Column, wrap: f64) -> bool {
 
 /// The unit of an angle that goes round: after 360 it is degrees, after 2 pi radians.
 fn unit_of_round(column: &Column) -> Option<&'static str> {
-    let spans =
-        |wrap: f64| column.highest() - column.lowest() > 0.9 * wrap && goes_round(column, wrap);
+    let range = column.highest() - column.lowest();
+    let spans = |wrap: f64| range > FILLED * wrap && goes_round(column, wrap);
     [(360.0, "deg"), (TAU, "rad")]
         .into_iter()
         .find(|(wrap, _)| spans(*wrap))

@@ -99,6 +99,8 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         found.counts_per_rev = words[at].parse().ok();
         words.drain(at..at + 3);
     }
+    // Of the Arduino library Encoder.
+    let is_read_and_reset = words.concat().contains("readandreset");
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     let role = if has(REFERENCES) {
         Some(Role::Reference)
@@ -114,7 +116,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         } else {
             Role::Speed
         })
-    } else if has(INCREMENTS) && !has(TIMES) {
+    } else if is_read_and_reset || (has(INCREMENTS) && !has(TIMES)) {
         Some(Role::Increments)
     } else if has(POSITIONS) && !has(&["pwm", "duty", "voltage"]) {
         let is_asked = has(&["cmd", "command"]);
@@ -144,7 +146,8 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     found.unit = beside
         .iter()
         .find_map(|text| unit_of(role, text))
-        .or_else(|| unit_at_end(role, &words));
+        .or_else(|| unit_at_end(role, &words))
+        .or(is_read_and_reset.then_some("counts"));
     if role == Role::Command {
         found.full = words.iter().find_map(|word| {
             let digits = word.strip_suffix("max").unwrap_or(word);

@@ -3,6 +3,7 @@
 use super::super::map_command::CommandSection;
 use super::super::map_file::{FieldSection, MapFile, PositionSection, SpeedSection, TimeSection};
 use super::command::LIMIT_OF_A_SUM;
+use super::direction::backwards;
 use super::names::says;
 use super::said::{ColumnSaid, Said, Steps, expected, number_and_rest};
 use super::sum::Sum;
@@ -32,16 +33,13 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
         let wrong = || Unclear::Form {
             flag: "--direction",
             text: text.clone(),
-            expected: "beside a mapping a column and the number in it that is backwards, such as dir:0",
+            expected: "beside a mapping a column and the number or word in it that is backwards, such as dir:0",
         };
-        let (name, number) = text.rsplit_once(':').ok_or_else(wrong)?;
-        let (reverse, _) = number_and_rest(number)
-            .filter(|(_, rest)| rest.is_empty())
-            .ok_or_else(wrong)?;
+        let (name, reverse) = text.rsplit_once(':').ok_or_else(wrong)?;
         let column = name.trim().to_owned();
         if let Some(command) = &mut map.command {
             command.direction = Some(ColumnSaid { column, unit: None }.column_ref());
-            command.reverse = Some(reverse);
+            command.reverse = Some(backwards(reverse));
         }
     }
     if let Some(text) = &said.position {
@@ -90,6 +88,9 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
     map.m_per_rev = said.m_per_rev.or(map.m_per_rev);
     map.rows.every = said.every.or(map.rows.every);
     map.rows.unsigned = said.unsigned.or(map.rows.unsigned);
+    if said.reverse {
+        map.turn_round();
+    }
     Ready::of(map)
 }
 

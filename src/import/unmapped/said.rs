@@ -35,6 +35,8 @@ pub struct Said {
     pub wrap: Option<f64>,
     /// The position column holds what was counted since the row before.
     pub increments: bool,
+    /// The motion is turned round.
+    pub reverse: bool,
     /// The encoder knows no direction, or does.
     pub unsigned: Option<bool>,
     /// One row of so many.
@@ -70,6 +72,9 @@ impl Said {
         flags.extend((self.integrate).map(|rule| ("--integrate", rule.name().to_owned())));
         if self.increments {
             flags.push(("--increments", String::new()));
+        }
+        if self.reverse {
+            flags.push(("--reverse", String::new()));
         }
         match self.unsigned {
             Some(true) => flags.push(("--unsigned", String::new())),

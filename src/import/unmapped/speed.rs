@@ -87,7 +87,8 @@ impl Decision<'_> {
             match self.said.counts_per_rev.or(self.says[at].counts_per_rev) {
                 None => {
                     let words = format!(
-                        "{} counts a turn, read off: one count in {} s is a step of the speed",
+                        "{} counts a turn, read off: one count in {} s is a step of the speed. The encoder's number, or a multiple of it \
+                         where the sketch averages several rows",
                         short(found),
                         short(step_s)
                     );

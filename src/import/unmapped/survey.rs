@@ -167,13 +167,10 @@ fn is_name(cell: &str) -> bool {
     !cell.is_empty() && number(cell.as_bytes(), true, "").is_err()
 }
 
-/// Whether no cell is a number; a terminal's stamp before the line does not count.
+/// Whether no cell is a number; a terminal's stamp before the line does not count, nor the index without a name that pandas writes.
 fn all_words(cells: &[String]) -> bool {
-    let from = usize::from(
-        cells
-            .first()
-            .is_some_and(|cell| stamp(cell.as_bytes()).is_some()),
-    );
+    let is_apart = |cell: &String| cell.is_empty() || stamp(cell.as_bytes()).is_some();
+    let from = usize::from(cells.first().is_some_and(is_apart));
     cells.len() > from && cells[from..].iter().all(|cell| is_name(cell))
 }
 
@@ -234,7 +231,8 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
             found.file.names = Some(true);
             found.file.unit_lines = u64::from(units.is_some());
             for (column, name) in found.columns.iter_mut().zip(cells) {
-                column.name = Some(name).filter(|name| stamp(name.as_bytes()).is_none());
+                column.name =
+                    Some(name).filter(|name| !name.is_empty() && stamp(name.as_bytes()).is_none());
                 column.is_by_name = column.name.is_some();
             }
             for (column, unit) in found

@@ -116,6 +116,30 @@ fn spellings(role: Role) -> &'static [Spelling] {
     }
 }
 
+/// Quantities with units of their own.
+const MEASURED: [Role; 5] = [
+    Role::Time,
+    Role::Position,
+    Role::Speed,
+    Role::Command,
+    Role::Current,
+];
+
+/// Whether a text is a unit of any quantity.
+pub(in super::super) fn is_known(text: &str) -> bool {
+    MEASURED
+        .into_iter()
+        .any(|role| unit_of(role, text).is_some())
+}
+
+/// Whether a unit, as people write it, is this one of mapping files for some quantity.
+#[must_use]
+pub fn is_spelling_of(text: &str, unit: &str) -> bool {
+    MEASURED
+        .into_iter()
+        .any(|role| unit_of(role, text) == Some(unit))
+}
+
 /// A unit as people write it, in the spelling of mapping files.
 pub(super) fn unit_of(role: Role, text: &str) -> Option<&'static str> {
     let text = text
