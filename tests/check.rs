@@ -280,7 +280,7 @@ fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
         for said in [&imported.stderr, &compared.stderr] {
             let said = String::from_utf8_lossy(said);
             assert!(
-                said.contains("the counts fall while the command is positive: A and B (or the motor leads) are swapped; scale = -1"),
+                said.contains("the counts fall while the command is positive: A and B (or the motor leads) are swapped; --reverse of the import (scale = -1"),
                 "{said}"
             );
         }

@@ -66,6 +66,20 @@ fn the_number_of_a_row_is_no_clock() {
     }
 }
 
+/// A ramp of a second in some forty counts: the position rises with the command, and its speed does, as far as rounding lets it be seen.
+#[test]
+fn a_coarse_position_under_a_ramp_is_one() {
+    let text: String = (0..100)
+        .map(|k| {
+            let t = 0.01 * f64::from(k);
+            let counts = (100.0 * (1.0 - t.cos())).round();
+            format!("{},{:.4},{counts}\n", 10 * k, t.sin())
+        })
+        .collect();
+    let (file, _) = imported("log.csv", &format!("time_ms,u_v,counts\n{text}"), &BOTH);
+    assert_eq!(counts(&file).last(), Some(&45));
+}
+
 #[test]
 fn counts_since_the_row_before_are_told_from_a_position() {
     let truth = Truth::steps(0.02, 400);

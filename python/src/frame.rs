@@ -184,7 +184,9 @@ impl Keywords {
     fn check_units(&self, columns: &[Column], understood: &[Understood]) -> Result<(), Problem> {
         for (column, unit) in &self.units {
             if !columns.iter().any(|one| one.name == *column) {
-                return Err(format!("{NAME}: units has `{column}`, and there is no such column").into());
+                return Err(
+                    format!("{NAME}: units has `{column}`, and there is no such column").into(),
+                );
             }
             let name = format!("{} [{unit}]", named(column));
             let used = (understood.iter())

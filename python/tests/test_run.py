@@ -79,7 +79,8 @@ def test_frames_of_every_kind_become_the_same_run(kind):
 
 def test_a_written_run_reads_back(tmp_path):
     t = np.arange(0, 1, 0.01)
-    run = ml.Run.from_frame({"t_s": t, "u_v": np.sin(t), "counts": np.arange(100)}, counts_per_rev=100, supply_v=2)
+    counts = np.rint(100 * (1 - np.cos(t))).astype(int)
+    run = ml.Run.from_frame({"t_s": t, "u_v": np.sin(t), "counts": counts}, counts_per_rev=100, supply_v=2)
     path = run.write(tmp_path / "run.csv")
     again = ml.Run.read(path)
     for name in again.columns:

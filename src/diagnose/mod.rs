@@ -33,6 +33,8 @@ pub use report::{
     Regime, Region, Rival, SHAPE, SeenMotor, Step, Term, Verdict, other_means,
 };
 
+pub(crate) use conclusion::sure;
+
 use std::borrow::Cow;
 
 use crate::check::{check, misread_positions};

@@ -1,8 +1,9 @@
 //! The page of a class: a row a student, then each student's recordings.
 
 use super::class::{Class, Outcome, Recording, Student};
+use crate::diagnose::sure;
 use crate::report::Page;
-use crate::report::number::{figure, probability, sure, time};
+use crate::report::number::{figure, probability, time};
 
 /// What stands where there is no figure.
 const NONE: &str = "\u{2013}";

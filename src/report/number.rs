@@ -62,15 +62,6 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// How sure something is; never a certainty.
-pub fn sure(p: f64) -> String {
-    match p {
-        p if p >= 0.999 => "over 99.9\u{a0}% sure".to_owned(),
-        p if p >= 0.99 => format!("{:.1}\u{a0}% sure", (1000.0 * p).floor() / 10.0),
-        p => format!("{:.0}\u{a0}% sure", 100.0 * p),
-    }
-}
-
 /// A relative change in percent, with its sign.
 pub fn change(relative: f64) -> String {
     let sign = if relative > 0.0 { "+" } else { "" };

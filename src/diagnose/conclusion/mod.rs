@@ -36,6 +36,7 @@ pub(crate) use reference::Reference;
 pub(crate) use steps::steps;
 use weights::without_any_known;
 pub(crate) use weights::{Weights, weights};
+pub(crate) use words::sure;
 
 /// What a conclusion rests on.
 pub(crate) struct Grounds<'a> {

@@ -1,13 +1,13 @@
 //! Answers of Part 3.
 
 use super::{Answer, TO_BE_MENDED, not_usable, usable};
-use crate::diagnose::{Diagnosis, Verdict};
+use crate::diagnose::{Diagnosis, Verdict, sure};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
 use crate::report::demo::two_measures;
-use crate::report::number::{change, figure, percent, rpm, sure, time};
+use crate::report::number::{change, figure, percent, rpm, time};
 
 pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
     let mut because = vec![
@@ -306,7 +306,7 @@ mod tests {
             };
             for (verdict, effects) in &verdicts {
                 let said = seen.answer(*verdict, effects, 0.69);
-                let is_sure = said.contains("69\u{a0}% sure");
+                let is_sure = said.contains("69 % sure");
                 assert_eq!(is_sure, *verdict != Verdict::BadRecording, "{said}");
                 assert!(!said.starts_with("No effect"), "{said}");
                 assert_eq!(

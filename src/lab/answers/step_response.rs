@@ -1,13 +1,13 @@
 //! Answers of Part 1.
 
 use super::{Answer, TO_BE_MENDED, not_usable, usable};
-use crate::diagnose::{Diagnosis, Verdict};
+use crate::diagnose::{Diagnosis, Verdict, sure};
 use crate::lab::damping::Term;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::Recorded;
 use crate::lab::step_response::VISIBLE;
 use crate::lab::{Source, StepResponses};
-use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, sure, time};
+use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
 use crate::units::rpm_from_rad_s;
 
 impl Term {
