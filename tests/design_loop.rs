@@ -135,4 +135,10 @@ cases! {
     a_gravity_load_is_told_from_an_eccentric_encoder: "gravity_load", "&torque_nm=0.01", "encoder_eccentricity", "1";
     quadratic_drag_is_told_from_viscous_friction: "quadratic_drag", "&coefficient_nm_s2_per_rad2=0.002", "viscous_friction", "2";
     a_wrong_supply_is_told_from_a_wrong_resolution: "supply_error", "&gain=0.8", "resolution_error", "3";
+    stribeck_friction_is_told_from_a_dead_zone: "stribeck", "&extra_torque_nm=0.04", "dead_zone", "2";
+    static_friction_is_told_from_stribeck_friction: "static_friction", "&torque_nm=0.05", "stribeck", "2";
+    a_gain_by_direction_is_told_from_friction_by_direction: "asymmetric_gain", "&ratio=0.2", "asymmetric_friction", "2";
+    backlash_is_told_from_compliance: "backlash", "", "compliance", "2";
+    cogging_is_told_from_a_torque_ripple: "cogging", "", "torque_ripple", "2";
+    a_sagging_supply_is_told_from_friction_of_the_load: "supply_sag", "", "load_friction", "2";
 }

@@ -183,7 +183,7 @@ fn is_met(figures: &RunFigures) -> bool {
 pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
     if let Some(fatal) = fatal_of(findings, &figures.path) {
         return format!(
-            "{} is not usable: {}. How well the simulation meets it says nothing before.",
+            "{} is not usable: {}. How well the simulation meets it says nothing until that is mended.",
             one_line(&figures.path),
             fatal.sentence()
         );
