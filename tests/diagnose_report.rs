@@ -214,7 +214,7 @@ fn nothing_is_said_twice() {
     assert!(!done.messages.contains("handout"), "{}", done.messages);
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
     for said in [&done.output, &page] {
-        assert_eq!(said.matches("a plain motor is fitted").count(), 1, "{said}");
+        assert_eq!(said.matches("A plain motor is fitted").count(), 1, "{said}");
     }
     assert!(page.contains("of the plain motor&#39;s") && !page.contains("of the file"));
 }

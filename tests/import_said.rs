@@ -304,25 +304,6 @@ fn other_commands_say_how_a_foreign_log_is_imported() {
             assert_eq!(finished.status, Some(2));
             let said = finished.messages;
             assert!(
-                said.contains("it is no run file") && said.contains(what),
-                "{said}"
-            );
-            assert!(!said.contains("counts_per_rev"), "{said}");
-        }
-    }
-    // What is neither is said.
-    for (other, what) in [
-        (&b""[..], "it is empty"),
-        (b"PK\x03\x04xl/workbook.xml", "which is not read"),
-        (b"{\"a\": [1, 2]}", "it is JSON, which is not read"),
-        (b"hello,world\n", "no table of numbers"),
-    ] {
-        fs::write(directory.path().join("other.csv"), other).expect("written");
-        for command in ["diagnose", "compare", "check"] {
-            let finished = run(directory.path(), &[command, "other.csv"]);
-            assert_eq!(finished.status, Some(2));
-            let said = finished.messages;
-            assert!(
                 said.contains("other.csv: it is no run file") && said.contains(what),
                 "{said}"
             );

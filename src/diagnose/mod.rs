@@ -34,6 +34,7 @@ pub use report::{
 };
 
 pub(crate) use conclusion::sure;
+pub(crate) use settings::SURE;
 
 use std::borrow::Cow;
 

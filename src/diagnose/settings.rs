@@ -54,9 +54,10 @@ pub(crate) const FITTED: usize = 6;
 pub(crate) const MOST_EFFECTS: usize = 3;
 /// Least share of the mean square above rounding that an effect closes: what closes less is not what the gap is.
 pub(crate) const CLOSES: f64 = 0.1;
-/// Fewer pieces than these, or recordings in which something fatal is found, and nothing is said with more than so much. Convention.
+/// Fewer pieces than these, or recordings in which something fatal is found, and nothing is said with more than `SURE`. Convention.
 pub(crate) const FEW_PIECES: usize = 8;
-pub(crate) const FEW_PIECES_SURE: f64 = 0.9;
+/// From this probability on a thing is said surely. Convention.
+pub(crate) const SURE: f64 = 0.9;
 /// How well the host reads the board's clock at either end, in s: earliest arrivals of a tenth of the samples.
 pub(crate) const CLOCK_READING_S: f64 = 0.5e-3;
 /// Base numbers within so many tolerances of the motor file's are its own.

@@ -1,9 +1,6 @@
 //! What is recorded next: what the diagnosis asks for, else a kind of profile that is still missing.
 
-use crate::diagnose::{Diagnosis, KnownChange, Verdict};
-
-/// A cause stands from this probability on: nine to one.
-const STANDS_FROM: f64 = 0.9;
+use crate::diagnose::{Diagnosis, KnownChange, SURE, Verdict};
 
 /// Kinds of profile that are recorded where no profile is expected to tell more, in this order: slow, quick, free, braked.
 const KINDS: [&str; 8] = [
@@ -49,7 +46,7 @@ pub(super) fn stands(verdict: Verdict, probability: f64, is_more_asked: bool) ->
         Verdict::NoGap | Verdict::Parameters => !is_more_asked,
         _ => false,
     };
-    says && probability >= STANDS_FROM
+    says && probability >= SURE
 }
 
 /// How it goes on; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.

@@ -23,7 +23,7 @@ use super::report::{
     Diagnosis, Gap, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict,
 };
 use super::selection::Forward;
-use super::settings::{AS_IT_IS, FEW_PIECES, FEW_PIECES_SURE, LEAST_GAIN, WITHIN_TOLERANCES};
+use super::settings::{AS_IT_IS, FEW_PIECES, LEAST_GAIN, SURE, WITHIN_TOLERANCES};
 use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
@@ -77,7 +77,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     } = grounds;
     let is_few = pieces.pieces.len() < FEW_PIECES;
     let is_unsure = is_few || grounds.is_doubtful;
-    let most_sure = if is_unsure { FEW_PIECES_SURE } else { 1.0 };
+    let most_sure = if is_unsure { SURE } else { 1.0 };
     let mut weights = weights(found, grounds.unknown);
     let mut changes = None;
     if let Some(reference) = grounds.reference {

@@ -1,7 +1,7 @@
 //! Answers of Part 3.
 
 use super::{Answer, TO_BE_MENDED, not_usable, usable};
-use crate::diagnose::{Diagnosis, Verdict, sure};
+use crate::diagnose::{Diagnosis, SURE, Verdict, sure};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
@@ -169,9 +169,6 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
     }
 }
 
-/// From this probability on it is said flatly that no effect is missing. Convention.
-const SAID_FLATLY_FROM: f64 = 0.9;
-
 /// Recordings that differ from every model of the handout by more than the encoder's rounding.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
@@ -210,7 +207,7 @@ impl Seen {
                 "Nothing that these recordings show ({sure}): {seen}, and the diagnosis finds no gap."
             ),
             Verdict::Parameters => {
-                let no_effect = match probability < SAID_FLATLY_FROM {
+                let no_effect = match probability < SURE {
                     true => "Probably no effect",
                     false => "No effect",
                 };

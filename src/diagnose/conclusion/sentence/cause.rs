@@ -7,9 +7,6 @@ use crate::diagnose::report::{Diagnosis, NominalSource, Verdict};
 use crate::diagnose::settings::{EXPLAINED_EFFECTS, NAMED_REGIME};
 use crate::motor::catalogue::find;
 
-/// Probabilities that are this far apart are not the same to a reader. Convention.
-const UNLIKE: f64 = 0.05;
-
 /// The cause, what it is, where it shows.
 pub(super) fn cause(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     let mut sentences = vec![match beside.since {
@@ -55,9 +52,10 @@ fn lead(said: &Diagnosis, beside: &Beside) -> String {
             "Other numbers explain it, some far beyond their tolerances ({sure}). None of the effects that motorlab knows takes them back."
         ),
         Verdict::OutsideCatalogue => {
-            let part = match beside.unknown - said.probability > UNLIKE {
-                true => "Something unknown is there; a known effect may play a part in it.",
-                false => "None is borne out, even as a part of it.",
+            // What is as sure as that something unknown is there leaves no part to a known effect.
+            let part = match self::sure(beside.unknown) == sure {
+                true => "None is borne out, even as a part of it.",
+                false => "Something unknown is there; a known effect may play a part in it.",
             };
             format!("The cause is none of the effects that motorlab knows ({sure}). {part}")
         }

@@ -4,12 +4,12 @@ use super::{Beside, cause, size};
 use crate::diagnose::conclusion::since;
 use crate::diagnose::conclusion::words::rivals;
 use crate::diagnose::report::{Diagnosis, Verdict};
-use crate::diagnose::settings::{FEW_PIECES, FEW_PIECES_SURE};
+use crate::diagnose::settings::{FEW_PIECES, SURE};
 
 /// The note of a verdict.
 pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
     let mut notes: Vec<String> = Vec::new();
-    notes.extend(size::source(said, beside));
+    notes.extend(size::source(said));
     notes.extend(visible(beside));
     notes.extend(not_borne_out(said, beside));
     notes.extend(beside.since.as_ref().and_then(since::alike));
@@ -22,7 +22,7 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
         };
         notes.push(format!(
             "The runs are {pieces}, fewer than {FEW_PIECES}: nothing is said with more than {:.0} %.",
-            100.0 * FEW_PIECES_SURE
+            100.0 * SURE
         ));
     }
     if beside.pieces < beside.all_pieces {
@@ -34,7 +34,7 @@ pub(crate) fn note(said: &Diagnosis, beside: &Beside) -> String {
     if beside.is_doubtful {
         notes.push(format!(
             "Something fatal is found in the recordings: nothing is said with more than {:.0} %.",
-            100.0 * FEW_PIECES_SURE
+            100.0 * SURE
         ));
     }
     notes.join(" ")

@@ -12,7 +12,7 @@ pub(super) fn size(said: &Diagnosis, beside: &Beside) -> Vec<String> {
     let subject = match (&beside.since, &said.fitted_nominal) {
         (Some(_), _) => "The reference's motor",
         (None, Some(seen)) => {
-            sentences.push(fitted(seen, beside));
+            sentences.push(fitted(seen));
             "It"
         }
         (None, None) => "The simulation",
@@ -51,17 +51,13 @@ fn floor(parts: &FloorParts) -> String {
 }
 
 /// The motor where nobody says which it is, in what the runs tell.
-pub(super) fn fitted(seen: &SeenMotor, beside: &Beside) -> String {
+pub(super) fn fitted(seen: &SeenMotor) -> String {
     let unit = seen.command_unit;
-    let why = match beside.asked.contains(" --motor ") {
-        true => "As asked",
-        false => "With no motor file",
-    };
     let load = seen
         .load_per_nm
         .map(|load| format!(" A load of 1 N m takes {} {unit}.", three(load)));
     format!(
-        "{why} a plain motor is fitted: {} RPM per {unit}, time constant {} s, friction {} {unit}.{}",
+        "A plain motor is fitted to the runs: {} RPM per {unit}, time constant {} s, friction {} {unit}.{}",
         three(rpm_from_rad_s(seen.steady_rad_s_per_unit)),
         three(seen.time_constant_s),
         three(seen.friction),
@@ -70,13 +66,13 @@ pub(super) fn fitted(seen: &SeenMotor, beside: &Beside) -> String {
 }
 
 /// Whose numbers the simulation has where no motor file says.
-pub(super) fn source(said: &Diagnosis, beside: &Beside) -> Option<String> {
+pub(super) fn source(said: &Diagnosis) -> Option<String> {
     match (said.nominal_source, &said.fitted_nominal) {
         (NominalSource::Given, _) => None,
         (NominalSource::Handout, _) => {
             Some("No motor file is given: the simulation is of the lab handout's motor.".to_owned())
         }
-        (NominalSource::Fit, seen) => seen.as_ref().map(|seen| fitted(seen, beside)),
+        (NominalSource::Fit, seen) => seen.as_ref().map(|seen| fitted(seen)),
     }
 }
 

@@ -190,6 +190,9 @@ fn all_verdicts_side_by_side() {
         if verdict == Verdict::NoChange {
             beside.since = Some(Since::default());
         }
+        if verdict == Verdict::OutsideCatalogue {
+            beside.unknown = said.probability;
+        }
         if matches!(verdict, Verdict::NoGap | Verdict::NoChange) {
             said.gap = gap([0.33, 0.32, 0.32], 0.31);
         }
@@ -222,13 +225,7 @@ fn all_verdicts_side_by_side() {
     });
     add(
         "effect, without a motor file",
-        &check(
-            &fitted,
-            &Beside {
-                asked: "motorlab diagnose a.csv b.csv".to_owned(),
-                ..beside(sets(Verdict::Effect))
-            },
-        ),
+        &check(&fitted, &beside(sets(Verdict::Effect))),
     );
     let mut by_chance = said(Verdict::NoGap);
     by_chance.gap = gap([1.83, 1.32, 1.32], 0.31);

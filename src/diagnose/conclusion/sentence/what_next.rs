@@ -3,13 +3,13 @@
 use super::Beside;
 use crate::diagnose::conclusion::words::rivals_of;
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
-use crate::diagnose::settings::{COPIED_CHARACTERS, FEW_PIECES_SURE};
+use crate::diagnose::settings::{COPIED_CHARACTERS, SURE};
 
 /// The next step of a verdict.
 pub(super) fn what_next(said: &Diagnosis, beside: &Beside) -> String {
     let is_open = match said.verdict {
         Verdict::NoGap | Verdict::Partial | Verdict::Ambiguous | Verdict::OutsideCatalogue => true,
-        Verdict::Effect => said.probability < FEW_PIECES_SURE,
+        Verdict::Effect => said.probability < SURE,
         _ => false,
     };
     if let (true, Some(next)) = (is_open, &said.next_experiment) {
