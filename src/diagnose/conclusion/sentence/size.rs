@@ -72,7 +72,7 @@ pub(super) fn source(said: &Diagnosis) -> Option<String> {
         (NominalSource::Handout, _) => {
             Some("No motor file is given: the simulation is of the lab handout's motor.".to_owned())
         }
-        (NominalSource::Fit, seen) => seen.as_ref().map(|seen| fitted(seen)),
+        (NominalSource::Fit, seen) => seen.as_ref().map(fitted),
     }
 }
 
