@@ -22,6 +22,7 @@ pub(crate) const STRETCH_SAMPLES: usize = 5;
 /// Half width in s of the window in which the speed at a sample is measured.
 pub(crate) const SPEED_WINDOW_S: f64 = 0.045;
 /// Half width in s of the line that gives the speed at a piece's start, two samples at least: half a time constant of a small motor.
+/// With the window above a right model of cogging leaves three times what rounding does.
 pub(crate) const START_WINDOW_S: f64 = 0.015;
 /// Uncertainty of the speed at a piece's start beside what rounding makes, as a share of the top speed.
 pub(crate) const START_SPEED_SHARE: f64 = 0.02;
@@ -129,8 +130,6 @@ pub(crate) const LEAST_REGION: f64 = 0.02;
 pub(crate) const MOST_REGIONS: usize = 16;
 /// A regime is named in the sentence from this share of the gap on. Convention.
 pub(crate) const NAMED_REGIME: f64 = 0.25;
-/// Where the motor's own numbers are within so many tolerances, a nominal model at its floor is right as it is.
-pub(crate) const AS_IT_IS: f64 = 1.0;
 /// Rivals are named in a sentence up to so many words; the others are counted. Convention: a sentence has 25 at most.
 pub(crate) const RIVAL_WORDS: usize = 14;
 /// So many named effects are explained in the sentence. Convention: more is no sentence.

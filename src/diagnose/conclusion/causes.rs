@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Weights;
-use super::intervals::{ends, interval, scaled};
+use super::intervals::{chosen, ends, interval, widened};
 use crate::diagnose::fit::{BASE, Base, Fit};
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::{Cause, EffectSet, Evidence, Interval};
 use crate::diagnose::selection::Forward;
 use crate::diagnose::settings::NUMBERS_FROM;
-use crate::motor::catalogue::{Stage, catalogue, find};
+use crate::motor::catalogue::{EffectParameter, Prior, Stage, catalogue, find};
 use crate::motor::fit::ParameterId;
 
 /// The base number that voltage and angle tell by itself.
@@ -219,6 +219,11 @@ fn evidence(pieces: &Pieces, refitted: &Fit, fit: &Fit) -> Evidence {
     }
 }
 
+/// Whether a parameter is a quantity of which a few values are common; two values are a choice.
+fn is_one_of_many(parameter: &EffectParameter) -> bool {
+    matches!(parameter.prior, Prior::OneOf(values) if values.len() > 2)
+}
+
 /// The numbers of a set's effects with their intervals.
 fn numbers(pieces: &Pieces, base: &Base, fit: &Fit) -> BTreeMap<String, Interval> {
     let mut out = BTreeMap::new();
@@ -239,16 +244,12 @@ fn numbers(pieces: &Pieces, base: &Base, fit: &Fit) -> BTreeMap<String, Interval
             let mut number = match free {
                 Some(k) => interval(pieces, fit, k, parameter.unit),
                 // Chosen among a few values, not fitted.
-                None => {
-                    let value = member.values[k];
-                    Interval {
-                        value,
-                        lo95: value,
-                        hi95: value,
-                        unit: parameter.unit,
-                        reference: None,
-                    }
-                }
+                None => (id.filter(|_| is_one_of_many(parameter)))
+                    .and_then(|id| chosen(pieces, fit, id, parameter.unit))
+                    .unwrap_or_else(|| {
+                        let value = member.values[k];
+                        widened(value, (value, value), 0.0, parameter.unit)
+                    }),
             };
             number.reference =
                 base.then
@@ -277,7 +278,7 @@ pub(crate) fn base(pieces: &Pieces, fit: &Fit) -> BTreeMap<&'static str, Interva
             // What is fitted is its share of the motor file's.
             let is_scaled = number.id.key() != BACK_EMF;
             let scale = if is_scaled { fit.model.scale } else { 0.0 };
-            let interval = scaled(fit.x[k], (lo, hi), scale, "");
+            let interval = widened(fit.x[k], (lo, hi), scale * fit.x[k], "");
             out.insert(number.id.key(), interval);
         }
     }

@@ -5,7 +5,7 @@
 //! numbers follow to first order.
 //!
 //! Voltage and angle tell torques, inertias and currents only relative to `R` and `Kt`, which are held: how well the motor file knows
-//! these is a part of the interval.
+//! these is a part of the interval. A phase is one of the shaft's angle, which an encoder knows to a count where a run begins.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -13,6 +13,9 @@ use crate::diagnose::fit::{Fit, dot, residual, response};
 use crate::diagnose::noise::Whitener;
 use crate::diagnose::pieces::Pieces;
 use crate::diagnose::report::Interval;
+use crate::motor::catalogue::kind;
+use crate::motor::fit::ParameterId;
+use crate::units::ROUNDING_VARIANCE;
 
 /// Standard deviations of a normal distribution's 95 %.
 pub(super) const WITHIN_95: f64 = 1.96;
@@ -42,21 +45,80 @@ pub(crate) fn ends(pieces: &Pieces, fit: &Fit, k: usize) -> (f64, f64) {
 pub(crate) fn interval(pieces: &Pieces, fit: &Fit, k: usize, unit: &'static str) -> Interval {
     let (lo, hi) = ends(pieces, fit, k);
     let number = &fit.model.numbers[k];
-    // A phase is an angle: it is said within one turn.
-    let turn = std::f64::consts::TAU;
-    let turns = match number.lo.is_infinite() {
-        true => turn * (fit.x[k] / turn).floor(),
-        false => 0.0,
-    };
-    let ends = (number.value(lo) - turns, number.value(hi) - turns);
+    if number.lo.is_infinite() {
+        // A phase is an angle: it is said within one turn.
+        let turn = std::f64::consts::TAU;
+        let turns = turn * (fit.x[k] / turn).floor();
+        let ends = (lo - turns, hi - turns);
+        return widened(fit.x[k] - turns, ends, of_zero(pieces, fit, k), unit);
+    }
+    let value = number.value(fit.x[k]);
     let is_scaled = unit.starts_with("N m") || ["kg m^2", "ohm", "H", "A"].contains(&unit);
     let scale = if is_scaled { fit.model.scale } else { 0.0 };
-    scaled(number.value(fit.x[k]) - turns, ends, scale, unit)
+    widened(
+        value,
+        (number.value(lo), number.value(hi)),
+        scale * value,
+        unit,
+    )
 }
 
-/// An interval widened by the relative standard deviation of what the number is relative to.
-pub(crate) fn scaled(value: f64, (lo, hi): (f64, f64), scale: f64, unit: &'static str) -> Interval {
-    let by = WITHIN_95 * scale * value;
+/// Relative step either way of a central difference, far above what a simulation rounds.
+const DIFFERENCE: f64 = 1e-3;
+
+/// A number that was chosen among a few values, such as a resolution: by the curvature that the cost would have, were it fitted.
+pub(crate) fn chosen(
+    pieces: &Pieces,
+    fit: &Fit,
+    id: ParameterId,
+    unit: &'static str,
+) -> Option<Interval> {
+    let motor = fit.model.motor(&fit.x);
+    let value = id.get(&motor)?;
+    let at = |times: f64| {
+        let mut moved = motor.clone();
+        id.set(&mut moved, times * value);
+        response(pieces, &moved, &fit.starts)
+    };
+    let (up, down) = (at(1.0 + DIFFERENCE)?, at(1.0 - DIFFERENCE)?);
+    let slopes = up
+        .iter()
+        .zip(&down)
+        .map(|(a, b)| (a - b) / (2.0 * DIFFERENCE));
+    let whitener = Whitener::new(pieces, &fit.around, fit.noise);
+    let column = whitener.whiten(&slopes.collect::<Vec<f64>>());
+    let cross = DVector::from_fn(fit.x.len(), |k, _| dot(&fit.columns[k], &column));
+    let others = fit.hessian.clone().cholesky()?.solve(&cross);
+    // What the other numbers do not do as well.
+    let own = dot(&column, &column) - cross.dot(&others);
+    (own > 0.0).then(|| widened(value, (value, value), value / own.sqrt(), unit))
+}
+
+/// Standard deviation in rad by which a phase is off because an encoder's zero is anywhere within a count, in each run anew.
+fn of_zero(pieces: &Pieces, fit: &Fit, k: usize) -> f64 {
+    let motor = fit.model.motor(&fit.x);
+    let cycles_per_rev = match fit.model.numbers[k].id {
+        ParameterId::Effect(index, _) => (kind(index).parameters.iter())
+            .position(|parameter| parameter.key == "cycles_per_rev")
+            .and_then(|k| ParameterId::Effect(index, k).get(&motor)),
+        ParameterId::Nominal(_) => None,
+    };
+    let runs = &pieces.runs;
+    let squares: f64 = runs
+        .iter()
+        .map(|run| ROUNDING_VARIANCE * run.rad * run.rad)
+        .sum();
+    cycles_per_rev.unwrap_or(1.0) * squares.sqrt() / runs.len() as f64
+}
+
+/// An interval widened by the standard deviation of what the number is relative to.
+pub(crate) fn widened(
+    value: f64,
+    (lo, hi): (f64, f64),
+    deviation: f64,
+    unit: &'static str,
+) -> Interval {
+    let by = WITHIN_95 * deviation;
     Interval {
         value,
         lo95: value - (value - lo).hypot(by),
@@ -171,9 +233,9 @@ impl<'a> Profile<'a> {
 mod tests {
     use super::*;
     use crate::diagnose::fit::{Base, Member, Model, Most, fit};
-    use crate::diagnose::samples::{SAMPLE_TIME_S, motor_with, recording};
+    use crate::diagnose::samples::{SAMPLE_TIME_S, base_of, fitted, member, motor_with, recording};
     use crate::motor::catalogue::find;
-    use crate::motor::{CommandKind, Motor};
+    use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
 
     /// The interval of an effect's first number where it is fitted to a recording of this truth, by a motor of so much more resistance.
     fn of(id: &str, truth: f64, resistance: f64) -> Interval {
@@ -203,6 +265,61 @@ mod tests {
         });
         let fit = fit(&pieces, &model, base.kind, &starts, Most::anything()).expect("a fit");
         interval(&pieces, &fit, fit.x.len() - 1, kind.parameters[0].unit)
+    }
+
+    /// A phase is known no better than where in a count the encoder stood when the run began.
+    #[test]
+    fn a_phase_is_known_to_a_part_of_a_count() {
+        let (cycles, phase) = (12.0, 1.0);
+        let motor = motor_with(&[("cogging", &[0.03, cycles, phase])]);
+        let index = find("cogging").expect("an effect").0;
+        let fractions = [0.02, 0.25, 0.5, 0.75, 0.98];
+        let covering = fractions.iter().filter(|fraction| {
+            let mut run = recording(&motor, 1500);
+            let drive = Drive {
+                t_s: &run.t_s,
+                command: &run.command,
+                kind: CommandKind::Voltage,
+            };
+            let options = SimulationOptions {
+                start_count_fraction: **fraction,
+                ..SimulationOptions::default()
+            };
+            run.counts = simulate(&motor, &drive, &options).expect("a motor").counts;
+            let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
+            let started = Member {
+                index,
+                values: vec![0.025, cycles, 0.9],
+            };
+            let fit = fitted(&pieces, &base_of(&pieces), &[started]);
+            let id = ParameterId::effect("cogging", "phase_rad");
+            let k = fit.model.numbers.iter().position(|n| Some(n.id) == id);
+            let found = interval(&pieces, &fit, k.expect("a phase"), "rad");
+            // A count either way is 12 times a 720th of a turn.
+            let count_rad = cycles * std::f64::consts::TAU / 720.0;
+            assert!(found.hi95 - found.lo95 < 2.0 * count_rad, "{found:?}");
+            (found.lo95..=found.hi95).contains(&phase)
+        });
+        // Without what the encoder does not know two of the five have it.
+        assert!(covering.count() >= 4);
+    }
+
+    /// A resolution that is none of the common ones lies in the interval of the nearest: other motor constants in that ratio do the same.
+    #[test]
+    fn a_resolution_is_known_as_well_as_the_motor_constant() {
+        let run = recording(&motor_with(&[("resolution_error", &[620.0])]), 1500);
+        let pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
+        let fit = fitted(
+            &pieces,
+            &base_of(&pieces),
+            &[member("resolution_error", 600.0)],
+        );
+        let id = ParameterId::effect("resolution_error", "counts_per_rev").expect("an effect");
+        let found = chosen(&pieces, &fit, id, "1/rev").expect("a curvature");
+        assert!(found.lo95 < 620.0 && 620.0 < found.hi95, "{found:?}");
+        // The motor constant is known to 5 %, one sigma; the other numbers that go with it tell something as well.
+        let deviation = (found.hi95 - found.lo95) / (2.0 * WITHIN_95 * 600.0);
+        assert!((0.02..0.05).contains(&deviation), "{deviation}");
     }
 
     /// Intervals of known numbers cover them in nine of ten at least, by curvature and by profile, and are narrow.

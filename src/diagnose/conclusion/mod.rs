@@ -19,11 +19,9 @@ use super::design::next_experiment;
 use super::error::name_of;
 use super::fit::{Base, Fit, Left, score_at};
 use super::pieces::{Pieces, Thinned};
-use super::report::{
-    Diagnosis, Gap, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict,
-};
+use super::report::{Diagnosis, GoodEnough, NominalSource, Place, SHAPE, SeenMotor, Step, Verdict};
 use super::selection::Forward;
-use super::settings::{AS_IT_IS, FEW_PIECES, LEAST_GAIN, SURE, WITHIN_TOLERANCES};
+use super::settings::{FEW_PIECES, LEAST_GAIN, SURE, WITHIN_TOLERANCES};
 use super::validation::Unknown;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
@@ -118,7 +116,7 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
         below_floor: [0, 1].map(|rung| searched.below_floor(rung)),
         are_numbers_plausible: found.refitted.model.bent(&found.refitted.x) <= WITHIN_TOLERANCES
             && found.refitted.prior - best.prior <= LEAST_GAIN,
-        is_nominal_right: is_nominal_right(pieces, found, &searched.gap, wander)?,
+        is_nominal_right: is_nominal_right(pieces, found)?,
         is_one_piece: pieces.pieces.len() < 2,
         borne_out,
         without_any_known: without_any_known(found),
@@ -224,14 +222,11 @@ pub(crate) fn conclude(grounds: Grounds<'_>) -> Option<Diagnosis> {
     Some(diagnosis)
 }
 
-/// Whether refitting gains nothing over the motor file's own numbers: on pieces not fitted, or with numbers as they are stated and an
-/// error that the floor and a load that wanders leave too.
-fn is_nominal_right(pieces: &Pieces, found: &Forward, gap: &Gap, wander: f64) -> Option<bool> {
+/// Whether refitting gains nothing over the motor file's own numbers, on pieces not fitted.
+fn is_nominal_right(pieces: &Pieces, found: &Forward) -> Option<bool> {
     let refitted = &found.refitted;
     let nominal = score_at(pieces, refitted, refitted.model.mean.as_slice())?;
-    let is_as_stated = refitted.model.bent(&refitted.x) <= AS_IT_IS;
-    let is_at_floor = gap.fitted.before <= gap.floor.hypot(wander);
-    Some(refitted.score() - nominal <= LEAST_GAIN || (is_as_stated && is_at_floor))
+    Some(refitted.score() - nominal <= LEAST_GAIN)
 }
 
 /// Base numbers beyond their tolerances, as shares of the motor file's.
