@@ -4,6 +4,7 @@
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use serde::Serialize;
 
 use crate::case::{Case, Label};
 use crate::effect::{CATALOGUE, Effect};
@@ -30,7 +31,7 @@ pub const PROTOCOLS: [&str; 7] = [
 ];
 
 /// What a case of the breadth set is.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
     /// One of [`FAMILIES`].
     pub family: &'static str,

@@ -1,0 +1,1 @@
+"""The tables of `tests/thorough/score`, one module each, and what they share."""
