@@ -2,7 +2,7 @@
 //!
 //! Equation, ranges and what an effect is confused with are the catalogue's (`motor::catalogue`). Here is what belongs
 //! to recordings: [`experiment`] names the profile in which the default strength shows, and [`twin`] says which effects
-//! no recording parts from the motor file's own numbers. `tests/effects_shown.rs` measures both.
+//! no recording parts from the motor file's own numbers. `tests/effects/shown.rs` measures both.
 
 mod experiment;
 

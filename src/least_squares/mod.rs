@@ -2,7 +2,7 @@
 //! of each run.
 //!
 //! [`fit_runs`] is the whole of it for runs as they were read; [`plain_fit`] takes columns. It knows no noise, no priors and no
-//! effects, and lies below the diagnosis, which begins from it. `tests/plain_fit.rs` compares it with SciPy's `least_squares` on 200
+//! effects, and lies below the diagnosis, which begins from it. `tests/diagnosis/plain_fit.rs` compares it with SciPy's `least_squares` on 200
 //! drawn motors and on real steps.
 
 mod first_order;

@@ -5,7 +5,7 @@
 //! constant and friction (variable projection: Golub and Pereyra 1973). These two come from a grid over all that is plausible,
 //! from the starts that are handed in, and from each of them without friction; the best are polished by Levenberg's and
 //! Marquardt's steps. A resting shaft has no derivative by its friction, so that a scan along it comes in between.
-//! `tests/plain_fit.rs` compares with SciPy's `least_squares` on drawn and real steps.
+//! `tests/diagnosis/plain_fit.rs` compares with SciPy's `least_squares` on drawn and real steps.
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,4 +1,4 @@
-"""Plain first-order fits by SciPy, which `tests/plain_fit.rs` compares motorlab's with.
+"""Plain first-order fits by SciPy, which `tests/diagnosis/plain_fit.rs` compares motorlab's with.
 
     pip install numpy scipy
     python3 first_order_fits.py > fits/first_order.csv

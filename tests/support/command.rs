@@ -1,8 +1,4 @@
 //! Running the `motorlab` command and looking at what it leaves behind.
-#![allow(
-    dead_code,
-    reason = "not every test file that includes this uses all of it"
-)]
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};

@@ -1,16 +1,11 @@
 //! A motor whose counts are known, written as other people's programs write logs.
 
-#![allow(
-    dead_code,
-    reason = "not every test file that includes this uses all of it"
-)]
-
 use std::fmt::Write as _;
 use std::fs;
 use std::ops::Range;
 use std::path::Path;
 
-use crate::command::{Finished, RunFile, run};
+use super::command::{Finished, RunFile, run};
 
 /// Of the encoder.
 pub const COUNTS_PER_REV: f64 = 720.0;

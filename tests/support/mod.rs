@@ -1,12 +1,19 @@
-//! What several test files share.
+//! Shared by the tests: one folder of `tests` is one test binary, each file in it a module, and this one is a module of all.
+#![allow(dead_code, reason = "no test binary uses all of it")]
+
+pub mod command;
+pub mod fires;
+pub mod foreign_logs;
+pub mod json_schema;
+pub mod log_by_hand;
+pub mod pages;
+pub mod process;
+pub mod reversed;
+pub mod table;
 
 use std::io::Write;
 
 /// Says by name that a test cannot run here. `tests/run` lists these lines at its end.
-#[allow(
-    dead_code,
-    reason = "not every test file that includes this can be skipped"
-)]
 pub fn skip(test: &str, why: &str) {
     eprintln!("SKIPPED {test}: {why}");
     let Some(path) = std::env::var_os("MOTORLAB_SKIP_LOG") else {
@@ -22,10 +29,6 @@ pub fn skip(test: &str, why: &str) {
 }
 
 /// Where the recordings of real motors are, or the test is skipped.
-#[allow(
-    dead_code,
-    reason = "not every test file that includes this reads them"
-)]
 pub fn real_recordings(test: &str) -> Option<std::path::PathBuf> {
     let folder = std::env::var_os("MOTORLAB_REAL").map_or_else(
         || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/real"),

@@ -1,5 +1,4 @@
 //! What a running process has used, from Linux's `/proc`; `None` elsewhere, or when it has ended.
-#![allow(dead_code, reason = "not every file that includes this uses all of it")]
 
 use std::fs;
 

@@ -1,0 +1,10 @@
+//! `motorlab check`: what it finds, and what it leaves alone.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod any_recording;
+mod fires;
+mod kinds;
+mod real;
+mod time;

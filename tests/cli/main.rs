@@ -1,0 +1,12 @@
+//! The command line as a whole: bad input, limits, outputs, JSON documents.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod bad_input;
+mod completions;
+mod hostile_names;
+mod input_limits;
+mod json_documents;
+mod output_files;
+mod threads;

@@ -1,0 +1,252 @@
+//! `diagnose --reference`: what has changed between two sets of runs of one motor, and nothing where nothing has.
+
+use crate::support::command::run;
+use case_generator::generate;
+use motorlab::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use motorlab::motor::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, simulate};
+use motorlab::recording::{Run, read_run_from};
+
+const SAMPLE_TIME_S: f64 = 0.01;
+const SAMPLES: usize = 1000;
+
+/// Two recordings of one motor of the other generator, made under other profiles: its friction and its load wander.
+fn pair(seed: u64, kind: &str) -> ([Run; 2], Motor) {
+    let case = generate(seed, &kind.parse().expect("a kind"));
+    let run = |k: usize| {
+        let text = case.runs[k].to_csv();
+        read_run_from(text.as_bytes(), "case").expect("a run").0
+    };
+    let motor = Motor::from_toml(&case.nominal.to_toml()).expect("a motor");
+    ([run(1), run(2)], motor)
+}
+
+fn since(now: &Run, then: &Run, motor: &Motor) -> Diagnosis {
+    let options = Options {
+        reference: std::slice::from_ref(then),
+        ..Options::default()
+    };
+    let found = diagnose(std::slice::from_ref(now), motor, &options).expect("a diagnosis");
+    println!("{}", found.sentence);
+    found
+}
+
+/// A motor under levels of 0.1 to 0.35 s, which differ by the seed.
+fn recorded(motor: &Motor, seed: u32) -> Run {
+    let t_s: Vec<f64> = (0..SAMPLES).map(|k| k as f64 * SAMPLE_TIME_S).collect();
+    // A linear congruence: any order of levels will do.
+    let mut state = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let mut next = || {
+        state = state.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+        f64::from(state >> 8) / f64::from(1 << 24)
+    };
+    let mut command: Vec<f64> = Vec::new();
+    while command.len() < SAMPLES {
+        let level = (9.0 * next() - 4.5).clamp(-4.5, 4.5);
+        let hold = 10.0 + 25.0 * next();
+        command.extend(std::iter::repeat_n(level, hold as usize));
+    }
+    command.truncate(SAMPLES);
+    let drive = Drive {
+        t_s: &t_s,
+        command: &command,
+        kind: CommandKind::Voltage,
+    };
+    let counts = simulate(motor, &drive, &SimulationOptions::default())
+        .expect("a motor")
+        .counts;
+    Run {
+        sample_time_s: SAMPLE_TIME_S,
+        counts_per_rev: motor.parameters.counts_per_rev,
+        t_s,
+        command,
+        counts,
+        complete: true,
+        ..Run::default()
+    }
+}
+
+/// The handout's motor with its numbers off by what a tolerance of 5 % has them off.
+fn motor() -> Motor {
+    let mut motor = Motor::default();
+    motor.parameters.inertia_kg_m2 *= 1.06;
+    motor.parameters.back_emf_v_s_per_rad *= 0.97;
+    motor.parameters.coulomb_friction_nm *= 0.93;
+    motor.parameters.viscous_friction_nm_s_per_rad *= 1.08;
+    motor
+}
+
+fn with(mut motor: Motor, id: &str, values: &[f64]) -> Motor {
+    let effect = ActiveEffect::new(id, values).expect("an effect of the catalogue");
+    motor.effects.set(effect);
+    motor
+}
+
+/// The same motor twice, under other profiles, with effects that the motor file does not have among them.
+#[test]
+fn the_same_motor_twice_is_no_change() {
+    for (seed, kind) in [(40, "none"), (43, "dead_zone")] {
+        let ([then, now], motor) = pair(seed, kind);
+        let found = since(&now, &then, &motor);
+        assert_eq!(
+            found.verdict,
+            Verdict::NoChange,
+            "{kind}: {}",
+            found.sentence
+        );
+    }
+}
+
+/// What is changed is named, with an interval that holds its value, and with what it was.
+#[test]
+fn one_change_is_named_with_what_it_was_and_is() {
+    let changed = |change: &dyn Fn(&mut Motor)| {
+        let mut motor = motor();
+        change(&mut motor);
+        motor
+    };
+    let then = motor();
+    let p = &then.parameters;
+    let viscous = 3.0 * p.viscous_friction_nm_s_per_rad;
+    let coulomb = 2.0 * p.coulomb_friction_nm;
+    let inertia = 1.5 * p.inertia_kg_m2;
+    // Effect, its number, motor then, motor now, the number then and now.
+    let cases = [
+        (
+            "viscous_friction",
+            "coefficient_nm_s_per_rad",
+            motor(),
+            changed(&|m| m.parameters.viscous_friction_nm_s_per_rad = viscous),
+            p.viscous_friction_nm_s_per_rad,
+            viscous,
+        ),
+        (
+            "coulomb_friction",
+            "torque_nm",
+            motor(),
+            changed(&|m| m.parameters.coulomb_friction_nm = coulomb),
+            p.coulomb_friction_nm,
+            coulomb,
+        ),
+        (
+            "inertia",
+            "inertia_kg_m2",
+            motor(),
+            changed(&|m| m.parameters.inertia_kg_m2 = inertia),
+            p.inertia_kg_m2,
+            inertia,
+        ),
+        (
+            "dead_zone",
+            "threshold_v",
+            with(motor(), "dead_zone", &[0.5]),
+            with(motor(), "dead_zone", &[1.5]),
+            0.5,
+            1.5,
+        ),
+        (
+            "supply_error",
+            "gain",
+            motor(),
+            with(motor(), "supply_error", &[0.85]),
+            1.0,
+            0.85,
+        ),
+    ];
+    for (id, key, then, now, was, is) in cases {
+        let found = since(&recorded(&now, 2), &recorded(&then, 1), &Motor::default());
+        assert_eq!(found.verdict, Verdict::Effect, "{id}: {}", found.sentence);
+        assert_eq!(found.effects, [id], "{}", found.sentence);
+        let number = found.causes[0].parameters[key];
+        assert!(number.lo95 <= is && is <= number.hi95, "{id}: {number:?}");
+        let reference = number.reference.expect("what it was");
+        // A threshold is known between two levels.
+        assert!(
+            (reference - was).abs() < (reference - is).abs(),
+            "{id}: {number:?}"
+        );
+        assert!(
+            found.sentence.contains("Since the reference"),
+            "{}",
+            found.sentence
+        );
+    }
+}
+
+#[test]
+fn the_command_says_both_values_in_every_form() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let case = generate(43, &"none".parse().expect("a kind"));
+    for (name, k) in [("then.csv", 1), ("now.csv", 2)] {
+        std::fs::write(directory.path().join(name), case.runs[k].to_csv()).expect("room");
+    }
+    std::fs::write(directory.path().join("motor.toml"), case.nominal.to_toml()).expect("room");
+    let arguments = |more: &[&'static str]| {
+        let own = [
+            "diagnose",
+            "now.csv",
+            "--reference",
+            "then.csv",
+            "--motor",
+            "motor.toml",
+        ];
+        [&own[..], more].concat()
+    };
+    let done = run(
+        directory.path(),
+        &arguments(&["--json", "--html", "why.html"]),
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
+    assert_eq!(json["verdict"], "no_change", "{}", json["sentence"]);
+    assert_eq!(json["reference"]["runs"][0], "then.csv");
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+    for part in [
+        "Reference: then.csv",
+        "in the reference",
+        "as the reference",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
+    // Who names a run that is not there is told so.
+    let done = run(
+        directory.path(),
+        &arguments(&["--repeats", "now.csv,then.csv"]),
+    );
+    assert_eq!(done.status, Some(2), "{}", done.messages);
+    assert!(
+        done.messages
+            .contains("--repeats then.csv: not among the runs"),
+        "{}",
+        done.messages
+    );
+    let done = run(directory.path(), &arguments(&["--repeats", "now.csv"]));
+    assert_eq!(done.status, Some(2), "{}", done.messages);
+    assert!(
+        done.messages.contains("two runs at least"),
+        "{}",
+        done.messages
+    );
+}
+
+/// What the reference cannot have shown is no change: a step says nothing of a dead zone.
+#[test]
+fn what_the_reference_does_not_tell_is_not_said_to_have_changed() {
+    let motor = with(motor(), "dead_zone", &[1.1]);
+    let mut step = recorded(&motor, 1);
+    step.command = vec![4.5; SAMPLES];
+    let drive = Drive {
+        t_s: &step.t_s,
+        command: &step.command,
+        kind: CommandKind::Voltage,
+    };
+    step.counts = simulate(&motor, &drive, &SimulationOptions::default())
+        .expect("a motor")
+        .counts;
+    let found = since(&recorded(&motor, 2), &step, &Motor::default());
+    assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
+    assert!(
+        found.note.contains("These runs show dead zone"),
+        "{}",
+        found.note
+    );
+}

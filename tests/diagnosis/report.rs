@@ -1,0 +1,217 @@
+//! `diagnose --html`: one offline page that leads with the sentence, and nothing of a file becomes markup.
+
+use crate::support::command::run;
+use case_generator::generate;
+
+/// Ends an attribute and a tag, and begins others; no slash fits into a file's name.
+const HOSTILE: &str = "\"'><script>alert(1)<img src=x onerror=alert(2)>.csv";
+
+#[test]
+fn the_page_leads_with_the_sentence_and_needs_no_network() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let case = generate(3, &"stribeck".parse().expect("a kind"));
+    let mut arguments = vec!["diagnose"];
+    let names = [HOSTILE, "fast.csv", "reversing.csv"];
+    for (name, recorded) in names.iter().zip(&case.runs) {
+        std::fs::write(directory.path().join(name), recorded.to_csv()).expect("room");
+        arguments.push(name);
+    }
+    std::fs::write(directory.path().join("motor.toml"), case.nominal.to_toml()).expect("room");
+    arguments.extend(["--motor", "motor.toml", "--html", "why.html", "--json"]);
+    let done = run(directory.path(), &arguments);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+
+    // What the check finds comes first, then the sentence in its four parts, then pictures.
+    let sentence = json["sentence"].as_str().expect("a sentence");
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+    let lead = at("<dl class=\"lead\">");
+    assert!(at("motorlab check finds nothing wrong") < lead && lead < at("<h2>"));
+    let plain = page.replace("<code>", "`").replace("</code>", "`");
+    for name in [
+        "The gap",
+        "Its cause",
+        "How far it shrinks",
+        "What to do next",
+    ] {
+        let part = plain
+            .split(&format!("<dt>{name}</dt><dd>"))
+            .nth(1)
+            .expect("a part");
+        let part = part.split("</dd>").next().expect("its end");
+        for piece in part.split('`') {
+            assert!(
+                motorlab::report::escaped(sentence).contains(piece),
+                "{piece}"
+            );
+        }
+    }
+
+    // The command to copy asks the same again, and every number beside it is one of the document.
+    assert!(sentence.contains("--motor motor.toml"), "{sentence}");
+    assert_numbers_of(&json, sentence);
+
+    // Nothing is fetched, nothing runs, and the file's name is text.
+    let addresses = page.replace("http://www.w3.org/2000/svg", "");
+    let addresses = addresses.replace("/*! https://github.com/leeoniya/uPlot (v1.6.32) */", "");
+    assert!(!addresses.contains("http") && !page.contains("src=\"") && !page.contains("href="));
+    assert_eq!(page.matches("<script").count(), 1);
+    assert!(!page.contains("<script>alert") && !page.contains("<img") && !page.contains("\"'>"));
+    assert!(page.contains("alert(2)&gt;.csv"));
+
+    // Rungs, stages and the overlays twice each (desk and phone), four pictures of what orders the gap.
+    let titles = |title: &str| page.matches(&format!("aria-label=\"{title}\"")).count();
+    assert_eq!(titles("Position error over pieces"), 2);
+    assert_eq!(titles("Stage of the chain"), 2);
+    for axis in [
+        "speed (RPM)",
+        "angle of the encoder (degrees)",
+        "time since the run began (s)",
+        "voltage (V)",
+    ] {
+        assert!(page.contains(&format!(">{axis}</text></svg>")), "{axis}");
+    }
+    // One measure: under the pictures stand, run by run, the figures that the bars have of all runs together.
+    let of_run = |text: &str| -> f64 {
+        let number = text
+            .split("nominal ")
+            .nth(1)
+            .and_then(|rest| rest.split(',').next());
+        number
+            .and_then(|number| number.parse().ok())
+            .expect("a number")
+    };
+    let captions = page
+        .split("Position error in counts RMS over pieces: ")
+        .skip(1);
+    let of_runs: Vec<f64> = captions.map(of_run).collect();
+    let before = json["gap"]["before"].as_f64().expect("a number");
+    assert_eq!(of_runs.len(), names.len());
+    assert!(
+        of_runs.iter().any(|run| *run <= 1.01 * before),
+        "{of_runs:?} {before}"
+    );
+    assert!(
+        of_runs.iter().any(|run| *run >= 0.99 * before),
+        "{of_runs:?} {before}"
+    );
+    // The rungs and the likeliest cause are those of the document.
+    for rung in ["before", "after_parameters", "floor"] {
+        let value = json["gap"][rung].as_f64().expect("a number");
+        let text = motorlab::report::number::figure(value, 3);
+        assert!(page.contains(&format!(">{text} counts")), "{rung} {text}");
+    }
+    let cause = &json["causes"][0];
+    let name = cause["effect"].as_str().expect("an id");
+    assert!(page.contains(&format!("<td>{name}: ")), "{name}");
+    for parameter in cause["parameters"].as_object().expect("numbers").keys() {
+        assert!(
+            page.contains(&format!("<td>{name}: {parameter}</td>")),
+            "{parameter}"
+        );
+    }
+}
+
+/// Every number of a text but those of its commands is a number of the document, or follows from two, as it is rounded there.
+fn assert_numbers_of(document: &serde_json::Value, text: &str) {
+    let mut known = Vec::new();
+    numbers(document, &mut known);
+    let gap = |key: &str| document["gap"][key].as_f64().expect("a number");
+    known.push(gap("before") / gap("travel"));
+    let shares: Vec<f64> = known.iter().map(|number| 100.0 * number).collect();
+    known.extend(shares);
+    let regions = document["where"]["regions"].as_array().expect("a list");
+    for region in regions {
+        let alike = regions
+            .iter()
+            .filter(|other| other["regime"] == region["regime"]);
+        known.push(100.0 * alike.filter_map(|r| r["share"].as_f64()).sum::<f64>());
+    }
+    let mut told = 0;
+    for word in text.split('`').step_by(2).flat_map(str::split_whitespace) {
+        let word = word.trim_matches(|c: char| "(),.;:%".contains(c));
+        let Ok(number) = word.parse::<f64>() else {
+            continue;
+        };
+        let decimals = word.split_once('.').map_or(0, |(_, after)| after.len());
+        // Shares are rounded down, all else to the nearest.
+        let step = 10f64.powi(-i32::try_from(decimals).expect("few"));
+        let is_near =
+            |known: &f64| (known - number).abs() <= 0.5001 * step || known.floor() == number;
+        assert!(known.iter().any(is_near), "{word} in {text}");
+        told += 1;
+    }
+    assert!(told >= 5, "{text}");
+}
+
+fn numbers(value: &serde_json::Value, into: &mut Vec<f64>) {
+    match value {
+        serde_json::Value::Number(number) => into.extend(number.as_f64()),
+        serde_json::Value::Array(values) => values.iter().for_each(|value| numbers(value, into)),
+        serde_json::Value::Object(map) => map.values().for_each(|value| numbers(value, into)),
+        _ => (),
+    }
+}
+
+/// A recording that has to be mended has its page too: what is found, what to do, and the run as it is.
+#[test]
+fn a_bad_recording_has_its_page() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let simulate = "simulate --profile reversing --duration 6 --ts 0.01 -o run.csv";
+    let arguments: Vec<&str> = simulate.split(' ').collect();
+    assert_eq!(run(directory.path(), &arguments).status, Some(0));
+    let file = std::fs::read_to_string(directory.path().join("run.csv")).expect("a run");
+    // The encoder's wires are swapped: the counts of every row, its third value, are turned round.
+    let turned = |line: &str| match line.split(',').collect::<Vec<_>>()[..] {
+        [t_s, command, counts, _] if counts != "counts" => {
+            format!(
+                "{t_s},{command},{},\n",
+                -counts.parse::<i64>().expect("counts")
+            )
+        }
+        _ => format!("{line}\n"),
+    };
+    let file: String = file.lines().map(turned).collect();
+    std::fs::write(directory.path().join(HOSTILE), file).expect("room");
+    let arguments = [
+        "diagnose",
+        HOSTILE,
+        "--html",
+        "why.html",
+        "--model-out",
+        "m.toml",
+    ];
+    let done = run(directory.path(), &arguments);
+    assert_eq!(done.status, Some(1), "{}{}", done.output, done.messages);
+    assert!(
+        done.messages.contains("m.toml: not written"),
+        "{}",
+        done.messages
+    );
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+    let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
+    assert!(at("What is found in the recordings") < at("No gap is measured"));
+    assert!(at("No gap is measured") < at("position (counts)"));
+    assert!(!page.contains("<script>alert") && !page.contains("<img"));
+}
+
+/// The note says nothing that the sentence has said, and the handout's motor is not named where a fit takes its place.
+#[test]
+fn nothing_is_said_twice() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let log = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/tutorial/log.csv");
+    let import = ["import", log, "--supply", "12", "-o", "run.csv"];
+    assert_eq!(run(directory.path(), &import).status, Some(0));
+    let done = run(
+        directory.path(),
+        &["diagnose", "run.csv", "--html", "why.html"],
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert!(!done.messages.contains("handout"), "{}", done.messages);
+    let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
+    for said in [&done.output, &page] {
+        assert_eq!(said.matches("A plain motor is fitted").count(), 1, "{said}");
+    }
+    assert!(page.contains("of the plain motor&#39;s") && !page.contains("of the file"));
+}

@@ -1,0 +1,7 @@
+//! The documentation holds together.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod pages;
+mod promises;

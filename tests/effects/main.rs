@@ -1,0 +1,9 @@
+//! The catalogue of effects: its table, its commands, and effects as other commands take them.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod command;
+mod in_commands;
+mod shown;
+mod table;

@@ -1,0 +1,7 @@
+//! `motorlab lab`: the handout's report.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod class;
+mod handout;

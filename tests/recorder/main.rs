@@ -1,0 +1,20 @@
+//! Recording from boards, ports and raw logs, and the run files that come of it.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod board_fixtures;
+mod capture;
+mod cases;
+mod death;
+mod faults;
+mod first_use;
+mod fixtures;
+mod flash;
+mod live;
+mod long_runs;
+mod one_velocity_rule;
+mod ports;
+mod replay;
+mod run_file;
+mod text_boards;
