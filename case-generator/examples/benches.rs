@@ -7,7 +7,8 @@
 //!
 //! `breadth` writes the cases of `motorlab blind make --breadth` of the same seed and count: DIR/case-0001/motor.toml, run1.csv and so
 //! on, unseen.csv. Then DIR/truth.json has of each case its label and its bench (family, protocol, random load, stated tolerance).
-//! `chosen` writes one run for each entry of the JSON object in SPEC.json, under the entry's name: `case_generator::Chosen` has its keys.
+//! `chosen` writes one run for each entry of the JSON object in SPEC.json, under the entry's name (`case_generator::Chosen` has the keys of
+//! an entry), and DIR/visible.json: what re-tuned numbers of the motor leave of each one's effects, in counts.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -53,16 +54,20 @@ fn breadth(seed: u64, count: usize, directory: &Path) -> Result<(), Box<dyn Erro
 fn chosen(spec: &Path, directory: &Path) -> Result<(), Box<dyn Error>> {
     let entries: BTreeMap<String, Chosen> = serde_json::from_str(&fs::read_to_string(spec)?)?;
     let entries: Vec<(String, Chosen)> = entries.into_iter().collect();
-    on_all_cores(entries.len(), |k| {
+    let visible = on_all_cores(entries.len(), |k| {
         let (name, chosen) = &entries[k];
-        let run = record_chosen(chosen)?;
+        let made = record_chosen(chosen)?;
         let file = directory.join(name);
         let folder = file.parent().unwrap_or(directory);
         fs::create_dir_all(folder)
-            .and_then(|()| fs::write(&file, run.to_csv()))
+            .and_then(|()| fs::write(&file, made.run.to_csv()))
             .map_err(|error| format!("{}: {error}", file.display()))?;
-        Ok((name.clone(), Value::Null))
+        Ok((name.clone(), json!(made.beyond_refit_counts)))
     })?;
+    fs::write(
+        directory.join("visible.json"),
+        serde_json::to_string_pretty(&visible)?,
+    )?;
     Ok(())
 }
 

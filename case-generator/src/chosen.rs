@@ -12,6 +12,7 @@ use crate::oddity::OUTSIDE;
 use crate::plant::WanderLevel;
 use crate::profile::{Profile, millivolts};
 use crate::record::{CaseRun, Conditions, record};
+use crate::strength::{beyond_refit, still_counts};
 
 /// What is recorded.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -35,11 +36,20 @@ pub struct Chosen {
     pub seed: u64,
 }
 
+/// A recording as it was chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenRun {
+    /// The recording.
+    pub run: CaseRun,
+    /// What re-tuned numbers of the motor leave of the effects, in counts RMS: a linear estimate, 0 without effects.
+    pub beyond_refit_counts: f64,
+}
+
 /// The recording.
 ///
 /// # Errors
 /// A protocol or an effect that the generator does not have.
-pub fn record_chosen(chosen: &Chosen) -> Result<CaseRun, String> {
+pub fn record_chosen(chosen: &Chosen) -> Result<ChosenRun, String> {
     let motor = chosen.motor;
     let name = PROTOCOLS
         .into_iter()
@@ -72,7 +82,20 @@ pub fn record_chosen(chosen: &Chosen) -> Result<CaseRun, String> {
         },
         seed: chosen.seed,
     };
-    Ok(record(&hidden, &profile, motor.counts_per_rev, conditions).run)
+    let run = record(&hidden, &profile, motor.counts_per_rev, conditions).run;
+    let beyond_refit_counts = if chosen.effects.is_empty() {
+        0.0
+    } else {
+        let plain = Hidden::nothing(motor);
+        let profiles = [profile];
+        let with = still_counts(&hidden, &profiles, chosen.seed);
+        let without = still_counts(&plain, &profiles, chosen.seed);
+        beyond_refit(&plain, &profiles, chosen.seed, &with, &without)
+    };
+    Ok(ChosenRun {
+        run,
+        beyond_refit_counts,
+    })
 }
 
 #[cfg(test)]
@@ -94,7 +117,9 @@ mod tests {
 
     #[test]
     fn a_chosen_step_reaches_the_steady_speed() {
-        let run = record_chosen(&plain()).unwrap();
+        let made = record_chosen(&plain()).unwrap();
+        assert_eq!(made.beyond_refit_counts, 0.0);
+        let run = made.run;
         assert_eq!(run.counts.len(), 200);
         let last = (run.counts[199] - run.counts[99]) as f64 * Motor::HANDOUT.count_rad() / 1.0;
         assert!((last / Motor::HANDOUT.top_speed_rad_s() - 1.0).abs() < 0.01);
@@ -107,10 +132,12 @@ mod tests {
             id: "coulomb_friction".to_owned(),
             parameters: [("torque_nm".to_owned(), 0.05)].into(),
         }];
-        assert!(
-            record_chosen(&with).unwrap().counts[199]
-                < record_chosen(&plain()).unwrap().counts[199]
+        let (rubbing, plainly) = (
+            record_chosen(&with).unwrap(),
+            record_chosen(&plain()).unwrap(),
         );
+        assert!(rubbing.run.counts[199] < plainly.run.counts[199]);
+        assert!(rubbing.beyond_refit_counts > 0.0);
         with.effects[0].id = "magic".to_owned();
         assert!(record_chosen(&with).unwrap_err().contains("magic"));
         let unknown = Chosen {

@@ -31,7 +31,7 @@ mod strength;
 mod wander;
 
 pub use case::{Case, Label, Options, generate, generate_with};
-pub use chosen::{Chosen, record_chosen};
+pub use chosen::{Chosen, ChosenRun, record_chosen};
 pub use effect::{CATALOGUE, Effect, LATER};
 pub use kind::{Kind, Mix, UnknownKind, plan};
 pub use motor::{Motor, NOMINAL_SIGMA};

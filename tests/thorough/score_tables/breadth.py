@@ -27,12 +27,12 @@ def stratum(truth):
     )
 
 
-def cases(tenth, _):
-    folder, truths = breadth(SEED, COUNT)
+def cases(asked, _):
+    folder, truths = breadth(asked.seed or SEED, COUNT)
     # Neighbours in this order are of one stratum, so every tenth has its share of each.
     names = sorted(truths, key=lambda name: (*map(str, stratum(truths[name])), name))
-    if tenth is not None:
-        names = names[tenth::10]
+    if asked.tenth is not None:
+        names = names[asked.tenth :: 10]
     return [(f"b/{name}", lambda program, name=name: of_case(program, folder / name, truths[name])) for name in names]
 
 
@@ -45,10 +45,16 @@ def of_case(program, folder, truth):
     strata = {"visible": visible, "load": load, "stated": stated, "step": step}
     gap = (answer.document or {}).get("gap") or {}
     held = {key: gap.get(key) for key in ("before", "after_parameters", "after_effect", "floor")}
-    return case, case.row() | strata | {"protocol": truth["bench"]["protocol"], "beyond_refit_counts": round(label["beyond_refit_counts"], 3), "held_out": held}
+    facts = {"protocol": truth["bench"]["protocol"], "beyond_refit_counts": round(label["beyond_refit_counts"], 3), "held_out": held}
+    return case, case.row() | strata | facts
 
 
 RIGHT = ("right", "in class")
+STRATA = (
+    ("load", "random load", "no random load"),
+    ("stated", "tolerances stated", "no tolerances stated"),
+    ("step", "one step", "more than one step"),
+)
 
 
 def figures(done):
@@ -76,7 +82,7 @@ def figures(done):
             sum(row["visible"] for _, row in done),
         ),
     } | probabilities(every)
-    for key, yes, no in (("load", "random load", "no random load"), ("stated", "tolerances stated", "no tolerances stated"), ("step", "one step", "more than one step")):
+    for key, yes, no in STRATA:
         for value, word in ((True, yes), (False, no)):
             of_stratum = [one for one in seen if one[1][key] == value]
             found[f"2 counts and more, {word}: right or in class"] = right(of_stratum)
@@ -97,7 +103,8 @@ def words_by_kind(done):
     """Rows of the table of words: what is there, how many, and how many have which word."""
     kinds = [("nothing", lambda c, r: c.kind == "none")]
     for kind in ("single", "pair", "triple"):
-        kinds += [(f"{kind}, 2 counts and more", lambda c, r, k=kind: c.kind == k and r["visible"]), (f"{kind}, less", lambda c, r, k=kind: c.kind == k and not r["visible"])]
+        kinds.append((f"{kind}, 2 counts and more", lambda c, r, k=kind: c.kind == k and r["visible"]))
+        kinds.append((f"{kind}, less", lambda c, r, k=kind: c.kind == k and not r["visible"]))
     kinds.append(("outside the catalogue", lambda c, r: c.kind == "outside"))
     rows = {}
     for name, belongs in kinds:

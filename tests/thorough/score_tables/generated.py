@@ -4,6 +4,7 @@ import hashlib
 import json
 import shutil
 import subprocess
+from pathlib import Path
 
 from .program import ROOT, WORK
 
@@ -25,8 +26,6 @@ def generator():
     """The generator's program, built where it is not yet."""
     subprocess.run(["cargo", "build", "--release", "--quiet", "-p", "case-generator", "--example", "benches"], cwd=ROOT, check=True)
     metadata = subprocess.check_output(["cargo", "metadata", "--format-version", "1", "--no-deps"], cwd=ROOT)
-    from pathlib import Path
-
     return Path(json.loads(metadata)["target_directory"]) / "release" / "examples" / "benches"
 
 
@@ -40,7 +39,10 @@ def breadth(seed, count):
 
 
 def chosen(name, recordings):
-    """Folder with the recordings, by file name; each is described as `case_generator::Chosen` is."""
+    """Folder with the recordings, by file name; each is described as `case_generator::Chosen` is.
+
+    visible.json in it has what re-identified parameters leave of each one's effects, in counts.
+    """
     spec = json.dumps(recordings, indent=1, sort_keys=True) + "\n"
     folder = WORK / f"{name}-{hashlib.sha256(spec.encode()).hexdigest()[:10]}"
     if not (folder / "spec.json").exists():

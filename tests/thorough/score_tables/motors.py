@@ -35,17 +35,19 @@ MOTORS = {
 def believed(true, sigma, seed):
     """The motor as its owner believes it to be: every number off by so much, one sigma, but not the encoder and the supply."""
     chance = random.Random(seed)
-    return {key: value if key in ("counts_per_rev", "supply_v") else float(f"{value * math.exp(chance.gauss(0, sigma)):.4g}") for key, value in true.items()}
+    kept = ("counts_per_rev", "supply_v")
+    return {key: value if key in kept else float(f"{value * math.exp(chance.gauss(0, sigma)):.4g}") for key, value in true.items()}
 
 
 def levels(supply_v, duration_s, seed):
-    """Levels of either sign for 0.2 to 1 s, a sixth of them 0; at rest for 0.2 s before."""
+    """Levels of either sign for 0.2 to 1 s: a sixth 0, a quarter where a motor just breaks away; at rest for 0.2 s before."""
     chance = random.Random(seed)
     found, lasted = [[0.0, 0.2]], 0.2
     while lasted < duration_s:
         held = round(chance.uniform(0.2, 1.0), 2)
-        level = 0.0 if chance.random() < 1 / 6 else round(supply_v * chance.choice((-1, 1)) * chance.uniform(0.15, 1.0), 3)
-        found.append([level, held])
+        drawn = chance.random()
+        share = 0.0 if drawn < 1 / 6 else chance.uniform(0.03, 0.2) if drawn < 5 / 12 else chance.uniform(0.2, 1.0)
+        found.append([round(supply_v * chance.choice((-1, 1)) * share, 3), held])
         lasted += held
     return found
 

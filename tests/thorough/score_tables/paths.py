@@ -23,6 +23,11 @@ PATHS = {
     "two steps and reversing, no motor file": (("step1", "step2", "reversing"), False),
 }
 STEP_S = 2.5
+BOARD = {
+    "right or in class": ("right", "in class"),
+    "right, in class or as parameters": ("right", "in class", "as parameters"),
+    "said that no effect is present": ("missed",),
+}
 REVERSING_S = 8.0
 
 
@@ -45,18 +50,18 @@ def as_log(run, log):
     log.write_text("\n".join(lines) + "\n")
 
 
-def cases(tenth, program):
+def cases(asked, program):
     folder = chosen("paths", recordings())
     done = []
     for k, (name, true) in enumerate(ORDINARY.items()):
         (folder / name / "motor.toml").write_text(motor_file(believed(true, GUESS, 17 + k)))
-        if tenth is None or k == tenth % len(ORDINARY):
+        if asked.tenth is None or k == asked.tenth % len(ORDINARY):
             for path in PATHS:
                 done.append((f"d/{name}/{path}", lambda program, a=(folder / name, name, path): of_path(program, *a)))
     document = program.run(["effects", "--json"], WORK).document or {}
     effects = [one["effect"] for one in document.get("effects", [])]
     for k, effect in enumerate(effects):
-        if tenth is None or k % 10 == tenth:
+        if asked.tenth is None or k % 10 == asked.tenth:
             done.append((f"d/lab/{effect}", lambda program, effect=effect: of_board(program, effect)))
     return done
 
@@ -69,8 +74,8 @@ def of_path(program, folder, name, path):
     true = ORDINARY[name]
     for run in runs:
         as_log(folder / f"{run}.csv", work / f"{run}.log.csv")
-        words = ["import", f"{run}.log.csv", "--counts-per-rev", f"{true['counts_per_rev']:g}", "--supply", f"{true['supply_v']:g}", "-o", f"{run}.csv", "--force", "--json"]
-        answer = program.run(words, work)
+        known = ["--counts-per-rev", f"{true['counts_per_rev']:g}", "--supply", f"{true['supply_v']:g}"]
+        answer = program.run(["import", f"{run}.log.csv", *known, "-o", f"{run}.csv", "--force", "--json"], work)
         if answer.failure:
             raise RuntimeError(f"import of {run}: {answer.failure}")
     (work / "motor.toml").write_text((folder / "motor.toml").read_text())
@@ -97,9 +102,8 @@ def figures(done):
     for path in PATHS:
         of_path = [case for case, row in done if row["path"] == path]
         found[f"ordinary motors, {path}"] = share(sum(case.verdict in ("no_gap", "parameters") for case in of_path), len(of_path))
-    found["lab --board: right or in class"] = share(sum(case.word in ("right", "in class") for case in board), len(board))
-    found["lab --board: right, in class or as parameters"] = share(sum(case.word in ("right", "in class", "as parameters") for case in board), len(board))
-    found["lab --board: said that no effect is present"] = share(sum(case.word == "missed" for case in board), len(board))
+    for title, words in BOARD.items():
+        found[f"lab --board: {title}"] = share(sum(case.word in words for case in board), len(board))
     return found | probabilities([case for case, _ in done]) | costs([case for case, _ in done])
 
 

@@ -36,7 +36,8 @@ def table(name, found, before):
         lines.append("")
     for title, rows in found.get("reliability", {}).items():
         earlier = old.get("reliability", {}).get(title, {})
-        lines += [f"| {title} | how many | mean probability | share that is so | committed: how many, mean, share |", "| --- | --- | --- | --- | --- |"]
+        lines.append(f"| {title} | how many | mean probability | share that is so | committed: how many, mean, share |")
+        lines.append("| --- | --- | --- | --- | --- |")
         for tenth, (count, said, is_so) in rows.items():
             was = earlier.get(tenth)
             lines.append(f"| {tenth} | {count} | {said:.2f} | {is_so:.2f} | " + (f"{was[0]}, {was[1]:.2f}, {was[2]:.2f}" if was else "-") + " |")
@@ -44,7 +45,8 @@ def table(name, found, before):
     was = old.get("lines", {})
     if name == "b":
         changed = {case: text for case, text in found["lines"].items() if word_in(was.get(case, "")) != word_in(text) and case in was}
-        lines += [f"Cases that are judged differently: {len(changed)}"] + [f"- {case}: {text}\n  committed: {was[case]}" for case, text in changed.items()]
+        lines.append(f"Cases that are judged differently: {len(changed)}")
+        lines += [f"- {case}: {text}\n  committed: {was[case]}" for case, text in changed.items()]
         sure = [f"- {case}: {found['lines'][case]}" for case in found["wrong_and_sure"]]
         lines += ["", f"Wrong and sure: {len(sure)}", *sure, ""]
         return lines

@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
-# Everything that is generated: cases by seed, answers by program.
-WORK = ROOT / "target" / "score"
+# Everything that is generated: cases by seed, answers by program. Several worktrees may share one.
+WORK = Path(os.environ.get("MOTORLAB_SCORE_WORK", ROOT / "target" / "score")).resolve()
 
 
 @dataclass
@@ -84,7 +84,7 @@ class Program:
         timer = threading.Timer(WALL_LIMITS * self.timeout_s, os.killpg, (child.pid, signal.SIGKILL))
         timer.start()
         said = {}
-        readers = [threading.Thread(target=lambda s=stream, k=key: said.update({k: s.read()})) for key, stream in (("out", child.stdout), ("err", child.stderr))]
+        readers = [threading.Thread(target=lambda s=stream: said.update({s: s.read()})) for stream in (child.stdout, child.stderr)]
         for reader in readers:
             reader.start()
         for reader in readers:
@@ -98,9 +98,9 @@ class Program:
             failure = f"over {self.timeout_s:g} s of processor time"
         else:
             try:
-                document = json.loads(said["out"])
+                document = json.loads(said[child.stdout])
             except ValueError:
-                failure = (said["err"].strip().splitlines() or [f"exit status {child.returncode}"])[-1][:200]
+                failure = (said[child.stderr].strip().splitlines() or [f"exit status {child.returncode}"])[-1][:200]
             if document is not None and "error" in document:
                 failure, document = document["error"]["message"][:200], None
         return Answer(document, failure, usage.ru_utime + usage.ru_stime, time.monotonic() - begun, usage.ru_maxrss / 1024)

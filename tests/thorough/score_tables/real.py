@@ -91,9 +91,9 @@ def imported(program, chosen):
     return folder, runs, held
 
 
-def cases(tenth, _):
+def cases(asked, _):
     """What is to be done: a function of the program each."""
-    return [(f"a/{one['name']}", lambda program, one=one: of_set(program, one)) for one in sets(tenth)]
+    return [(f"a/{one['name']}", lambda program, one=one: of_set(program, one)) for one in sets(asked.tenth)]
 
 
 def of_set(program, chosen):
@@ -112,8 +112,10 @@ def of_set(program, chosen):
     claimed = [claim for claim in reading.claims if claim.members & wide]
     row["first"] = leading
     row["first_inclusion"] = reading.of_effect(leading) if leading else None
-    row["right"] = reading.is_quiet() if not first else leading in wide or bool(reading.claims and reading.claims[0].members & wide)
-    row["named"] = bool(claimed) if first else reading.is_quiet()
+    row["right"], row["named"] = reading.is_quiet(), reading.is_quiet()
+    if first:
+        row["right"] = leading in wide or bool(reading.claims and reading.claims[0].members & wide)
+        row["named"] = bool(claimed)
     row["sure_false"] = case.sure_false
     row["sure_undocumented_causes"] = sorted(e for e, p in reading.inclusion.items() if p >= SURE and e not in plausible)
     row["held_out"] = {key: reading.gap.get(key) for key in ("before", "after_parameters", "after_effect", "floor")}
@@ -125,7 +127,8 @@ def figures(done):
     rows = [row for _, row in done]
     with_cause = [row for row in rows if row["documented"]]
     without = [row for row in rows if not row["documented"]]
-    ratios = [row["held_out"]["after_effect"] / row["held_out"]["after_parameters"] for row in rows if row.get("held_out") and row["held_out"]["after_parameters"]]
+    errors = [row["held_out"] for row in rows if row.get("held_out") and row["held_out"]["after_parameters"]]
+    ratios = [error["after_effect"] / error["after_parameters"] for error in errors if error["after_effect"] is not None]
     return {
         "documented cause first or in its class": share(sum(bool(row.get("right")) for row in with_cause), len(with_cause)),
         "documented cause named in the verdict": share(sum(bool(row.get("named")) for row in with_cause), len(with_cause)),
@@ -141,6 +144,7 @@ def line(row):
     """A case on one line, for the comparison with the committed one."""
     if "held_out" not in row:
         return f"{row['said']}"
-    held = " > ".join(f"{row['held_out'][key]:.4g}" if row["held_out"].get(key) is not None else "-" for key in ("before", "after_parameters", "after_effect"))
+    errors = [row["held_out"][key] for key in ("before", "after_parameters", "after_effect")]
+    held = " > ".join("-" if error is None else f"{error:.4g}" for error in errors)
     right = "right" if row["right"] else "not right"
     return f"{right}; {row['said']}; first {row['first']} {row['first_inclusion'] or 0:.2f}; held out {held}; {row['cpu_s']:.1f} s"

@@ -4,6 +4,7 @@ A recording of 30 s is cut to 4, 8, 15 and 30 s; and one effect is recorded at f
 the effect is printed. A motor file beside them is 5 % (one sigma) off and says so.
 """
 
+import json
 import zlib
 
 from .generated import chosen, cut, motor_file, recording
@@ -125,21 +126,23 @@ def recordings(series):
     return found
 
 
-def cases(tenth, _):
+def cases(asked, _):
     done = []
     folder = chosen("series", recordings(plan(None)))
-    for kind, name, effect, motor_name, steps, _ in plan(tenth):
+    visible = json.loads((folder / "visible.json").read_text())
+    for kind, name, effect, motor_name, steps, _ in plan(asked.tenth):
         of_series = folder / f"{kind}-{name}"
         (of_series / "motor.toml").write_text(motor_file(believed(MOTORS[motor_name], TOLERANCE, seed_of(name)), TOLERANCE))
         for k, step in enumerate(steps, 1):
             if kind == "length":
                 cut(of_series / "whole.csv", of_series / f"{k}.csv", step)
             word = f"{step} s" if kind == "length" else f"{step:g}"
-            done.append((f"c/{kind}/{name}/{k}", lambda program, a=(of_series, kind, name, effect, k, word): of_step(program, *a)))
+            counts = visible[f"{of_series.name}/{'whole' if kind == 'length' else k}.csv"]
+            done.append((f"c/{kind}/{name}/{k}", lambda program, a=(of_series, kind, name, effect, k, word, counts): of_step(program, *a)))
     return done
 
 
-def of_step(program, folder, kind, name, effect, k, word):
+def of_step(program, folder, kind, name, effect, k, word, counts):
     case_name = f"c/{kind}/{name}/{k}"
     answer = program.diagnose(case_name, folder, [f"{k}.csv"], ["--motor", "motor.toml"])
     case = judge(case_name, [effect], "single", answer)
@@ -147,7 +150,8 @@ def of_step(program, folder, kind, name, effect, k, word):
     if answer.document is not None and answer.document["verdict"] != "bad_recording":
         reading = read(answer.document)
         inclusion, of_class = reading.of_effect(effect), reading.of_class(effect)
-    return case, case.row() | {"series": f"{kind} {name}", "step": word, "inclusion": round(inclusion, 4), "class_inclusion": round(of_class, 4)}
+    of_series = {"series": f"{kind} {name}", "step": word, "beyond_refit_counts": round(counts, 3)}
+    return case, case.row() | of_series | {"inclusion": round(inclusion, 4), "class_inclusion": round(of_class, 4)}
 
 
 def by_series(rows):
@@ -170,11 +174,22 @@ def figures(done):
         found[f"series by {kind}: of the effect or its class, falls"] = share(sum(falls(steps, "class_inclusion") for steps in of_kind), len(of_kind))
         last = [steps[-1] for steps in of_kind]
         found[f"series by {kind}: right or in class at the last step"] = share(sum(row["word"] in ("right", "in class") for row in last), len(last))
-    friction = [steps for name, steps in rows.items() if name.startswith("strength coulomb_friction")]
-    consistent = ("right", "in class", "as parameters")
-    found["friction at five strengths: named or parameters in all"] = share(sum(all(row["word"] in consistent for row in steps) for steps in friction), len(friction))
+    friction = [[row["word"] for row in steps] for name, steps in rows.items() if name.startswith("strength coulomb_friction")]
+    consistent = {"right", "in class", "as parameters"}
+    found["friction at five strengths: named or parameters in all"] = share(sum(set(words) <= consistent for words in friction), len(friction))
     found["wrong and sure"] = share(sum(bool(case.sure_false) for case, _ in done), len(done))
     return found | costs([case for case, _ in done])
+
+
+def lines(done):
+    """A line a series: what re-identified parameters leave of the effect, then its probability and its class's at each step."""
+    found = {}
+    for name, steps in by_series([row for _, row in done]).items():
+        counts = sorted({row["beyond_refit_counts"] for row in steps})
+        left = " to ".join(f"{count:.2g}" for count in (counts[:1] if len(counts) == 1 else (counts[0], counts[-1])))
+        at = "; ".join(f"{row['step']} {row['inclusion']:.2f} ({row['class_inclusion']:.2f}) {row['word']}" for row in steps)
+        found[name] = f"{left} counts: {at}"
+    return found
 
 
 def line(row):

@@ -9,12 +9,14 @@ from .reading import read
 SETS = [{"effects": ["stribeck"], "probability": 0.5}, {"effects": ["static_friction"], "probability": 0.42}, {"effects": [], "probability": 0.08}]
 
 
-def third(verdict, effects=(), classes=(), probability=0.9, causes=(), sets=SETS):
-    return {"shape": "motorlab-diagnosis/3", "verdict": verdict, "probability": probability, "effects": list(effects), "classes": list(classes), "causes": list(causes), "sets": sets, "gap": {}, "data": []}
-
-
 def second(verdict, effects=(), causes=(), probability=0.9):
-    return {"shape": "motorlab-diagnosis/2", "verdict": verdict, "probability": probability, "effects": list(effects), "causes": list(causes), "sets": [], "gap": {}, "data": []}
+    document = {"shape": "motorlab-diagnosis/2", "verdict": verdict, "probability": probability, "effects": list(effects)}
+    return document | {"causes": list(causes), "sets": [], "gap": {}, "data": []}
+
+
+def third(verdict, effects=(), classes=(), probability=0.9, causes=(), sets=SETS):
+    document = second(verdict, effects, causes, probability)
+    return document | {"shape": "motorlab-diagnosis/3", "classes": list(classes), "sets": sets}
 
 
 def cause(effect, inclusion, tied=()):
