@@ -83,7 +83,7 @@ def read(document):
     """The claims of a document; none of `bad_recording`."""
     verdict = document["verdict"]
     causes = document.get("causes") or []
-    sets = [(frozenset(map(plain_id, one["effects"])), one["probability"]) for one in document.get("sets") or []]
+    sets = [(ids_of("+".join(one["effects"])), one["probability"]) for one in document.get("sets") or []]
     inclusion = {}
     for effects, p in sets:
         for effect in effects:
