@@ -1,4 +1,4 @@
-"""Claims of each shape of document, and how they are judged: python3 -m unittest discover -s tests/thorough -t tests/thorough."""
+"""Claims of each shape of document, and how they are judged; tests/thorough/run starts them."""
 
 import unittest
 
