@@ -40,6 +40,7 @@ class Program:
         if not self.path.is_file():
             raise SystemExit(f"{path}: no such program\nhint: cargo build --release --bin motorlab, or say --program PATH")
         self.timeout_s, self.threads, self.afresh = timeout_s, threads, afresh
+        self.running, self.is_stopped = set(), False
         self.digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
         self.answers = WORK / "answers" / self.digest
         self.answers.mkdir(parents=True, exist_ok=True)
@@ -60,12 +61,22 @@ class Program:
         place = self.answers / f"{name.replace('/', '--')}-{asked.hexdigest()[:10]}.json"
         if place.exists() and not self.afresh:
             answer = Answer(**json.loads(place.read_text()))
-            # One that ran out of time may be given more.
-            if answer.failure is None or answer.cpu_s >= self.timeout_s or not answer.failure.startswith("over"):
+            # One that ran out of time may be given more; the system ends it a little before its limit.
+            if answer.failure is None or answer.cpu_s >= 0.9 * self.timeout_s or not answer.failure.startswith("over"):
                 return answer
         answer = self.run(words, folder)
-        place.write_text(json.dumps(asdict(answer), indent=1) + "\n")
+        if self.is_stopped:
+            return answer
+        part = place.with_suffix(".part")
+        part.write_text(json.dumps(asdict(answer), indent=1) + "\n")
+        part.rename(place)
         return answer
+
+    def stop(self):
+        """Ends what is running; that is no answer to keep."""
+        self.is_stopped = True
+        for child in list(self.running):
+            os.killpg(child, signal.SIGKILL)
 
     def run(self, words, folder):
         """Runs it, and reads the JSON document that it prints."""
@@ -79,6 +90,7 @@ class Program:
             text=True,
             process_group=0,
         )
+        self.running.add(child.pid)
         limit_s = math.ceil(self.timeout_s)
         resource.prlimit(child.pid, resource.RLIMIT_CPU, (limit_s, limit_s))
         timer = threading.Timer(WALL_LIMITS * self.timeout_s, os.killpg, (child.pid, signal.SIGKILL))
@@ -91,6 +103,7 @@ class Program:
             reader.join()
         # `wait4` has the child's own resource usage; `resource.getrusage` would have that of all children together.
         _, status, usage = os.wait4(child.pid, 0)
+        self.running.discard(child.pid)
         timer.cancel()
         child.returncode = os.waitstatus_to_exitcode(status)
         document, failure = None, None
