@@ -4,13 +4,13 @@
 mod support;
 
 mod cases;
-mod diagnose;
 mod hold_out;
 mod perfect_motors;
 mod plain_fit;
 mod real_motors;
-mod reference;
 mod reference_runs;
 mod report;
+mod second_generator;
 mod speed_logs;
+mod verdicts;
 mod work;

@@ -2,7 +2,7 @@
 //!
 //! Stricter than a reader has to be: a key that the schema does not list is a fault of the schema. That the schemas
 //! are right by JSON Schema itself, and that this reading of them is, the Python package `jsonschema` says in
-//! tests/thorough/json.
+//! tests/json/run.
 
 use serde_json::Value;
 

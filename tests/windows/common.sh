@@ -5,11 +5,11 @@ linker=x86_64-w64-mingw32-gcc-win32
 longest=100
 export CARGO_INCREMENTAL=0 CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$PWD/target}"
 
-# cargo for Windows programs, in which nothing is debugged.
+# cargo for Windows programs: with the environment of dist/make, so that both share what they build.
 windows_cargo() {
     local command=$1
     shift
-    CARGO_PROFILE_DEV_DEBUG=false CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER=$linker \
+    CARGO_TARGET_X86_64_PC_WINDOWS_GNU_LINKER=$linker CC_x86_64_pc_windows_gnu=$linker AR_x86_64_pc_windows_gnu=x86_64-w64-mingw32-ar \
         CARGO_TARGET_X86_64_PC_WINDOWS_GNU_RUNNER=wine cargo "$command" --quiet --target "$target" "$@"
 }
 
