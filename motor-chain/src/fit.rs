@@ -33,6 +33,11 @@ const MOST_BY_PACE: u64 = 2;
 const TOLERANCE: f64 = 1e-3;
 const TOLERANCE_OF_RIPPLE: f64 = 1e-2;
 
+/// Most derivatives that a simulation carries: more are simulated eight by eight. There are two widths, 4 and 8, as each is
+/// another copy of the whole integrator: a third one of 6 takes a third off the time of five or six derivatives, and adds
+/// a third to the time in which this crate is compiled.
+const WIDEST: usize = 8;
+
 /// A drive made ready to be simulated with many motors.
 ///
 /// Angles are those that the encoder would say before it rounds, with the effects of sensor and timing, at the motor
@@ -228,11 +233,10 @@ impl Simulator {
         let samples = self.samples();
         let (mut wanted, mut columns) = (wanted, columns);
         while !wanted.is_empty() {
-            let (ids, others) = wanted.split_at(carried_together(wanted.len()));
+            let (ids, others) = wanted.split_at(wanted.len().min(WIDEST));
             let (block, rest) = columns.split_at_mut(ids.len() * samples);
             match ids.len() {
                 ..=4 => self.derivatives::<4>(motor, ids, &mut workspace.four, angles_rad, block),
-                5 | 6 => self.derivatives::<6>(motor, ids, &mut workspace.six, angles_rad, block),
                 _ => self.derivatives::<8>(motor, ids, &mut workspace.eight, angles_rad, block),
             }?;
             (wanted, columns) = (others, rest);
@@ -362,15 +366,6 @@ pub fn move_alike(a: &Motor, b: &Motor) -> bool {
         })
     }
     a.parameters == b.parameters && moving(a).eq(moving(b))
-}
-
-/// How many of so many derivatives the next simulation of [`Simulator::sensitivities`] carries: as few places of 4, 6 or 8
-/// as possible stay empty.
-pub fn carried_together(left: usize) -> usize {
-    match left {
-        9 | 10 => 6,
-        _ => left.min(8),
-    }
 }
 
 fn finite(angles_rad: &[f64]) -> Result<(), SimulationError> {

@@ -9,7 +9,6 @@ use crate::scalar::{Dual, Scalar};
 pub struct Workspace {
     pub(crate) plain: Engines<f64>,
     pub(crate) four: Engines<Dual<4>>,
-    pub(crate) six: Engines<Dual<6>>,
     pub(crate) eight: Engines<Dual<8>>,
 }
 
@@ -19,7 +18,6 @@ impl Workspace {
         let works = [
             &mut self.plain.work,
             &mut self.four.work,
-            &mut self.six.work,
             &mut self.eight.work,
         ];
         works.into_iter().map(std::mem::take).sum()

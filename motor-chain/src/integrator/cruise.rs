@@ -40,6 +40,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             return 0;
         }
         let steps_per_sample = longest_steps << self.allowed;
+        let holds = |machine: &Machine<S>, m: &Mode<S>, y: &[S; N]| machine.holds(m, y);
         match self.watch() {
             Watch::Nothing => self.stroll(steps_per_sample, most, |_, _, _| true, false, &mut emit),
             Watch::Speed { direction } => {
@@ -47,8 +48,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                     |_: &Machine<S>, _: &Mode<S>, y: &[S; N]| y[W1].value() * direction >= 0.0;
                 self.stroll(steps_per_sample, most, slips, false, &mut emit)
             }
-            Watch::Rest => self.stroll(steps_per_sample, most, Machine::holds, true, &mut emit),
-            Watch::Guards => self.stroll(steps_per_sample, most, Machine::holds, false, &mut emit),
+            Watch::Rest => self.stroll(steps_per_sample, most, holds, true, &mut emit),
+            Watch::Guards => self.stroll(steps_per_sample, most, holds, false, &mut emit),
         }
     }
 

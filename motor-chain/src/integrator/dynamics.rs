@@ -43,6 +43,9 @@ pub(crate) enum Flow {
 /// More numbers than any state has.
 const ALL: usize = 8;
 
+/// Numbers of the largest state: two bodies and a winding that warms up.
+pub(crate) const LARGEST: usize = 6;
+
 /// Which flanks touch; in a transmission with a spring, through it. Or what a clutch does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Contact {
@@ -269,7 +272,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Resistance that the current meets.
     #[inline(always)]
-    pub(crate) fn resistance<const N: usize>(&self, y: &[S; N]) -> S {
+    pub(crate) fn resistance(&self, y: &[S]) -> S {
         let electrical = &self.chain.electrical;
         let winding = match electrical.heating {
             Some(_) => electrical.resistance(y[HEAT]),
@@ -280,7 +283,7 @@ impl<S: Scalar> Machine<S> {
 
     /// `Kb f(theta) w`.
     #[inline(always)]
-    fn back_emf<const N: usize>(&self, y: &[S; N]) -> S {
+    fn back_emf(&self, y: &[S]) -> S {
         let electrical = &self.chain.electrical;
         let mut emf = electrical.back_emf_v_s_per_rad * y[W1];
         if let Some(per_w) = electrical.weakening_per_w {
@@ -295,7 +298,7 @@ impl<S: Scalar> Machine<S> {
 
     /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
     #[inline(always)]
-    pub(crate) fn excess<const N: usize>(&self, y: &[S; N]) -> S {
+    pub(crate) fn excess(&self, y: &[S]) -> S {
         self.drive(self.back_emf(y))
     }
 
@@ -310,7 +313,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Current in A.
     #[inline(always)]
-    pub(crate) fn current<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+    pub(crate) fn current(&self, m: &Mode<S>, y: &[S]) -> S {
         if self.inductive || m.flow != Flow::Free {
             return y[CUR];
         }
@@ -319,7 +322,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Current in A with this back EMF.
     #[inline(always)]
-    pub(crate) fn current_at<const N: usize>(&self, m: &Mode<S>, y: &[S; N], emf: S) -> S {
+    pub(crate) fn current_at(&self, m: &Mode<S>, y: &[S], emf: S) -> S {
         if self.inductive || m.flow != Flow::Free {
             return y[CUR];
         }
@@ -332,7 +335,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Torque that the current makes, in N m.
     #[inline(always)]
-    pub(crate) fn motor_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+    pub(crate) fn motor_torque(&self, m: &Mode<S>, y: &[S]) -> S {
         let electrical = &self.chain.electrical;
         let mut torque = electrical.torque_constant_nm_per_a * self.current(m, y);
         if let Some(per_w) = electrical.weakening_per_w {
@@ -347,14 +350,14 @@ impl<S: Scalar> Machine<S> {
 
     /// Net torque on motor side and load side, without friction, viscous friction and flanks.
     #[inline(always)]
-    pub(crate) fn torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> (S, S) {
+    pub(crate) fn torques(&self, m: &Mode<S>, y: &[S]) -> (S, S) {
         let mechanical = &self.chain.mechanical;
         let mut motor = self.motor_torque(m, y);
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);
         }
-        let (angle, speed) = if N > ONE_BODY {
-            (y[N - 2], y[N - 1])
+        let (angle, speed) = if y.len() > ONE_BODY {
+            (y[y.len() - 2], y[y.len() - 1])
         } else {
             (y[TH1], y[W1])
         };
@@ -385,15 +388,15 @@ impl<S: Scalar> Machine<S> {
 
     /// Torque of spring and damper on the load side: where there is play, of a spring that touches this flank.
     #[inline(always)]
-    pub(crate) fn spring_torque<const N: usize>(&self, contact: Contact, y: &[S; N]) -> S {
+    pub(crate) fn spring_torque(&self, contact: Contact, y: &[S]) -> S {
         let Some((k, c)) = self.spring else {
             return S::zero();
         };
-        let mut twist = y[TH1] - y[N - 2];
+        let mut twist = y[TH1] - y[y.len() - 2];
         if let Some(gap) = self.chain.transmission.gap_rad {
             twist -= gap * (0.5 * contact.sign());
         }
-        k * twist + c * (y[W1] - y[N - 1])
+        k * twist + c * (y[W1] - y[y.len() - 1])
     }
 
     /// A side's viscous coefficient in the direction of its slip.
@@ -413,14 +416,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
     #[inline]
-    pub(crate) fn friction<const N: usize>(
-        &self,
-        m: &Mode<S>,
-        side: usize,
-        angle: S,
-        speed: S,
-        y: &[S; N],
-    ) -> S {
+    pub(crate) fn friction(&self, m: &Mode<S>, side: usize, angle: S, speed: S, y: &[S]) -> S {
         let s = m.slip[side];
         if s == 0.0 {
             return S::zero();
@@ -433,13 +429,7 @@ impl<S: Scalar> Machine<S> {
 
     /// Friction of a side that slides steadily.
     #[inline(always)]
-    pub(crate) fn sliding<const N: usize>(
-        &self,
-        m: &Mode<S>,
-        side: usize,
-        speed: S,
-        y: &[S; N],
-    ) -> S {
+    pub(crate) fn sliding(&self, m: &Mode<S>, side: usize, speed: S, y: &[S]) -> S {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
         let mut level = mechanical.coulomb(s);
         if let Some(stribeck) = &mechanical.stribeck {
@@ -464,13 +454,13 @@ impl<S: Scalar> Machine<S> {
     /// `x = sigma |theta - theta0| / T` is exact; where it has changed since, it is taken to have changed evenly with `x`:
     /// `F = T - (T0 - F0) exp(-x) - (T - T0) (1 - exp(-x)) / x`.
     #[inline(never)]
-    pub(crate) fn dahl<const N: usize>(
+    pub(crate) fn dahl(
         &self,
         m: &Mode<S>,
         side: usize,
         angle: S,
         speed: S,
-        y: &[S; N],
+        y: &[S],
         break_in: S,
     ) -> S {
         let level = self.sliding(m, side, speed, y);
@@ -495,9 +485,9 @@ impl<S: Scalar> Machine<S> {
 
     /// Each side's angle and speed.
     #[inline(always)]
-    pub(crate) fn sides<const N: usize>(&self, y: &[S; N]) -> [(S, S); 2] {
-        let load = if N > ONE_BODY {
-            (y[N - 2], y[N - 1])
+    pub(crate) fn sides(&self, y: &[S]) -> [(S, S); 2] {
+        let load = if y.len() > ONE_BODY {
+            (y[y.len() - 2], y[y.len() - 1])
         } else {
             (y[TH1], y[W1])
         };
@@ -505,7 +495,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Takes the friction of now as where Dahl's law goes on from.
-    pub(crate) fn anchor<const N: usize>(&self, m: &mut Mode<S>, y: &[S; N]) {
+    pub(crate) fn anchor(&self, m: &mut Mode<S>, y: &[S]) {
         let Some(break_in) = self.chain.mechanical.break_in_angle_rad else {
             return;
         };
@@ -521,15 +511,29 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Rate of change of the state.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn rate<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
-        self.rate_inline(m, y)
+        let mut d = [S::zero(); N];
+        self.write_rate(m, y, &mut d);
+        d
     }
 
     /// The same, for the innermost loop.
     #[inline(always)]
     pub(crate) fn rate_inline<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
         let mut d = [S::zero(); N];
+        self.write_rate_inline(m, y, &mut d);
+        d
+    }
+
+    /// Writes the rate of change of the state to `d`, which is 0.
+    #[inline(never)]
+    pub(crate) fn write_rate(&self, m: &Mode<S>, y: &[S], d: &mut [S]) {
+        self.write_rate_inline(m, y, d);
+    }
+
+    #[inline(always)]
+    fn write_rate_inline(&self, m: &Mode<S>, y: &[S], d: &mut [S]) {
         let electrical = &self.chain.electrical;
         if self.inductive && m.flow == Flow::Free {
             let drive = self.excess(y) - self.chain.driver.drop(m.flow_sign) * m.flow_sign;
@@ -541,14 +545,14 @@ impl<S: Scalar> Machine<S> {
                 (current * current * electrical.resistance_ohm - y[HEAT]) / heating.time_constant_s;
         }
         let (motor, load) = self.torques(m, y);
-        if N <= ONE_BODY {
+        if y.len() <= ONE_BODY {
             if m.slip[0] != 0.0 {
                 d[TH1] = y[W1];
                 let friction = self.friction(m, 0, y[TH1], y[W1], y);
                 d[W1] = (motor + load - self.damping(m, 0) * y[W1] - friction) / self.inertia[0];
             }
         } else {
-            let (th2, w2) = (N - 2, N - 1);
+            let (th2, w2) = (y.len() - 2, y.len() - 1);
             let friction = [
                 self.friction(m, 0, y[TH1], y[W1], y),
                 self.friction(m, 1, y[th2], y[w2], y),
@@ -572,6 +576,5 @@ impl<S: Scalar> Machine<S> {
                 }
             }
         }
-        d
     }
 }

@@ -57,7 +57,7 @@ pub(crate) enum Holder {
 impl<S: Scalar> Machine<S> {
     /// The guards of the mode in force.
     #[inline(never)]
-    pub(crate) fn guards<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> Guards<S> {
+    pub(crate) fn guards(&self, m: &Mode<S>, y: &[S]) -> Guards<S> {
         let (mut guards, mut len) = ([None; MOST_GUARDS], 0);
         self.each_guard(m, y, &mut |guard, value| {
             guards[len] = Some((guard, value));
@@ -68,33 +68,28 @@ impl<S: Scalar> Machine<S> {
 
     /// Whether every guard is positive: the derivatives are not asked for, and not computed.
     #[inline(never)]
-    pub(crate) fn holds<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> bool {
+    pub(crate) fn holds(&self, m: &Mode<S>, y: &[S]) -> bool {
         let mut holds = true;
         self.each_guard(m, y, &mut |_, value| holds &= value.value() >= 0.0);
         holds
     }
 
     /// Whether a guard is negative in `next`, and more so than in `y`.
+    #[cold]
     #[inline(never)]
-    pub(crate) fn falls<const N: usize>(&self, m: &Mode<S>, y: &[S; N], next: &[S; N]) -> bool {
-        let (mut now, mut len) = ([0.0; MOST_GUARDS], 0);
-        self.each_guard(m, y, &mut |_, value| {
-            now[len] = value.value();
-            len += 1;
-        });
-        let (mut falls, mut k) = (false, 0);
-        self.each_guard(m, next, &mut |_, value| {
-            falls |= value.value() < 0.0 && value.value() < now[k];
-            k += 1;
-        });
-        falls
+    pub(crate) fn falls(&self, m: &Mode<S>, y: &[S], next: &[S]) -> bool {
+        let (now, then) = (self.guards(m, y), self.guards(m, next));
+        now.into_iter().zip(then).any(|pair| match pair {
+            (Some((_, now)), Some((_, then))) => then.value() < 0.0 && then.value() < now.value(),
+            _ => false,
+        })
     }
 
     /// Shows each guard of the mode in force to `see`.
     #[inline(always)]
-    fn each_guard<const N: usize>(&self, m: &Mode<S>, y: &[S; N], see: &mut impl FnMut(Guard, S)) {
+    fn each_guard(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(Guard, S)) {
         self.current_guards(m, y, see);
-        if N <= ONE_BODY {
+        if y.len() <= ONE_BODY {
             if self.frictionless && !self.presliding() {
                 return;
             }
@@ -115,27 +110,21 @@ impl<S: Scalar> Machine<S> {
             if let Some(gap) = self.chain.transmission.gap_rad {
                 self.play_guards(m, gap, y, see);
             } else if m.contact.slips() != 0.0 {
-                see(Guard::Grip, (y[W1] - y[N - 1]) * m.contact.slips());
+                see(Guard::Grip, (y[W1] - y[y.len() - 1]) * m.contact.slips());
             }
             self.side_guard(m, 0, y[W1], || self.torques(m, y).0, y, see);
-            self.side_guard(m, 1, y[N - 1], || self.torques(m, y).1, y, see);
+            self.side_guard(m, 1, y[y.len() - 1], || self.torques(m, y).1, y, see);
         }
     }
 
     #[inline(always)]
-    fn play_guards<const N: usize>(
-        &self,
-        m: &Mode<S>,
-        gap: S,
-        y: &[S; N],
-        see: &mut impl FnMut(Guard, S),
-    ) {
+    fn play_guards(&self, m: &Mode<S>, gap: S, y: &[S], see: &mut impl FnMut(Guard, S)) {
         if m.contact.sign() != 0.0 {
             let push = self.spring_torque(m.contact, y) * m.contact.sign();
             see(Guard::Part, push);
             return;
         }
-        let apart = y[TH1] - y[N - 2];
+        let apart = y[TH1] - y[y.len() - 2];
         let (mut upper, mut lower) = (gap * 0.5 - apart, gap * 0.5 + apart);
         if !self.welds {
             // A spring beyond its flank that springs back slower than the sides part touches again when it would push.
@@ -147,12 +136,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     #[inline(always)]
-    fn current_guards<const N: usize>(
-        &self,
-        m: &Mode<S>,
-        y: &[S; N],
-        see: &mut impl FnMut(Guard, S),
-    ) {
+    fn current_guards(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(Guard, S)) {
         if self.chain.kind == CommandKind::Voltage {
             let driver = &self.chain.driver;
             match m.flow {
@@ -187,13 +171,13 @@ impl<S: Scalar> Machine<S> {
     }
 
     #[inline(always)]
-    fn side_guard<const N: usize>(
+    fn side_guard(
         &self,
         m: &Mode<S>,
         side: usize,
         speed: S,
         net: impl Fn() -> S,
-        y: &[S; N],
+        y: &[S],
         see: &mut impl FnMut(Guard, S),
     ) {
         if m.slip[side] != 0.0 {
@@ -207,7 +191,7 @@ impl<S: Scalar> Machine<S> {
 
     /// By how much current at the limit would be driven further, in V.
     #[inline(always)]
-    pub(crate) fn pull<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+    pub(crate) fn pull(&self, m: &Mode<S>, y: &[S]) -> S {
         let limit = self.chain.driver.limit_a.unwrap_or_else(S::zero);
         self.excess(y) * m.flow_sign
             - self.chain.driver.drop(m.flow_sign)
@@ -219,14 +203,14 @@ impl<S: Scalar> Machine<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn sum_of_torques<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+    pub(crate) fn sum_of_torques(&self, m: &Mode<S>, y: &[S]) -> S {
         let (motor, load) = self.torques(m, y);
         motor + load
     }
 
     /// A side's breakaway levels forward and back.
     #[inline(always)]
-    pub(crate) fn levels<const N: usize>(&self, m: &Mode<S>, side: usize, y: &[S; N]) -> (S, S) {
+    pub(crate) fn levels(&self, m: &Mode<S>, side: usize, y: &[S]) -> (S, S) {
         let torque = match self.chain.mechanical.load_friction {
             Some(_) => self.motor_torque(m, y),
             None => S::zero(),
@@ -237,11 +221,11 @@ impl<S: Scalar> Machine<S> {
 
     /// Torque by which the motor side pushes the load while both move as one.
     #[inline(always)]
-    pub(crate) fn flank_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> S {
+    pub(crate) fn flank_torque(&self, m: &Mode<S>, y: &[S]) -> S {
         let (motor, load) = self.torques(m, y);
         let speed = y[W1];
         let friction1 = self.friction(m, 0, y[TH1], speed, y);
-        let friction2 = self.friction(m, 1, y[N - 2], speed, y);
+        let friction2 = self.friction(m, 1, y[y.len() - 2], speed, y);
         let viscous = (self.damping(m, 0) + self.damping(m, 1)) * speed;
         let acceleration = (motor + load - viscous - friction1 - friction2) / self.inertia[2];
         self.inertia[1] * acceleration + self.damping(m, 1) * speed + friction2 - load
@@ -249,11 +233,7 @@ impl<S: Scalar> Machine<S> {
 
     /// The flank torques that keep both sides at rest while they touch: lowest and highest, and what sets them.
     #[inline(always)]
-    pub(crate) fn stuck_flank_range<const N: usize>(
-        &self,
-        m: &Mode<S>,
-        y: &[S; N],
-    ) -> ((S, Holder), (S, Holder)) {
+    pub(crate) fn stuck_flank_range(&self, m: &Mode<S>, y: &[S]) -> ((S, Holder), (S, Holder)) {
         let (motor, load) = self.torques(m, y);
         let (up1, down1) = self.levels(m, 0, y);
         let (up2, down2) = self.levels(m, 1, y);

@@ -7,18 +7,13 @@
 //! would have to carry more than it can, and grips again when its sides have come to one speed.
 
 use crate::CommandKind;
-use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{CUR, Contact, Flow, LARGEST, Machine, Mode, ONE_BODY, TH1, W1};
 use crate::integrator::guards::{BREAKAWAY_SLACK, Guard, Holder};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {
     /// Changes mode and state after a guard fell through 0, or after a change of the command.
-    pub(crate) fn settle<const N: usize>(
-        &self,
-        m: &mut Mode<S>,
-        y: &mut [S; N],
-        fired: Option<Guard>,
-    ) {
+    pub(crate) fn settle(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
         if self.follows_sliding() {
             self.anchor(m, y);
         }
@@ -34,7 +29,7 @@ impl<S: Scalar> Machine<S> {
                 self.excess(y).sign()
             };
         }
-        if N <= ONE_BODY {
+        if y.len() <= ONE_BODY {
             self.settle_rigid(m, y, fired);
         } else {
             self.settle_two(m, y, fired);
@@ -56,7 +51,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_rigid<const N: usize>(&self, m: &mut Mode<S>, y: &mut [S; N], fired: Option<Guard>) {
+    fn settle_rigid(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
         if self.frictionless && !self.presliding() {
             m.slip[0] = 1.0;
             return;
@@ -70,7 +65,7 @@ impl<S: Scalar> Machine<S> {
 
     /// The direction in which a side slips from here on; 0 where it sticks.
     #[allow(clippy::too_many_arguments)]
-    fn slip_after<const N: usize>(
+    fn slip_after(
         &self,
         m: &Mode<S>,
         side: usize,
@@ -78,7 +73,7 @@ impl<S: Scalar> Machine<S> {
         speed: S,
         net: S,
         fired: Option<Guard>,
-        y: &[S; N],
+        y: &[S],
     ) -> f64 {
         if speed.value() != 0.0 {
             return speed.sign();
@@ -124,8 +119,8 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_two<const N: usize>(&self, m: &mut Mode<S>, y: &mut [S; N], fired: Option<Guard>) {
-        let (th2, w2) = (N - 2, N - 1);
+    fn settle_two(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+        let (th2, w2) = (y.len() - 2, y.len() - 1);
         match fired {
             Some(Guard::TouchUpper | Guard::TouchLower) => {
                 m.contact = if fired == Some(Guard::TouchUpper) {
@@ -168,12 +163,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_contact<const N: usize>(
-        &self,
-        m: &mut Mode<S>,
-        y: &mut [S; N],
-        fired: Option<Guard>,
-    ) {
+    fn settle_contact(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
         if y[W1].value() != 0.0 || self.presliding() {
             let direction = if y[W1].value() != 0.0 {
                 y[W1].sign()
@@ -216,7 +206,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Lets a clutch slip that would have to carry more than it can, both sides moving.
-    fn give<const N: usize>(&self, m: &mut Mode<S>, y: &[S; N]) {
+    fn give(&self, m: &mut Mode<S>, y: &[S]) {
         if let Some(most) = self.chain.transmission.clutch_nm {
             let carried = self.flank_torque(m, y);
             if carried.value().abs() > most.value() {
@@ -226,25 +216,21 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Whether sides that touch and slip as one would have to pull; at no torque, its rate of change decides.
-    fn parts<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> bool {
+    fn parts(&self, m: &Mode<S>, y: &[S]) -> bool {
         let mut push = self.flank_torque(m, y).value() * m.contact.sign();
         if push.abs() < 1e-12 {
-            let rate = self.rate(m, y);
-            let mut ahead = *y;
-            for (value, slope) in ahead.iter_mut().zip(rate) {
-                *value += slope * 1e-7;
+            let mut ahead = [S::zero(); LARGEST];
+            let ahead = &mut ahead[..y.len()];
+            self.write_rate(m, y, ahead);
+            for (slope, value) in ahead.iter_mut().zip(y) {
+                *slope = *value + *slope * 1e-7;
             }
-            push = self.flank_torque(m, &ahead).value() * m.contact.sign();
+            push = self.flank_torque(m, ahead).value() * m.contact.sign();
         }
         push < 0.0
     }
 
-    fn settle_current<const N: usize>(
-        &self,
-        m: &mut Mode<S>,
-        y: &mut [S; N],
-        fired: Option<Guard>,
-    ) {
+    fn settle_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
         let driver = &self.chain.driver;
         if self.chain.kind != CommandKind::Voltage {
             let mut current = self.voltage;
@@ -305,12 +291,7 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Without inductance the current follows at once: which branch holds is read off the voltages.
-    fn settle_algebraic_current<const N: usize>(
-        &self,
-        m: &mut Mode<S>,
-        y: &mut [S; N],
-        fired: Option<Guard>,
-    ) {
+    fn settle_algebraic_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
         let driver = &self.chain.driver;
         let excess = self.excess(y);
         let sign = excess.sign();
