@@ -10,8 +10,9 @@
 //! A motor that moves before its load does begins sooner than a first-order answer: play and a soft coupling come to a sample
 //! early, and no more than 6 % of what is left, or leave more than rounding.
 
+use super::dead_time::dead_time;
 use super::finding::{Finding, Kind, Severity};
-use super::jump::{Jump, MOST_LATE, jumps};
+use super::jump::{Jump, MOST_AFTER, MOST_LATE, jumps};
 use super::subject::Subject;
 use super::words::time;
 use crate::recording::Steps;
@@ -51,7 +52,7 @@ const FITTED: usize = 40;
 const MOST_FITTED: usize = 12;
 /// Counts a sample that a shaft at rest may seem to turn against its answer. In a reversal friction changes its sign on the
 /// way, which no first-order answer follows.
-const AT_REST: f64 = 0.05;
+pub(super) const AT_REST: f64 = 0.05;
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if !subject.has("command") || !subject.has("position") {
@@ -62,8 +63,9 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     };
     // A position that was summed up from speeds is uncertain by a sample.
     let slack = usize::from(subject.run.is_integrated());
-    let jumps = jumps(subject.run, slack);
-    let found = late(subject, &jumps, step_s).or_else(|| {
+    let jumps = jumps(subject.run, slack, MOST_AFTER);
+    let found = late(subject, &jumps, step_s).or_else(|| dead_time(subject, slack, step_s));
+    let found = found.or_else(|| {
         let answers = Answers::of(&jumps, step_s)?;
         let ahead = answers.ahead(subject, slack as f64);
         ahead.or_else(|| answers.behind(subject))
@@ -211,7 +213,7 @@ impl<'a> Answers<'a> {
 }
 
 /// What is fitted of a jump: the samples before it and the beginning of the answer.
-fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
+pub(super) fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
     jump.answer.iter().take(MOST_LATE - 1 + FITTED)
 }
 
@@ -224,9 +226,15 @@ fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
     let (middle, coarse) = best
         .min_by(|a, b| a.1.total_cmp(&b.1))
         .unwrap_or((SHORTEST_TAU.ln(), f64::INFINITY));
+    let fine = golden((middle, coarse), TAU_STEP.ln(), of);
+    fine.min(left(jumps, dead, NO_TAU, step_s))
+}
+
+/// The least value of a function within `width` of the best place that is known with its value (golden section).
+pub(super) fn golden(best: (f64, f64), width: f64, of: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let (mut low, mut high) = (middle - TAU_STEP.ln(), middle + TAU_STEP.ln());
-    let mut fine = coarse;
+    let (mut low, mut high) = (best.0 - width, best.0 + width);
+    let mut fine = best.1;
     for _ in 0..REFINED {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
         let (of_a, of_b) = (of(a), of(b));
@@ -237,7 +245,7 @@ fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
             low = a;
         }
     }
-    fine.min(left(jumps, dead, NO_TAU, step_s))
+    fine
 }
 
 /// What a first-order answer after a dead time (both in samples) leaves of the jumps' answers, in counts^2.

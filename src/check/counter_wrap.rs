@@ -13,7 +13,7 @@ use crate::recording::Run;
 
 /// Widths of counters in bits: 8 is the smallest of any microcontroller, 32 is a `long`; 24 and 12 are those of counter chips
 /// and absolute encoders.
-const BITS: std::ops::RangeInclusive<u32> = 8..=32;
+pub(super) const BITS: std::ops::RangeInclusive<u32> = 8..=32;
 /// What is left of a leap that was taken back is motion if it is no larger than so many times the largest step elsewhere.
 const MOTION: f64 = 2.0;
 /// The second differences are so much smaller without the leaps than with them. A leap by `M` that is none adds `2 M^2`.
@@ -170,7 +170,7 @@ fn over_gaps(subject: &Subject<'_>, range: f64) -> Option<Finding> {
         let counts = run.counts[k + 1].abs_diff(run.counts[k]) as f64;
         counts / (run.t_s[k + 1] - run.t_s[k])
     };
-    let pauses = pauses(subject);
+    let pauses = pauses(subject.run);
     let in_pause: std::collections::BTreeSet<usize> =
         pauses.iter().map(|pause| pause.before).collect();
     // The quickest that is seen, where the counter does not go round.

@@ -6,6 +6,7 @@ use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use crate::compare::compare;
 use crate::motor::Model;
+use crate::recording::Run;
 
 /// Fewest changes of the count that must all be multiples: by chance one in 2^20 would.
 const FEWEST_CHANGES: usize = 20;
@@ -17,6 +18,12 @@ const NEAR: f64 = 0.05;
 const EXPLAINED: f64 = 0.98;
 /// Travel in counts that the ratio must rest on, so that rounding is well below its tolerance.
 const LEAST_TRAVEL_COUNTS: f64 = 100.0;
+
+/// The ratio is the same in every third of the run within this share; a third with less than the second share of the motion has none.
+const SAME: f64 = 0.15;
+const STILL: f64 = 0.01;
+/// A command that changes in more than this share of the samples may be a controller's.
+const CHANGES: f64 = 0.1;
 
 /// Units that are mixed up, and by which factor the counts are off then.
 const UNITS: [(f64, &str); 6] = [
@@ -89,10 +96,20 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
     let ratio = xy / xx;
     let near = |factor: f64| (ratio / factor - 1.0).abs() < NEAR;
     let evidence = [("recorded_over_simulated_travel", ratio)];
+    let simulated: Vec<f64> = (laid.simulated_position_counts.iter())
+        .map(|x| x - origin)
+        .collect();
+    if !is_the_same_throughout(run, &simulated, ratio) {
+        return None;
+    }
     if let Some((_, what)) = UNITS.into_iter().find(|(factor, _)| near(*factor)) {
         return Some(subject.finding(
             Kind::PositionUnit,
-            Severity::Fatal,
+            // What a controller commands depends on the position: a motor file that is off makes any ratio.
+            match is_held(&run.command) {
+                true => Severity::Fatal,
+                false => Severity::Warning,
+            },
             subject.whole(),
             format!("the shaft turns {ratio:.3} times as far as the motor file says: {what}"),
             evidence,
@@ -110,4 +127,31 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
         evidence,
         "counts_per_rev may be of one edge where all four are counted, or the other way round: check it in the header or the mapping",
     ))
+}
+
+/// Whether the position follows the simulated one by this ratio in every third of the run in which the shaft moves.
+fn is_the_same_throughout(run: &Run, simulated: &[f64], ratio: f64) -> bool {
+    let third = run.len().div_ceil(3).max(1);
+    let parts: Vec<(f64, f64)> = (run.counts.chunks(third).zip(simulated.chunks(third)))
+        .map(|(counts, simulated)| {
+            let n = counts.len() as f64;
+            let mean_y = counts.iter().map(|&count| count as f64).sum::<f64>() / n;
+            let mean_x = simulated.iter().sum::<f64>() / n;
+            let pairs = counts.iter().zip(simulated);
+            pairs.fold((0.0, 0.0), |(xx, xy), (&count, x)| {
+                let (y, x) = (count as f64 - mean_y, x - mean_x);
+                (xx + x * x, xy + x * y)
+            })
+        })
+        .collect();
+    let all: f64 = parts.iter().map(|part| part.0).sum();
+    (parts.iter())
+        .filter(|(xx, _)| *xx >= STILL * all)
+        .all(|(xx, xy)| (xy / xx / ratio - 1.0).abs() < SAME)
+}
+
+/// Whether a command holds its levels, as one does that was planned; a controller's changes from sample to sample.
+fn is_held(command: &[f64]) -> bool {
+    let changes = command.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    (changes as f64) < CHANGES * command.len() as f64
 }

@@ -30,6 +30,20 @@ pub enum Kind {
     WrapOverGap,
     /// The position leaps away and comes back: a failed read.
     MisreadPosition,
+    /// The counter is set to 0 in mid-run.
+    CounterReset,
+    /// Rows after a pause hold the position from before it.
+    StaleRows,
+    /// The shaft stands still under a command that turned it before.
+    OffUnderCommand,
+    /// The logged speed is 0 in rows between two edges of the encoder.
+    SpeedZeroBetweenEdges,
+    /// The logged speed is kept from the last edge while nothing is commanded.
+    SpeedKept,
+    /// The logged speed or position is the mean of the last rows.
+    MovingAverage,
+    /// Fewer counts pass in one direction than in the other.
+    LossInOneDirection,
     /// Samples are far apart.
     GapInTime,
     /// Counts fall behind at high speed.

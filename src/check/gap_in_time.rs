@@ -3,7 +3,7 @@
 use super::finding::{Finding, Kind, Severity};
 use super::host_clock::stands;
 use super::subject::Subject;
-use crate::recording::Steps;
+use crate::recording::{Run, Steps};
 
 /// One pause: the sample before it, and how many samples are missing.
 #[derive(Debug, Clone, Copy)]
@@ -17,8 +17,7 @@ pub(super) struct Pause {
 }
 
 /// Every pause of a run.
-pub(super) fn pauses(subject: &Subject<'_>) -> Vec<Pause> {
-    let run = subject.run;
+pub(super) fn pauses(run: &Run) -> Vec<Pause> {
     let Some(intervals) = Steps::of(run).filter(|_| !run.is_host_timed()) else {
         return Vec::new();
     };
@@ -52,7 +51,7 @@ pub(super) fn pauses(subject: &Subject<'_>) -> Vec<Pause> {
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let mut found = Vec::new();
-    let pauses = pauses(subject);
+    let pauses = pauses(subject.run);
     if let (Some(first), Some(longest)) = (
         pauses.first(),
         pauses.iter().max_by(|a, b| a.lasts_s.total_cmp(&b.lasts_s)),

@@ -17,7 +17,7 @@ const LEAST_LINE: usize = 9;
 const MOST_LINE: usize = 41;
 /// Steps after the jump that are looked at, at least and at most.
 const LEAST_AFTER: usize = 4;
-const MOST_AFTER: usize = 60;
+pub(super) const MOST_AFTER: usize = 60;
 /// The answer passes so many counts, and beside them so many standard errors of the line.
 const ANSWER_COUNTS: f64 = 10.0;
 const ANSWER_ERRORS: f64 = 10.0;
@@ -38,9 +38,9 @@ pub(super) struct Jump {
     pub speed_counts_s: f64,
 }
 
-/// Every jump of a run from rest or steady turning. Counts that are uncertain by so many samples (`slack`) are ahead only where they
-/// were before.
-pub(super) fn jumps(run: &Run, slack: usize) -> Vec<Jump> {
+/// Every jump of a run from rest or steady turning, and at most so many steps after it (`most_after`). Counts that are uncertain by so
+/// many samples (`slack`) are ahead only where they were before.
+pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
     let sizes = run.command.iter().map(|u| u.abs());
     let largest = sizes.fold(0.0_f64, f64::max);
     let apart = |a: usize, b: usize| (run.command[a] - run.command[b]).abs();
@@ -52,7 +52,7 @@ pub(super) fn jumps(run: &Run, slack: usize) -> Vec<Jump> {
                 .rev()
                 .take_while(|&k| same(k, at - 1))
                 .count();
-            let held_after = (at..run.len().min(at + MOST_AFTER))
+            let held_after = (at..run.len().min(at + most_after))
                 .take_while(|&k| same(k, at))
                 .count();
             // A command is in force until the sample after it.

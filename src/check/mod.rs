@@ -26,8 +26,10 @@ mod clock_rate;
 mod command_beyond_supply;
 mod command_constant;
 mod command_offset;
+mod counter_reset;
 mod counter_wrap;
 mod counts_scale;
+mod dead_time;
 mod dither_at_rest;
 mod edges_lost;
 mod encoder_reversed;
@@ -36,9 +38,15 @@ mod gain;
 mod gap_in_time;
 pub(crate) mod host_clock;
 mod jump;
+mod loss_in_one_direction;
 mod misread_position;
+mod moving_average;
+mod named_samples;
+mod off_under_command;
 mod response;
 mod sample_time;
+mod speed_between_edges;
+mod stale_rows;
 mod starts_in_motion;
 mod subject;
 mod supply_varies;
@@ -48,6 +56,7 @@ mod words;
 
 pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
 pub(crate) use misread_position::misread_positions;
+pub use named_samples::samples_named_by_check;
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;
 
@@ -63,7 +72,13 @@ const KINDS: &[Find] = &[
     counts_scale::find,
     time_unit::find,
     counter_wrap::find,
+    counter_reset::find,
+    speed_between_edges::find,
     misread_position::find,
+    stale_rows::find,
+    off_under_command::find,
+    loss_in_one_direction::find,
+    moving_average::find,
     gap_in_time::find,
     sample_time::find,
     clock_rate::find,

@@ -47,10 +47,15 @@ impl Subject<'_> {
         (0, self.run.len().saturating_sub(1))
     }
 
-    /// Whether the log had this channel (`position` or `command`); an import without it fills the column with noughts.
+    /// Whether the log had this channel (`position` or `command`).
     pub fn has(&self, channel: &str) -> bool {
-        let imported = self.run.header.get("imported");
-        let said = imported.and_then(|imported| imported.get(channel));
-        said.and_then(toml::Value::as_str) != Some("not recorded")
+        has(self.run, channel)
     }
+}
+
+/// Whether the log had this channel (`position` or `command`); an import without it fills the column with noughts.
+pub(super) fn has(run: &Run, channel: &str) -> bool {
+    let imported = run.header.get("imported");
+    let said = imported.and_then(|imported| imported.get(channel));
+    said.and_then(toml::Value::as_str) != Some("not recorded")
 }

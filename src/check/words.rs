@@ -1,5 +1,7 @@
 //! Figures as people read them.
 
+use crate::motor::CommandKind;
+
 /// A time with four digits that matter, in the unit in which it is between 1 and 1000.
 pub(super) fn time(seconds: f64) -> String {
     let (factor, unit) = match seconds.abs() {
@@ -9,6 +11,15 @@ pub(super) fn time(seconds: f64) -> String {
         _ => (1e9, "ns"),
     };
     format!("{} {unit}", digits(factor * seconds, 4))
+}
+
+/// The unit of a command.
+pub(super) fn unit(kind: CommandKind) -> &'static str {
+    match kind {
+        CommandKind::Voltage => "V",
+        CommandKind::Current => "A",
+        CommandKind::Torque => "N m",
+    }
 }
 
 /// A number with so many digits that matter, and no noughts behind the point.

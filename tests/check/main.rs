@@ -4,6 +4,7 @@
 mod support;
 
 mod any_recording;
+mod findings;
 mod fires;
 mod kinds;
 mod real;

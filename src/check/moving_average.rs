@@ -1,0 +1,175 @@
+//! A logged speed (or position) that is the mean of the last rows.
+//!
+//! The sum of a moving average of speeds is the moving average of the positions. After a jump of the command from rest or steady turning a first-order
+//! answer is then `K m(t)`, the mean of `r(t - j h)` over `j = 0 .. N - 1`, with `r(z) = z - tau (1 - exp(-z / tau))`: it bends at `N` rows,
+//! where the last row from before the jump leaves the mean. A delay bends nowhere else than at its end, and a filter or an inductance
+//! nowhere: their answer is that of two time constants, `z - (tau + f) + (tau^2 exp(-z / tau) - f^2 exp(-z / f)) / (tau - f)`. All are fitted
+//! to the positions after the jumps, each jump with its own `K`, and the mean is named where it leaves far less than the best of the others.
+
+use super::command_offset::{AT_REST, golden, looked_at};
+use super::finding::{Finding, Kind, Severity};
+use super::jump::{Jump, MOST_AFTER, jumps};
+use super::subject::Subject;
+use super::words::time;
+use crate::recording::Steps;
+use crate::units::ROUNDING_VARIANCE as ROUNDING;
+
+/// Rows of the mean that are tried.
+const FEWEST_ROWS: usize = 3;
+const MOST_ROWS: usize = 30;
+/// Time constants that are tried for the motor and for a filter, in samples: from the first, each so many times the one before. The motor's
+/// is then sought between the best one's neighbours.
+const SHORTEST_TAU: f64 = 0.5;
+const TAU_STEP: f64 = 1.5;
+const TAUS: i32 = 13;
+const FILTERS: i32 = 11;
+/// Dead times that are tried, in samples: from before the command (a speed that is summed up is uncertain by a sample) by this step.
+const EARLIEST: f64 = -1.0;
+const DEAD_STEP: f64 = 0.5;
+const MEAN_DEADS: i32 = 7;
+const OTHER_DEADS: i32 = 20;
+/// Jumps that are fitted.
+const MOST_FITTED: usize = 6;
+/// The mean leaves at most this share (root mean square) of what a first-order answer leaves, and the logarithm of their likelihood
+/// ratio is at least this, which correlated residuals do not reach.
+const LEAVES: f64 = 0.8;
+const SURE: f64 = 30.0;
+/// Against a filter the logarithm is at least this; from `SURE` on it is a warning, below a note.
+const LIKELIER: f64 = 8.0;
+/// The answers pass so many counts in all, so that the bend is beyond rounding.
+const LEAST_COUNTS: f64 = 40.0;
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    if !subject.has("command") || !subject.has("position") {
+        return Vec::new();
+    }
+    let run = subject.run;
+    let Some(step_s) = Steps::of(run).map(|steps| steps.median_s()) else {
+        return Vec::new();
+    };
+    let all = jumps(run, usize::from(run.is_integrated()), MOST_AFTER);
+    let fitted: Vec<&Jump> = (all.iter())
+        .filter(|jump| jump.speed_counts_s * step_s >= -AT_REST)
+        .take(MOST_FITTED)
+        .collect();
+    let samples: usize = fitted.iter().map(|jump| looked_at(jump).count()).sum();
+    let farthest = (fitted.iter().flat_map(|jump| looked_at(jump)))
+        .fold(0.0, |most, (_, counts)| f64::max(most, *counts));
+    if samples == 0 || farthest < LEAST_COUNTS || step_s <= 0.0 {
+        return Vec::new();
+    }
+    let rounding = ROUNDING * samples as f64;
+    let deads = |n: i32| (0..n).map(|k| EARLIEST + DEAD_STEP * f64::from(k));
+    let first_orders = deads(OTHER_DEADS)
+        .map(|dead| best_tau(|tau| left(&fitted, step_s, |z| first_order(z - dead, tau))));
+    let plain = first_orders.fold(f64::INFINITY, f64::min);
+    // Nothing is left that a mean could explain.
+    if plain <= rounding / LEAVES.powi(2) {
+        return Vec::new();
+    }
+    let means =
+        (FEWEST_ROWS..=MOST_ROWS).flat_map(|rows| deads(MEAN_DEADS).map(move |d| (rows, d)));
+    let best = means.map(|(rows, dead)| {
+        let of = |tau: f64| left(&fitted, step_s, |z| mean_of(rows, z - dead, tau));
+        (rows, best_tau(of))
+    });
+    let Some((rows, mean)) = best.min_by(|a, b| a.1.total_cmp(&b.1)) else {
+        return Vec::new();
+    };
+    let log_ratio =
+        |others: f64, least: f64| 0.5 * samples as f64 * (others / mean.max(least)).ln();
+    let is_better = mean <= LEAVES.powi(2) * plain && log_ratio(plain, rounding) >= SURE;
+    if !is_better || rows == MOST_ROWS {
+        return Vec::new();
+    }
+    let filters = || (0..FILTERS).map(|k| SHORTEST_TAU * TAU_STEP.powi(k));
+    let both = deads(OTHER_DEADS).flat_map(|dead| filters().map(move |filter| (dead, filter)));
+    let filtered = both.map(|(dead, filter)| {
+        best_tau(|tau| left(&fitted, step_s, |z| two_constants(z - dead, tau, filter)))
+    });
+    let others = filtered.fold(plain, f64::min);
+    let over_filter = log_ratio(others, f64::MIN_POSITIVE);
+    if over_filter < LIKELIER {
+        return Vec::new();
+    }
+    let (severity, besides) = match over_filter >= SURE {
+        true => (Severity::Warning, ""),
+        false => (
+            Severity::Note,
+            " (a filter with a delay fits nearly as well)",
+        ),
+    };
+    let late_s = 0.5 * (rows as f64 - 1.0) * step_s;
+    let what = if run.is_integrated() {
+        "speed"
+    } else {
+        "position"
+    };
+    vec![subject.finding(
+        Kind::MovingAverage,
+        severity,
+        fitted.first().zip(fitted.last()).map_or((0, 0), |(first, last)| (first.at, last.at)),
+        format!(
+            "the {what} is a moving average of {rows} rows{besides}: after a jump of the command its answer bends after {}, and is late by {}",
+            time(rows as f64 * step_s),
+            time(late_s),
+        ),
+        [
+            ("rows", rows as f64),
+            ("late_s", late_s),
+            ("rms_counts", (mean / samples as f64).sqrt()),
+            ("rms_counts_without", (others / samples as f64).sqrt()),
+            ("jumps", fitted.len() as f64),
+            ("log_likelihood_ratio", over_filter),
+        ],
+        "log the value before it is averaged, or the count itself; to a model it is nearly `transport_delay` of that lateness",
+    )]
+}
+
+/// What the best time constant leaves: the best of those that are tried, then between its neighbours (golden section).
+fn best_tau(left: impl Fn(f64) -> f64) -> f64 {
+    let of = |ln_tau: f64| left(ln_tau.exp());
+    let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
+    let best = tried
+        .map(|ln_tau| (ln_tau, of(ln_tau)))
+        .min_by(|a, b| a.1.total_cmp(&b.1));
+    best.map_or(f64::INFINITY, |best| golden(best, TAU_STEP.ln(), of))
+}
+
+/// Position of a first-order answer after `z` samples, for a gain of 1.
+fn first_order(z: f64, tau: f64) -> f64 {
+    let z = z.max(0.0);
+    z - tau * (1.0 - (-z / tau).exp())
+}
+
+/// The mean of the last `rows` of them.
+fn mean_of(rows: usize, z: f64, tau: f64) -> f64 {
+    let sum: f64 = (0..rows).map(|j| first_order(z - j as f64, tau)).sum();
+    sum / rows as f64
+}
+
+/// The same answer behind a filter.
+fn two_constants(z: f64, tau: f64, filter: f64) -> f64 {
+    let z = z.max(0.0);
+    // Two equal constants are the limit of two that differ a little.
+    let filter = if (tau / filter - 1.0).abs() < 1e-3 {
+        1.001 * filter
+    } else {
+        filter
+    };
+    let ends = tau * tau * (-z / tau).exp() - filter * filter * (-z / filter).exp();
+    z - (tau + filter) + ends / (tau - filter)
+}
+
+/// What a shape leaves of the jumps' answers, in counts^2; each jump has a gain of its own.
+fn left(jumps: &[&Jump], step_s: f64, shape: impl Fn(f64) -> f64) -> f64 {
+    let of_jump = |jump: &&Jump| {
+        let (mut ff, mut fy, mut yy) = (0.0, 0.0, 0.0);
+        for &(t_s, y) in looked_at(jump) {
+            let f = shape(t_s / step_s);
+            (ff, fy, yy) = (ff + f * f, fy + f * y, yy + y * y);
+        }
+        if ff > 0.0 { yy - fy * fy / ff } else { yy }
+    };
+    jumps.iter().map(of_jump).sum()
+}

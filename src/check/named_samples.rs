@@ -1,0 +1,50 @@
+//! The samples that findings name: no model of the motor has to explain them.
+
+use std::collections::BTreeSet;
+
+use super::misread_position::misread_positions;
+use super::off_under_command::off_intervals;
+use super::stale_rows::stale_rows;
+use super::subject::has;
+use crate::recording::Run;
+
+/// Numbers of the samples whose position was misread or is that of an earlier row, and of those in which the drive was off under its
+/// command, run-out included; in their order.
+///
+/// A fit leaves them out, or begins anew after them.
+pub fn samples_named_by_check(run: &Run) -> Vec<usize> {
+    if !has(run, "position") {
+        return Vec::new();
+    }
+    let mut named: BTreeSet<usize> = misread_positions(run).into_iter().collect();
+    named.extend(stale_rows(run));
+    if has(run, "command") {
+        for off in off_intervals(run) {
+            named.extend(off.from..=off.to);
+        }
+    }
+    named.into_iter().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misread_samples_and_those_with_the_drive_off_are_named_together() {
+        let mut run = Run {
+            counts_per_rev: 100.0,
+            t_s: (0..300).map(|k| 0.01 * f64::from(k)).collect(),
+            command: vec![6.0; 300],
+            counts: (0..300).map(|k| 20 * i64::min(k, 200)).collect(),
+            ..Run::default()
+        };
+        run.counts[50] = -9000;
+        let expected: Vec<usize> = [50].into_iter().chain(200..300).collect();
+        assert_eq!(samples_named_by_check(&run), expected);
+        // A log without its command says nothing of the drive.
+        let header = "[imported]\ncommand = \"not recorded\"\n";
+        run.header = header.parse().expect("TOML");
+        assert_eq!(samples_named_by_check(&run), [50]);
+    }
+}

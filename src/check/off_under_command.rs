@@ -1,0 +1,325 @@
+//! A shaft that stands still under a command that turned it before: the drive was off, or something held the shaft.
+//!
+//! A command that has turned the shaft by a whole turn, from rest or through a reversal, overcomes friction, dead zone and any load of an
+//! angle. The same command, or a larger one of the same sign, cannot leave the shaft at rest. No effect of the catalogue makes it
+//! do so, and a model that is fitted across such an interval explains a switch by parameters. The interval begins where
+//! the speed begins to fall.
+
+use super::finding::{Finding, Kind, Severity};
+use super::misread_position::misread_positions;
+use super::subject::Subject;
+use super::words::{digits, time, unit};
+use crate::recording::Run;
+
+/// A command holds within this share: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+const HOLDS: f64 = 0.02;
+/// Turns that a command must have turned the shaft, so that no load of an angle holds it.
+const TURNED: f64 = 1.0;
+/// Counts that it must have passed meanwhile: one count of rounding is 2 % of them.
+const LEAST_COUNTS: f64 = 50.0;
+/// Fewest samples of a standstill.
+const LEAST_STILL: usize = 10;
+/// What the shaft would have passed in the standstill: so many turns, and so many counts (one of rounding is 5 % of them).
+const MISSED_TURNS: f64 = 0.25;
+const MISSED_COUNTS: f64 = 20.0;
+/// A standstill that begins with the command, at rest, and ends in motion under it is a delay up to this time in s: the range of the
+/// catalogue's `transport_delay` ends at 0.3 s.
+const LONGEST_DELAY_S: f64 = 0.5;
+/// The run-out begins where the speed was last above this share of its largest under the command. Convention.
+const FULL_SPEED: f64 = 0.9;
+/// Samples over which the speed of the run-out is looked at.
+const SPEED_SAMPLES: usize = 4;
+
+/// An interval in which the drive was off under its command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Off {
+    /// Number of the sample at which the speed begins to fall.
+    pub from: usize,
+    /// Number of the first sample at rest.
+    pub still: usize,
+    /// Number of the last sample at rest.
+    pub to: usize,
+    /// The smallest command meanwhile.
+    command: f64,
+    /// The largest command of the turn before, and the rate there in counts/s.
+    turned: Turned,
+}
+
+/// A command that turned the shaft.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Turned {
+    command: f64,
+    counts_s: f64,
+}
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    if !subject.has("command") || !subject.has("position") {
+        return Vec::new();
+    }
+    off_intervals(subject.run)
+        .iter()
+        .map(|off| finding(subject, off))
+        .collect()
+}
+
+fn finding(subject: &Subject<'_>, off: &Off) -> Finding {
+    let run = subject.run;
+    let unit = unit(run.command_kind);
+    let at = |sample: usize| digits(run.t_s[sample], 4);
+    let rpm = 60.0 * off.turned.counts_s / run.counts_per_rev;
+    let command = digits(off.command, 4);
+    subject.finding(
+        Kind::OffUnderCommand,
+        Severity::Warning,
+        (off.from, off.to),
+        format!(
+            "the shaft stands still from {} to {} s under {command} {unit}, and {} {unit} turned it at {} RPM before: the drive was off, or the shaft was held",
+            at(off.still),
+            at(off.to),
+            digits(off.turned.command, 4),
+            digits(rpm, 3),
+        ),
+        [
+            ("command", off.command),
+            ("still_from_s", run.t_s[off.still]),
+            ("still_s", run.t_s[off.to] - run.t_s[off.still]),
+            ("run_out_s", run.t_s[off.still] - run.t_s[off.from]),
+            ("turned_by_command", off.turned.command),
+            ("turned_counts_per_s", off.turned.counts_s),
+        ],
+        if off.to + 1 == run.len() {
+            format!(
+                "end the run at {from} s; or command 0 from there on (--command 0V@{from}s at the end of the points of the import)",
+                from = at(off.from)
+            )
+        } else {
+            format!(
+                "leave out {} to {} s ({}), or command 0 there",
+                at(off.from),
+                at(off.to),
+                time(run.t_s[off.to] - run.t_s[off.from])
+            )
+        },
+    )
+}
+
+/// Every interval in which the shaft stands still under a command that turned it before, with its run-out.
+pub(crate) fn off_intervals(run: &Run) -> Vec<Off> {
+    let misread = misread_positions(run);
+    if misread.is_empty() {
+        return intervals(run);
+    }
+    let kept: Vec<usize> = (0..run.len())
+        .filter(|k| misread.binary_search(k).is_err())
+        .collect();
+    let in_run = |off: Off| Off {
+        from: kept[off.from],
+        still: kept[off.still],
+        to: kept[off.to],
+        ..off
+    };
+    let found = intervals(&run.without(&misread));
+    found.into_iter().map(in_run).collect()
+}
+
+fn intervals(run: &Run) -> Vec<Off> {
+    let mut found: Vec<Off> = Vec::new();
+    let mut turned: [Option<Turned>; 2] = [None; 2];
+    let mut moving_from = 0;
+    for (from, to) in standstills(run) {
+        learn(run, moving_from, from, &mut turned);
+        for (direction, turned) in [1.0, -1.0].into_iter().zip(turned) {
+            let Some(turned) = turned else { continue };
+            let least = (1.0 - HOLDS) * turned.command.abs();
+            let is_held = |k: usize| direction * run.command[k] >= least;
+            // A command is in force until the sample after it.
+            let mut k = from;
+            while k < to {
+                if !is_held(k) {
+                    k += 1;
+                    continue;
+                }
+                let end = (k..to).find(|&k| !is_held(k)).unwrap_or(to);
+                if let Some(off) = off(run, (from, to), (k, end), turned) {
+                    match found.last_mut() {
+                        // The last count of the run-out divides a standstill.
+                        Some(last) if off.still <= last.to + 1 => last.to = off.to,
+                        _ => found.push(off),
+                    }
+                }
+                k = end;
+            }
+        }
+        moving_from = to;
+    }
+    found
+}
+
+/// A standstill (`rest`) in whose part (`held`) the command is one that turned the shaft.
+fn off(run: &Run, rest: (usize, usize), held: (usize, usize), turned: Turned) -> Option<Off> {
+    let (still, to) = held;
+    let still_s = run.t_s[to] - run.t_s[still];
+    let missed = turned.counts_s * still_s;
+    let is_long = to - still >= LEAST_STILL
+        && missed >= MISSED_COUNTS
+        && missed >= MISSED_TURNS * run.counts_per_rev;
+    // The command came at rest, and the shaft follows it late.
+    let is_late = still > rest.0 && to == rest.1 && to + 1 < run.len();
+    if !is_long || (is_late && still_s < LONGEST_DELAY_S) {
+        return None;
+    }
+    let least = (still..to)
+        .map(|k| run.command[k])
+        .min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    let from = if still == rest.0 {
+        run_out(run, still, (1.0 - HOLDS) * turned.command)
+    } else {
+        still
+    };
+    Some(Off {
+        from,
+        still,
+        to,
+        command: least,
+        turned,
+    })
+}
+
+/// The sample from which on the speed falls to the standstill at `still` under a command of at least `least`, with its sign.
+fn run_out(run: &Run, still: usize, least: f64) -> usize {
+    let is_held = |k: usize| least.signum() * run.command[k] >= least.abs();
+    let from = (0..still).rev().take_while(|&k| is_held(k)).last();
+    let Some(from) = from else { return still };
+    let speed = |k: usize| {
+        let before = k.saturating_sub(SPEED_SAMPLES).max(from);
+        let counts = run.counts[k].abs_diff(run.counts[before]) as f64;
+        counts / (run.t_s[k] - run.t_s[before])
+    };
+    let moving = from + 1..=still;
+    let top = moving.clone().map(speed).fold(0.0, f64::max);
+    moving
+        .rev()
+        .find(|&k| speed(k) >= FULL_SPEED * top)
+        .unwrap_or(still)
+}
+
+/// Intervals at rest: the count stays within one, which is dither on an edge.
+fn standstills(run: &Run) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut from = 0;
+    let (mut low, mut high) = (i64::MAX, i64::MIN);
+    for k in 0..=run.len() {
+        let next = run.counts.get(k).copied();
+        if let Some(count) = next {
+            let (lower, higher) = (low.min(count), high.max(count));
+            if higher.abs_diff(lower) <= 1 {
+                (low, high) = (lower, higher);
+                continue;
+            }
+            if k - from >= LEAST_STILL {
+                found.push((from, k - 1));
+            }
+            (from, low, high) = (k, count, count);
+        } else if k - from >= LEAST_STILL {
+            found.push((from, k - 1));
+        }
+    }
+    found
+}
+
+/// What turns the shaft by a whole turn between two standstills: by direction, the smallest such command.
+fn learn(run: &Run, from: usize, to: usize, turned: &mut [Option<Turned>; 2]) {
+    let mut k = from;
+    while k < to {
+        let direction = run.command[k].signum();
+        if run.command[k] == 0.0 || !direction.is_finite() {
+            k += 1;
+            continue;
+        }
+        let same = |k: &usize| direction * run.command[*k] > 0.0;
+        let end = (k..to).find(|k| !same(k)).unwrap_or(to);
+        let passed =
+            |sample: usize| direction * run.counts[sample].saturating_sub(run.counts[k]) as f64;
+        let whole = (TURNED * run.counts_per_rev).max(LEAST_COUNTS);
+        let half = (k..=end).find(|&sample| passed(sample) >= 0.5 * whole);
+        let turn = (k..=end).find(|&sample| passed(sample) >= whole);
+        if let (Some(half), Some(turn)) = (half, turn) {
+            let lasts_s = run.t_s[turn] - run.t_s[half];
+            let counts_s = (passed(turn) - passed(half)) / lasts_s;
+            let largest = (k..turn).fold(0.0, |most, k| f64::max(most, run.command[k].abs()));
+            let slot = &mut turned[usize::from(direction < 0.0)];
+            let is_less = slot.is_none_or(|known| largest < known.command.abs());
+            if is_less && counts_s.is_finite() && lasts_s > 0.0 {
+                *slot = Some(Turned {
+                    command: direction * largest,
+                    counts_s,
+                });
+            }
+        }
+        k = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// First-order motor (100 counts/s/V, 80 ms) at 10 ms whose drive is off in these samples.
+    fn run(command: impl Fn(usize) -> f64, is_off: impl Fn(usize) -> bool) -> Run {
+        let mut run = Run {
+            counts_per_rev: 200.0,
+            ..Run::default()
+        };
+        let (mut speed, mut position) = (0.0, 0.0_f64);
+        for k in 0..400 {
+            run.t_s.push(0.01 * f64::from(k as u32));
+            run.command.push(command(k));
+            run.counts.push(position.round() as i64);
+            let driven = if is_off(k) { 0.0 } else { command(k) };
+            speed += (0.01 / 0.08) * (100.0 * driven - speed);
+            position += 0.01 * speed;
+        }
+        run
+    }
+
+    #[test]
+    fn a_drive_that_is_off_at_the_end_or_meanwhile_is_found_with_its_run_out() {
+        let step = |k: usize| if k < 50 { 0.0 } else { 6.0 };
+        assert_eq!(off_intervals(&run(step, |_| false)), []);
+        let ended = off_intervals(&run(step, |k| k >= 200));
+        let [off] = ended[..] else {
+            panic!("{ended:?}")
+        };
+        assert!(off.from.abs_diff(200) <= 3, "{off:?}");
+        assert!((220..280).contains(&off.still) && off.to == 399, "{off:?}");
+        let meanwhile = off_intervals(&run(step, |k| (200..320).contains(&k)));
+        let [off] = meanwhile[..] else {
+            panic!("{meanwhile:?}")
+        };
+        assert!(off.to.abs_diff(320) <= 2, "{off:?}");
+        // Another level of the same sign, and the other sign.
+        let levels = |k: usize| [0.0, 3.0, -3.0, 4.0][k / 100];
+        let found = off_intervals(&run(levels, |k| k >= 310));
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(off_intervals(&run(|k| -step(k), |k| k >= 200)).len() == 1);
+    }
+
+    #[test]
+    fn what_a_smaller_command_or_a_part_of_a_turn_leaves_open_is_not_off() {
+        // At rest under less than what turned it; and an arm that has never made a turn.
+        let staircase = |k: usize| [0.0, 6.0, 1.0, 1.0][k / 100];
+        assert_eq!(off_intervals(&run(staircase, |k| k >= 200)), []);
+        let mut arm = run(|k| if k < 50 { 0.0 } else { 6.0 }, |k| k >= 200);
+        arm.counts_per_rev = 4000.0;
+        assert_eq!(off_intervals(&arm), []);
+        // A delay of 0.2 s after the command.
+        let pulses = |k: usize| {
+            if (k / 100).is_multiple_of(2) {
+                0.0
+            } else {
+                6.0
+            }
+        };
+        assert_eq!(off_intervals(&run(pulses, |k| k % 100 < 20)), []);
+    }
+}

@@ -1,0 +1,133 @@
+//! Rows after a pause whose position is that from before it: a buffer that was not emptied, a read that returns what it had.
+//!
+//! The shaft turns on in a pause of the log. Where it turns at much the same rate before and after, the position of the first row after the
+//! pause must have gone on by at least the smaller rate times the pause. Rows that have not, and that a later row makes up for,
+//! hold an old position under a new time.
+
+use super::finding::{Finding, Kind, Severity};
+use super::gap_in_time::pauses;
+use super::subject::Subject;
+use super::words::time;
+use crate::recording::Run;
+
+/// Steps before and after the pause whose middle one is the rate there, and how many there must be.
+const RATE_STEPS: usize = 15;
+const LEAST_STEPS: usize = 3;
+/// A row is stale where it has gone less than this share of what the smaller rate makes, and fresh beyond the second share.
+const STALE: f64 = 0.5;
+const FRESH: f64 = 0.75;
+/// What the pause makes in counts, at least: rounding is then 5 % of it.
+const LEAST_COUNTS: f64 = 20.0;
+/// Most rows that are stale after a pause. Convention: a serial buffer of 4 kB holds some 100 lines.
+const MOST_ROWS: usize = 100;
+
+pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
+    let run = subject.run;
+    let stale = stale_rows(run);
+    let (Some(&first), Some(&last)) = (stale.first(), stale.last()) else {
+        return Vec::new();
+    };
+    let stretches = 1 + stale
+        .windows(2)
+        .filter(|pair| pair[1] > pair[0] + 1)
+        .count();
+    vec![subject.finding(
+        Kind::StaleRows,
+        Severity::Warning,
+        (first, last),
+        format!(
+            "{} rows after {} hold the position from before it, first at {:.3} s after a pause of {}",
+            stale.len(),
+            if stretches == 1 { "a pause".to_owned() } else { format!("{stretches} pauses") },
+            run.t_s[first],
+            time(run.t_s[first] - run.t_s[first.saturating_sub(1)]),
+        ),
+        [
+            ("stale_rows", stale.len() as f64),
+            ("pauses", stretches as f64),
+            ("first_sample", first as f64 + 1.0),
+        ],
+        "leave these rows out; stamp a sample on the board when it is taken, or empty the buffer after a pause",
+    )]
+}
+
+/// Numbers of the rows that hold the position from before a pause, in their order.
+pub(crate) fn stale_rows(run: &Run) -> Vec<usize> {
+    let mut found = Vec::new();
+    for pause in pauses(run) {
+        let before = pause.before;
+        let after = before + 1;
+        let (Some(rate_before), Some(rate_after)) = (
+            rate(run, before.saturating_sub(RATE_STEPS), before),
+            rate(run, after, after + RATE_STEPS),
+        ) else {
+            continue;
+        };
+        let least = match (rate_before > 0.0, rate_after > 0.0) {
+            (true, true) => rate_before.min(rate_after),
+            (false, false) => rate_before.max(rate_after),
+            _ => continue,
+        };
+        // Of what the smaller rate makes since the pause, the share that this row has gone.
+        let gone = |k: usize| {
+            let counts = run.counts[k] as f64 - run.counts[before] as f64;
+            counts / (least * (run.t_s[k] - run.t_s[before]))
+        };
+        let made = (least * pause.lasts_s).abs();
+        let rows = after..run.len().min(after + MOST_ROWS);
+        let stale = rows.clone().take_while(|&k| gone(k) < STALE).count();
+        let is_made_up = rows.into_iter().skip(stale).any(|k| gone(k) >= FRESH);
+        if made >= LEAST_COUNTS && stale > 0 && is_made_up {
+            found.extend(after..after + stale);
+        }
+    }
+    found
+}
+
+/// The middle one of the rates in counts/s from step to step.
+fn rate(run: &Run, from: usize, to: usize) -> Option<f64> {
+    let to = to.min(run.len() - 1);
+    let mut rates: Vec<f64> = (from + 1..=to)
+        .map(|k| {
+            let counts = run.counts[k] as f64 - run.counts[k - 1] as f64;
+            counts / (run.t_s[k] - run.t_s[k - 1])
+        })
+        .collect();
+    rates.sort_by(f64::total_cmp);
+    (rates.len() >= LEAST_STEPS).then(|| rates[rates.len() / 2])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A shaft at 1000 counts/s, 10 ms a row, with a pause of 0.4 s before row 200; these rows after it are behind by the pause's counts.
+    fn run(stale: usize) -> Run {
+        let mut run = Run {
+            sample_time_s: 0.01,
+            counts_per_rev: 720.0,
+            ..Run::default()
+        };
+        for k in 0..400 {
+            let pause_s = if k < 200 { 0.0 } else { 0.4 };
+            let t_s = 0.01 * k as f64 + pause_s;
+            let behind = if (200..200 + stale).contains(&k) {
+                400
+            } else {
+                0
+            };
+            run.t_s.push(t_s);
+            run.counts.push((1000.0 * t_s).round() as i64 - behind);
+        }
+        run
+    }
+
+    #[test]
+    fn rows_that_a_later_row_makes_up_for_are_stale() {
+        assert_eq!(stale_rows(&run(0)), [0; 0]);
+        assert_eq!(stale_rows(&run(1)), [200]);
+        assert_eq!(stale_rows(&run(7)), Vec::from_iter(200..207));
+        // Nothing makes up for a shaft that stood still meanwhile.
+        assert_eq!(stale_rows(&run(200)), [0; 0]);
+    }
+}
