@@ -82,7 +82,8 @@ impl RunFile {
 #[cfg(not(all(feature = "parquet", feature = "mcap")))]
 pub(super) fn not_built(feature: &str) -> Failure {
     Failure::input(format!(
-        "this motorlab was built without {feature}; build it with `--features {feature}`"
+        "this motorlab was built without the format {feature}\n\
+         hint: cargo install --path . --features {feature}"
     ))
     .of_kind("wrong_use")
 }

@@ -15,7 +15,8 @@ pub enum FormatError {
     },
     /// The program was built without what reads it.
     #[error(
-        "it is {what}, which this program was built without: build it with `--features formats`, or save the table as CSV"
+        "it is {what}, which this program was built without; it can read the same table saved as CSV\n\
+         hint: cargo install --path . --features formats"
     )]
     NotBuilt {
         /// The form.
