@@ -21,6 +21,7 @@ use firmware_protocol::{
 
 use super::heard::Heard;
 use super::leap::{LONGEST_STEP_US, Leap, most_counts};
+use super::motion::Motion;
 
 /// A validated sample, with counters that run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -123,6 +124,7 @@ pub struct Intake {
     sequence: SequenceUnwrapper,
     micros: MicrosUnwrapper,
     counts: CountsUnwrapper,
+    motion: Motion,
     damage: Damage,
     heard: Heard,
 }
@@ -133,6 +135,16 @@ struct Suspect {
     sample: firmware_protocol::Sample,
     host_us: u64,
     leap: Leap,
+    doubt: Option<Doubt>,
+}
+
+/// What only the sample after it tells of one that follows from the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Doubt {
+    /// Behind a gap of so many microseconds, in which a counter of 16 bits can have gone round.
+    Gap(f64),
+    /// The counter moved by so many counts to 0.
+    Reset(f64),
 }
 
 /// How a sample goes with another one.
@@ -163,6 +175,7 @@ impl Default for Intake {
             sequence: SequenceUnwrapper::new(),
             micros: MicrosUnwrapper::new(),
             counts: CountsUnwrapper::new(false),
+            motion: Motion::default(),
             damage: Damage::default(),
             heard: Heard::default(),
         }
@@ -181,6 +194,7 @@ impl Intake {
         self.sequence = SequenceUnwrapper::new();
         self.micros = MicrosUnwrapper::new();
         self.counts = CountsUnwrapper::new(self.fields.counts_16_bit);
+        self.motion = Motion::default();
     }
 
     /// Says how fine the encoder is, in counts per revolution: how far it can count between two samples.
@@ -234,7 +248,10 @@ impl Intake {
                 dropped,
                 reason,
             } => {
-                self.damage.implausible += u64::from(self.suspect.take().is_some());
+                match self.suspect.take() {
+                    Some(last) if last.doubt.is_some() => self.release(last, None, out),
+                    suspect => self.damage.implausible += u64::from(suspect.is_some()),
+                }
                 out(Event::End {
                     taken,
                     dropped,
@@ -267,7 +284,14 @@ impl Intake {
         out: &mut impl FnMut(Event),
     ) {
         let fit = self.fit(self.wire.as_ref(), &sample);
-        if fit == Fit::Follows {
+        let doubt = self.doubt(&sample).filter(|_| fit == Fit::Follows);
+        // What follows from a doubtful sample settles it, whether or not it follows from the one before too.
+        let settles = self.suspect.is_some_and(|held| {
+            held.doubt.is_some()
+                && self.is_ahead(&held.sample)
+                && self.fit(Some(&held.sample), &sample) == Fit::Follows
+        });
+        if fit == Fit::Follows && doubt.is_none() && !settles {
             self.damage.implausible += u64::from(self.suspect.take().is_some());
             out(Event::Sample(self.accept(sample, host_us, Leap::default())));
             return;
@@ -285,29 +309,73 @@ impl Intake {
                 if self.is_ahead(&before.sample)
                     && self.fit(Some(&before.sample), &sample) == Fit::Follows =>
             {
-                let Suspect {
-                    sample: first,
-                    host_us: first_us,
-                    leap,
-                } = before;
-                out(Event::Sample(self.accept(first, first_us, leap)));
-                out(Event::Sample(self.accept(sample, host_us, Leap::default())));
+                self.release(before, Some(&sample), out);
+                self.take_sample(sample, host_us, out);
             }
-            before => match fit {
-                Fit::Leaps(leap) => {
+            before => match (fit, doubt) {
+                (Fit::Leaps(_), _) | (Fit::Follows, Some(_)) => {
                     self.damage.implausible += u64::from(before.is_some());
+                    let leap = match fit {
+                        Fit::Leaps(leap) => leap,
+                        Fit::Follows | Fit::Never => Leap::default(),
+                    };
                     self.suspect = Some(Suspect {
                         sample,
                         host_us,
                         leap,
+                        doubt,
                     });
                 }
-                Fit::Follows | Fit::Never => {
+                (Fit::Follows | Fit::Never, _) => {
                     self.damage.implausible += 1;
                     self.suspect = before;
                 }
             },
         }
+    }
+
+    /// Hands on a sample that was held back, marked by what the one after it tells.
+    fn release(
+        &mut self,
+        held: Suspect,
+        after: Option<&firmware_protocol::Sample>,
+        out: &mut impl FnMut(Event),
+    ) {
+        let step = after.map_or(0.0, |after| self.moved(&held.sample, after));
+        let step_us = f64::from(self.expectations.sample_time_us.max(1));
+        let counts = match held.doubt {
+            Some(Doubt::Gap(gap_us)) => self.motion.may_have_gone_round(gap_us, step / step_us),
+            Some(Doubt::Reset(counts)) => Motion::goes_on_after(counts, step),
+            None => held.leap.counts,
+        };
+        let leap = Leap {
+            counts,
+            ..held.leap
+        };
+        out(Event::Sample(self.accept(held.sample, held.host_us, leap)));
+    }
+
+    /// Counts from one sample to another.
+    fn moved(&self, from: &firmware_protocol::Sample, to: &firmware_protocol::Sample) -> f64 {
+        let moved = to.counts.wrapping_sub(from.counts);
+        match self.fields.counts_16_bit {
+            true => f64::from(moved as i16),
+            false => f64::from(moved),
+        }
+    }
+
+    /// What is doubtful of a sample that follows from the last one.
+    fn doubt(&self, sample: &firmware_protocol::Sample) -> Option<Doubt> {
+        let last = self.wire.as_ref()?;
+        let steps = u64::from(sample.sequence.wrapping_sub(last.sequence));
+        let elapsed_us = steps * u64::from(self.expectations.sample_time_us);
+        let counts = self.moved(last, sample);
+        let most = most_counts(self.counts_per_rev, elapsed_us);
+        if self.fields.counts_16_bit && steps > 1 && most > u64::from(u16::MAX / 2) {
+            return Some(Doubt::Gap(elapsed_us as f64));
+        }
+        let is_reset = self.motion.is_reset(counts, i64::from(sample.counts));
+        (steps == 1 && is_reset).then_some(Doubt::Reset(counts))
     }
 
     fn is_ahead(&self, sample: &firmware_protocol::Sample) -> bool {
@@ -409,6 +477,11 @@ impl Intake {
             self.segment = (self.segment.0 + 1, self.segment.1 + length);
         }
         let before = self.wire.replace(sample);
+        if let Some(last) = before.filter(|_| !leap.counts) {
+            let steps = f64::from(sample.sequence.wrapping_sub(last.sequence));
+            let elapsed_us = steps * f64::from(self.expectations.sample_time_us);
+            self.motion.push(self.moved(&last, &sample), elapsed_us);
+        }
         if let Some(before) = before.filter(|_| leap.time) {
             let elapsed_us = i64::from(sample.time_us.wrapping_sub(before.time_us));
             let steps = i64::from(sample.sequence.wrapping_sub(before.sequence));

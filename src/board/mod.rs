@@ -12,6 +12,7 @@ mod intake;
 pub(crate) mod leap;
 mod line;
 mod location;
+pub(crate) mod motion;
 mod port;
 mod port_list;
 #[cfg(unix)]

@@ -1,7 +1,7 @@
 //! Samples that are missing: by the device's numbers, by its times, or by the host's clock.
 
 use super::finding::{Finding, Kind, Severity};
-use super::host_clock::stands;
+use super::host_clock::{held_up, stands};
 use super::subject::Subject;
 use crate::recording::{Run, Steps};
 
@@ -57,6 +57,22 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         pauses.iter().max_by(|a, b| a.lasts_s.total_cmp(&b.lasts_s)),
     ) {
         let lost = (pauses.iter()).fold(0_u64, |sum, pause| sum.saturating_add(pause.lost));
+        let held_up = held_up(subject.run);
+        // What a program that reads nothing leaves waiting is lost once the buffers are full.
+        let is_hosts = |pause: &Pause| {
+            (held_up.iter()).any(|held| {
+                let since_s = subject.run.t_s[pause.before] - subject.run.t_s[held.sample - 1];
+                (0.0..=held.lasts_s).contains(&since_s)
+            })
+        };
+        let remedy = match pauses.iter().all(is_hosts) {
+            true => {
+                "the program that recorded read nothing for a while before (suspended, or a machine under load), not the board: record again"
+            }
+            false => {
+                "print or send less a sample, raise the baud rate or the sample time, and record again; what was commanded in a pause is not known"
+            }
+        };
         let places = if pauses.len() == 1 { "place" } else { "places" };
         found.push(subject.finding(
             Kind::GapInTime,
@@ -75,7 +91,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
                 ("longest_s", longest.lasts_s),
                 ("longest_after_sample", longest.before as f64 + 1.0),
             ],
-            "print or send less a sample, raise the baud rate or the sample time, and record again; what was commanded in a pause is not known",
+            remedy,
         ));
     }
     let stands = stands(subject.run);

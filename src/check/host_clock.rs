@@ -5,6 +5,10 @@
 //! not know, all later offsets are larger: between the earliest of the [`BEFORE_S`] before a sample and the earliest of the
 //! [`AFTER_S`] from it on there is a step, which no late arrival makes, since what comes late is followed by what does not.
 //! Such steps are taken off before the slope is measured.
+//!
+//! A host that reads nothing for a while (a program that was suspended, a machine under load) gets what waited meanwhile at once: the
+//! arrivals after its pause come in a burst. A burst says nothing of the board, and neither does the clock of a
+//! virtual board, which computes as fast as it is told to, or as the machine lets it.
 
 use crate::recording::Run;
 
@@ -15,6 +19,11 @@ const LEAST_SAMPLES: usize = 6;
 /// Shortest stand that is told from scatter, in s, and as a multiple of the scatter.
 const LEAST_S: f64 = 0.004;
 const SCATTERS: f64 = 4.0;
+
+/// Shortest pause of the host, in s: a bridge and a busy host make 40 ms.
+const HOST_PAUSE_S: f64 = 0.1;
+/// Arrivals in less than this share of the board's time are a burst.
+const BURST: f64 = 0.5;
 
 /// Where the board's clock stood still.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +39,7 @@ pub(crate) struct Stand {
 pub(crate) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     let offsets = offsets(run)?;
     let stands = stands_in(&run.t_s, &offsets);
-    slope(&run.t_s, &without(offsets, &stands))
+    slope(run, &without(offsets, &stands))
 }
 
 /// Where the board's clock stood still, by the host's; nowhere where only one clock was there.
@@ -38,8 +47,45 @@ pub(crate) fn stands(run: &Run) -> Vec<Stand> {
     offsets(run).map_or_else(Vec::new, |offsets| stands_in(&run.t_s, &offsets))
 }
 
+/// Where the host read nothing for a while and then got what had waited.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct HeldUp {
+    /// Number of the first sample that it got then.
+    pub sample: usize,
+    /// For how long it read nothing, in s.
+    pub lasts_s: f64,
+}
+
+/// Every pause of the host.
+pub(crate) fn held_up(run: &Run) -> Vec<HeldUp> {
+    let Some(host) = run.host_t_s.as_ref().filter(|_| !run.is_host_timed()) else {
+        return Vec::new();
+    };
+    let t_s = &run.t_s;
+    (1..host.len())
+        .filter(|&k| host[k] - host[k - 1] >= HOST_PAUSE_S + (t_s[k] - t_s[k - 1]))
+        .filter(|&k| is_burst(host, t_s, k, (k + LEAST_SAMPLES).min(host.len() - 1)))
+        .map(|k| HeldUp {
+            sample: k,
+            lasts_s: host[k] - host[k - 1],
+        })
+        .collect()
+}
+
+/// Whether these samples arrived in far less time than the board took for them.
+fn is_burst(host: &[f64], t_s: &[f64], from: usize, to: usize) -> bool {
+    host[to] - host[from] < BURST * (t_s[to] - t_s[from])
+}
+
+/// Whether the board is a virtual one: its seconds are computed.
+fn is_virtual(run: &Run) -> bool {
+    let word = |key: &str| run.header.get(key).and_then(toml::Value::as_str);
+    word("port").is_some_and(|port| port.starts_with("virtual:"))
+        || word("device") == Some("virtual")
+}
+
 fn offsets(run: &Run) -> Option<Vec<f64>> {
-    if run.is_host_timed() {
+    if run.is_host_timed() || is_virtual(run) {
         return None;
     }
     let host = run.host_t_s.as_ref()?;
@@ -56,9 +102,14 @@ fn without(mut offsets: Vec<f64>, stands: &[Stand]) -> Vec<f64> {
 }
 
 /// Slope through the earliest arrivals of the first and the last tenth, and the time between them.
-fn slope(t_s: &[f64], offsets: &[f64]) -> Option<(f64, f64)> {
+fn slope(run: &Run, offsets: &[f64]) -> Option<(f64, f64)> {
+    let (t_s, host) = (&run.t_s, run.host_t_s.as_ref()?);
     let n = offsets.len();
     let tenth = (n / 10).max(1);
+    let is_late = |from: usize, to: usize| to > from && is_burst(host, t_s, from, to);
+    if is_late(0, tenth.min(n - 1)) || is_late(n - tenth.min(n), n - 1) {
+        return None;
+    }
     let earliest = |range: std::ops::Range<usize>| {
         let late = range.map(|k| (offsets[k], t_s[k]));
         late.min_by(|a, b| a.0.total_cmp(&b.0))
@@ -102,7 +153,11 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
     while k + LEAST_SAMPLES <= n {
         let earlier = earliest(&even[from.max(k.saturating_sub(before))..k]);
         let later = earliest(&even[k..(k + after).min(n)]);
-        if later - earlier > least_s {
+        // The offsets are the arrivals less the board's times.
+        let end = (k + after).min(n) - 1;
+        let passed_s = offsets[end] + t_s[end] - offsets[k] - t_s[k];
+        let has_waited = passed_s < BURST * (t_s[end] - t_s[k]);
+        if later - earlier > least_s && !has_waited {
             stands.push(Stand {
                 sample: k,
                 lost_s: later - earlier,

@@ -6,6 +6,7 @@
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use super::words::time;
+use crate::recording::text_capture::MEASURED;
 use crate::recording::{Run, Steps};
 
 /// The steps may be off the stated sample time by this share: a ceramic resonator's tolerance.
@@ -18,7 +19,8 @@ const ARRIVALS_S: f64 = 0.04;
 /// The sample time that was stated, or `None` where the header has the file's own median.
 pub(super) fn stated_s(run: &Run) -> Option<f64> {
     let stated_s = run.sample_time_s;
-    if !(run.header.is_empty() || run.header.contains_key("sample_time_s")) {
+    let measured = run.header.get("sample_time").and_then(toml::Value::as_str) == Some(MEASURED);
+    if measured || !(run.header.is_empty() || run.header.contains_key("sample_time_s")) {
         return None;
     }
     // A recorder of text lines looks at 21 lines, an import at 4096 rows, a reader at all.

@@ -94,7 +94,7 @@ pub(super) fn report(
         (
             statistics.counts_leaps,
             "counts_leap",
-            "the counts moved faster than any motor can",
+            "the counts moved faster than any motor can, were set to 0, or may have gone round a 16-bit counter in a gap",
         ),
     ];
     for (rows, flag, what) in leaps.into_iter().filter(|(rows, ..)| *rows > 0) {

@@ -75,6 +75,11 @@ impl Came {
             ));
         }
         let Some(end) = ended.end else {
+            // A board that took all, and whose last samples and END were lost, is silent for no longer than it is waited for.
+            let missing = asked.saturating_sub(self.up_to);
+            if ended.ending == Ending::Silent && missing <= self.most_missing_at_the_end {
+                verdict.lost_at_the_end = missing;
+            }
             return verdict;
         };
         let taken = u64::from(end.taken);
@@ -180,6 +185,24 @@ mod tests {
             (verdict.lost_at_the_end, verdict.contradictions.len()),
             (7, 0)
         );
+    }
+
+    #[test]
+    fn samples_that_are_lost_with_the_end_are_counted() {
+        let lost = |up_to: u64, ending: Ending| {
+            let came = Came { up_to, ..WHOLE };
+            came.judge(&ending.into()).lost_at_the_end
+        };
+        assert_eq!(lost(320, Ending::Silent), 13);
+        assert_eq!(lost(333, Ending::Silent), 0);
+        assert_eq!(lost(320, Ending::Unplugged), 0);
+        // A board that fell silent long before took no more samples that anybody knows of.
+        let early = Came {
+            asked: 4000,
+            up_to: 333,
+            ..WHOLE
+        };
+        assert_eq!(early.judge(&Ending::Silent.into()).lost_at_the_end, 0);
     }
 
     #[test]

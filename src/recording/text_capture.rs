@@ -9,11 +9,14 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use super::header::{Facts, header};
+use super::held_line::{HeldLine, Line, Usual};
+use super::line_clock::{are_enough, line_clock, told};
 use super::recorder::{Finish, Measured, Recorder};
 use super::text_error::TextError;
 use super::unit_of_time::power_of_unit;
 use super::{CaptureError, Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive};
-use crate::board::leap::{LONGEST_STEP_US, most_counts};
+use crate::board::leap::most_counts;
+use crate::board::motion::Motion;
 use crate::board::text_lines::{
     self, Column, Skipped, SpeedUnit, TextDecoder, TextEvent, TextSample,
 };
@@ -22,14 +25,14 @@ use crate::board::{
 };
 use crate::motor::plausible::{COMMAND, COUNTS, Shown};
 
-/// Samples from which the sample time is taken where it is not given; they wait in memory.
-const SAMPLES_TO_TIME: usize = 21;
-
 /// How often rows are handed to the operating system and silence is looked for.
 const TICK: Duration = Duration::from_millis(20);
 
 /// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
 const SILENCE: Duration = Duration::from_millis(1500);
+
+/// Value of the header key `sample_time` where nobody stated it.
+pub(crate) const MEASURED: &str = "measured from the lines";
 
 /// By how much arrivals may come in bunches, in microseconds (measured elsewhere: 35 to 40 ms; generous).
 const BUNCH_US: u64 = 250_000;
@@ -172,14 +175,16 @@ struct Running {
     sample_time_us: i64,
     /// The lines have the board's time.
     device_timed: bool,
+    /// By how much that time steps, in microseconds, where it is coarse; 0 where it is fine.
+    coarse_us: i64,
     numbered: bool,
     first_us: i64,
+    lines: HeldLine,
     last_us: Option<i64>,
     last_counts: Option<i64>,
+    motion: Motion,
     /// Increments or speeds summed up, in counts.
     summed_counts: f64,
-    /// Time of the line before, if that was passed over because its time leapt.
-    suspect_us: Option<i64>,
     seq: u64,
     /// Lines that no reader of run files would take, and that no sample number shows.
     unread: u64,
@@ -238,7 +243,14 @@ impl<'a> TextRecording<'a> {
         }
         self.sampled_at = Instant::now();
         self.waiting.push((sample, host_us));
-        if self.request.sample_time_us.is_some() || self.waiting.len() == SAMPLES_TO_TIME {
+        let is_enough = match self.request.sample_time_us {
+            Some(given_us) => told(&self.waiting, i64::from(given_us)),
+            None => are_enough(
+                &self.waiting,
+                (self.request.duration_s.max(0.0) * 1e6) as u64,
+            ),
+        };
+        if is_enough {
             return self.begin();
         }
         Ok(None)
@@ -299,7 +311,8 @@ impl<'a> TextRecording<'a> {
         let Some(&(first, first_host_us)) = waiting.first() else {
             return Ok(None);
         };
-        let device_timed = first.time_us.is_some();
+        let clock = line_clock(&waiting);
+        let device_timed = clock.is_boards;
         let says_command = first.command_v.is_some() || first.command_pwm255.is_some();
         if !says_command && self.request.profile.is_none() {
             return Err(TextError::NoCommand {
@@ -308,7 +321,7 @@ impl<'a> TextRecording<'a> {
         }
         let sample_time_us = match self.request.sample_time_us {
             Some(given) => i64::from(given),
-            None => sample_time_of(&waiting),
+            None => clock.sample_time_us,
         };
         let numbered = device_timed || first.sequence.is_some();
         let columns = Columns {
@@ -325,6 +338,13 @@ impl<'a> TextRecording<'a> {
         let timing = if device_timed { "device" } else { "host" };
         further.insert("timing".to_owned(), timing.into());
         further.insert("device".to_owned(), "text lines".into());
+        if self.request.sample_time_us.is_none() {
+            further.insert("sample_time".to_owned(), MEASURED.into());
+        }
+        if clock.coarse_us > 0 {
+            let coarse_s = clock.coarse_us as f64 * 1e-6;
+            further.insert("clock_step_s".to_owned(), coarse_s.into());
+        }
         if let Some(columns) = self.decoder.columns() {
             further.insert("text_columns".to_owned(), columns.to_string().into());
             if let Some(summed_up) = columns.summed_up() {
@@ -354,12 +374,17 @@ impl<'a> TextRecording<'a> {
             recorder: recorder.map_err(CaptureError::Write)?,
             sample_time_us,
             device_timed,
+            coarse_us: clock.coarse_us,
             numbered,
-            first_us: first.time_us.unwrap_or(first_host_us as i64),
+            first_us: match first.time_us.filter(|_| device_timed) {
+                Some(first_us) => first_us.saturating_add(clock.first_late_us),
+                None => first_host_us as i64,
+            },
+            lines: HeldLine::default(),
             last_us: None,
             last_counts: None,
+            motion: Motion::default(),
             summed_counts: 0.0,
-            suspect_us: None,
             seq: 0,
             unread: 0,
         });
@@ -371,52 +396,72 @@ impl<'a> TextRecording<'a> {
         Ok(None)
     }
 
-    fn append(
-        &mut self,
-        mut sample: TextSample,
-        host_us: u64,
-    ) -> Result<Option<Ending>, TextError> {
+    /// Takes a line once the file has begun: an odd one is held back until the next one.
+    fn append(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
         let Some(running) = &mut self.running else {
             return Ok(None);
         };
-        let pwm = sample.command_pwm255.unwrap_or(0.0).abs();
-        self.largest_pwm = self.largest_pwm.max(pwm);
-        let said_v = sample.command_v.unwrap_or(0.0).abs();
-        self.largest_command_v = self.largest_command_v.max(said_v);
         let at_us = match sample.time_us {
             Some(time_us) if running.device_timed => time_us,
             _ => host_us as i64,
         };
-        // What a sketch prints as its time may be anything.
-        let mut t_us = at_us.saturating_sub(running.first_us);
-        let passed_us = running.last_us.map_or(0, |last_us| t_us.abs_diff(last_us));
-        if let Some(last_us) = running.last_us {
-            if running.device_timed && t_us == last_us {
-                self.damage.repeated += 1;
-                return Ok(None);
+        let is_fine = running.device_timed && running.coarse_us == 0;
+        if is_fine && running.lines.latest_us() == Some(at_us) {
+            self.damage.repeated += 1;
+            return Ok(None);
+        }
+        let line = Line {
+            sample,
+            host_us,
+            at_us,
+        };
+        let usual = Usual {
+            sample_time_us: running.sample_time_us,
+            coarse_us: running.coarse_us,
+            is_boards: running.device_timed,
+        };
+        let taken = running.lines.take(line, usual);
+        self.damage.implausible += taken.passed_over;
+        for line in taken.write {
+            if let Some(ending) = self.write(line)? {
+                return Ok(Some(ending));
             }
-            if !running.device_timed {
+        }
+        Ok(taken.is_reset.then_some(Ending::BoardReset))
+    }
+
+    /// Writes the row of a line.
+    fn write(&mut self, line: Line) -> Result<Option<Ending>, TextError> {
+        let Some(running) = &mut self.running else {
+            return Ok(None);
+        };
+        let Line {
+            mut sample,
+            host_us,
+            at_us,
+        } = line;
+        let pwm = sample.command_pwm255.unwrap_or(0.0).abs();
+        self.largest_pwm = self.largest_pwm.max(pwm);
+        let said_v = sample.command_v.unwrap_or(0.0).abs();
+        self.largest_command_v = self.largest_command_v.max(said_v);
+        let mut t_us = at_us.saturating_sub(running.first_us);
+        if let Some(last_us) = running.last_us {
+            if running.coarse_us > 0 {
+                // Evenly spread between the stamps: no line comes before its own, nor after the next one.
+                let even_us = last_us.saturating_add(running.sample_time_us);
+                t_us = even_us.clamp(t_us, t_us.saturating_add(running.coarse_us));
+            }
+            if running.coarse_us > 0 || !running.device_timed {
                 // Lines that came with one read have one arrival time; that of a run rises.
                 t_us = t_us.max(last_us + 1);
-            }
-            if t_us < last_us {
-                // Time that runs back is a board that was reset.
-                return Ok(Some(Ending::BoardReset));
-            }
-            if running.device_timed && t_us - last_us > LONGEST_STEP_US {
-                let agrees =
-                    |suspect_us: i64| t_us.abs_diff(suspect_us) <= LONGEST_STEP_US.unsigned_abs();
-                if running.suspect_us.replace(t_us).is_some_and(agrees) {
-                    // Two lines in a row agree: the board's clock did leap.
-                    return Ok(Some(Ending::BoardReset));
-                }
-                self.damage.implausible += 1;
-                return Ok(None);
             }
             let steps = (t_us - last_us).saturating_add(running.sample_time_us / 2)
                 / running.sample_time_us.max(1);
             running.seq += steps.max(1) as u64;
+        } else {
+            t_us = t_us.max(0);
         }
+        let passed_us = running.last_us.map_or(0, |last_us| t_us.abs_diff(last_us));
         let passed_s = running
             .last_us
             .map(|last_us| (t_us - last_us) as f64 * 1e-6);
@@ -425,16 +470,27 @@ impl<'a> TextRecording<'a> {
             sample.counts = running.summed_counts.round() as i64;
         }
         running.last_us = Some(t_us);
-        running.suspect_us = None;
         // Arrivals come in bunches: without the board's time a quarter of a second passes for any step.
         let bunch_us = if running.device_timed { 0 } else { BUNCH_US };
-        let counts_leap = running
-            .last_counts
-            .replace(sample.counts)
-            .is_some_and(|last| {
-                let limit = most_counts(self.request.counts_per_rev, passed_us + bunch_us);
-                sample.counts.abs_diff(last) > limit
-            });
+        let counts_per_rev = self.request.counts_per_rev;
+        let goes_round = self.decoder.counts_go_round();
+        let counts_leap = match running.last_counts.replace(sample.counts) {
+            None => false,
+            Some(last) => {
+                let limit = most_counts(counts_per_rev, passed_us.saturating_add(bunch_us));
+                let moved = sample.counts.saturating_sub(last) as f64;
+                let is_gap = passed_us > 2 * running.sample_time_us.unsigned_abs();
+                let is_leap = sample.counts.abs_diff(last) > limit
+                    || running.motion.is_reset(moved, sample.counts)
+                    || (goes_round
+                        && is_gap
+                        && running.motion.may_have_gone_round(passed_us as f64, 0.0));
+                if !is_leap {
+                    running.motion.push(moved, passed_us as f64);
+                }
+                is_leap
+            }
+        };
         let command = command_v(&sample, self.request.supply_v)
             .or(self
                 .request
@@ -521,6 +577,14 @@ impl<'a> TextRecording<'a> {
         if self.running.is_none() {
             // Fewer samples than the sample time is usually taken from.
             self.begin()?;
+        }
+        if let Some(line) = self
+            .running
+            .as_mut()
+            .and_then(|running| running.lines.end())
+        {
+            // Whatever it would end has ended.
+            self.write(line)?;
         }
         let notes = self.notes();
         let longest = self.decoder.longest_sample_line();
@@ -635,6 +699,18 @@ impl<'a> TextRecording<'a> {
                 self.skipped
             ));
         }
+        if self.damage.implausible > 0 {
+            notes.push(format!(
+                "{} lines did not go with the lines around them (a time or a count that leaps and comes back) and were passed over",
+                self.damage.implausible
+            ));
+        }
+        if running.coarse_us > 0 {
+            notes.push(format!(
+                "the lines' time goes on by {} s at a time, and they come every {sample_time_s} s: a coarse clock, between whose steps they are spread evenly; print micros(), or more decimals",
+                running.coarse_us as f64 * 1e-6
+            ));
+        }
         if self.damage.repeated > 0 {
             notes.push(format!(
                 "{} lines had the time of the line before them and were passed over",
@@ -643,7 +719,7 @@ impl<'a> TextRecording<'a> {
         }
         if self.request.sample_time_us.is_none() {
             notes.push(format!(
-                "the sample time of {sample_time_s} s was taken from the first samples; say it with --ts if it is another"
+                "the sample time of {sample_time_s} s was measured from the lines; say it with --ts if it is another"
             ));
         }
         notes
@@ -681,24 +757,4 @@ fn can_be_read(sample: &TextSample, supply_v: f64) -> bool {
         .flatten()
         .all(|value| COMMAND.holds(value))
         && COUNTS.holds(sample.counts as f64)
-}
-
-/// Median interval of the board's clock; of arrival times, which come in bunches, the mean.
-fn sample_time_of(samples: &[(TextSample, u64)]) -> i64 {
-    let device: Option<Vec<i64>> = samples.iter().map(|(sample, _)| sample.time_us).collect();
-    let interval = match device {
-        Some(times) => {
-            let mut intervals: Vec<i64> = times
-                .windows(2)
-                .map(|pair| pair[1].saturating_sub(pair[0]))
-                .collect();
-            intervals.sort_unstable();
-            intervals.get(intervals.len() / 2).copied().unwrap_or(0)
-        }
-        None => {
-            let (first, last) = (samples[0].1, samples[samples.len() - 1].1);
-            (last - first) as i64 / (samples.len() as i64 - 1).max(1)
-        }
-    };
-    interval.max(1)
 }

@@ -77,7 +77,9 @@ fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String 
         Some((line, Skipped::Clash { label, column })) => format!(
             "its lines look like {line:?}: --columns has `{column}` where the label says `{label}`; name the columns in the order of the line, or leave --columns at auto"
         ),
-        Some((line, _)) => format!("its lines look like {line:?}"),
+        Some((line, _)) => format!(
+            "its lines look like {line:?}; keep them in a file (cat PORT > log.txt) and give that to motorlab import, which reads more forms"
+        ),
         None if heard.total() == 0 => "it sent nothing".to_owned(),
         None => format!("it sent {heard} (is the baud rate right?)"),
     }

@@ -13,6 +13,7 @@ mod fixtures;
 mod flash;
 mod live;
 mod long_runs;
+mod odd_lines;
 mod one_velocity_rule;
 mod ports;
 mod replay;

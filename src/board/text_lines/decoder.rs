@@ -1,5 +1,6 @@
 //! From bytes to samples, a line at a time, with everything that was passed over said and counted.
 
+use super::fields::{Field, split, split_header};
 use super::{Column, ColumnError, Columns};
 
 /// Longest line that is read; a longer one is passed over up to its end.
@@ -135,6 +136,11 @@ impl TextDecoder {
         self.longest_line
     }
 
+    /// Whether the counter was seen to go round at 16 bits.
+    pub fn counts_go_round(&self) -> bool {
+        !self.wide_counts && self.counts.offset != 0
+    }
+
     /// Takes one byte; an event comes with the last byte of a line that is not blank.
     pub fn push(&mut self, byte: u8) -> Option<TextEvent> {
         if std::mem::take(&mut self.after_return) && byte == b'\n' {
@@ -183,8 +189,7 @@ impl TextDecoder {
         if fields.iter().any(|field| field.label.is_some()) {
             return self.read_labelled(text, &fields, wire_bytes);
         }
-        let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.number()).collect();
-        let Some(numbers) = numbers else {
+        let Some(numbers) = self.numbers(&fields) else {
             return self.read_header(text, &fields);
         };
         // The first line may be torn: its fields are not to be counted.
@@ -201,20 +206,30 @@ impl TextDecoder {
         self.sample(text, columns.as_slice(), &numbers, wire_bytes)
     }
 
+    /// The numbers of a line; what stands in an ignored column may be text, and is 0 then.
+    fn numbers(&self, fields: &[Field]) -> Option<Vec<f64>> {
+        let columns = self.columns.as_ref().map_or(&[][..], Columns::as_slice);
+        if columns.len() == fields.len() {
+            return numbers_of(fields, columns);
+        }
+        fields.iter().map(Field::number).collect()
+    }
+
     /// `t_us:1200 counts:17`: each line says itself what it holds.
     fn read_labelled(&mut self, text: &str, fields: &[Field], wire_bytes: usize) -> TextEvent {
-        let numbers: Option<Vec<f64>> = fields.iter().map(|field| field.number()).collect();
-        let Some(numbers) = numbers else {
+        if let Some(columns) = self.columns.clone().filter(|_| self.given) {
+            return match self.numbers(fields) {
+                Some(numbers) => self.read_by_given(text, fields, &numbers, &columns, wire_bytes),
+                None => self.skip(text, Skipped::NotNumbers),
+            };
+        }
+        let columns: Vec<Column> = (fields.iter())
+            .map(|field| field.column().unwrap_or(Column::Ignored))
+            .collect();
+        let Some(numbers) = numbers_of(fields, &columns) else {
             return self.skip(text, Skipped::NotNumbers);
         };
-        if let Some(columns) = self.columns.clone().filter(|_| self.given) {
-            return self.read_by_given(text, fields, &numbers, &columns, wire_bytes);
-        }
-        let columns = fields.iter().map(|field| {
-            let column = field.label.and_then(Column::from_name);
-            column.unwrap_or(Column::Ignored)
-        });
-        match Columns::new(columns.collect()) {
+        match Columns::new(columns) {
             Ok(columns) => {
                 let event = self.sample(text, columns.as_slice(), &numbers, wire_bytes);
                 self.columns = Some(columns);
@@ -325,6 +340,15 @@ impl TextDecoder {
     }
 }
 
+/// The numbers of fields whose columns are known; text in an ignored column is 0.
+fn numbers_of(fields: &[Field], columns: &[Column]) -> Option<Vec<f64>> {
+    let number = |(field, column): (&Field, &Column)| match column {
+        Column::Ignored => Some(field.number().unwrap_or(0.0)),
+        _ => field.number(),
+    };
+    fields.iter().zip(columns).map(number).collect()
+}
+
 /// Undoes the wrap of a counter: a jump back or forth by more than three quarters of its range is a wrap.
 #[derive(Debug, Clone, Default)]
 struct Unwrapper {
@@ -345,49 +369,6 @@ impl Unwrapper {
         self.last_raw = Some(raw);
         raw.saturating_add(self.offset)
     }
-}
-
-/// One field of a line: `value`, or `label:value`.
-struct Field<'a> {
-    label: Option<&'a str>,
-    value: &'a str,
-}
-
-impl Field<'_> {
-    fn number(&self) -> Option<f64> {
-        self.value.parse().ok()
-    }
-}
-
-/// Splits at commas, semicolons and tabs where there are any, and at blanks.
-fn split(text: &str) -> Vec<Field<'_>> {
-    let fields = text.split([',', ';', '\t', ' ']).filter(|f| !f.is_empty());
-    let mut out: Vec<Field> = Vec::new();
-    for field in fields {
-        let (label, value) = match field.split_once([':', '=']) {
-            Some((label, value)) => (Some(label), value),
-            None => (None, field),
-        };
-        match out.last_mut() {
-            // `label: value`, with a blank between.
-            Some(last) if last.value.is_empty() && last.label.is_some() && label.is_none() => {
-                last.value = value;
-            }
-            _ => out.push(Field { label, value }),
-        }
-    }
-    out
-}
-
-/// A header's names may hold blanks where another separator is used: `Time [us], Encoder counts`.
-fn split_header(text: &str) -> impl Iterator<Item = &str> {
-    let separators: &[char] = if text.contains([',', ';', '\t']) {
-        &[',', ';', '\t']
-    } else {
-        &[' ']
-    };
-    text.split(separators)
-        .filter(|name| !name.trim().is_empty())
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@
 
 mod columns;
 mod decoder;
+mod fields;
 mod meanings;
 mod speed_unit;
 

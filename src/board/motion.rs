@@ -1,0 +1,82 @@
+//! How the counts have moved so far: what a gap may hide of a 16-bit counter, and a counter that was set to 0.
+
+/// Half the range of a 16-bit counter: a move beyond it looks like a shorter one the other way.
+const HALF_RANGE: f64 = 32_768.0;
+
+/// In a gap the shaft may turn so many times as fast as it was seen to, before, after or anywhere in the run.
+const FASTER: f64 = 2.0;
+
+/// Steps that say how the shaft moves, and how many there must be.
+const STEPS: usize = 8;
+const FEWEST_STEPS: usize = 3;
+
+/// A counter is set to 0 where it moves by so many times the largest of them, and by so many counts.
+const LEAPS: f64 = 5.0;
+const LEAST_COUNTS: f64 = 10.0;
+
+/// The moves of a counter, sample by sample.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Motion {
+    /// The last steps in counts, without signs.
+    steps: [f64; STEPS],
+    seen: usize,
+    /// Largest rate so far in counts/us.
+    top: f64,
+}
+
+impl Motion {
+    /// Takes in a move of so many counts in so many microseconds.
+    pub(crate) fn push(&mut self, counts: f64, elapsed_us: f64) {
+        self.steps[self.seen % STEPS] = counts.abs();
+        self.seen += 1;
+        if elapsed_us > 0.0 {
+            self.top = self.top.max(counts.abs() / elapsed_us);
+        }
+    }
+
+    /// Whether a counter of 16 bits can have passed half its range in a gap, after which it moves by `after` counts/us.
+    pub(crate) fn may_have_gone_round(&self, gap_us: f64, after: f64) -> bool {
+        FASTER * self.top.max(after.abs()) * gap_us > HALF_RANGE
+    }
+
+    /// Whether a move of `counts` that ends at `at` is that of a counter that was set to 0.
+    pub(crate) fn is_reset(&self, counts: f64, at: i64) -> bool {
+        let largest = self.steps.iter().copied().fold(1.0, f64::max);
+        self.seen >= FEWEST_STEPS
+            && counts.abs() >= LEAST_COUNTS
+            && counts.abs() > LEAPS * largest
+            && at.unsigned_abs() as f64 <= largest
+    }
+
+    /// Whether a move is far less than that of a reset before it: a shaft that begins to turn goes on faster.
+    pub(crate) fn goes_on_after(reset: f64, counts: f64) -> bool {
+        LEAPS * counts.abs() < reset.abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_hides_a_round_where_the_speed_allows_it() {
+        let mut motion = Motion::default();
+        // 100 counts/ms: half of 65,536 takes 328 ms.
+        (0..10).for_each(|_| motion.push(300.0, 3000.0));
+        assert!(motion.may_have_gone_round(660_000.0, 0.1));
+        assert!(!motion.may_have_gone_round(100_000.0, 0.1));
+        assert!(Motion::default().may_have_gone_round(660_000.0, 0.1));
+        assert!(!Motion::default().may_have_gone_round(660_000.0, 0.0));
+    }
+
+    #[test]
+    fn a_move_to_0_that_nothing_beside_goes_with_is_a_reset() {
+        let mut motion = Motion::default();
+        assert!(!motion.is_reset(-540.0, 0), "nothing says how it moves");
+        (0..5).for_each(|_| motion.push(1.0, 3000.0));
+        assert!(motion.is_reset(-540.0, 1));
+        assert!(!motion.is_reset(-540.0, 300), "it does not end at 0");
+        assert!(!motion.is_reset(-5.0, 0), "dither");
+        assert!(Motion::goes_on_after(-540.0, 2.0) && !Motion::goes_on_after(-40.0, -60.0));
+    }
+}

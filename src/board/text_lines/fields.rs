@@ -1,0 +1,135 @@
+//! The fields of a line: numbers with or without labels and units, in whatever brackets.
+
+use super::Column;
+
+/// Units that may stand behind a number, as in `20ms` and `3.5 V` without its blank.
+const UNITS: &[&str] = &[
+    "us", "\u{b5}s", "\u{3bc}s", "ms", "s", "v", "a", "rpm", "rad/s", "deg/s", "rev/s", "counts",
+    "ticks",
+];
+
+/// One field of a line: `value`, or `label:value`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Field<'a> {
+    pub label: Option<&'a str>,
+    value: &'a str,
+}
+
+impl<'a> Field<'a> {
+    /// The number, without the unit behind it.
+    pub(super) fn number(&self) -> Option<f64> {
+        self.parts().map(|parts| parts.0)
+    }
+
+    /// What its label says, and the unit behind its number.
+    pub(super) fn column(&self) -> Option<Column> {
+        let label = self.label?;
+        let unit = self.parts().map_or("", |parts| parts.1);
+        let with_unit = || {
+            let unit = unit.replace(['\u{b5}', '\u{3bc}'], "u");
+            Column::from_name(&format!("{label} ({unit})"))
+        };
+        match unit {
+            "" => Column::from_name(label),
+            _ => with_unit().or_else(|| Column::from_name(label)),
+        }
+    }
+
+    /// The number and its unit.
+    fn parts(&self) -> Option<(f64, &'a str)> {
+        if let Ok(number) = self.value.parse() {
+            return Some((number, ""));
+        }
+        let lower = self.value.to_lowercase();
+        let unit = UNITS
+            .iter()
+            .filter(|unit| lower.ends_with(**unit))
+            .max_by_key(|unit| unit.len())?;
+        let at = self.value.len().checked_sub(unit.len())?;
+        let (number, unit) = self.value.split_at_checked(at)?;
+        number.trim_end().parse().ok().map(|number| (number, unit))
+    }
+}
+
+/// Splits at commas, semicolons and tabs where there are any, and at blanks. Brackets and quotation marks, in which Python
+/// and JSON print, part fields too.
+pub(super) fn split(text: &str) -> Vec<Field<'_>> {
+    let parts = [',', ';', '\t', ' ', '(', ')', '[', ']', '{', '}', '"', '\''];
+    let mut out: Vec<Field> = Vec::new();
+    for field in text.split(parts).filter(|field| !field.is_empty()) {
+        let (label, value) = match field.split_once([':', '=']) {
+            Some((label, value)) => (Some(label), value),
+            None => (None, field),
+        };
+        match out.last_mut() {
+            // `label: value`, with a blank between.
+            Some(last) if last.value.is_empty() && last.label.is_some() && label.is_none() => {
+                last.value = value;
+            }
+            // `"label": value`, with a quotation mark between.
+            Some(last) if label == Some("") && last.label.is_none() => {
+                *last = Field {
+                    label: Some(last.value),
+                    value,
+                };
+            }
+            _ => out.push(Field { label, value }),
+        }
+    }
+    out
+}
+
+/// A header's names may hold blanks where another separator is used: `Time [us], Encoder counts`.
+pub(super) fn split_header(text: &str) -> impl Iterator<Item = &str> {
+    let separators: &[char] = if text.contains([',', ';', '\t']) {
+        &[',', ';', '\t']
+    } else {
+        &[' ']
+    };
+    text.split(separators)
+        .filter(|name| !name.trim().is_empty())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_brackets_and_quotation_marks_are_no_part_of_a_number() {
+        let numbers =
+            |text: &str| -> Vec<Option<f64>> { split(text).iter().map(Field::number).collect() };
+        let expected = [Some(20.0), Some(3.0), Some(-255.0)];
+        for text in [
+            "20,3,-255",
+            "(20, 3, -255)",
+            "[20 3 -255]",
+            "time:20ms\tpos:3\tpwm:-255",
+            "t=20ms pos=3counts pwm=-255",
+            "{\"t_ms\": 20, \"pos\": 3, \"pwm\": -255}",
+            "{\"t_ms\":20,\"pos\":3,\"pwm\":-255}",
+        ] {
+            assert_eq!(numbers(text), expected, "{text}");
+        }
+        assert_eq!(numbers("9x0 5kg ms"), [None, None, None]);
+    }
+
+    #[test]
+    fn the_unit_behind_a_number_is_that_of_its_label() {
+        let columns =
+            |text: &str| -> Vec<Option<Column>> { split(text).iter().map(Field::column).collect() };
+        assert_eq!(
+            columns("time:20ms t=0.020s time:20\u{b5}s pos:3 u:4.5V"),
+            [
+                Some(Column::TimeMillis),
+                Some(Column::TimeSeconds),
+                Some(Column::TimeMicros),
+                Some(Column::Counts),
+                Some(Column::CommandVolts),
+            ]
+        );
+        assert_eq!(
+            columns("{\"t_ms\": 20, \"state\": 3}"),
+            [Some(Column::TimeMillis), None]
+        );
+    }
+}

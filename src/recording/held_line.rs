@@ -1,0 +1,252 @@
+//! One odd line of a text board is held back until the next one, as an odd frame of a binary board is.
+//!
+//! Text has no checksum: a digit that is lost or doubled on the line is a number like any other. A line whose time falls back or leaps, or
+//! whose count leaps, is written only if the next line goes on from it. If the next one goes on from the line before it, the
+//! odd one is passed over and counted.
+
+use crate::board::leap::LONGEST_STEP_US;
+use crate::board::text_lines::TextSample;
+
+/// A step of time beyond so many sample times is odd; the line is written all the same if the next one goes on from it.
+const ODD_STEPS: f64 = 2.5;
+/// Two lines whose time has fallen back agree where they are this near to each other, in sample times: the board was reset.
+const AGREE_STEPS: i64 = 20;
+/// A count is odd beyond so many times the largest of the last steps, and so many counts of chatter.
+const ODD_COUNTS: u64 = 5;
+const CHATTER_COUNTS: u64 = 16;
+/// Steps that say how the counts move, and how many there must be.
+const STEPS: usize = 16;
+const FEWEST_STEPS: usize = 3;
+
+/// A line that was read.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Line {
+    pub sample: TextSample,
+    pub host_us: u64,
+    /// Its time in microseconds, by whichever clock counts.
+    pub at_us: i64,
+}
+
+/// What is usual of the lines' times.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Usual {
+    pub sample_time_us: i64,
+    /// How coarse the time is, in microseconds; 0 where it is fine.
+    pub coarse_us: i64,
+    /// The time is the board's: it may be odd.
+    pub is_boards: bool,
+}
+
+/// What became of a line and of the one that was held back.
+#[derive(Debug, Default)]
+pub(super) struct Taken {
+    /// Lines to be written, in their order.
+    pub write: Vec<Line>,
+    /// Lines that were passed over.
+    pub passed_over: u64,
+    /// Two lines agree that the board's time began anew.
+    pub is_reset: bool,
+}
+
+/// The line that is held back, and what it is held against.
+#[derive(Debug, Default)]
+pub(super) struct HeldLine {
+    held: Option<Line>,
+    /// Time and counts of the last line that was written.
+    last: Option<(i64, i64)>,
+    steps: [u64; STEPS],
+    seen: usize,
+}
+
+/// What the line after it makes of a line that was held back.
+enum Judged {
+    Kept,
+    PassedOver,
+    Reset,
+}
+
+impl HeldLine {
+    /// Takes a line.
+    pub(super) fn take(&mut self, line: Line, usual: Usual) -> Taken {
+        let mut taken = Taken::default();
+        let Some(last) = self.last else {
+            self.accept(line, &mut taken);
+            return taken;
+        };
+        if let Some(held) = self.held.take() {
+            match self.judge(last, &held, &line, usual) {
+                Judged::Kept => self.accept(held, &mut taken),
+                Judged::PassedOver => taken.passed_over += 1,
+                Judged::Reset => {
+                    taken.is_reset = true;
+                    return taken;
+                }
+            }
+        }
+        if self.is_odd(&line, usual) {
+            self.held = Some(line);
+        } else {
+            self.accept(line, &mut taken);
+        }
+        taken
+    }
+
+    /// The line that is still held back at the end, if its time goes on.
+    pub(super) fn end(&mut self) -> Option<Line> {
+        let last = self.last?.0;
+        let goes_on =
+            |line: &Line| (last..=last.saturating_add(LONGEST_STEP_US)).contains(&line.at_us);
+        self.held.take().filter(goes_on)
+    }
+
+    /// Time of the last line that was written or is held back.
+    pub(super) fn latest_us(&self) -> Option<i64> {
+        let held = self.held.map(|line| line.at_us);
+        held.or(self.last.map(|last| last.0))
+    }
+
+    fn accept(&mut self, line: Line, taken: &mut Taken) {
+        if let Some((_, counts)) = self.last.replace((line.at_us, line.sample.counts)) {
+            self.steps[self.seen % STEPS] = counts.abs_diff(line.sample.counts);
+            self.seen += 1;
+        }
+        taken.write.push(line);
+    }
+
+    /// Most counts of a step that is not odd.
+    fn usual_counts(&self) -> u64 {
+        if self.seen < FEWEST_STEPS {
+            return u64::MAX;
+        }
+        let largest = self.steps.iter().copied().max().unwrap_or(0);
+        largest
+            .saturating_mul(ODD_COUNTS)
+            .saturating_add(CHATTER_COUNTS)
+    }
+
+    fn is_odd(&self, line: &Line, usual: Usual) -> bool {
+        let Some((last_us, counts)) = self.last else {
+            return false;
+        };
+        let longest_us = (ODD_STEPS * usual.sample_time_us as f64) as i64 + usual.coarse_us;
+        let step_us = line.at_us.saturating_sub(last_us);
+        let is_odd_time = usual.is_boards && (step_us < 0 || step_us > longest_us);
+        is_odd_time || counts.abs_diff(line.sample.counts) > self.usual_counts()
+    }
+
+    fn judge(&self, last: (i64, i64), held: &Line, next: &Line, usual: Usual) -> Judged {
+        let (last_us, last_counts) = last;
+        if usual.is_boards {
+            let near_us = AGREE_STEPS.saturating_mul(usual.sample_time_us) + usual.coarse_us;
+            let after_us = next.at_us.saturating_sub(held.at_us);
+            if held.at_us < last_us {
+                let agree = next.at_us < last_us && (0..=near_us).contains(&after_us);
+                return if agree {
+                    Judged::Reset
+                } else {
+                    Judged::PassedOver
+                };
+            }
+            if held.at_us.saturating_sub(last_us) > LONGEST_STEP_US {
+                let agree = after_us.unsigned_abs() <= LONGEST_STEP_US.unsigned_abs();
+                return if agree {
+                    Judged::Reset
+                } else {
+                    Judged::PassedOver
+                };
+            }
+            // Of a coarse clock two lines may have the same stamp.
+            let falls =
+                next.at_us < held.at_us || (next.at_us == held.at_us && usual.coarse_us == 0);
+            if falls && next.at_us >= last_us {
+                return Judged::PassedOver;
+            }
+        }
+        let usual_counts = self.usual_counts();
+        let (held, next) = (held.sample.counts, next.sample.counts);
+        let comes_back = held.abs_diff(last_counts) > usual_counts
+            && held.abs_diff(next) > usual_counts
+            && next.abs_diff(last_counts) <= usual_counts;
+        if comes_back {
+            Judged::PassedOver
+        } else {
+            Judged::Kept
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const USUAL: Usual = Usual {
+        sample_time_us: 5000,
+        coarse_us: 0,
+        is_boards: true,
+    };
+
+    /// Times in ms and counts of the lines that are written, how many are passed over, and whether the board was reset.
+    fn written(lines: &[(i64, i64)]) -> (Vec<(i64, i64)>, u64, bool) {
+        written_by(lines, USUAL)
+    }
+
+    fn written_by(lines: &[(i64, i64)], usual: Usual) -> (Vec<(i64, i64)>, u64, bool) {
+        let mut held = HeldLine::default();
+        let (mut rows, mut passed_over) = (Vec::new(), 0);
+        let row = |line: Line| (line.at_us / 1000, line.sample.counts);
+        for &(ms, counts) in lines {
+            let line = Line {
+                sample: TextSample {
+                    counts,
+                    ..TextSample::default()
+                },
+                host_us: 0,
+                at_us: 1000 * ms,
+            };
+            let taken = held.take(line, usual);
+            rows.extend(taken.write.into_iter().map(row));
+            passed_over += taken.passed_over;
+            if taken.is_reset {
+                return (rows, passed_over, true);
+            }
+        }
+        rows.extend(held.end().map(row));
+        (rows, passed_over, false)
+    }
+
+    #[test]
+    fn an_odd_line_is_passed_over_and_two_that_agree_are_not() {
+        let sound: Vec<(i64, i64)> = (0..10).map(|k| (5 * k, 6 * k)).collect();
+        assert_eq!(written(&sound), (sound.clone(), 0, false));
+        // A digit doubled, dropped, or changed in the time; a count with a digit more; another program's line.
+        for odd in [(220, 24), (2, 24), (35, 24), (20, 2400), (1, 2)] {
+            let mut lines = sound.clone();
+            lines[4] = odd;
+            let mut expected = sound.clone();
+            expected.remove(4);
+            assert_eq!(written(&lines), (expected, 1, false), "{odd:?}");
+        }
+        // A pause, and lines that are missing, at the end too.
+        let paused: Vec<(i64, i64)> = sound
+            .iter()
+            .map(|&(t, n)| (t + 400 * (t / 20), n))
+            .collect();
+        assert_eq!(written(&paused), (paused.clone(), 0, false));
+        let ended = [&sound[..], &[(300, 60)]].concat();
+        assert_eq!(written(&ended), (ended.clone(), 0, false));
+        // The same of a clock with steps of 10 ms.
+        let coarse = Usual {
+            coarse_us: 10_000,
+            ..USUAL
+        };
+        let mut lines: Vec<(i64, i64)> = sound.iter().map(|&(t, n)| (t / 10 * 10, n)).collect();
+        lines[4].0 = 520;
+        let (rows, passed_over, is_reset) = written_by(&lines, coarse);
+        assert_eq!((rows.len(), passed_over, is_reset), (9, 1, false));
+        // A board that begins anew, and a counter that is set to 0.
+        let anew = [&sound[..], &[(0, 0), (5, 0)]].concat();
+        assert_eq!(written(&anew), (sound.clone(), 0, true));
+        let set = [&sound[..], &[(50, 2000), (55, 2006), (60, 2012)]].concat();
+        assert_eq!(written(&set), (set.clone(), 0, false));
+    }
+}

@@ -1,0 +1,174 @@
+//! How often a text board's lines come, by its own clock or by their arrival.
+//!
+//! A clock that is printed with few digits repeats its stamps: 0.00, 0.01, 0.01, 0.02 for lines 5 ms apart. The sample time is then the
+//! slope of the stamps over the line's number (least squares), as it is of arrival times, which come in bunches. Of
+//! a fine clock it is the median step.
+
+use crate::board::text_lines::TextSample;
+
+/// Lines from which a fine clock's sample time is taken.
+const FEW_LINES: usize = 21;
+/// Lines from which that of a coarse clock, or of arrivals, is taken; or as many as come in this time in microseconds.
+const MANY_LINES: usize = 201;
+const LONG_ENOUGH_US: u64 = 3_000_000;
+/// A clock is coarse where this share of its steps is 0: a line that comes twice is one in twenty.
+const REPEATS: f64 = 0.2;
+
+/// The clock of the lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LineClock {
+    /// Sample time in microseconds.
+    pub sample_time_us: i64,
+    /// By how much a coarse clock steps, in microseconds; 0 for a fine one.
+    pub coarse_us: i64,
+    /// By how much the first line may come after its stamp, in microseconds.
+    pub first_late_us: i64,
+    /// The lines' own time is the time base.
+    pub is_boards: bool,
+}
+
+/// Whether these lines, with their arrival times, are enough. `end_us` is how long the recording lasts, 0 for no end.
+pub(super) fn are_enough(lines: &[(TextSample, u64)], end_us: u64) -> bool {
+    let (Some(first), Some(last)) = (lines.first(), lines.last()) else {
+        return false;
+    };
+    if lines.len() < FEW_LINES {
+        return false;
+    }
+    let times = times(lines);
+    let is_fine = times.as_ref().is_some_and(|times| !repeats(times));
+    let lasts_us = match &times {
+        Some(times) => times[times.len() - 1].abs_diff(times[0]),
+        None => last.1.saturating_sub(first.1),
+    };
+    let passed_us = last.1.saturating_sub(first.1).max(lasts_us);
+    is_fine
+        || lines.len() >= MANY_LINES
+        || passed_us >= LONG_ENOUGH_US
+        || (end_us > 0 && passed_us >= end_us)
+}
+
+/// Whether these lines are enough where the sample time is told: until two of them show that their time is fine, or none is there.
+pub(super) fn told(lines: &[(TextSample, u64)], told_us: i64) -> bool {
+    let Some(times) = times(lines) else {
+        return true;
+    };
+    let is_told = |pair: &[i64]| {
+        let step_us = pair[1].saturating_sub(pair[0]);
+        2 * step_us > told_us && 2 * step_us < 3 * told_us
+    };
+    times.windows(2).any(is_told) || lines.len() >= FEW_LINES
+}
+
+/// The clock of these lines, at least one, with their arrival times.
+pub(super) fn line_clock(lines: &[(TextSample, u64)]) -> LineClock {
+    let arrivals = || lines.iter().map(|line| line.1 as i64).collect::<Vec<_>>();
+    let fine = |sample_time_us: i64, is_boards: bool| LineClock {
+        sample_time_us: sample_time_us.max(1),
+        coarse_us: 0,
+        first_late_us: 0,
+        is_boards,
+    };
+    let Some(times) = times(lines) else {
+        return fine(slope(&arrivals()), false);
+    };
+    let mut steps: Vec<i64> = (times.windows(2))
+        .map(|pair| pair[1].saturating_sub(pair[0]))
+        .collect();
+    if !repeats(&times) {
+        steps.sort_unstable();
+        let median = steps.get(steps.len() / 2).copied().unwrap_or(0);
+        return fine(median, true);
+    }
+    steps.retain(|step| *step > 0);
+    let Some(coarse_us) = steps.iter().copied().min() else {
+        // A column that does not rise is no clock.
+        return fine(slope(&arrivals()), false);
+    };
+    let sample_time_us = slope(&times).max(1);
+    let late = times.iter().enumerate().map(|(k, time)| {
+        let even = (k as i64).saturating_mul(sample_time_us);
+        time.saturating_sub(times[0]).saturating_sub(even)
+    });
+    LineClock {
+        sample_time_us,
+        coarse_us,
+        first_late_us: late.max().unwrap_or(0).clamp(0, coarse_us),
+        is_boards: true,
+    }
+}
+
+fn times(lines: &[(TextSample, u64)]) -> Option<Vec<i64>> {
+    lines.iter().map(|(sample, _)| sample.time_us).collect()
+}
+
+/// Whether stamps repeat as a coarse clock's do.
+fn repeats(times: &[i64]) -> bool {
+    let steps = times.len().saturating_sub(1);
+    let same = times.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    steps > 0 && same as f64 >= REPEATS * steps as f64
+}
+
+/// The step from line to line: the slope of a straight line through these times.
+fn slope(times: &[i64]) -> i64 {
+    let (Some(&first), n) = (times.first(), times.len() as f64) else {
+        return 0;
+    };
+    let middle = 0.5 * (n - 1.0);
+    let (mut over, mut under) = (0.0, 0.0);
+    for (k, time) in times.iter().enumerate() {
+        let from_middle = k as f64 - middle;
+        over += from_middle * time.saturating_sub(first) as f64;
+        under += from_middle * from_middle;
+    }
+    if under > 0.0 {
+        (over / under).round() as i64
+    } else {
+        0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(time_us: impl Fn(i64) -> Option<i64>, n: i64) -> Vec<(TextSample, u64)> {
+        let line = |k: i64| {
+            let sample = TextSample {
+                time_us: time_us(k),
+                ..TextSample::default()
+            };
+            // Arrivals in bunches of four.
+            (sample, (k / 4 * 4 * 5000) as u64)
+        };
+        (0..n).map(line).collect()
+    }
+
+    #[test]
+    fn a_coarse_clock_and_arrivals_are_measured_over_many_lines() {
+        let fine = lines(|k| Some(5000 * k), 21);
+        assert!(are_enough(&fine, 0));
+        assert_eq!(line_clock(&fine).sample_time_us, 5000);
+        // Two decimals of a second at 5 ms, and at 4 ms.
+        for (step_us, coarse_us) in [(5000, 10_000), (4000, 10_000), (500, 1000)] {
+            let coarse = lines(|k| Some(step_us * k / coarse_us * coarse_us), 201);
+            assert!(!are_enough(&coarse[..40], 0) && are_enough(&coarse, 0));
+            let clock = line_clock(&coarse);
+            assert!(
+                (clock.sample_time_us - step_us).abs() <= step_us / 100,
+                "{clock:?}"
+            );
+            assert_eq!((clock.coarse_us, clock.is_boards), (coarse_us, true));
+        }
+        let untimed = lines(|_| None, 201);
+        assert!(!are_enough(&untimed[..100], 0) && are_enough(&untimed[..100], 400_000));
+        let clock = line_clock(&untimed);
+        assert!(
+            (clock.sample_time_us - 5000).abs() < 20 && !clock.is_boards,
+            "{clock:?}"
+        );
+        // A column that does not rise is no clock.
+        assert!(!line_clock(&lines(|_| Some(7), 201)).is_boards);
+        assert_eq!(line_clock(&untimed[..1]).sample_time_us, 1);
+    }
+}

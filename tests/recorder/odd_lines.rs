@@ -1,0 +1,156 @@
+//! Lines of a text board that are odd: damaged on the way, stamped by a coarse clock, with units or text in them. And a counter of a
+//! binary board that goes round in a gap.
+#![cfg(unix)]
+
+use super::text_boards::capture_from;
+use crate::support::command::{RunFile, run};
+
+const GIVEN: [&str; 8] = [
+    "--columns",
+    "t_us,counts,pwm",
+    "--supply",
+    "9",
+    "--counts-per-rev",
+    "720",
+    "--duration",
+    "1",
+];
+
+fn sound(k: u32) -> String {
+    let counts = k.saturating_sub(60) * 6;
+    format!("{},{counts},{}\r\n", k * 5000, if k < 60 { 0 } else { 200 })
+}
+
+#[test]
+fn one_damaged_line_ends_no_run() {
+    type Damage = fn(String) -> String;
+    let damages: [(Damage, u64); 5] = [
+        // A digit of the time twice, one that is lost, another one; a digit more in the counts.
+        (|line| format!("5{line}"), 1),
+        (|line| line[1..].to_owned(), 1),
+        (|line| format!("9{}", &line[1..]), 1),
+        (|line| line.replacen(',', ",7", 1), 1),
+        // Another line between two samples.
+        (|line| format!("Debug: 1,2,3\r\n{line}"), 0),
+    ];
+    for (damage, lost) in damages {
+        let line = |k: u32| if k == 113 { damage(sound(k)) } else { sound(k) };
+        let (done, file) = capture_from(line, &GIVEN);
+        let file = file.expect("a file");
+        assert_eq!(file.summary("lost"), lost as i64, "{}", done.messages);
+        assert_eq!(file.rows.len() as u64, 200 - lost, "{}", done.messages);
+        assert!(
+            done.messages
+                .contains("1 lines did not go with the lines around them"),
+            "{}",
+            done.messages
+        );
+        let (t_s, counts) = (file.column("t_s"), file.column("counts"));
+        assert!(t_s.windows(2).all(|pair| pair[1] - pair[0] < 0.011));
+        assert!(
+            counts
+                .windows(2)
+                .all(|pair| (0.0..=12.0).contains(&(pair[1] - pair[0])))
+        );
+    }
+}
+
+#[test]
+fn a_time_of_two_decimals_is_a_coarse_clock() {
+    // print(t, 2) every 5 ms: each stamp comes twice.
+    let line = |k: u32| format!("{}.{:02} {} 200\n", k / 200, k % 200 / 2, 3 * k);
+    let arguments = ["--columns", "t_s,counts,pwm", "--duration", "1.5"];
+    let (done, file) = capture_from(line, &arguments);
+    let file = file.expect("a file");
+    assert!(
+        done.messages.contains("a coarse clock"),
+        "{}",
+        done.messages
+    );
+    let sample_time_s = file.header["sample_time_s"].as_float().expect("a number");
+    assert!((sample_time_s - 0.005).abs() < 5e-5, "{sample_time_s}");
+    let t_s = file.column("t_s");
+    assert!(
+        t_s.windows(2)
+            .all(|pair| (pair[1] - pair[0] - 0.005).abs() < 0.001)
+    );
+    assert!(file.rows.len() >= 295, "{}", file.rows.len());
+    assert_eq!(file.summary("lost"), 0);
+}
+
+#[test]
+fn numbers_may_have_units_and_an_ignored_column_words() {
+    let with_units = |k: u32| format!("time:{}ms\tpos:{}\tpwm:255\n", 5 * k, 2 * k);
+    let in_json = |k: u32| {
+        format!(
+            "{{\"t_ms\": {}, \"pos\": {}, \"pwm\": 255}}\n",
+            5 * k,
+            2 * k
+        )
+    };
+    let line: [&(dyn Fn(u32) -> String + Sync); 2] = [&with_units, &in_json];
+    for line in line {
+        let (done, file) = capture_from(line, &["--columns", "auto", "--duration", "0.5"]);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+        let file = file.expect("a file");
+        assert_eq!(file.header["sample_time_s"].as_float(), Some(0.005));
+        assert_eq!(
+            (file.rows.len(), file.column("counts")[10]),
+            (100, 20.0 + file.column("counts")[0])
+        );
+    }
+    let words = |k: u32| format!("({}, FWD, {}, 255)\n", 5 * k, 2 * k);
+    let (done, file) = capture_from(
+        words,
+        &["--columns", "t_ms,-,counts,pwm", "--duration", "0.5"],
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert_eq!(file.expect("a file").rows.len(), 100);
+}
+
+#[test]
+fn lines_without_a_time_are_timed_over_many_and_nobody_stated_it() {
+    let line = |k: u32| format!("{},{}\n", 3 * k, if k < 100 { 0.0 } else { 4.5 });
+    let arguments = [
+        "--columns",
+        "counts,command_v",
+        "--duration",
+        "1.5",
+        "--json",
+    ];
+    let (done, file) = capture_from(line, &arguments);
+    let file = file.expect("a file");
+    let sample_time_s = file.header["sample_time_s"].as_float().expect("a number");
+    assert!((sample_time_s - 0.005).abs() < 5e-4, "{sample_time_s}");
+    assert!(
+        !done.output.contains("sample_time_contradicts"),
+        "{}",
+        done.output
+    );
+}
+
+/// Of 32 frames 31 are lost: in the longer gaps the counter passes half its range.
+#[test]
+fn a_counter_of_16_bits_that_can_go_round_in_a_gap_is_flagged() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let board = "virtual:?counter_bits=16&counts_per_rev=200000&drop=0.97&seed=5&speed=max";
+    let arguments = ["capture", board, "--duration", "8", "-o", "run.csv"];
+    let done = run(directory.path(), &arguments);
+    let file = RunFile::read(&directory.path().join("run.csv"));
+    assert!(file.summary("counts_leaps") > 0, "{}", done.messages);
+    assert_eq!(done.status, Some(1));
+    let (t_s, counts) = (file.column("t_s"), file.column("counts"));
+    let flags = file
+        .columns
+        .iter()
+        .position(|name| name == "flags")
+        .expect("flags");
+    for k in 1..t_s.len() {
+        let rate = (counts[k] - counts[k - 1]) / (t_s[k] - t_s[k - 1]);
+        let is_flagged = file.rows[k][flags].contains("counts_leap");
+        assert!(
+            is_flagged || (-1e3..6e5).contains(&rate),
+            "row {k}: {rate} counts/s"
+        );
+    }
+}
