@@ -1,5 +1,6 @@
 //! All cases diagnosed, several at a time; what is done stays done.
 
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -65,6 +66,7 @@ pub fn run(
             shown(directory)
         )));
     }
+    let _alone = alone(directory)?;
     let ledger = Ledger::read(directory)?;
     let left: Vec<&SealedCase> = manifest
         .cases
@@ -116,6 +118,25 @@ pub fn run(
     });
     let (ledger, failed) = shared.into_inner().unwrap_or_else(PoisonError::into_inner);
     failed.map_or(Ok(ledger), Err)
+}
+
+/// Refuses a second run on the same set: two would break each other's chain of verdicts. The lock goes with the file that is
+/// returned, however its process ends.
+fn alone(directory: &Path) -> Result<File, BlindError> {
+    let path = directory.join("verdicts.lock");
+    let lock = File::options()
+        .create(true)
+        .append(true)
+        .open(&path)
+        .map_err(BlindError::file(&path))?;
+    match lock.try_lock() {
+        Ok(()) => Ok(lock),
+        Err(TryLockError::WouldBlock) => Err(BlindError::Refused(format!(
+            "another `blind run` is at work on {}; wait until it is done, and run again what is left",
+            shown(directory)
+        ))),
+        Err(TryLockError::Error(error)) => Err(BlindError::file(&path)(error)),
+    }
 }
 
 /// Checks the files of a case, has it judged, and gives the bytes of the verdict's file and whether it failed.

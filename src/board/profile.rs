@@ -229,6 +229,7 @@ impl Profile {
             .trim(csv::Trim::All)
             .from_reader(&mut input);
         let mut points: Vec<(f64, f64)> = Vec::new();
+        let mut columns = (0, 1);
         for (index, record) in reader.records().enumerate() {
             let record = record.map_err(|error| ProfileError::Read {
                 path: path.to_owned(),
@@ -236,6 +237,14 @@ impl Profile {
             })?;
             let row = record.position().map_or(0, csv::Position::line);
             if index == 0 && record.iter().all(|cell| cell.parse::<f64>().is_err()) {
+                let names: Vec<&str> = record.iter().collect();
+                columns = named_columns(&names).map_err(|(column, problem)| ProfileError::Row {
+                    path: path.to_owned(),
+                    row,
+                    column,
+                    found: names.join(",").chars().take(40).collect(),
+                    problem,
+                })?;
                 continue;
             }
             let cell = |column: usize, name: &'static str, range: plausible::Range| {
@@ -253,8 +262,8 @@ impl Profile {
                     problem,
                 })
             };
-            let t_s = cell(0, "t_s", TIMES_S)?;
-            let command = cell(1, "command_v", plausible::COMMAND)?;
+            let t_s = cell(columns.0, "t_s", TIMES_S)?;
+            let command = cell(columns.1, "command_v", plausible::COMMAND)?;
             if points.last().is_some_and(|last| last.0 >= t_s) {
                 return Err(ProfileError::Row {
                     path: path.to_owned(),
@@ -281,12 +290,15 @@ impl Profile {
         if first.0 > 0.0 {
             segments.push(held(first.0, 0.0));
         }
-        segments.extend(
-            points
-                .windows(2)
-                .map(|pair| held(pair[1].0 - pair[0].0, pair[0].1)),
-        );
-        segments.push(held(0.0, last.1));
+        // A recording has a row a sample: those with the same command are one segment.
+        let mut from = first;
+        for &point in &points[1..] {
+            if point.1 != from.1 {
+                segments.push(held(point.0 - from.0, from.1));
+                from = point;
+            }
+        }
+        segments.push(held(last.0 - from.0, last.1));
         Ok(Self {
             name: path.display().to_string(),
             segments,
@@ -355,6 +367,37 @@ impl Profile {
             samples.push((1, last.command));
         }
         samples
+    }
+}
+
+/// Names of the time and of the command in the first line of a profile's file; a run file has the first of each.
+const TIME_NAMES: &[&str] = &["t_s", "time_s", "t", "time"];
+const COMMAND_NAMES: &[&str] = &[
+    "command_v",
+    "command_a",
+    "command_nm",
+    "command",
+    "voltage_v",
+    "voltage",
+    "volts",
+    "u",
+    "v",
+];
+
+/// Where time and command are by these names. Two columns under other names are time and command, in this order.
+fn named_columns(names: &[&str]) -> Result<(usize, usize), (&'static str, String)> {
+    let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let of = |known: &[&str]| {
+        let mut places = known
+            .iter()
+            .filter_map(|known| lower.iter().position(|name| name == known));
+        places.next()
+    };
+    match (of(TIME_NAMES), of(COMMAND_NAMES)) {
+        (Some(time), Some(command)) => Ok((time, command)),
+        (None | Some(0), None | Some(1)) if names.len() == 2 => Ok((0, 1)),
+        (None, _) => Err(("t_s", "names no column t_s".to_owned())),
+        (_, None) => Err(("command_v", "names no column command_v".to_owned())),
     }
 }
 
@@ -434,6 +477,29 @@ mod tests {
         assert_eq!(profile.command_at(0.1), 1.5);
         assert_eq!(profile.command_at(0.2), -3.0);
         assert_eq!(profile.command_at(9.0), 0.0);
+    }
+
+    #[test]
+    fn a_recording_is_read_by_the_names_of_its_columns() {
+        let read = |rows: &str| Profile::read_from(rows.as_bytes(), Path::new("p.csv"));
+        let rows = "# format = \"motorlab-run/1\"\nseq,t_s,host_t_s,command_v,counts\n0,0.0,9,0,0\n1,0.03,9,0,0\n2,0.06,9,4.5,0\n3,0.09,9,4.5,7\n";
+        let profile = read(rows).expect("a recording");
+        assert_eq!(profile.segments, [held(0.06, 0.0), held(0.09 - 0.06, 4.5)]);
+        assert!(
+            read("zeit,spannung\n0,1\n").is_ok(),
+            "two columns need no names"
+        );
+        for wrong in [
+            "seq,t_s,counts\n0,0,1\n",
+            "seq,t_s\n0,1\n",
+            "t_s,counts,x\n0,1,2\n",
+        ] {
+            let error = read(wrong).expect_err(wrong).to_string();
+            assert!(
+                error.contains("row 1") && error.contains("names no column"),
+                "{error}"
+            );
+        }
     }
 
     #[test]

@@ -243,7 +243,11 @@ impl Capture {
                 report(output, &last, self.duration != Some(0.0), &segments)
             }
             None => {
-                output.message("stopped before the board said who it is; nothing was recorded");
+                let stopped = Failure::input(
+                    "stopped before the board said who it is, and nothing was recorded",
+                );
+                output.message(&stopped.to_string());
+                output.failed(&stopped.of_kind("stopped"));
                 Ok(Status::FellShort)
             }
         }

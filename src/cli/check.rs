@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
-use super::findings::words;
+use super::findings::listed;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::threads::Threads;
@@ -24,6 +24,9 @@ pub struct Check {
     /// Motor file: some things can only be told against it, such as counts that are off by 4.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
+    /// Say by which figures too, and every finding of a kind that several runs have.
+    #[arg(long)]
+    verbose: bool,
     #[command(flatten)]
     threads: Threads,
 }
@@ -33,7 +36,7 @@ const EXAMPLE: &str = "Examples:
   motorlab check a.csv b.csv --motor motor.toml --json
 
 The exit status is 1 with a fatal finding: no diagnosis means anything before it is mended.
-Warnings and notes leave it at 0. Every kind of finding: docs/reference/check.md.";
+Warnings and notes leave it at 0. A kind that several runs have is told once; --verbose tells all. Every kind of finding: docs/reference/check.md.";
 
 /// For `--json`.
 #[derive(Debug, Serialize)]
@@ -67,8 +70,8 @@ impl Check {
             output.line("nothing found")?;
         }
         if !output.json {
-            for finding in &findings {
-                output.line(&words(finding))?;
+            for text in listed(&findings, self.verbose) {
+                output.line(&text)?;
             }
         }
         Ok(if is_fatal(&findings) {

@@ -92,6 +92,7 @@ impl Diagnose {
         outputs.check(self.html.iter().chain(&self.model_out))?;
         let mut motor = self.motor.motor_unsaid(output)?;
         self.with.refuse_others(paths().map(PathBuf::as_path))?;
+        self.refuse_fitted_twice()?;
         let repeats = self.repeating()?;
         let mut runs = read(paths(), &self.with, output)?;
         // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
@@ -182,6 +183,23 @@ impl Diagnose {
 }
 
 impl Diagnose {
+    /// A run that is fitted shows nothing when it is held out too.
+    fn refuse_fitted_twice(&self) -> Result<(), Failure> {
+        let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
+        let fitted: Vec<PathBuf> = self.runs.iter().map(place).collect();
+        let twice = self
+            .hold_out
+            .iter()
+            .find(|path| fitted.contains(&place(path)));
+        match twice {
+            None => Ok(()),
+            Some(path) => Err(Failure::input(format!(
+                "--hold-out {0}: it is diagnosed too, and what is fitted is no test of the fit; hold out another run, or leave {0} out of the runs that are diagnosed",
+                shown(path)
+            ))),
+        }
+    }
+
     /// Numbers of the runs that are said to repeat each other.
     fn repeating(&self) -> Result<Vec<Vec<usize>>, Failure> {
         let number = |path: &PathBuf| {

@@ -12,21 +12,73 @@ use crate::plain::{one_line, shown};
 use crate::recording::{Run, read_run_from};
 use crate::report::number::figure;
 
-/// One finding: what it is and what to do, and beneath it how much it weighs, where, and by which figures.
-pub(super) fn words(finding: &Finding) -> String {
-    let figures: Vec<String> = (finding.evidence.iter())
-        .map(|(name, value)| format!("{name} = {}", figure(*value, 4)))
-        .collect();
+/// Findings in words, what must be mended first in front. In short a kind of the same severity is told once, with the runs that have it too;
+/// at length each is told with its figures.
+pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
+    if at_length {
+        return findings
+            .iter()
+            .map(|finding| format!("{}: {}", short(finding), figures(finding)))
+            .collect();
+    }
+    let mut told: Vec<(&Finding, Vec<&Finding>)> = Vec::new();
+    for finding in findings {
+        let same = |(first, _): &&mut (&Finding, Vec<&Finding>)| {
+            (first.id, first.severity) == (finding.id, finding.severity)
+        };
+        match told.iter_mut().find(same) {
+            Some((_, more)) => more.push(finding),
+            None => told.push((finding, Vec::new())),
+        }
+    }
+    told.iter()
+        .map(|(first, more)| {
+            let mut text = short(first);
+            if !more.is_empty() {
+                let mut runs: Vec<&str> = more.iter().map(|finding| finding.run.as_str()).collect();
+                runs.dedup();
+                let named: Vec<_> = runs
+                    .iter()
+                    .take(MOST_RUNS)
+                    .map(|run| one_line(run))
+                    .collect();
+                let others = match runs.len().saturating_sub(MOST_RUNS) {
+                    0 => String::new(),
+                    others => format!(" and {others} others"),
+                };
+                text.push_str(&format!(
+                    "\n  and {} more in {}{others} (motorlab check --verbose)",
+                    more.len(),
+                    named.join(", ")
+                ));
+            }
+            text
+        })
+        .collect()
+}
+
+/// Runs that are named beside the first that has a finding.
+const MOST_RUNS: usize = 3;
+
+/// What it is and what to do, and beneath it how much it weighs and where.
+fn short(finding: &Finding) -> String {
     format!(
-        "{}\n  {} ({}), {}, {:.3} to {:.3} s: {}",
+        "{}\n  {} ({}), {}, {:.3} to {:.3} s",
         finding.sentence(),
         finding.severity.word(),
         finding.id(),
         one_line(&finding.run),
         finding.from_s,
         finding.to_s,
-        figures.join(", ")
     )
+}
+
+/// By which figures.
+fn figures(finding: &Finding) -> String {
+    let figures: Vec<String> = (finding.evidence.iter())
+        .map(|(name, value)| format!("{name} = {}", figure(*value, 4)))
+        .collect();
+    figures.join(", ")
 }
 
 /// Checks runs and says what is fatal or a warning; notes are left to `motorlab check`.
@@ -36,14 +88,17 @@ pub(super) fn check_and_say(runs: &[Run], motor: Option<&Motor>, output: &Output
 
 /// Says what is fatal or a warning.
 pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
-    let (heavy, notes): (Vec<_>, Vec<_>) = findings
+    let (heavy, notes): (Vec<Finding>, Vec<Finding>) = findings
         .iter()
+        .cloned()
         .partition(|finding| finding.severity != Severity::Note);
-    for finding in heavy {
-        output.message(&words(finding));
+    for text in listed(&heavy, false) {
+        output.message(&text);
     }
     if !notes.is_empty() {
-        let ids: Vec<String> = notes.iter().map(|finding| finding.id()).collect();
+        let mut ids: Vec<String> = notes.iter().map(Finding::id).collect();
+        ids.sort();
+        ids.dedup();
         output.message(&format!(
             "notes: {} (motorlab check tells more)",
             ids.join(", ")

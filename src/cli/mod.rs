@@ -74,6 +74,17 @@ pub use run_facts::{Role, RunFacts, WithRuns};
 
 use crate::plain::{is_harmful, one_line, plain};
 
+/// What the program says when nothing is asked of it.
+const SHORT_HELP: &str = "motorlab records a DC motor over serial, simulates it, compares the two, and says which effect explains the error.
+
+  motorlab demo                     all of it, without hardware
+  motorlab capture PORT             record a run (motorlab ports lists the ports)
+  motorlab import LOG               read a log of another program
+  motorlab check RUN                look at a recording itself
+  motorlab diagnose RUN             say which effect explains the error
+
+All commands: motorlab --help. One command: motorlab COMMAND --help.";
+
 /// Record a DC motor over serial, simulate it, compare the two, and say which effect explains the gap.
 #[derive(Debug, Parser)]
 #[command(
@@ -250,6 +261,13 @@ impl CommandLine {
 
     /// Parses these arguments, the program's own name first, and runs the subcommand. Wrong use is said as any other failure.
     pub fn run_these(arguments: Vec<OsString>) -> Status {
+        if arguments.len() < 2 {
+            let output = Output::new(false, String::new());
+            return match output.line(SHORT_HELP) {
+                Ok(()) => Status::Done,
+                Err(failure) => failure.status,
+            };
+        }
         let words = arguments.iter().skip(1);
         let asked = asked::asked(words.map(|word| word.to_string_lossy().into_owned()));
         let wrong = match Self::try_parse_from(&arguments) {

@@ -16,7 +16,7 @@ use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
 use crate::plain::shown;
-use crate::recording::{CommandKind, MAX_ROWS, Run, difference_velocities, write_run};
+use crate::recording::{CommandKind, Run, difference_velocities, write_run};
 use crate::report::{Figure, Panel, Series, Size, Stroke, svg};
 use crate::units::rpm_from_rad_s;
 
@@ -83,8 +83,10 @@ struct Document<'a> {
     velocity_rad_s: &'a [Option<f64>],
 }
 
-/// Most samples of one simulation.
-const MOST_SAMPLES: f64 = 5e7;
+/// Most samples of one simulation: some 160 bytes a sample are held, and 480 MB are the most.
+const MOST_SAMPLES: f64 = 3e6;
+/// Most of one whose document is printed, which takes as much again and more.
+const MOST_PRINTED: f64 = 1e6;
 
 impl Simulate {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
@@ -92,7 +94,7 @@ impl Simulate {
         let outputs = self.force.outputs("simulate", self.motor.file());
         outputs.check(&self.svg)?;
         let motor = self.motor.motor(output)?;
-        let run = self.commanded(&motor)?;
+        let run = self.commanded(&motor, output.json)?;
         let drive = Drive {
             t_s: &run.t_s,
             command: &run.command,
@@ -159,16 +161,12 @@ impl Simulate {
     }
 
     /// The run before it is simulated: times and commands.
-    fn commanded(&self, motor: &Motor) -> Result<Run, Failure> {
+    fn commanded(&self, motor: &Motor, prints: bool) -> Result<Run, Failure> {
         let samples = (self.duration / self.ts).round() + 1.0;
-        // What is written must be read again.
-        let most = match &self.output {
-            Some(_) => MAX_ROWS as f64,
-            None => MOST_SAMPLES,
-        };
+        let most = if prints { MOST_PRINTED } else { MOST_SAMPLES };
         if samples > most {
             return Err(Failure::input(format!(
-                "{samples:.0} samples are too many, {most:.0} are the most: lower --duration or raise --ts"
+                "{samples:.0} samples are too many, {most:.0} are the most that fit 500 MB of memory: lower --duration or raise --ts"
             )));
         }
         let samples = samples as usize;

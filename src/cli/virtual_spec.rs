@@ -166,7 +166,7 @@ impl VirtualSpec {
                 faults.seed = self.seed;
             }
             "speed" => self.options.pace = pace(value)?,
-            "clock_ppm" => firmware.clock_ppm = number(key, value)?,
+            "clock_ppm" => firmware.clock_ppm = clock_ppm(key, value)?,
             "micros_start" => firmware.micros_at_start = whole(key, value)? as u32,
             "counter_bits" => {
                 firmware.counts_16_bit = match value {
@@ -241,6 +241,21 @@ fn wrong(key: &str, value: &str, expected: &'static str) -> SpecError {
 fn number(key: &str, value: &str) -> Result<f64, SpecError> {
     let number = value.parse::<f64>().ok().filter(|n| n.is_finite());
     number.ok_or_else(|| wrong(key, value, "a number"))
+}
+
+/// Half the rate of a right clock to half as much again: ten times what any resonator is off by, and no clock that stands.
+const MOST_PPM: f64 = 500_000.0;
+
+fn clock_ppm(key: &str, value: &str) -> Result<f64, SpecError> {
+    let ppm = number(key, value)?;
+    match ppm.abs() <= MOST_PPM {
+        true => Ok(ppm),
+        false => Err(wrong(
+            key,
+            value,
+            "parts per million from -500000 to 500000",
+        )),
+    }
 }
 
 fn whole(key: &str, value: &str) -> Result<u64, SpecError> {

@@ -1,5 +1,7 @@
 //! A table in columns, and as CSV.
 
+use crate::plain::one_line;
+
 /// The cells of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
@@ -79,7 +81,7 @@ impl Table {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(self.columns.iter().map(|column| column.name))?;
         for row in 0..self.rows {
-            writer.write_record(self.columns.iter().map(|column| column.values.cell(row)))?;
+            writer.write_record((self.columns.iter()).map(|column| column.values.csv_cell(row)))?;
         }
         writer
             .into_inner()
@@ -87,7 +89,25 @@ impl Table {
     }
 }
 
+/// What a spreadsheet takes for the beginning of a formula.
+const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
+
+/// A text of a recording that neither a spreadsheet evaluates nor a terminal obeys: a quotation mark goes before what would be a formula, and
+/// what steers or cannot be seen is replaced.
+fn harmless(text: &str) -> String {
+    let mark = if text.starts_with(FORMULA) { "'" } else { "" };
+    format!("{mark}{}", one_line(text))
+}
+
 impl Values {
+    /// A cell of a CSV file.
+    fn csv_cell(&self, row: usize) -> String {
+        match self {
+            Self::Text(cells) => cells[row].as_deref().map(harmless).unwrap_or_default(),
+            Self::Number(_) | Self::Whole(_) => self.cell(row),
+        }
+    }
+
     /// A cell as text; empty where it is not there.
     pub fn cell(&self, row: usize) -> String {
         match self {

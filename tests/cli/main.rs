@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod asked_wrongly;
 mod bad_input;
 mod completions;
 mod hostile_names;

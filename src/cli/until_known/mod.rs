@@ -11,7 +11,7 @@ use clap::Args;
 
 use super::capture::Capture;
 use super::capture_report::trouble;
-use super::findings::words;
+use super::findings::listed;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::progress::spinner;
@@ -190,8 +190,9 @@ impl Session<'_> {
             finding.severity == Severity::Fatal
                 || (finding.severity == Severity::Warning && finding.run == latest)
         });
-        for finding in said {
-            output.message(&words(finding));
+        let said: Vec<Finding> = said.cloned().collect();
+        for text in listed(&said, false) {
+            output.message(&text);
         }
         !is_fatal(&self.findings)
     }
