@@ -251,6 +251,7 @@ impl Keywords {
             reverse: self.reverse,
             unsigned: self.unsigned,
             every: self.every,
+            runs: None,
         };
         Ok((said, units))
     }

@@ -6,19 +6,19 @@ use clap::Args;
 use serde::Serialize;
 
 use super::findings::listed;
-use super::foreign::unreadable;
+use super::foreign::{read_runs, refuse_unused};
+use super::import_flags::Flags;
 use super::motor_file::motor_file;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
 use crate::plain::shown;
-use crate::recording::read_run;
 
 /// Say what is wrong with recordings themselves, before anything is concluded from them.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Check {
-    /// Run files; several are taken to be of one motor and judged together too.
+    /// Run files; several are taken to be of one motor and judged together too. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Motor file: some things can only be told against it, such as counts that are off by 4.
@@ -29,6 +29,8 @@ pub struct Check {
     verbose: bool,
     #[command(flatten)]
     threads: Threads,
+    #[command(flatten)]
+    log: Flags,
 }
 
 const EXAMPLE: &str = "Examples:
@@ -54,12 +56,14 @@ impl Check {
         };
         let mut runs = Vec::new();
         for path in &self.runs {
-            let (run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
-            for note in notes {
-                output.message(&format!("{}: {note}", shown(path)));
+            for (run, notes) in read_runs(path, &self.log, output)? {
+                for note in notes {
+                    output.message(&format!("{}: {note}", shown(path)));
+                }
+                runs.push(run);
             }
-            runs.push(run);
         }
+        refuse_unused(&self.log, &runs)?;
         let findings = check(&runs, motor.as_ref());
         if output.json {
             output.document(&Document {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::findings::check_and_say;
-use super::foreign::unreadable;
+use super::foreign::{read_runs, refuse_unused};
+use super::import_flags::Flags;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form, Outputs};
@@ -16,7 +17,7 @@ use crate::check::Finding;
 use crate::compare::{Comparison, Overlay, compare};
 use crate::motor::Motor;
 use crate::plain::shown;
-use crate::recording::{Run, read_run};
+use crate::recording::Run;
 use crate::report::comparison::{all_words, figures_table, overlay, page, verdict, worst_first};
 use crate::report::table::Table;
 use crate::report::{Size, svg};
@@ -27,7 +28,7 @@ use crate::report::{Size, svg};
     after_help = "Examples:\n  motorlab compare run.csv\n  motorlab compare step30.csv step3.csv --motor motor.toml --html gap.html\n  motorlab compare run.csv --motor motor.toml --fail-above 1.0 --json"
 )]
 pub struct Compare {
-    /// Run files.
+    /// Run files. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     #[command(flatten)]
@@ -47,6 +48,8 @@ pub struct Compare {
     threads: Threads,
     #[command(flatten)]
     force: Force,
+    #[command(flatten)]
+    log: Flags,
 }
 
 /// Columns of the figures that a line of several runs has on a terminal, and their names there.
@@ -78,17 +81,19 @@ impl Compare {
         let mut runs = Vec::new();
         let mut overlays = Vec::new();
         for path in &self.runs {
-            let (mut run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
-            self.with.apply(path, &mut run)?;
-            let mut overlay = compare(&run, &motor, self.motor.model())
-                .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
-            overlay.figures.notes = notes.iter().map(ToString::to_string).collect();
-            for note in &overlay.figures.notes {
-                output.message(&format!("{}: {note}", shown(path)));
+            for (mut run, notes) in read_runs(path, &self.log, output)? {
+                self.with.apply(path, &mut run)?;
+                let mut overlay = compare(&run, &motor, self.motor.model())
+                    .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
+                overlay.figures.notes = notes.iter().map(ToString::to_string).collect();
+                for note in &overlay.figures.notes {
+                    output.message(&format!("{}: {note}", shown(path)));
+                }
+                runs.push(run);
+                overlays.push(overlay);
             }
-            runs.push(run);
-            overlays.push(overlay);
         }
+        refuse_unused(&self.log, &runs)?;
         let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
         let found = Found {
             runs,

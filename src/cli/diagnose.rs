@@ -6,7 +6,8 @@ use clap::{Args, ValueEnum};
 
 use super::diagnose_text::show;
 use super::findings::said;
-use super::foreign::unreadable;
+use super::foreign::{read_runs, refuse_unused};
+use super::import_flags::Flags;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
@@ -19,7 +20,7 @@ use crate::diagnose::{
     BadRecording, GoodEnough, NominalFit, NominalSource, Options, SeenMotor, diagnose, nominal_fit,
 };
 use crate::plain::shown;
-use crate::recording::{CommandKind, Run, read_run};
+use crate::recording::{CommandKind, Run};
 use crate::report::diagnosis::{bad_recording_page, page_held_out, seen_words};
 
 /// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
@@ -28,7 +29,7 @@ use crate::report::diagnosis::{bad_recording_page, page_held_out, seen_words};
     after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain\n  motorlab diagnose today.csv --reference march1.csv march2.csv --motor motor.toml\n  motorlab diagnose a.csv b.csv c.csv --repeats a.csv,b.csv"
 )]
 pub struct Diagnose {
-    /// Run files of the same motor: other sample times and profiles tell more.
+    /// Run files of the same motor: other sample times and profiles tell more. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
@@ -69,6 +70,8 @@ pub struct Diagnose {
     threads: Threads,
     #[command(flatten)]
     force: Force,
+    #[command(flatten)]
+    log: Flags,
 }
 
 /// Where the nominal model comes from.
@@ -94,10 +97,18 @@ impl Diagnose {
         self.with.refuse_others(paths().map(PathBuf::as_path))?;
         self.refuse_fitted_twice()?;
         let repeats = self.repeating()?;
-        let mut runs = read(paths(), &self.with, output)?;
+        let mut runs = self.read(&self.runs, output)?;
         // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
-        let held_from = self.runs.len();
-        let reference_from = held_from + self.hold_out.len();
+        let held_from = runs.len();
+        runs.extend(self.read(&self.hold_out, output)?);
+        let reference_from = runs.len();
+        runs.extend(self.read(&self.reference, output)?);
+        refuse_unused(&self.log, &runs)?;
+        if held_from != self.runs.len() && !repeats.is_empty() {
+            return Err(Failure::input(
+                "--repeats names files, and a log among them holds several runs; hint: motorlab import makes a file of each",
+            ));
+        }
         let taught = [0..held_from, reference_from..runs.len()];
         let given = self.motor.is_given().then_some(&motor);
         let findings = said(check_taught(&runs, &taught, given), output);
@@ -200,6 +211,21 @@ impl Diagnose {
         }
     }
 
+    /// Reads run files and logs; notes go to standard error.
+    fn read(&self, paths: &[PathBuf], output: &Output) -> Result<Vec<Run>, Failure> {
+        let mut runs = Vec::new();
+        for path in paths {
+            for (mut run, notes) in read_runs(path, &self.log, output)? {
+                self.with.apply(path, &mut run)?;
+                for note in notes {
+                    output.message(&format!("{}: {note}", shown(path)));
+                }
+                runs.push(run);
+            }
+        }
+        Ok(runs)
+    }
+
     /// Numbers of the runs that are said to repeat each other.
     fn repeating(&self) -> Result<Vec<Vec<usize>>, Failure> {
         let number = |path: &PathBuf| {
@@ -290,22 +316,4 @@ fn bad_recording(
         output.line(&document.sentence)?;
     }
     Ok(Status::FellShort)
-}
-
-/// Reads run files; notes go to standard error.
-fn read<'a>(
-    paths: impl Iterator<Item = &'a PathBuf>,
-    with: &With,
-    output: &Output,
-) -> Result<Vec<Run>, Failure> {
-    let mut runs = Vec::new();
-    for path in paths {
-        let (mut run, notes) = read_run(path).map_err(|error| unreadable(path, error))?;
-        with.apply(path, &mut run)?;
-        for note in notes {
-            output.message(&format!("{}: {note}", shown(path)));
-        }
-        runs.push(run);
-    }
-    Ok(runs)
 }

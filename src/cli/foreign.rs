@@ -1,15 +1,20 @@
-//! A log of another program where a run file is wanted: the message has the command line that imports it.
+//! A log of another program where a run file is wanted: it is imported on the way, where nothing has to be asked.
 
+use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use clap::Args;
 use thiserror::Error;
 
-use super::Failure;
 use super::import::{open, run_name};
-use crate::import::{Form, Said, Unclear, understand};
+use super::import_flags::Flags;
+use super::import_source::Source;
+use super::import_words::{say_rows, say_understood};
+use super::{Failure, Output};
+use crate::import::{Form, Said, Unclear, import, understand};
 use crate::plain::{quoted, shown};
-use crate::recording::{ReadError, ReadProblem};
+use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
 
 /// Bytes of the file that are looked at.
 const LOOKED_AT_BYTES: u64 = 1 << 18;
@@ -37,14 +42,110 @@ struct NoRun {
     what: String,
 }
 
+/// Runs, with the notes of their reading.
+pub(super) type RunsRead = Vec<(Run, Vec<ReadNote>)>;
+
+/// Reads a run file, or the runs of a log of another program, of which `flags` say what it does not say itself.
+pub(super) fn read_runs(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
+    let error = match read_run(path) {
+        Ok(found) => return Ok(vec![found]),
+        Err(error) => error,
+    };
+    match kind(path, &error.problem) {
+        Kind::Run => Err(Failure::input(error)),
+        Kind::NoLog(what) => Err(no_run(path, what)),
+        Kind::Log => imported(path, flags, output),
+    }
+}
+
+/// Refuses flags for logs of other programs where all files are runs.
+pub(super) fn refuse_unused(flags: &Flags, runs: &[Run]) -> Result<(), Failure> {
+    let given = flags.said().flags();
+    match given.first() {
+        Some((flag, _)) if !runs.iter().any(Run::is_foreign) => Err(Failure::input(format!(
+            "{flag}: it says what is what in a log of another program, and these are run files, which say it themselves"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn no_run(path: &Path, what: String) -> Failure {
+    let path = path.to_owned();
+    let failure = NoRun {
+        path: path.clone(),
+        what,
+    };
+    Failure::input(failure).at(&path)
+}
+
+/// Imports a log into a folder that goes with its runs.
+fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut source = Source::new(Box::new(open(path)?), &name).map_err(|why| {
+        let why = why.to_string();
+        let named = format!("{name}: ");
+        no_run(path, why.strip_prefix(&named).unwrap_or(&why).to_owned())
+    })?;
+    let reading = source.understand(&name, &flags.said(), &command_line())?;
+    let ready = match reading.map {
+        Ok(ready) => ready,
+        Err(unclear @ (Unclear::NoTable(_) | Unclear::NoText(_))) => {
+            return Err(no_run(path, unclear.to_string()));
+        }
+        Err(unclear) => {
+            say_understood(output, &name, &reading.understood, &reading.notes);
+            return Err(Failure::input(format!("{name}: {unclear}")).at(path));
+        }
+    };
+    say_understood(output, &name, &reading.understood, &reading.notes);
+    let directory = tempfile::tempdir().map_err(Failure::device)?;
+    let target = directory.path().join("run.csv");
+    let imported = import(source.read(), &name, &ready.map, &target)
+        .map_err(|error| Failure::input(error).at(path))?;
+    say_rows(output, &name, &imported, None);
+    let of_run = |at: &Path| {
+        let file = File::open(at).map_err(Failure::device)?;
+        let (mut run, notes) = read_run_from(file, &name).map_err(Failure::input)?;
+        run.path = Some(path.to_owned());
+        Ok((run, notes))
+    };
+    imported.runs.iter().map(|run| of_run(&run.path)).collect()
+}
+
+/// The command line of this call without the flags that say what is what in a log: they are added to it anew.
+fn command_line() -> String {
+    let known = Flags::augment_args(clap::Command::new("log"));
+    let takes_value = |word: &str| {
+        let name = word.strip_prefix("--")?;
+        let (name, has_value) = match name.split_once('=') {
+            Some((name, _)) => (name, true),
+            None => (name, false),
+        };
+        let flag = known
+            .get_arguments()
+            .find(|flag| flag.get_long() == Some(name))?;
+        let takes = flag.get_action().takes_values() && !flag.is_require_equals_set();
+        Some(takes && !has_value)
+    };
+    let mut words = std::env::args().skip(1);
+    let mut line = "motorlab".to_owned();
+    while let Some(word) = words.next() {
+        match takes_value(&word) {
+            Some(true) => drop(words.next()),
+            Some(false) => {}
+            None => {
+                line.push(' ');
+                line.push_str(&quoted(&word));
+            }
+        }
+    }
+    line
+}
+
 /// Why a run file cannot be read; of a foreign log with the way to import it.
 pub fn unreadable(path: &Path, error: ReadError) -> Failure {
     match import_line(path, &error.problem) {
-        Found::NoLog(what) => Failure::input(NoRun {
-            path: path.to_owned(),
-            what,
-        })
-        .at(path),
+        Found::NoLog(what) => no_run(path, what),
         Found::Log(line, blanks) => Failure::input(ForeignLog {
             error,
             blanks,
@@ -65,40 +166,75 @@ enum Found {
     NoLog(String),
 }
 
+/// The same before a log is understood.
+enum Kind {
+    Run,
+    Log,
+    NoLog(String),
+}
+
 /// Tells a log of another program from a run file with something wrong in it.
-fn import_line(path: &Path, problem: &ReadProblem) -> Found {
-    if matches!(
-        problem,
-        ReadProblem::Io(_) | ReadProblem::Format(_) | ReadProblem::TooLong { .. }
-    ) {
-        return Found::Run;
-    }
-    let mut head = Vec::new();
-    let read = open(path).map(|file| file.take(LOOKED_AT_BYTES).read_to_end(&mut head));
-    if !matches!(read, Ok(Ok(_))) {
-        return Found::Run;
-    }
-    if head.is_empty() {
-        return Found::NoLog("it is empty".to_owned());
-    }
-    let command = format!("motorlab import {}", quoted(&path.display().to_string()));
-    match Form::of(&head) {
+fn kind(path: &Path, problem: &ReadProblem) -> Kind {
+    let head = match head(path, problem) {
+        Some(head) if head.is_empty() => return Kind::NoLog("it is empty".to_owned()),
+        Some(head) => head,
+        None => return Kind::Run,
+    };
+    match form(path, &head) {
         Some(form @ Form::NotRead(..)) => {
             let why = form.read(&[]).err().map(|error| error.to_string());
-            return Found::NoLog(why.unwrap_or_default());
+            return Kind::NoLog(why.unwrap_or_default());
         }
-        Some(_) => return Found::Log(command, ""),
+        Some(_) => return Kind::Log,
         None => {}
     }
-    let is_whole = (head.len() as u64) < LOOKED_AT_BYTES;
     let text = String::from_utf8_lossy(&head);
     let is_of_a_run = |line: &str| {
         let cells: Vec<&str> = line.split(',').map(str::trim).collect();
         OWN_COLUMNS.iter().all(|name| cells.contains(name))
     };
-    if text.contains("motorlab-run/") || text.lines().any(is_of_a_run) {
-        return Found::Run;
+    match text.contains("motorlab-run/") || text.lines().any(is_of_a_run) {
+        true => Kind::Run,
+        false => Kind::Log,
     }
+}
+
+/// The beginning of a file that is no run; `None` where it cannot be read, or is a run that is too long.
+fn head(path: &Path, problem: &ReadProblem) -> Option<Vec<u8>> {
+    if matches!(
+        problem,
+        ReadProblem::Io(_) | ReadProblem::Format(_) | ReadProblem::TooLong { .. }
+    ) {
+        return None;
+    }
+    let mut head = Vec::new();
+    open(path)
+        .ok()?
+        .take(LOOKED_AT_BYTES)
+        .read_to_end(&mut head)
+        .ok()?;
+    Some(head)
+}
+
+fn form(path: &Path, head: &[u8]) -> Option<Form> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    Form::of(head).or_else(|| Form::of_name(&name))
+}
+
+fn import_line(path: &Path, problem: &ReadProblem) -> Found {
+    match kind(path, problem) {
+        Kind::Run => return Found::Run,
+        Kind::NoLog(what) => return Found::NoLog(what),
+        Kind::Log => {}
+    }
+    let Some(head) = head(path, problem) else {
+        return Found::Run;
+    };
+    let command = format!("motorlab import {}", quoted(&path.display().to_string()));
+    if form(path, &head).is_some() {
+        return Found::Log(command, "");
+    }
+    let is_whole = (head.len() as u64) < LOOKED_AT_BYTES;
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     match understand(&head, is_whole, &name, &Said::default(), &command).map {
         Ok(_) => Found::Log(command, ""),

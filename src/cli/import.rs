@@ -34,7 +34,7 @@ pub struct Import {
     /// Write the mapping file that does the same for the next log of this kind.
     #[arg(long, value_name = "FILE")]
     save_map: Option<PathBuf>,
-    /// Where the run goes. An existing file is not overwritten: the next free name is taken.
+    /// Where the run goes. An existing file is not overwritten, unless with --force: the next free name is taken.
     /// [default: the log's name with .run.csv, in the working directory]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -97,12 +97,12 @@ impl Import {
             Some(map) => source.fitted(map),
             None => {
                 let found = source.understand(&name, &self.said.said(), &self.line())?;
-                say_understood(output, &name, &found);
                 let Reading {
                     understood,
                     notes,
                     map,
                 } = found;
+                say_understood(output, &name, &understood, &notes);
                 let ready =
                     map.map_err(|unclear| at(Failure::input(format!("{name}: {unclear}"))))?;
                 reading = Some((understood, notes));
@@ -111,24 +111,26 @@ impl Import {
         };
         let target = self.target();
         refuse_no_file(&target).map_err(capture_failure)?;
+        let staged = self.staged(&outputs, &target)?;
         let free = next_free_name(&target);
-        if free != target && self.output.is_some() {
+        if staged.is_none() && free != target && self.output.is_some() {
             output.message(&format!(
-                "{} exists; the run goes to {}",
+                "{} exists; the run goes to {}; hint: --force replaces it",
                 shown(&target),
                 shown(&free)
             ));
         }
-        let imported =
-            import(source.read(), &name, &map.map, &target).map_err(|error| {
-                match error.problem {
-                    ImportProblem::Write(_) | ImportProblem::Rejected { .. } => {
-                        Failure::device(error)
-                    }
-                    _ if standard_input => Failure::input(error),
-                    _ => Failure::input(error).at(&self.log),
-                }
-            })?;
+        let written = staged.as_ref().map_or(&target, |staged| &staged.run);
+        let mut imported = import(source.read(), &name, &map.map, written).map_err(|error| {
+            match error.problem {
+                ImportProblem::Write(_) | ImportProblem::Rejected { .. } => Failure::device(error),
+                _ if standard_input => Failure::input(error),
+                _ => Failure::input(error).at(&self.log),
+            }
+        })?;
+        if let Some(staged) = &staged {
+            staged.take_place(&outputs, &mut imported)?;
+        }
         say(output, &name, &imported);
         self.save(&outputs, &map.toml, output)?;
         let paths: Vec<&Path> = imported.runs.iter().map(|run| run.path.as_path()).collect();
@@ -152,6 +154,27 @@ impl Import {
         } else {
             Status::Done
         })
+    }
+
+    /// Where runs are written that are to replace others: whole, and moved into their places then.
+    fn staged(&self, outputs: &Outputs, target: &Path) -> Result<Option<Staged>, Failure> {
+        if !self.force.is_given() || !target.exists() {
+            return Ok(None);
+        }
+        outputs.may_replace(target, None)?;
+        let beside = match target.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        let directory = tempfile::tempdir_in(beside).map_err(Failure::device)?;
+        let run = directory
+            .path()
+            .join(target.file_name().unwrap_or_default());
+        Ok(Some(Staged {
+            directory,
+            run,
+            beside: beside.to_owned(),
+        }))
     }
 
     /// The mapping file, and what flags say instead of it.
@@ -200,6 +223,35 @@ impl Import {
             return output.clone();
         }
         run_name(&self.log)
+    }
+}
+
+/// Runs that are to replace others.
+struct Staged {
+    /// Goes with what is left in it.
+    directory: tempfile::TempDir,
+    run: PathBuf,
+    beside: PathBuf,
+}
+
+impl Staged {
+    /// Moves the runs, and the rejected rows, into their places.
+    fn take_place(&self, outputs: &Outputs, imported: &mut Imported) -> Result<(), Failure> {
+        let runs = imported.runs.iter_mut().map(|run| &mut run.path);
+        for path in runs.chain(&mut imported.rejected) {
+            let Ok(name) = path.strip_prefix(self.directory.path()) else {
+                continue;
+            };
+            let place = self.beside.join(name);
+            let place = match self.beside.as_path() == Path::new(".") {
+                true => name.to_owned(),
+                false => place,
+            };
+            outputs.may_replace(&place, None)?;
+            std::fs::rename(&*path, &place).map_err(Failure::device)?;
+            *path = place;
+        }
+        Ok(())
     }
 }
 

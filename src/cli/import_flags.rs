@@ -8,7 +8,7 @@ use crate::motor::plausible;
 
 /// What the log does not say of itself.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "What is what in the log")]
+#[command(next_help_heading = "What is what in a log of another program")]
 pub(super) struct Flags {
     /// The clock: its column and unit (s, ms, us, ns, min); or 10ms for rows 10 ms apart.
     #[arg(long, value_name = "COL:UNIT")]
@@ -29,8 +29,9 @@ pub(super) struct Flags {
     /// The speed, where there is no position: its column and unit (rpm, rev/s, rad/s, deg/s, counts/s).
     #[arg(long, value_name = "COL:UNIT")]
     speed: Option<String>,
-    /// How that speed becomes a position: backward, where it was made of differences of position; trapezoid, where it is one
-    /// of the instant; forward, where it holds until the next row. [default: backward, or as the mapping says]
+    /// How that speed becomes a position: backward, where it is the mean since the row before, such as a difference of positions;
+    /// trapezoid, where it is the speed at the instant of the row; forward, where it holds until the next row. [default: backward
+    /// where the speed comes in steps of counts; else the rule that leaves less of a first-order motor; or as the mapping says]
     #[arg(long, value_name = "RULE")]
     integrate: Option<Integration>,
     /// The measured current: its column and unit (A, mA).
@@ -63,6 +64,9 @@ pub(super) struct Flags {
     /// Take one row of N; the command is the mean until the next.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     every: Option<u64>,
+    /// Most runs that the log makes where its clock begins anew. [default: 12]
+    #[arg(long = "runs", value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    most_runs: Option<u64>,
 }
 
 impl Flags {
@@ -85,6 +89,7 @@ impl Flags {
             reverse: self.reverse,
             unsigned: self.unsigned,
             every: self.every,
+            runs: self.most_runs,
         }
     }
 

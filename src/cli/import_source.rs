@@ -20,7 +20,7 @@ impl Source {
     /// Tells the form by the first bytes. What is no text is read whole.
     pub fn new(mut bytes: Box<dyn Read>, name: &str) -> Result<Self, Failure> {
         let beginning = beginning(&mut bytes, name, TOLD_BY_BYTES as u64)?;
-        let form = Form::of(&beginning);
+        let form = Form::of(&beginning).or_else(|| Form::of_name(name));
         let mut all = Cursor::new(beginning).chain(bytes);
         let Some(form) = form else {
             return Ok(Self::Text(Box::new(all)));

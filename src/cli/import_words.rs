@@ -1,22 +1,29 @@
 //! What `motorlab import` says to people.
 
+use std::path::Path;
+
 use super::Output;
-use crate::import::{Imported, Reading};
+use crate::import::{Imported, Understood};
 use crate::plain::{one_line, shown};
 
 /// How the log was understood.
-pub(super) fn say_understood(output: &Output, name: &str, reading: &Reading) {
-    if !reading.understood.is_empty() {
+pub(super) fn say_understood(
+    output: &Output,
+    name: &str,
+    understood: &[Understood],
+    notes: &[String],
+) {
+    if !understood.is_empty() {
         output.message(&format!("{name}: understood as"));
     }
-    for one in &reading.understood {
+    for one in understood {
         let what = match one.what {
             "counts_per_rev" => "encoder",
             what => what,
         };
         output.message(&format!("  {what:<9} {}", one_line(&one.words)));
     }
-    for note in &reading.notes {
+    for note in notes {
         output.message(&format!("{name}: {}", one_line(note)));
     }
 }
@@ -33,6 +40,11 @@ pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
             run.sample_time_s,
         ));
     }
+    say_rows(output, name, imported, imported.rejected.as_deref());
+}
+
+/// What became of its rows. The bad ones are in the file `rejected`, where it is kept.
+pub(super) fn say_rows(output: &Output, name: &str, imported: &Imported, rejected: Option<&Path>) {
     if imported.rows_without_position > 0 {
         output.message(&format!(
             "{name}: {} of {} rows have no position and only set what is held",
@@ -51,14 +63,16 @@ pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
             "{name}: the last line has no line end; if the log was cut off there, its last number may be short"
         ));
     }
-    let Some(rejected) = &imported.rejected else {
+    if imported.bad_rows == 0 {
         return;
+    }
+    let kept = match rejected {
+        Some(rejected) => format!("all of them are in {}", shown(rejected)),
+        None => "motorlab import keeps them all in a file".to_owned(),
     };
     output.message(&format!(
-        "{name}: {} of {} rows cannot be used and count as lost; all of them are in {}:",
-        imported.bad_rows,
-        imported.rows,
-        shown(rejected)
+        "{name}: {} of {} rows cannot be used and count as lost; {kept}:",
+        imported.bad_rows, imported.rows,
     ));
     for row in &imported.first_bad {
         output.message(&format!("  {row}"));

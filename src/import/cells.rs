@@ -21,7 +21,7 @@ impl Separator {
     /// What a line (of names, or the first row) looks separated by.
     pub fn guess(line: &[u8], decimal_comma: bool) -> Self {
         let line = before_line(line).map_or(line, |(_, rest)| rest);
-        let commas: &[u8] = if decimal_comma { b"\t;" } else { b"\t;," };
+        let commas: &[u8] = if decimal_comma { b"\t;|" } else { b"\t;,|" };
         let found = commas.iter().find(|byte| line.contains(byte));
         found.map_or(Self::Blanks, |&byte| Self::Byte(byte))
     }

@@ -2,13 +2,14 @@
 //!
 //! Position in counts is `(number + turns * wrap) * scale + offset`, rounded; `turns` goes up or down
 //! by one whenever the number jumps by more than half of `wrap`. Increments are summed up. A speed-only log is integrated:
-//! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid),
+//! `n[k] = n[k-1] + (v[k-1] + v[k]) / 2 * (t[k] - t[k-1])` (trapezoid; weighted where the motor's time constant is known),
 //! `n[k] = n[k-1] + v[k] * (t[k] - t[k-1])` (backward) or `n[k] = n[k-1] + v[k-1] * (t[k] - t[k-1])` (forward).
 //!
 //! An encoder of one channel has no sign. With `unsigned` what came since the row before has the sign of the command that was in
 //! force meanwhile, of the last one that was not 0 while the motor coasts.
 
 use super::cells::{Cells, number};
+use super::clock::{Counts, RowClock};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
 use super::map::{
@@ -42,7 +43,7 @@ pub(super) struct Converter<'a> {
     map: &'a Map,
     layout: &'a Layout,
     rows: u64,
-    time: Unwrapped,
+    time: RowClock,
     position: Unwrapped,
     first_time_s: Option<f64>,
     before: Option<Before>,
@@ -76,7 +77,7 @@ impl<'a> Converter<'a> {
             map,
             layout,
             rows: 0,
-            time: Unwrapped::default(),
+            time: RowClock::default(),
             position: Unwrapped::default(),
             first_time_s: None,
             before: None,
@@ -122,6 +123,10 @@ impl<'a> Converter<'a> {
         let motion = self.layout.motion.as_ref();
         if self.map.holds && motion.is_some_and(|place| is_empty(cells, place)) {
             self.held = held;
+            // A time since the row before goes on in a row that is no sample.
+            if self.map.counts_time_since_row_before() {
+                self.time = self.time_s(cells, seq)?.1;
+            }
             return Ok(None);
         }
         let (time_s, time) = self.time_s(cells, seq)?;
@@ -224,28 +229,35 @@ impl<'a> Converter<'a> {
         number.map(|number| sign * number)
     }
 
-    fn time_s(&self, cells: &Cells, seq: u64) -> Result<(f64, Unwrapped), RowProblem> {
-        let TimeSource::Column(field) = &self.map.time else {
+    fn time_s(&self, cells: &Cells, seq: u64) -> Result<(f64, RowClock), RowProblem> {
+        let TimeSource::Column {
+            field,
+            fraction,
+            counts,
+        } = &self.map.time
+        else {
             let sample_time_s = self.map.sample_time_s.unwrap_or(f64::NAN);
             return Ok((seq as f64 * sample_time_s, self.time));
         };
-        let stamped = self
-            .layout
-            .time
-            .as_ref()
-            .and_then(|place| stamp(cells.get(place.at)));
-        if let Some(stamp) = stamped {
-            let wrap = stamp.is_of_day.then_some(DAY_S);
-            let (straight, state) = self.time.next(stamp.s, wrap);
-            return Ok((within("time", straight, plausible::TIME_S)?, state));
-        }
-        let raw = match &self.layout.time {
-            Some(place) => self.number(cells, place)?,
-            None => 0.0,
+        let Some(place) = &self.layout.time else {
+            return Ok((0.0, self.time));
         };
-        let (straight, state) = self.time.next(raw, field.wrap);
-        let time_s = within("time", field.value(straight), ANY_TIME)?;
-        Ok((time_s, state))
+        if let Some(stamp) = stamp(cells.get(place.at)) {
+            let wrap = stamp.is_of_day.then_some(DAY_S);
+            let (straight, state) = self.time.straight(stamp.s, wrap);
+            let reading_s = within("time", straight, plausible::TIME_S)?;
+            return Ok(state.time_s(reading_s, seq, *counts));
+        }
+        let (straight, state) = self.time.straight(self.number(cells, place)?, field.wrap);
+        let mut reading_s = field.value(straight);
+        if let (Some(fraction), Some(place)) = (fraction, &self.layout.time_fraction) {
+            reading_s += fraction.value(self.number(cells, place)?);
+        }
+        let reading_s = within("time", reading_s, ANY_TIME)?;
+        if *counts == Counts::SinceRowBefore {
+            within("time since the row before", reading_s, plausible::GAP_S)?;
+        }
+        Ok(state.time_s(reading_s, seq, *counts))
     }
 
     /// An empty cell is a value that this sample lacks.
@@ -356,11 +368,14 @@ impl<'a> Converter<'a> {
                     before.position = last.position + directed(field.value(raw));
                 }
             }
-            PositionSource::Speed { field, rule } => {
+            PositionSource::Speed { field, rule, curve } => {
                 before.speed = directed(field.value(raw));
                 if let Some(last) = self.before {
                     let mean = match rule {
-                        Integration::Trapezoid => (last.speed + before.speed) / 2.0,
+                        Integration::Trapezoid => {
+                            let end = weight_of_end(t_s - last.t_s, *curve);
+                            last.speed + end * (before.speed - last.speed)
+                        }
                         Integration::Backward => before.speed,
                         Integration::Forward => last.speed,
                     };
@@ -370,6 +385,20 @@ impl<'a> Converter<'a> {
         }
         let counts = within("position", before.position, plausible::COUNTS)?;
         Ok((counts.round() as i64, state, before))
+    }
+}
+
+/// Weight of the speed at the end in the mean between two rows: half of a straight line. A first-order response of time constant `T`
+/// that ends a step of `h` at `v1` from `v0` has the mean `v0 + (v1 - v0) (1 / (1 - exp(-h/T)) - T/h)`.
+fn weight_of_end(step_s: f64, time_constant_s: Option<f64>) -> f64 {
+    let Some(time_constant_s) = time_constant_s else {
+        return 0.5;
+    };
+    let h = step_s / time_constant_s;
+    // The two terms cancel below: there it is the beginning of the series.
+    match h < 1e-3 {
+        true => 0.5 + h / 12.0,
+        false => -(-h).exp_m1().recip() - h.recip(),
     }
 }
 

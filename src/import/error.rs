@@ -166,6 +166,18 @@ pub enum ImportProblem {
         /// How many.
         runs: usize,
     },
+    /// The clock begins anew more often than is taken unasked.
+    #[error(
+        "line {line}: the clock begins anew and would begin run {runs} of this log, so its column may be no clock\n\
+         hint: name the clock, as --time COLUMN:UNIT or --time 10ms for rows 10 ms apart; where the log does hold so many \
+         recordings: --runs 1000"
+    )]
+    ClockFalls {
+        /// The line.
+        line: u64,
+        /// How many.
+        runs: usize,
+    },
     /// A pause longer than a run file may have.
     #[error(
         "line {line}: time leaps from {before} s to {after} s; a recording with a gap of more than an hour is two: cut the log there"
@@ -219,7 +231,8 @@ impl ImportProblem {
             | Self::EndlessLine { line }
             | Self::NoSuchColumn { line, .. }
             | Self::NoSuchNumber { line, .. }
-            | Self::TooManyRuns { line, .. } => Some(*line),
+            | Self::TooManyRuns { line, .. }
+            | Self::ClockFalls { line, .. } => Some(*line),
             Self::AllBad { first, .. }
             | Self::NoRows {
                 first: Some(first), ..

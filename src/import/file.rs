@@ -19,6 +19,9 @@ pub use super::segment::ImportedRun;
 const HOPELESS_ROWS: u64 = 1000;
 /// Most runs of one log.
 const MOST_RUNS: usize = 10_000;
+/// Most runs that the clock of a log, where it begins anew, makes unasked: a board is reset by hand a few times in a log, and a
+/// clock that is read wrongly falls in every second row.
+const MOST_UNASKED_RUNS: usize = 12;
 
 /// What became of a log.
 #[derive(Debug, Clone, Default, serde::Serialize)]
@@ -84,9 +87,25 @@ struct Progress<'a> {
     rejected: &'a mut Rejected,
     bad_in_run: u64,
     used: u64,
+    /// Most runs that the clock may make.
+    most_runs: usize,
 }
 
 impl<'a> Progress<'a> {
+    /// The clock began anew: ends the run, unless it has done so too often. Then nothing of the log is left.
+    fn clock_began_anew(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
+        let runs = self.imported.runs.len() + 2;
+        if runs <= self.most_runs {
+            return self.next_run(next, line);
+        }
+        self.segment.discard();
+        for run in &self.imported.runs {
+            // They are this import's own files, and the problem that follows is what is said.
+            let _ = std::fs::remove_file(&run.path);
+        }
+        Err(ImportProblem::ClockFalls { line, runs })
+    }
+
     /// Ends the run; the next one goes to the path.
     fn next_run(&mut self, next: Segment<'a>, line: u64) -> Result<(), ImportProblem> {
         one_more_run(&self.imported, line)?;
@@ -175,6 +194,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
             rejected,
             bad_in_run: 0,
             used: 0,
+            most_runs: map.most_runs.unwrap_or(MOST_UNASKED_RUNS),
         };
         let numbered = |progress: &Progress| {
             let path = split_name(output, &(progress.imported.runs.len() + 2).to_string());
@@ -216,7 +236,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
                 match converted {
                     // The board began anew: a run of its own.
                     Err(RowProblem::TimeNotRising { after, .. }) if after > first.after => {
-                        progress.next_run(numbered(&progress), first.line)?;
+                        progress.clock_began_anew(numbered(&progress), first.line)?;
                         converter = Converter::new(map, &layout);
                         let begun = converter.convert(&first.cells, first.commented);
                         progress.settle(first.line, begun, &first.content)?;
@@ -230,7 +250,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
                 Err(RowProblem::TimeNotRising { .. })
                     if self.is_new_block && layout.split_by.is_none() =>
                 {
-                    progress.next_run(numbered(&progress), line)?;
+                    progress.clock_began_anew(numbered(&progress), line)?;
                     converter = Converter::new(map, &layout);
                     converted = converter.convert(&self.cells, self.commented);
                 }
@@ -267,6 +287,7 @@ impl<R: std::io::BufRead> Log<'_, R> {
             rejected,
             bad_in_run,
             used,
+            ..
         } = progress;
         imported.unended = !self.lines.ended() && used > 0;
         imported.runs.extend(segment.finish(bad_in_run)?);

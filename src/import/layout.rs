@@ -11,6 +11,8 @@ pub(super) struct Layout {
     /// Cells of a row.
     pub columns: usize,
     pub time: Option<Place>,
+    /// Of the rest of the time, such as `nanosec` beside `sec`.
+    pub time_fraction: Option<Place>,
     /// Of the command, or of every term of its sum.
     pub command: Vec<Place>,
     /// Of the command's direction.
@@ -47,6 +49,7 @@ impl Layout {
         Ok(Self {
             columns: cells.len(),
             time: optional(map.time_column())?,
+            time_fraction: optional(map.time_fraction().map(|field| &field.column))?,
             command: (map.command_columns().into_iter())
                 .map(find)
                 .collect::<Result<_, _>>()?,

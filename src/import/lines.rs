@@ -5,6 +5,7 @@ use std::io::{self, BufRead, BufReader, Cursor, Read};
 use flate2::bufread::MultiGzDecoder;
 
 use super::ImportProblem;
+use super::bare::bare;
 
 /// Longest line that is kept, in bytes; a longer one is a bad row.
 pub const MAX_LINE_BYTES: usize = 1 << 16;
@@ -141,8 +142,14 @@ impl<R: BufRead> Lines<R> {
         if length > self.line.len() as u64 {
             return Ok(Some(Line::TooLong(&self.line)));
         }
-        let line = self.line.strip_suffix(b"\r").unwrap_or(&self.line);
-        Ok(Some(Line::Whole(line)))
+        if self.line.last() == Some(&b'\r') {
+            self.line.pop();
+        }
+        let left = bare(&self.line);
+        if left.len() != self.line.len() {
+            self.line = left.into_owned();
+        }
+        Ok(Some(Line::Whole(&self.line)))
     }
 }
 

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MapError;
 use super::cells::Separator;
+use super::clock::Counts;
 use super::map_file::MapFile;
 use crate::recording::CommandKind;
 
@@ -34,6 +35,8 @@ pub struct Map {
     pub(super) split_by: Option<ColumnRef>,
     /// An empty cell of the command holds its last value; a row without a position only changes the command.
     pub(super) holds: bool,
+    /// Most runs that the clock, where it begins anew, may make of the log.
+    pub(super) most_runs: Option<usize>,
     /// One row of so many is a sample.
     pub(super) every: u64,
     /// The encoder knows no direction: the sign of the motion is the command's.
@@ -85,7 +88,12 @@ impl Field {
 /// Where time comes from, in s.
 #[derive(Debug, Clone)]
 pub(super) enum TimeSource {
-    Column(Field),
+    Column {
+        field: Field,
+        /// The column that holds the rest of it, such as `nanosec` beside `sec`.
+        fraction: Option<Field>,
+        counts: Counts,
+    },
     /// Row number times the mapping's sample time.
     RowNumber,
 }
@@ -166,6 +174,8 @@ pub(super) enum PositionSource {
     Speed {
         field: Field,
         rule: Integration,
+        /// Time constant in s with which it goes from row to row; a straight line without.
+        curve: Option<f64>,
     },
     NotRecorded,
 }
@@ -228,6 +238,7 @@ impl Map {
         let measured = [&self.current, &self.supply];
         let columns = [
             self.time_column(),
+            self.time_fraction().map(|field| &field.column),
             self.motion_column(),
             self.split_by.as_ref(),
             self.direction().map(|(column, _)| column),
@@ -241,9 +252,22 @@ impl Map {
     /// Where the times stand.
     pub(super) fn time_column(&self) -> Option<&ColumnRef> {
         match &self.time {
-            TimeSource::Column(field) => Some(&field.column),
+            TimeSource::Column { field, .. } => Some(&field.column),
             TimeSource::RowNumber => None,
         }
+    }
+
+    /// Where the rest of the times stands, such as `nanosec` beside `sec`.
+    pub(super) fn time_fraction(&self) -> Option<&Field> {
+        match &self.time {
+            TimeSource::Column { fraction, .. } => fraction.as_ref(),
+            TimeSource::RowNumber => None,
+        }
+    }
+
+    /// Whether the clock tells the time since the row before.
+    pub(super) fn counts_time_since_row_before(&self) -> bool {
+        matches!(&self.time, TimeSource::Column { counts, .. } if *counts == Counts::SinceRowBefore)
     }
 
     /// Where the command, or what it is made of, stands.

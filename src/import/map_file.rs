@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MapError;
 use super::cells::Separator;
+use super::clock::Counts;
 use super::map::{ColumnRef, Field, Integration, Map, PositionSource, Shape, TimeSource};
 use super::map_command::{CommandSection, TOP};
 use super::map_values::{finite, nonzero, optional_positive, positive, unity, wrong};
@@ -60,6 +61,8 @@ pub(super) struct RowsSection {
     pub empty: Option<Empty>,
     pub every: Option<u64>,
     pub unsigned: Option<bool>,
+    /// Most runs that the clock may make of a log.
+    pub runs: Option<u64>,
 }
 
 /// What an empty cell means.
@@ -77,6 +80,13 @@ pub(super) struct TimeSection {
     pub unit: String,
     pub scale: Option<f64>,
     pub wrap: Option<f64>,
+    /// The column that holds the rest, as `nanosec` does beside `sec`, and its unit.
+    pub fraction: Option<ColumnRef>,
+    pub fraction_unit: Option<String>,
+    /// Time since the row before.
+    pub increments: Option<bool>,
+    /// Step of a clock that several rows share, in the column's numbers.
+    pub resolution: Option<f64>,
 }
 
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
@@ -102,6 +112,8 @@ pub(super) struct SpeedSection {
     pub offset: Option<f64>,
     #[serde(default)]
     pub integrate: Integration,
+    /// Time constant with which a speed of the instant goes from row to row.
+    pub time_constant_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -201,7 +213,7 @@ impl MapFile {
             }
         };
         let time = match self.time {
-            Some(section) => section.checked()?,
+            Some(section) => section.checked(sample_time_s)?,
             None if sample_time_s.is_some() => TimeSource::RowNumber,
             None => {
                 return Err(MapError::Missing {
@@ -253,6 +265,13 @@ impl MapFile {
                 every => every.unwrap_or(1),
             },
             unsigned: self.rows.unsigned == Some(true),
+            most_runs: match self.rows.runs {
+                Some(0) => {
+                    let expected = "a whole number of 1 and more";
+                    return Err(wrong("[rows]", "runs", 0.0, expected));
+                }
+                runs => runs.map(|runs| usize::try_from(runs).unwrap_or(usize::MAX)),
+            },
         })
     }
 }
@@ -281,13 +300,8 @@ impl FileSection {
         };
         let decimal_comma = match self.decimal.as_deref() {
             None | Some(".") => false,
-            Some(",") if separator != Some(Separator::Byte(b',')) => true,
-            Some(",") => {
-                return Err(MapError::Conflict {
-                    section: "[file]",
-                    what: "a comma cannot be both the delimiter and the decimal mark",
-                });
-            }
+            // Between commas it stands in quotes.
+            Some(",") => true,
             Some(other) => return Err(wrong("decimal", other, ". or ,")),
         };
         Ok(Shape {
@@ -302,25 +316,69 @@ impl FileSection {
 }
 
 impl TimeSection {
-    /// A column in this unit, which begins again at 0 after `wrap`.
-    pub fn of(column: ColumnRef, unit: &str, wrap: Option<f64>) -> Self {
+    /// A column in this unit.
+    pub fn of(column: ColumnRef, unit: &str) -> Self {
         Self {
             column,
             unit: unit.to_owned(),
             scale: None,
-            wrap,
+            wrap: None,
+            fraction: None,
+            fraction_unit: None,
+            increments: None,
+            resolution: None,
         }
     }
 
-    fn checked(self) -> Result<TimeSource, MapError> {
+    fn checked(self, sample_time_s: Option<f64>) -> Result<TimeSource, MapError> {
         let section = "[time]";
+        let missing = |key, why| MapError::Missing { section, key, why };
+        let conflict = |what| MapError::Conflict { section, what };
         let scale = positive(section, "scale", self.scale.unwrap_or(1.0))?;
-        Ok(TimeSource::Column(Field {
-            column: self.column,
-            scale: scale * unit::time_s(&self.unit)?,
-            offset: 0.0,
-            wrap: optional_positive(section, "wrap", self.wrap)?,
-        }))
+        let unit_s = scale * unit::time_s(&self.unit)?;
+        let resolution = optional_positive(section, "resolution", self.resolution)?;
+        let counts = match (self.increments, resolution) {
+            (Some(true), Some(_)) => {
+                return Err(conflict(
+                    "`increments` is a time since the row before and `resolution` the step of a clock: leave one of the two out",
+                ));
+            }
+            (Some(true), None) => Counts::SinceRowBefore,
+            (_, Some(resolution)) => Counts::Coarsely {
+                resolution_s: resolution * unit_s,
+                sample_time_s: sample_time_s.ok_or(missing(
+                    "sample_time_s",
+                    "rows that share a reading of the clock are spread by it; it stands at the top of the mapping",
+                ))?,
+            },
+            _ => Counts::SinceOrigin,
+        };
+        let fraction = match (self.fraction, self.fraction_unit) {
+            (None, None) => None,
+            (Some(column), Some(unit)) => Some(Field {
+                column,
+                scale: unit::time_s(&unit)?,
+                offset: 0.0,
+                wrap: None,
+            }),
+            (Some(_), None) => return Err(missing("fraction_unit", "ns, us or ms")),
+            (None, Some(_)) => return Err(missing("fraction", "the column in that unit")),
+        };
+        if fraction.is_some() && (self.wrap.is_some() || counts == Counts::SinceRowBefore) {
+            return Err(conflict(
+                "a time of two columns neither wraps nor counts since the row before: leave `wrap` and `increments` out",
+            ));
+        }
+        Ok(TimeSource::Column {
+            field: Field {
+                column: self.column,
+                scale: unit_s,
+                offset: 0.0,
+                wrap: optional_positive(section, "wrap", self.wrap)?,
+            },
+            fraction,
+            counts,
+        })
     }
 }
 
@@ -363,6 +421,19 @@ impl SpeedSection {
                 scale: nonzero(section, self.scale)? * factor,
                 offset: finite(section, "offset", self.offset)? * factor,
                 wrap: None,
+            },
+            curve: match (
+                self.integrate,
+                optional_positive(section, "time_constant_s", self.time_constant_s)?,
+            ) {
+                (Integration::Trapezoid, time_constant_s) => time_constant_s,
+                (_, None) => None,
+                (_, Some(_)) => {
+                    return Err(MapError::Conflict {
+                        section,
+                        what: "`time_constant_s` is of a speed of the instant: it goes with `integrate = \"trapezoid\"`",
+                    });
+                }
             },
             rule: self.integrate,
         })

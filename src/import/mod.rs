@@ -8,7 +8,9 @@
 //!
 //! A file of another form (Parquet, MAT, MCAP and others) is read whole into a [`Table`] by its [`Form`], and goes on as the text that says the same.
 
+mod bare;
 mod cells;
+mod clock;
 mod convert;
 mod error;
 mod file;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::ImportProblem;
+use super::clock::Counts;
 use super::convert::Sample;
 use super::map::{CommandSource, Integration, Map, NumberFrom, PositionSource, TimeSource};
 use super::thin::Thin;
@@ -188,7 +189,7 @@ impl<'a> Segment<'a> {
     }
 
     /// Takes away what was written.
-    fn discard(&mut self) {
+    pub fn discard(&mut self) {
         if let Some(writer) = self.writer.take() {
             let path = writer.path().to_owned();
             drop(writer);
@@ -218,6 +219,13 @@ impl<'a> Segment<'a> {
             && let Some(wrap) = field.wrap
         {
             imported.insert("wrap_counts".into(), (wrap * field.scale.abs()).into());
+        }
+        if let PositionSource::Speed {
+            curve: Some(time_constant_s),
+            ..
+        } = map.position
+        {
+            imported.insert("speed_time_constant_s".into(), time_constant_s.into());
         }
         if map.every > 1 {
             imported.insert("every".into(), (map.every as i64).into());
@@ -300,7 +308,11 @@ fn rounded(seconds: f64) -> f64 {
 
 fn time_words(map: &Map) -> &'static str {
     match map.time {
-        TimeSource::Column(_) => "column",
+        TimeSource::Column { counts, .. } => match counts {
+            Counts::SinceOrigin => "column",
+            Counts::SinceRowBefore => "time since the row before, summed up",
+            Counts::Coarsely { .. } => "coarse clock, rows spread",
+        },
         TimeSource::RowNumber => "made from the row number",
     }
 }

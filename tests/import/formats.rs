@@ -186,7 +186,7 @@ fn what_is_known_and_not_read_is_said_with_the_way_to_a_csv() {
         (b"\x93NUMPY\x01\x00v\x00", "numpy.savetxt"),
         (b"ARROW1\0\0", "to_parquet"),
         (b"#ROSBAG V2.0\n", "rosbags-convert"),
-        (b"{\"t\": 1, \"rpm\": 2}\n", "pandas.read_json"),
+        (b"{\"a\": {\"rpm\": 2}}\n", "pandas.json_normalize"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "Save As"),
         (b"\x28\xb5\x2f\xfd", "unzstd"),
     ] {
@@ -232,7 +232,7 @@ fn a_form_is_told_by_its_bytes_and_text_is_none() {
     assert_eq!(finished.status, Some(0), "{}", finished.messages);
     let finished = run(directory.path(), &["compare", "log.csv"]);
     assert!(
-        finished.messages.contains("motorlab import log.csv"),
+        (finished.messages).contains("motorlab compare log.csv --counts-per-rev COUNTS"),
         "{}",
         finished.messages
     );

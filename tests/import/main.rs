@@ -3,11 +3,16 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod clocks;
+mod direct;
 mod formats;
+mod forms;
 mod inferred;
 mod lines;
 mod mapped;
 mod options;
 mod real_mapped;
 mod real_unmapped;
+mod speeds;
+mod units;
 mod unmapped;

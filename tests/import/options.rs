@@ -257,20 +257,10 @@ fn other_commands_say_how_a_foreign_log_is_imported() {
     let directory = tempfile::tempdir().expect("a directory");
     let text = truth.rpm_log("time_ms,pwm,rpm");
     fs::write(directory.path().join("log.csv"), text).expect("written");
-    for command in ["diagnose", "compare", "check"] {
-        let finished = run(directory.path(), &[command, "log.csv"]);
-        assert_eq!(finished.status, Some(2), "{command}");
-        let line = "motorlab import log.csv --supply VOLTS";
-        assert!(
-            finished.messages.contains(line),
-            "{command}: {}",
-            finished.messages
-        );
-        assert!(
-            finished.messages.contains("log.run.csv"),
-            "{command}: {}",
-            finished.messages
-        );
+    let finished = run(directory.path(), &["lab", "--run", "log.csv"]);
+    assert_eq!(finished.status, Some(2));
+    for words in ["motorlab import log.csv --supply VOLTS", "log.run.csv"] {
+        assert!(finished.messages.contains(words), "{}", finished.messages);
     }
     // A letter is no log, and a run without its header no foreign one.
     for other in [
@@ -290,7 +280,7 @@ fn other_commands_say_how_a_foreign_log_is_imported() {
     for (other, what) in [
         (&b""[..], "it is empty"),
         (b"PK\x03\x04xl/workbook.xml", "which is not read"),
-        (b"{\"a\": [1, 2]}", "it is JSON, which is not read"),
+        (b"{\"a\": [1, 2]}", "it is nested JSON, which is not read"),
         (b"hello,world\n", "no table of numbers"),
     ] {
         fs::write(directory.path().join("other.csv"), other).expect("written");

@@ -11,6 +11,9 @@ mod contained;
 mod error;
 #[cfg(feature = "formats")]
 mod hdf5;
+mod json;
+mod lists;
+mod lvm;
 mod mat5;
 #[cfg(feature = "formats")]
 mod mcap;
@@ -18,8 +21,10 @@ mod mcos;
 #[cfg(feature = "formats")]
 mod messages;
 mod not_read;
+mod pairs;
 #[cfg(feature = "formats")]
 mod parquet;
+mod printed;
 #[cfg(feature = "formats")]
 mod ros_types;
 #[cfg(feature = "formats")]
@@ -27,6 +32,7 @@ mod rosbag;
 mod series;
 mod signals;
 mod sysid;
+mod teleplot;
 mod variables;
 mod workspace;
 mod wpilog;
@@ -36,7 +42,7 @@ pub use error::FormatError;
 use super::table::Table;
 
 /// Bytes at the beginning of a file by which its form is told.
-pub const TOLD_BY_BYTES: usize = 1024;
+pub const TOLD_BY_BYTES: usize = 1 << 14;
 /// Largest file that is read, in bytes: it is held in memory as a whole.
 pub const MOST_FILE_BYTES: u64 = 1 << 30;
 /// Most values of a table: half a gigabyte of memory, an hour of 20 signals at 500 Hz.
@@ -59,6 +65,18 @@ pub enum Form {
     Mat5,
     /// MATLAB's MAT file of version 7.3, and HDF5.
     Hdf5,
+    /// JSON: an object a line, or a table as one document.
+    Json,
+    /// LabVIEW's measurement file.
+    Lvm,
+    /// Lines of Teleplot.
+    Teleplot,
+    /// A pair of columns for each signal.
+    Pairs,
+    /// A signal a line.
+    Lists,
+    /// A matrix as MATLAB prints it.
+    Printed,
     /// One that is known and not read: what it is, and how a log is made of it.
     NotRead(&'static str, &'static str),
 }
@@ -90,6 +108,34 @@ impl Form {
             .map(|(_, form)| *form)
             .or_else(|| sysid::is_sysid(beginning).then_some(Self::SysId))
             .or_else(|| not_read::form(beginning))
+            .or_else(|| Self::of_text(beginning))
+    }
+
+    /// The form of a text that is no rows of columns.
+    fn of_text(beginning: &[u8]) -> Option<Self> {
+        let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
+        type Is = fn(&[u8]) -> bool;
+        let forms: [(Is, Self); 6] = [
+            (|text| text.starts_with(lvm::MAGIC), Self::Lvm),
+            (json::is_json, Self::Json),
+            (teleplot::is_teleplot, Self::Teleplot),
+            (printed::is_printed, Self::Printed),
+            (lists::is_lists, Self::Lists),
+            (pairs::is_pairs, Self::Pairs),
+        ];
+        forms
+            .into_iter()
+            .find(|(is, _)| is(text))
+            .map(|(_, form)| form)
+    }
+
+    /// The form that only a file's name tells.
+    pub fn of_name(name: &str) -> Option<Self> {
+        let is_hoot = name.to_lowercase().ends_with(".hoot");
+        is_hoot.then_some(Self::NotRead(
+            "a log of CTRE Phoenix (.hoot)",
+            "convert it with CTRE's owlet: owlet FILE log.wpilog -f wpilog",
+        ))
     }
 
     /// For people.
@@ -102,6 +148,12 @@ impl Form {
             Self::SysId => "SysId JSON",
             Self::Mat5 => "a MAT file (version 5)",
             Self::Hdf5 => "a MAT file of version 7.3 (HDF5)",
+            Self::Json => "JSON",
+            Self::Lvm => "an LVM file of LabVIEW",
+            Self::Teleplot => "a log of Teleplot's lines",
+            Self::Pairs => "a table with two columns for each signal",
+            Self::Lists => "a table with a signal in each line",
+            Self::Printed => "a matrix as MATLAB prints it",
             Self::NotRead(what, _) => what,
         }
     }
@@ -111,7 +163,19 @@ impl Form {
     /// # Errors
     /// It is broken, holds no numbers, or is of a form that is not read.
     pub fn read(self, bytes: &[u8]) -> Result<Table, FormatError> {
+        let bytes = match self {
+            Self::Json | Self::Lvm | Self::Teleplot | Self::Pairs | Self::Lists | Self::Printed => {
+                bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+            }
+            _ => bytes,
+        };
         let table = match self {
+            Self::Json => json::read(bytes),
+            Self::Lvm => lvm::read(bytes),
+            Self::Teleplot => teleplot::read(bytes),
+            Self::Pairs => pairs::read(bytes),
+            Self::Lists => lists::read(bytes),
+            Self::Printed => printed::read(bytes),
             Self::WpiLog => wpilog::read(bytes),
             Self::SysId => sysid::read(bytes),
             Self::Mat5 => mat5::read(bytes),

@@ -89,23 +89,8 @@ pub(super) fn form(beginning: &[u8]) -> Option<Form> {
         };
         return Some(Form::NotRead(what, remedy));
     }
-    if is_json(beginning) {
-        return Some(Form::NotRead(
-            "JSON",
-            "in Python: pandas.read_json(FILE).to_csv('log.csv', index=False); of lines that are an object each, with lines=True",
-        ));
-    }
     let found = KNOWN
         .iter()
         .find(|(magic, _, _)| beginning.starts_with(magic));
     found.map(|(_, what, remedy)| Form::NotRead(what, remedy))
-}
-
-/// An object, or a list of objects or lists, from the first byte on. A terminal's stamp in brackets is none.
-fn is_json(beginning: &[u8]) -> bool {
-    let mut marks = beginning.iter().filter(|byte| !byte.is_ascii_whitespace());
-    matches!(
-        (marks.next(), marks.next()),
-        (Some(b'{'), Some(b'"')) | (Some(b'['), Some(b'{' | b'['))
-    )
 }

@@ -1,7 +1,9 @@
-//! Where the times are, and in which unit.
+//! Where the times are, in which unit, and what kind of clock tells them.
 
+use super::super::clock::{Counts, RowClock};
 use super::super::map_file::TimeSection;
 use super::decide::{Decision, short};
+use super::readings::Readings;
 use super::said::number_and_rest;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
@@ -11,10 +13,34 @@ use super::units::{Role, unit_of};
 const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
 /// `micros()` and `millis()` begin again at 0 here.
 const CLOCK_WRAP: f64 = 4_294_967_296.0;
+/// A sample time that is said differs from that of the log's clock by more than this share: jitter and rounding are less.
+const CONTRADICTS: f64 = 0.05;
+/// A clock whose name tells only a unit falls once in so many rows at most, where a board begins anew.
+const MOST_FALLS: usize = 1000;
+/// Names of a time since the row before that say no unit and may as well be counts.
+const BARE_DELTA: [&str; 1] = ["delta"];
+
+/// A clock that was found.
+pub(super) struct Clock {
+    pub at: usize,
+    pub unit: &'static str,
+    /// The column of the rest of it, and its unit.
+    pub fraction: Option<(usize, &'static str)>,
+    pub counts: Counts,
+    pub wrap: Option<f64>,
+    /// Rows that share a reading.
+    pub shared: f64,
+    /// Time from row to row in s.
+    pub step_s: f64,
+}
+
+/// What `--time` is to say, and why.
+type Question = (String, String);
 
 impl Decision<'_> {
     /// Where the times are; the time from row to row in s where it is known.
     pub(super) fn time(&mut self) -> Result<Option<f64>, Unclear> {
+        self.map.rows.runs = self.said.runs;
         if let Some(text) = &self.said.time
             && self.find(text).is_none()
             && let Some((number, unit)) = number_and_rest(text)
@@ -22,63 +48,229 @@ impl Decision<'_> {
         {
             let sample_time_s = number * in_seconds(unit);
             self.map.sample_time_s = Some(sample_time_s);
-            self.understand(
-                "time",
-                None,
-                None,
-                format!("row number times {number} {unit}"),
-            );
+            self.contradicted(sample_time_s);
+            let times = (0..self.survey.rows).map(|row| row as f64 * sample_time_s);
+            self.times_s = Some(times.collect());
+            let words = format!("row number times {number} {unit}");
+            self.understand("time", None, None, words);
             return Ok(Some(sample_time_s));
         }
-        let (at, said_unit) = match &self.said.time {
-            Some(text) => self.said_column("--time", Role::Time, text)?,
-            None => match self.clock() {
-                Ok(at) => (at, None),
-                Err((value, why)) => {
-                    self.ask("--time", value.to_owned(), why);
-                    return Ok(None);
-                }
-            },
+        let found = match &self.said.time {
+            Some(text) => {
+                let (at, unit) = self.said_column("--time", Role::Time, text)?;
+                self.clock_at(at, unit, true)
+            }
+            None => (self.clock()).and_then(|at| self.clock_at(at, None, false)),
         };
-        let column = self.column(at);
-        let name = self.name(at);
-        if column.is_stamps() {
-            self.map.time = Some(TimeSection::of(self.column_ref(at), "stamp", None));
-            self.understand(
-                "time",
-                Some(at),
-                Some("stamp"),
-                format!("{name}, time stamps"),
-            );
-            return Ok(None);
+        match found {
+            Ok(clock) => {
+                let step_s = clock.step_s;
+                self.take_clock(&clock);
+                Ok(Some(step_s))
+            }
+            Err((value, why)) => {
+                self.ask("--time", value, why);
+                Ok(None)
+            }
         }
-        let step = column.median_step();
-        let unit = said_unit
-            .or(self.says[at].unit)
-            .or_else(|| unit_of_clock(step));
-        let Some(unit) = unit else {
-            let flag = self.flag_name(at);
-            self.used.push(at);
-            let why = format!(
-                "{name} goes on by {} from row to row and names no unit; s, ms or us",
-                short(step)
-            );
-            self.ask("--time", format!("{flag}:ms"), why);
-            return Ok(None);
-        };
-        self.clock = Some((at, in_seconds(unit)));
-        let is_counter = column.is_whole() && matches!(unit, "ms" | "us");
-        let wrap = is_counter.then_some(CLOCK_WRAP);
-        self.map.time = Some(TimeSection::of(self.column_ref(at), unit, wrap));
-        let step_s = step * in_seconds(unit);
-        let words = format!("{name} in {unit}, a row every {} s", short(step_s));
-        self.understand("time", Some(at), Some(unit), words);
-        Ok(Some(step_s))
     }
 
-    /// The clock: by name the one with the finest unit; else the only column that rises as a clock does, and does not count the
-    /// rows. Else what `--time` is to say, and why.
-    fn clock(&self) -> Result<usize, (&'static str, String)> {
+    /// Takes a clock into the mapping.
+    fn take_clock(&mut self, clock: &Clock) {
+        let &Clock { at, unit, .. } = clock;
+        let name = self.name(at);
+        let mut section = TimeSection::of(self.column_ref(at), unit);
+        section.wrap = clock.wrap;
+        let every = format!("a row every {} s", short(clock.step_s));
+        let mut words = match (unit, clock.fraction) {
+            ("stamp", _) => format!("{name}, time stamps"),
+            (_, Some((rest, rest_unit))) => {
+                section.fraction = Some(self.column_ref(rest));
+                section.fraction_unit = Some(rest_unit.to_owned());
+                let rest = self.name(rest);
+                format!("{name} in {unit} plus {rest} in {rest_unit}, {every}")
+            }
+            (_, None) => format!("{name} in {unit}, {every}"),
+        };
+        match clock.counts {
+            Counts::SinceOrigin => {}
+            Counts::SinceRowBefore => {
+                section.increments = Some(true);
+                words.push_str(": the time since the row before, summed up");
+            }
+            Counts::Coarsely {
+                resolution_s,
+                sample_time_s,
+            } => {
+                section.resolution = Some(resolution_s / in_seconds(unit));
+                self.map.sample_time_s = Some(sample_time_s);
+                words = format!(
+                    "{name} in {unit}, a coarse clock: {} rows share each reading, {} s long; they are spread, {every}",
+                    short((clock.shared * 100.0).round() / 100.0),
+                    short(resolution_s),
+                );
+            }
+        }
+        self.map.time = Some(section);
+        self.times_s = Some(self.times_of(clock));
+        self.used.extend(clock.fraction.map(|(rest, _)| rest));
+        self.understand("time", Some(at), Some(unit), words);
+    }
+
+    /// The times of all rows by this clock, as the import makes them.
+    fn times_of(&self, clock: &Clock) -> Vec<f64> {
+        let seconds = in_seconds(clock.unit);
+        let rest = clock
+            .fraction
+            .map(|(at, unit)| (self.column(at), in_seconds(unit)));
+        let mut state = RowClock::default();
+        let mut time = |(row, reading): (usize, &f64)| {
+            let (straight, after) = state.straight(*reading, clock.wrap);
+            let rest_s = rest.map_or(0.0, |(column, unit_s)| column.numbers[row] * unit_s);
+            let reading_s = straight * seconds + rest_s;
+            if !reading_s.is_finite() {
+                return f64::NAN;
+            }
+            let (time_s, after) = after.time_s(reading_s, row as u64, clock.counts);
+            state = after;
+            time_s
+        };
+        let readings = self.column(clock.at).readings();
+        readings.iter().enumerate().map(&mut time).collect()
+    }
+
+    /// The kind of clock that a column is, and its unit.
+    fn clock_at(
+        &self,
+        at: usize,
+        said_unit: Option<&'static str>,
+        is_said: bool,
+    ) -> Result<Clock, Question> {
+        if let Some(pair) = self.pair(Some(at)) {
+            return Ok(pair);
+        }
+        let column = self.column(at);
+        let (name, flag) = (self.name(at), self.flag_name(at));
+        let readings = self.readings(at);
+        let kind = Readings::of(&readings);
+        let usual = match kind {
+            Readings::Coarse {
+                resolution, rows, ..
+            } => resolution / rows,
+            Readings::NearOne => median(readings.clone()),
+            _ => median(readings.windows(2).map(|pair| pair[1] - pair[0]).collect()),
+        };
+        let is_interval = is_said || self.is_interval(at);
+        let unit = match column.is_stamps() {
+            true => Some("stamp"),
+            false => (said_unit.or(self.says[at].unit)).or_else(|| unit_of_clock(usual)),
+        };
+        let counts = |unit_s: f64| match kind {
+            Readings::Rising => Ok((Counts::SinceOrigin, 1.0)),
+            Readings::NearOne if is_interval => Ok((Counts::SinceRowBefore, 1.0)),
+            Readings::Coarse {
+                resolution,
+                rows,
+                is_even: true,
+            } => {
+                let resolution_s = resolution * unit_s;
+                let sample_time_s = resolution_s / rows;
+                let counts = Counts::Coarsely {
+                    resolution_s,
+                    sample_time_s,
+                };
+                Ok((counts, rows))
+            }
+            Readings::Coarse { .. } => {
+                let mean_s = mean_step(&readings) * unit_s;
+                let why = format!(
+                    "rows arrive in bunches: several share a reading of {name}, and its steps are uneven. \
+                     They come every {} s on average; for a column: COLUMN:UNIT",
+                    short(mean_s)
+                );
+                Err((as_time(mean_s), why))
+            }
+            Readings::NearOne | Readings::Other => {
+                let why = format!(
+                    "{name} does not rise from row to row, so it is no clock; the columns are {}; \
+                     for rows 10 ms apart: --time 10ms",
+                    self.all_names()
+                );
+                Err(("COLUMN:UNIT".to_owned(), why))
+            }
+        };
+        let Some(unit) = unit else {
+            // Whether it is a clock at all comes before its unit.
+            counts(1.0)?;
+            let why = format!(
+                "{name} goes on by {} from row to row and names no unit; s, ms, us or ns",
+                short(usual)
+            );
+            return Err((format!("{flag}:ms"), why));
+        };
+        let unit_s = in_seconds(unit);
+        let (counts, shared) = counts(unit_s)?;
+        let is_counter =
+            column.is_whole() && counts != Counts::SinceRowBefore && matches!(unit, "ms" | "us");
+        Ok(Clock {
+            at,
+            unit,
+            fraction: None,
+            counts,
+            wrap: is_counter.then_some(CLOCK_WRAP),
+            shared,
+            step_s: usual * unit_s,
+        })
+    }
+
+    /// The readings of a column as a clock, without rows that have none. Where signals of different rates share rows, one reading
+    /// may stand in several of them.
+    fn readings(&self, at: usize) -> Vec<f64> {
+        let finite = |reading: &&f64| reading.is_finite();
+        let readings = self.column(at).readings().iter().filter(finite);
+        let mut readings: Vec<f64> = readings.copied().collect();
+        let is_sparse = |column: &super::column::Column| 10 * column.empty > self.survey.rows;
+        if self.survey.columns.iter().any(is_sparse) {
+            readings.dedup();
+        }
+        readings
+    }
+
+    /// Says so where the log's own clock tells another sample time than is said.
+    fn contradicted(&mut self, sample_time_s: f64) {
+        let clock = (self.clock()).and_then(|at| self.clock_at(at, None, false));
+        let Ok(clock) = clock else { return };
+        let times = clock.step_s / sample_time_s;
+        if clock.step_s > 0.0 && !(1.0 - CONTRADICTS..=1.0 + CONTRADICTS).contains(&times) {
+            self.notes.push(format!(
+                "{} says that the rows are {} s apart, not {} s as --time says; with --time every time constant is {} that of the clock; \
+                 hint: leave --time out to take the clock of the log",
+                self.name(clock.at),
+                short(clock.step_s),
+                short(sample_time_s),
+                match times < 1.0 {
+                    true => format!("{} times", short(times.recip())),
+                    false => format!("1/{} of", short(times)),
+                },
+            ));
+        }
+    }
+
+    /// Whether a column's name says that it is the time since the row before.
+    fn is_interval(&self, at: usize) -> bool {
+        let words: Vec<&str> = self.says[at].words.iter().map(String::as_str).collect();
+        self.says[at].role == Some(Role::Interval) || words == BARE_DELTA
+    }
+
+    /// Whether a name says a time by more than the unit in its brackets, as `ESC signal (µs)` does not.
+    fn is_time_by_name(&self, at: usize) -> bool {
+        let says = &self.says[at];
+        says.role == Some(Role::Time) && (says.is_named || says.words.len() == 1)
+    }
+
+    /// The clock: by name the one with the finest unit; else time stamps; else the only column that rises as a clock does, and does
+    /// not count the rows; else the time since the row before.
+    fn clock(&self) -> Result<usize, Question> {
         let all = || 0..self.survey.columns.len();
         let fineness = |at: usize| match self.says[at].unit {
             Some("ns") => 4,
@@ -87,44 +279,85 @@ impl Decision<'_> {
             Some(_) => 1,
             None => 0,
         };
-        let named = all()
-            .filter(|&at| self.says[at].role == Some(Role::Time) && self.column(at).is_numeric());
-        if let Some(at) = named.max_by_key(|&at| (fineness(at), usize::MAX - at)) {
+        let is_time =
+            |&at: &usize| self.says[at].role == Some(Role::Time) && self.column(at).is_numeric();
+        let goes_on = |at: usize| {
+            let kind = Readings::of(&self.readings(at));
+            match self.is_time_by_name(at) {
+                true => kind.go_on(),
+                // A throttle in µs rises and falls.
+                false => kind.go_on() && self.column(at).falls() * MOST_FALLS <= self.survey.rows,
+            }
+        };
+        let named = all().filter(is_time).filter(|&at| goes_on(at));
+        let rank = |&at: &usize| {
+            let is_rising = Readings::of(&self.readings(at)) == Readings::Rising;
+            (
+                self.is_time_by_name(at),
+                is_rising,
+                fineness(at),
+                usize::MAX - at,
+            )
+        };
+        if let Some(at) = named.max_by_key(rank) {
             return Ok(at);
         }
         if let Some(at) = all().find(|&at| self.column(at).is_stamps()) {
             return Ok(at);
+        }
+        if let Some(pair) = self.pair(None) {
+            return Ok(pair.at);
         }
         let is_free = |at: &usize| self.says[*at].role.is_none();
         let (numbers, rising): (Vec<usize>, Vec<usize>) = all()
             .filter(|&at| self.column(at).is_clock())
             .filter(is_free)
             .partition(|&at| self.column(at).is_row_number());
-        match (rising.as_slice(), numbers.as_slice()) {
-            ([one], _) => Ok(*one),
-            ([], [number, ..]) => Err((
-                "SAMPLETIME",
-                format!(
+        if let [one] = rising.as_slice() {
+            return Ok(*one);
+        }
+        let is_interval = |&at: &usize| {
+            self.is_interval(at) && Readings::of(&self.readings(at)) == Readings::NearOne
+        };
+        if let Some(at) = all().find(is_interval) {
+            return Ok(at);
+        }
+        let why = match (rising.as_slice(), numbers.as_slice()) {
+            ([], [number, ..]) => {
+                let why = format!(
                     "{} counts the rows and is no clock; the time from row to row, such as 20ms; of a clock: COLUMN:UNIT",
                     self.name(*number)
-                ),
-            )),
-            ([], []) => Err((
-                "COLUMN:UNIT",
-                format!(
-                    "no column is a clock; the columns are {}; for rows 10 ms apart: --time 10ms",
-                    self.all_names()
-                ),
-            )),
-            _ => Err((
-                "COLUMN:UNIT",
-                format!(
-                    "several columns rise as a clock does; the columns are {}",
-                    self.all_names()
-                ),
-            )),
-        }
+                );
+                return Err(("SAMPLETIME".to_owned(), why));
+            }
+            ([], []) => format!(
+                "no column is a clock; the columns are {}; for rows 10 ms apart: --time 10ms",
+                self.all_names()
+            ),
+            _ => format!(
+                "several columns rise as a clock does; the columns are {}",
+                self.all_names()
+            ),
+        };
+        Err(("COLUMN:UNIT".to_owned(), why))
     }
+}
+
+pub(super) fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn mean_step(readings: &[f64]) -> f64 {
+    match readings {
+        [first, .., last] => (last - first) / (readings.len() - 1) as f64,
+        _ => f64::NAN,
+    }
+}
+
+/// A sample time as `--time` takes it.
+fn as_time(seconds: f64) -> String {
+    format!("{}ms", short(1000.0 * seconds))
 }
 
 /// Seconds in a unit of time.
@@ -142,7 +375,7 @@ pub(super) fn in_seconds(unit: &str) -> f64 {
 fn unit_of_clock(step: f64) -> Option<&'static str> {
     let (least_s, most_s) = SAMPLE_TIMES_S;
     let holds = |unit: &&str| (least_s..=most_s).contains(&(step * in_seconds(unit)));
-    let mut found = ["s", "ms", "us"].into_iter().filter(holds);
+    let mut found = ["s", "ms", "us", "ns"].into_iter().filter(holds);
     found.next().filter(|_| found.next().is_none())
 }
 
@@ -160,7 +393,9 @@ mod tests {
             (1.0, Some("ms")),
             (20.0, Some("ms")),
             (5000.0, Some("us")),
-            (1e7, None),
+            (250_000.0, None),
+            (1e7, Some("ns")),
+            (1e10, None),
             (0.0, None),
             (f64::NAN, None),
         ] {

@@ -21,6 +21,8 @@ pub(super) struct Column {
     pub unit_line: Option<String>,
     /// NaN where a cell is none.
     pub numbers: Vec<f64>,
+    /// Of a time stamp the seconds; NaN where a cell is none.
+    pub stamp_s: Vec<f64>,
     pub empty: usize,
     pub stamps: usize,
     pub has_comma: bool,
@@ -45,6 +47,11 @@ impl Column {
     /// One more cell.
     pub fn take(&mut self, cell: &[u8], is_decimal_comma: bool) {
         let parsed = number(cell, is_decimal_comma, "");
+        let stamped = match &parsed {
+            Err(_) if !cell.is_empty() => stamp(cell),
+            _ => None,
+        };
+        self.stamp_s.push(stamped.map_or(f64::NAN, |stamp| stamp.s));
         match &parsed {
             Ok(_) => {
                 self.has_comma |= cell.contains(&b',');
@@ -54,7 +61,7 @@ impl Column {
                 self.digits = self.digits.max(if has_power { usize::MAX } else { digits });
             }
             Err(_) if cell.is_empty() => self.empty += 1,
-            Err(_) if stamp(cell).is_some() => self.stamps += 1,
+            Err(_) if stamped.is_some() => self.stamps += 1,
             Err(_) => self.word_cells += 1,
         }
         let word = match parsed {
@@ -112,11 +119,24 @@ impl Column {
         numbers.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
+    /// Rows in which it falls.
+    pub fn falls(&self) -> usize {
+        self.steps().iter().filter(|step| **step < 0.0).count()
+    }
+
     /// Median of the steps; NaN where there are none.
     pub fn median_step(&self) -> f64 {
         let mut steps = self.steps();
         steps.sort_by(f64::total_cmp);
         steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    /// The readings of a clock, row by row: numbers, or the seconds of time stamps.
+    pub fn readings(&self) -> &[f64] {
+        match self.is_stamps() {
+            true => &self.stamp_s,
+            false => &self.numbers,
+        }
     }
 
     /// Whether it rises as a clock does: from every row to the next, but for a new start in a thousand.

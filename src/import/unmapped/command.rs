@@ -2,6 +2,7 @@
 
 use super::super::cells::value_after;
 use super::super::map_command::CommandSection;
+use super::super::straight::profile;
 use super::decide::{Decision, short};
 use super::file_name::commands_of;
 use super::said::{Steps, expected};
@@ -33,6 +34,8 @@ struct Found {
     full: Option<f64>,
     column: Option<usize>,
     words: String,
+    /// Of every row, where no single column has it.
+    of_rows: Option<Vec<f64>>,
 }
 
 impl Decision<'_> {
@@ -52,6 +55,7 @@ impl Decision<'_> {
             full,
             column,
             mut words,
+            of_rows,
         } = found;
         if section.recorded == Some(false) {
             self.understand("command", None, None, words);
@@ -99,6 +103,7 @@ impl Decision<'_> {
             self.reverse = level.map(|level| (at, level));
         }
         self.map.command = Some(section);
+        self.commands = of_rows.or_else(|| column.map(|command| self.signed(command)));
         if let (Some(command), Some(motion)) = (column, motion) {
             self.sign(command, motion);
         } else if self.said.unsigned == Some(true) {
@@ -124,6 +129,7 @@ impl Decision<'_> {
                     full: None,
                     column: None,
                     words,
+                    of_rows: None,
                 }));
             }
             if let Some(steps) = Steps::parse(text)? {
@@ -131,6 +137,11 @@ impl Decision<'_> {
                     .points
                     .iter()
                     .fold(0.0, |most: f64, (_, value)| most.max(value.abs()));
+                let of_rows = (self.times_s.as_ref()).map(|times_s| {
+                    let first_s = times_s.first().copied().unwrap_or(0.0);
+                    let at = |t_s: &f64| profile(&steps.points, false, t_s - first_s);
+                    times_s.iter().map(at).collect()
+                });
                 let section = CommandSection {
                     points: Some(steps.points),
                     ..CommandSection::default()
@@ -143,6 +154,7 @@ impl Decision<'_> {
                     full: None,
                     column: None,
                     words,
+                    of_rows,
                 }));
             }
             if let Some(sum) = Sum::parse(text, |name| self.find(name).is_some())? {
@@ -181,8 +193,16 @@ impl Decision<'_> {
         let current = (self.candidates(Role::Current).first()).map_or_else(String::new, |&at| {
             format!("; of a current loop: {}:A", self.flag_name(at))
         });
+        let free: Vec<String> = (0..self.survey.columns.len())
+            .filter(|at| !self.used.contains(at) && self.column(*at).is_numeric())
+            .map(|at| self.name(at))
+            .collect();
+        let among = match free.is_empty() {
+            true => String::new(),
+            false => format!(" of {}", free.join(", ")),
+        };
         let why = format!(
-            "{doubt}no column is named as a command; {from}a column: COLUMN:UNIT; known steps: 6V@0.5s{current}; not known: none; \
+            "{doubt}no column is named as a command; {from}a column: COLUMN:UNIT{among}; known steps: 6V@0.5s{current}; not known: none; \
              a share of full drive (pwm, percent) needs --supply too"
         );
         let is_share = (proposed.as_ref()).is_some_and(|steps| steps.contains(['%', 'p']));
@@ -211,10 +231,12 @@ impl Decision<'_> {
                 self.used.push(at);
             }
         }
-        let held = total.iter().filter(|x| x.is_finite()).map(|x| match limit {
-            Some(limit) => x.abs().min(limit),
-            None => x.abs(),
-        });
+        if let Some(limit) = limit {
+            total
+                .iter_mut()
+                .for_each(|sum| *sum = sum.clamp(-limit, limit));
+        }
+        let most = (total.iter().filter(|x| x.is_finite())).fold(0.0, |most, x| x.abs().max(most));
         let section = sum.section(limit, |name| {
             let at = self.find(name).unwrap_or_default();
             Ok(self.column_ref(at))
@@ -226,10 +248,11 @@ impl Decision<'_> {
         Ok(Found {
             section,
             unit: sum.unit,
-            most: held.fold(0.0, f64::max),
+            most,
             full: None,
             column: None,
             words: format!("{} in {}{held_to}", terms.join(" plus "), sum.unit),
+            of_rows: Some(total),
         })
     }
 
@@ -264,10 +287,7 @@ impl Decision<'_> {
         let by_full = self.said.pwm_full.map(|_| "pwm");
         let Some(unit) = said_unit.or(named).or_else(by_numbers).or(by_full) else {
             let flag = self.flag_name(at);
-            let proposed = match (
-                is_word(&["duty", "dutycycle"]),
-                column.is_whole() && most > MOST_VOLTS,
-            ) {
+            let proposed = match (is_word(&["duty", "dutycycle"]), most > MOST_VOLTS) {
                 (true, false) => "percent",
                 (_, true) => "pwm",
                 (false, false) => "V",
@@ -288,6 +308,7 @@ impl Decision<'_> {
             full,
             column: Some(at),
             words,
+            of_rows: None,
         })
     }
 
@@ -321,6 +342,7 @@ impl Decision<'_> {
             full: None,
             column: None,
             words,
+            of_rows: None,
         })
     }
 
@@ -346,10 +368,9 @@ impl Decision<'_> {
         let first = numbers.iter().find(|number| number.is_finite())?;
         let moves = (numbers.iter()).position(|number| number.is_finite() && number != first)?;
         let rests = moves.checked_sub(1)?;
-        let (clock, seconds) = self.clock?;
-        let times = &self.column(clock).numbers;
-        let onset_s = (times[rests] - times[0]) * seconds;
-        let length_s = (times.last()? - times[0]) * seconds;
+        let times_s = self.times_s.as_ref()?;
+        let (first_s, last_s) = (times_s.first()?, times_s.last()?);
+        let (onset_s, length_s) = (times_s[rests] - first_s, last_s - first_s);
         (onset_s >= SHORT_REST * length_s).then_some(onset_s)
     }
 }

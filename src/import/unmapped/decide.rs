@@ -7,7 +7,7 @@ use super::super::map::ColumnRef;
 use super::super::map_file::{Empty, FieldSection, MapFile};
 use super::column::Column;
 use super::direction::DIRECTIONS;
-use super::names::{NameSays, says};
+use super::names::{NameSays, name_outputs, says};
 use super::said::{ColumnSaid, Said, expected};
 use super::survey::Survey;
 use super::unclear::{Missing, Unclear};
@@ -43,18 +43,23 @@ pub(super) struct Decision<'a> {
     pub used: Vec<usize>,
     /// The column of the command's direction, and the level of it that is backwards.
     pub reverse: Option<(usize, usize)>,
-    /// The clock, and the seconds in one of its units.
-    pub clock: Option<(usize, f64)>,
+    /// The command of every row with its sign, in any unit, where it is known.
+    pub commands: Option<Vec<f64>>,
+    /// The speed comes in steps of counts, or a rule for it is said.
+    pub is_difference: bool,
+    /// Time of every row in s, where it is known; NaN in rows without one.
+    pub times_s: Option<Vec<f64>>,
 }
 
 impl<'a> Decision<'a> {
     pub fn new(survey: &'a Survey, said: &'a Said, file_name: &'a str) -> Self {
-        let says = (survey.columns.iter())
+        let mut says: Vec<NameSays> = (survey.columns.iter())
             .map(|column| {
                 let name = column.name.as_deref().unwrap_or_default();
                 says(name, column.unit_line.as_deref())
             })
             .collect();
+        name_outputs(&mut says, |at| survey.columns[at].is_numeric());
         let mut map = MapFile {
             file: survey.file.clone(),
             ..MapFile::default()
@@ -73,7 +78,9 @@ impl<'a> Decision<'a> {
             line: said.flags(),
             used: Vec::new(),
             reverse: None,
-            clock: None,
+            commands: None,
+            is_difference: false,
+            times_s: None,
         }
     }
 
@@ -82,6 +89,9 @@ impl<'a> Decision<'a> {
         let step_s = self.time()?;
         let motion = self.motion(step_s)?;
         self.command(motion)?;
+        if let Some(motion) = motion {
+            self.integration(motion);
+        }
         self.current()?;
         self.rows();
         if self.said.reverse {

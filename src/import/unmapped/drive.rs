@@ -10,6 +10,8 @@ use super::units::Role;
 
 /// Rows in which a motor is driven backwards and counted forwards that are no accident.
 const BACKWARDS: usize = 5;
+/// A motor that is braked loses more than 2 % of its speed from the first half of a braking to its last quarter.
+const SLOWED: f64 = 0.98;
 
 impl Decision<'_> {
     /// The number that is full drive, and how that is known.
@@ -127,20 +129,31 @@ impl Decision<'_> {
         }
     }
 
+    /// Whether the motion lacks a sign: it turns on, and does not only slow down, under a command against it. A motor that is braked
+    /// comes to rest; an encoder of one channel goes on counting up.
     fn is_without_sign(&self, command: usize, motion: usize) -> bool {
-        let commands = self.commands(command);
+        let commands = self.signed(command);
         let rates = self.rates(motion);
-        let goes_back = rates.iter().any(|rate| *rate < 0.0);
-        let against = commands
-            .iter()
-            .zip(&rates)
-            .filter(|(u, rate)| **u < 0.0 && **rate > 0.0)
-            .count();
-        !goes_back && against >= BACKWARDS && commands.iter().any(|u| *u > 0.0)
+        let has_sign = self.column(motion).lowest() < 0.0 || rates.iter().any(|rate| *rate < 0.0);
+        if has_sign || !commands.iter().any(|u| *u > 0.0) {
+            return false;
+        }
+        let rows: Vec<(f64, f64)> = commands.into_iter().zip(rates).collect();
+        let turns_on = |stretch: &[(f64, f64)]| {
+            let mean = |rows: &[(f64, f64)]| {
+                rows.iter().map(|(_, rate)| rate).sum::<f64>() / rows.len() as f64
+            };
+            let length = stretch.len();
+            let (first, last) = (&stretch[..length / 2], &stretch[length - length / 4..]);
+            mean(last) > 0.0 && mean(last) >= SLOWED * mean(first)
+        };
+        rows.chunk_by(|a, b| (a.0 < 0.0) == (b.0 < 0.0))
+            .filter(|stretch| stretch[0].0 < 0.0 && stretch.len() > BACKWARDS)
+            .any(turns_on)
     }
 
     /// The command's numbers, with the sign that a column of directions gives them.
-    fn commands(&self, command: usize) -> Vec<f64> {
+    pub(super) fn signed(&self, command: usize) -> Vec<f64> {
         let numbers = &self.column(command).numbers;
         let Some((at, reverse)) = self.reverse else {
             return numbers.clone();

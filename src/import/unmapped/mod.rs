@@ -16,11 +16,15 @@ mod marks;
 mod motion;
 mod names;
 mod over;
+mod readings;
 mod said;
+mod seconds;
 mod speed;
+mod speed_rule;
 mod sum;
 mod survey;
 mod table;
+mod turns;
 mod unclear;
 mod units;
 

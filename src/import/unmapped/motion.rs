@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 use super::super::map_file::PositionSection;
 use super::column::Column;
 use super::decide::{Decision, short};
+use super::names::is_input;
 use super::said::expected;
+use super::turns::turn_in;
 use super::unclear::Unclear;
 use super::units::Role;
 
@@ -103,6 +105,12 @@ impl Decision<'_> {
         if rest.len() > 1 {
             rest.retain(|&at| !self.column(at).is_row_number());
         }
+        let inputs: Vec<usize> = (rest.iter().copied())
+            .filter(|&at| is_input(&self.says[at]))
+            .collect();
+        if let [_] = inputs.as_slice() {
+            rest = inputs;
+        }
         if let [one] = rest.as_slice() {
             let flag = self.flag_name(*one);
             let name = self.name(*one);
@@ -126,8 +134,9 @@ impl Decision<'_> {
             return Some(one);
         }
         let why = format!(
-            "no column is named as a position or a speed; the columns are {}; --speed COLUMN:UNIT for a speed",
-            self.all_names()
+            "no column is named as a position or a speed; the columns are {}; --speed COLUMN:UNIT for a speed{}",
+            self.all_names(),
+            self.analogue()
         );
         self.ask("--position", "COLUMN:UNIT".to_owned(), why);
         self.counts_per_rev(None, COUNTED.to_owned());
@@ -201,6 +210,7 @@ impl Decision<'_> {
             let fills = |turn: &f64| (FILLED * turn..=*turn).contains(&range);
             let raw_turn = POWERS.into_iter().find(fills);
             let (unit, turn) = match (is_angle, column.is_whole()) {
+                _ if let Some((unit, _)) = self.unit_of_counts(at) => (unit, None),
                 (true, true) if raw_turn.is_some() => ("counts", raw_turn),
                 (false, true) => ("counts", None),
                 _ if fills(&360.0) => ("deg", Some(360.0)),
@@ -221,17 +231,24 @@ impl Decision<'_> {
         if unit == "counts" && !is_increments && self.follows_command(at) {
             self.doubt_position(at);
         }
-        if matches!(unit, "m" | "mm" | "um") && self.said.m_per_rev.is_none() {
-            let why = format!("travel of a linear axis in one turn in m: {name} is in {unit}");
-            self.ask("--m-per-rev", "METRES".to_owned(), why);
+        if matches!(unit, "m" | "mm" | "um") {
+            self.travel(at, unit);
         }
-        let turn = match unit {
-            "deg" => Some(360.0),
-            "rad" => Some(TAU),
-            "mrad" => Some(1000.0 * TAU),
-            "rev" => Some(1.0),
-            _ => None,
-        };
+        if let Some((other, counts)) = self.unit_of_counts(at)
+            && other != unit
+            && let Some(turn) = turn_in(unit)
+        {
+            let step = column.step().unwrap_or_default();
+            self.notes.push(format!(
+                "{name} moves in steps of {}: 1/{} of a turn in {other}, and 1/{} in {unit}, which is no whole number of counts; \
+                 hint: --position {}:{other}",
+                short(step),
+                short(counts),
+                short(turn / step),
+                self.flag_name(at)
+            ));
+        }
+        let turn = turn_in(unit);
         // Whole degrees are whole in the next log too, whatever this one has of them.
         let digit = Some(2.0 * column.rounding()).filter(|digit| *digit > 0.0);
         let step = match column.is_whole() {
@@ -282,6 +299,17 @@ impl Decision<'_> {
                 short(step.unwrap_or_default())
             );
             self.understand("counts_per_rev", None, None, words);
+        }
+    }
+
+    /// Travel of a linear axis in one turn, which metres need.
+    pub(super) fn travel(&mut self, at: usize, unit: &str) {
+        if self.said.m_per_rev.is_none() {
+            let name = self.name(at);
+            let why = format!(
+                "travel of the axis in one turn of the encoder in m, the circumference of a wheel: {name} is in {unit}"
+            );
+            self.ask("--m-per-rev", "METRES".to_owned(), why);
         }
     }
 

@@ -49,6 +49,7 @@ const INCREMENTS: &[&str] = &[
     "dcounts",
     "dticks",
 ];
+const INTERVALS: &[&str] = &["dt", "deltat", "dtime", "deltatime", "interval", "looptime"];
 const SPEEDS: &[&str] = &[
     "speed", "vel", "velocity", "omega", "rpm", "rps", "dps", "drehzahl",
 ];
@@ -63,6 +64,29 @@ const COMMANDS: &[&str] = &[
     "volts",
     "volt",
     "spannung",
+];
+/// What a controller puts out, where no column is named as a command by one of those.
+const OUTPUTS: &[&str] = &[
+    "output",
+    "out",
+    "op",
+    "control",
+    "ctrl",
+    "effort",
+    "throttle",
+    "power",
+    "actuation",
+    "stellgröße",
+    "stellgroesse",
+    "stellwert",
+    "tension",
+    "tensión",
+    "salida",
+    "sortie",
+];
+/// What a controller measures, beside its setpoint and its output.
+const INPUTS: &[&str] = &[
+    "input", "pv", "feedback", "measured", "actual", "ist", "istwert", "entrada",
 ];
 const CURRENTS: &[&str] = &["current", "amps", "strom", "iq"];
 const SUPPLIES: &[&str] = &[
@@ -116,6 +140,8 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         } else {
             Role::Speed
         })
+    } else if is_interval(&words, inside.iter().map(String::as_str).chain(unit_line)) {
+        Some(Role::Interval)
     } else if is_read_and_reset || (has(INCREMENTS) && !has(TIMES)) {
         Some(Role::Increments)
     } else if has(POSITIONS) && !has(&["pwm", "duty", "voltage"]) {
@@ -132,7 +158,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         } else {
             Role::Command
         })
-    } else if has(TIMES) && !has(&["delta", "dt"]) {
+    } else if has(TIMES) {
         Some(Role::Time)
     } else {
         None
@@ -157,11 +183,49 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     found
 }
 
+/// Names of a controller's columns: where none says a command in words of its own, what it puts out is the command.
+pub(super) fn name_outputs(all: &mut [NameSays], is_numeric: impl Fn(usize) -> bool) {
+    if all
+        .iter()
+        .any(|says| matches!(says.role, Some(Role::Command | Role::CommandOrSupply)))
+    {
+        return;
+    }
+    for (at, says) in all.iter_mut().enumerate() {
+        let is_output = says
+            .words
+            .iter()
+            .any(|word| OUTPUTS.contains(&word.as_str()));
+        if says.role.is_none() && is_output && is_numeric(at) {
+            says.role = Some(Role::Command);
+            says.is_named = true;
+            says.unit = unit_at_end(Role::Command, &says.words);
+        }
+    }
+}
+
+/// Whether a name says what a controller measures.
+pub(super) fn is_input(says: &NameSays) -> bool {
+    says.words
+        .iter()
+        .any(|word| INPUTS.contains(&word.as_str()))
+}
+
+/// Whether the words are those of the time since the row before: `dt`, `dt_us`, `delta_t`, `delta_ms`.
+fn is_interval<'a>(words: &'a [String], units: impl Iterator<Item = &'a str>) -> bool {
+    let is_time = |word: &str| TIMES.contains(&word) || unit_of(Role::Time, word).is_some();
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    let mut all = words.iter().map(String::as_str).chain(units);
+    has(INTERVALS) || (has(&["delta", "diff"]) && all.any(is_time))
+}
+
 /// A name that is nothing but a unit tells the quantity by it, as `millis`, `vir_V` and `x [rad]` do.
 fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
     let by_text = |text: &str| {
         let roles = [Role::Time, Role::Speed, Role::Position, Role::Command];
-        let is_clear = |unit: &str| !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s");
+        // Per cent are also an efficiency and a charge.
+        let is_clear =
+            |unit: &str| !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s" | "percent");
         roles
             .into_iter()
             .find(|role| unit_of(*role, text).is_some_and(is_clear))
@@ -175,6 +239,7 @@ fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
         let by_last = match words.last().map(String::as_str) {
             Some("v" | "volts") if words.len() > 1 => Some(Role::Command),
             Some("a") if words.len() > 1 => Some(Role::Current),
+            Some("ms" | "us" | "ns") if words.len() > 1 => Some(Role::Time),
             _ => None,
         };
         let by_unit = roles.into_iter().find(|role| {
@@ -268,7 +333,9 @@ mod tests {
 
     #[test]
     fn names_of_the_field_are_understood() {
-        use Role::{Command, Current, Increments, Position, Reference, Speed, Supply, Time};
+        use Role::{
+            Command, Current, Increments, Interval, Position, Reference, Speed, Supply, Time,
+        };
         for (name, role, unit) in [
             ("time", Time, None),
             ("t", Time, None),
@@ -319,6 +386,14 @@ mod tests {
             ("goal_rad", Reference, None),
             ("target_rpm", Reference, None),
             ("speed_cmd", Reference, None),
+            ("dt", Interval, None),
+            ("dt_us", Interval, Some("us")),
+            ("deltaT", Interval, None),
+            ("delta_ms", Interval, Some("ms")),
+            ("Delta Time (s)", Interval, Some("s")),
+            ("sec", Time, Some("s")),
+            ("nanosec", Time, Some("ns")),
+            ("header.stamp.nsecs", Time, Some("ns")),
             ("increments", Increments, None),
             ("delta_counts", Increments, Some("counts")),
         ] {
@@ -328,7 +403,7 @@ mod tests {
                 assert_eq!(found.unit, unit, "{name}");
             }
         }
-        for name in ["direction", "temp_C", "trial", "mode", "dt", "x"] {
+        for name in ["direction", "temp_C", "trial", "mode", "x"] {
             assert_eq!(says(name, None).role, None, "{name}");
         }
     }

@@ -18,7 +18,7 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
     let mut map = MapFile::parse(text)?;
     if let Some(text) = &said.time {
         let (column, unit) = column("--time", Role::Time, text)?;
-        map.time = Some(TimeSection::of(column.column_ref(), unit, None));
+        map.time = Some(TimeSection::of(column.column_ref(), unit));
     }
     if said.command_limit.is_some() && !said.command.as_ref().is_some_and(|text| text.contains('*'))
     {
@@ -60,10 +60,14 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
             scale: None,
             offset: None,
             integrate: Default::default(),
+            time_constant_s: None,
         });
     }
     match (&mut map.speed, said.integrate) {
-        (Some(speed), Some(rule)) => speed.integrate = rule,
+        (Some(speed), Some(rule)) => {
+            speed.integrate = rule;
+            speed.time_constant_s = None;
+        }
         (None, Some(_)) => return Err(Unclear::Conflict(NO_SPEED)),
         (_, None) => {}
     }
@@ -87,6 +91,7 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
     map.counts_per_rev = said.counts_per_rev.unwrap_or(map.counts_per_rev);
     map.m_per_rev = said.m_per_rev.or(map.m_per_rev);
     map.rows.every = said.every.or(map.rows.every);
+    map.rows.runs = said.runs.or(map.rows.runs);
     map.rows.unsigned = said.unsigned.or(map.rows.unsigned);
     if said.reverse {
         map.turn_round();

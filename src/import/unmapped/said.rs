@@ -41,11 +41,14 @@ pub struct Said {
     pub unsigned: Option<bool>,
     /// One row of so many.
     pub every: Option<u64>,
+    /// Most runs that the clock, where it begins anew, may make of the log.
+    pub runs: Option<u64>,
 }
 
 impl Said {
     /// The flags as they are written, in the order of the help.
-    pub(super) fn flags(&self) -> Vec<(&'static str, String)> {
+    #[must_use]
+    pub fn flags(&self) -> Vec<(&'static str, String)> {
         let texts = [
             ("--time", &self.time),
             ("--command", &self.command),
@@ -82,6 +85,7 @@ impl Said {
             None => {}
         }
         flags.extend(self.every.map(|every| ("--every", every.to_string())));
+        flags.extend(self.runs.map(|runs| ("--runs", runs.to_string())));
         flags
     }
 }
@@ -132,7 +136,7 @@ impl ColumnSaid {
 /// The units that a quantity can have, for messages.
 pub(super) fn expected(role: Role) -> &'static str {
     match role {
-        Role::Time => "s, ms, us, ns, min",
+        Role::Time | Role::Interval => "s, ms, us, ns, min",
         Role::Position | Role::Increments => "counts, rev, rad, mrad, deg, m, mm",
         Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s",
         Role::Current => "A, mA",

@@ -8,8 +8,13 @@ use super::decide::{Decision, short};
 use super::grid::step_of;
 use super::motion::{FINEST, WHOLE, whole};
 use super::said::expected;
-use super::units::Role;
+use super::speed_rule::{Row, SpeedOf, rule};
+use super::units::{EITHER_PER_S, Role};
 
+/// A first-order motor that leaves this share of the largest speed explains it: a filter in the sketch leaves more.
+const PERFECT: f64 = 2e-3;
+/// Counts a turn beyond those of usual encoders, gears included: read off a speed, they are the rounding of its numbers.
+const MOST_USUAL: f64 = 100_000.0;
 /// So many levels of a fine speed without steps are no few levels by chance.
 const LEVELS: usize = 50;
 
@@ -22,15 +27,29 @@ impl Decision<'_> {
     ) {
         let column = self.column(at);
         let name = self.name(at);
-        let Some(unit) = said_unit.or(self.says[at].unit) else {
+        let named = said_unit.or(self.says[at].unit);
+        let is_either = named == Some(EITHER_PER_S);
+        let by_steps = || self.unit_of_steps(at, step_s).filter(|_| is_either);
+        let Some(unit) = named.filter(|_| !is_either).or_else(by_steps) else {
             let flag = self.flag_name(at);
             let is_omega = self.says[at].words.iter().any(|word| word == "omega");
-            let proposed = if is_omega { "rad/s" } else { "rpm" };
-            let why = format!("{name} names no unit; {}", expected(Role::Speed));
+            let (proposed, why) = match is_either {
+                true => (
+                    "rad/s",
+                    format!("{name} may be radians or revolutions a second: rad/s or rev/s"),
+                ),
+                false => (
+                    if is_omega { "rad/s" } else { "rpm" },
+                    format!("{name} names no unit; {}", expected(Role::Speed)),
+                ),
+            };
             self.ask("--speed", format!("{flag}:{proposed}"), why);
             self.tentatively(|decision| decision.speed(at, Some(proposed), step_s));
             return;
         };
+        if matches!(unit, "m/s" | "mm/s") {
+            self.travel(at, unit);
+        }
         let rev_s = match unit {
             "rpm" => Some(1.0 / 60.0),
             "rev/s" => Some(1.0),
@@ -41,7 +60,7 @@ impl Decision<'_> {
         let step = column.step();
         let by_rows = match step {
             Some(_) => None,
-            None => self.step_by_rows(at),
+            None => self.step_by_rows(at, step_s),
         };
         // One count in a sample time, or in the time since the row before.
         let turns = match (step, step_s, by_rows) {
@@ -53,14 +72,28 @@ impl Decision<'_> {
             .zip(rev_s)
             .map(|(turns, rev_s)| whole(1.0 / (turns * rev_s)));
         let found = found.filter(|counts| (1.0..=FINEST).contains(counts));
-        let why = format!(
-            "{name} shows no steps to read it off; counts of the encoder in one turn, all four edges counted"
-        );
+        // Steps of a number that was rounded, or of a drive's own units, are no counts.
+        let (found, doubted) = match found {
+            Some(counts) if counts > MOST_USUAL => (None, Some(counts)),
+            found => (found, None),
+        };
+        let why = match (doubted, step) {
+            (Some(counts), Some(step)) => format!(
+                "steps of {name} of {} would be those of {} counts a turn, more than encoders have; counts of the encoder in one turn, \
+                 all four edges counted",
+                short(step),
+                short(counts)
+            ),
+            _ => format!(
+                "{name} shows no steps to read it off; counts of the encoder in one turn, all four edges counted"
+            ),
+        };
         if step.is_none() || step_s.is_some() {
             self.counts_per_rev(found, why);
         }
-        let has_steps = step.is_some() || by_rows.is_some();
-        // Encoders give differences of position; a filter's lag comes on top.
+        let has_steps = (step.is_some() || by_rows.is_some()) && doubted.is_none();
+        self.is_difference = has_steps || self.said.integrate.is_some();
+        // Encoders give differences of position; a filter's lag comes on top. Without steps the motion decides, see `integration`.
         let rule = self.said.integrate.unwrap_or(Integration::Backward);
         self.map.speed = Some(SpeedSection {
             column: self.column_ref(at),
@@ -68,20 +101,22 @@ impl Decision<'_> {
             scale: None,
             offset: None,
             integrate: rule,
+            time_constant_s: None,
         });
         let how = match (step, by_rows) {
             (Some(step), _) => format!("in steps of {}", short(step)),
             (None, Some(_)) => "of whole counts from row to row".to_owned(),
             (None, None) => "without steps".to_owned(),
         };
+        let how = match self.is_difference {
+            true => format!("{how}; summed up to a position ({})", rule.name()),
+            false => how,
+        };
         self.understand(
             "speed",
             Some(at),
             Some(unit),
-            format!(
-                "{name} in {unit}, {how}; summed up to a position ({})",
-                rule.name()
-            ),
+            format!("{name} in {unit}, {how}"),
         );
         if let (Some(found), Some(step_s)) = (found, step_s) {
             match self.said.counts_per_rev.or(self.says[at].counts_per_rev) {
@@ -114,22 +149,120 @@ impl Decision<'_> {
                 Some(_) => {}
             }
         }
-        if !has_steps && column.is_fine() && column.levels().len() >= LEVELS {
+    }
+
+    /// How a speed without steps becomes a position: by the rule that leaves less of a first-order motor.
+    pub(super) fn integration(&mut self, at: usize) {
+        let Some(unit) = self.map.speed.as_ref().map(|speed| speed.unit.clone()) else {
+            return;
+        };
+        if self.is_difference {
+            return;
+        }
+        let rule = rule(&self.rows_of_motor(at));
+        let said = |left: f64| format!("{} {unit}", short(digits(left, 2)));
+        const INSTANT: &str = "the speed at the instant of the row";
+        const MEAN: &str = "the mean since the row before";
+        let (integrate, words) = match &rule {
+            Some(found) => {
+                let (integrate, this, other, flag) = match found.speed_of {
+                    SpeedOf::Instant => (Integration::Trapezoid, INSTANT, MEAN, "backward"),
+                    SpeedOf::Mean => (Integration::Backward, MEAN, INSTANT, "trapezoid"),
+                };
+                let (left, left_other) = (said(found.left), said(found.left_other));
+                let words = format!(
+                    "; it is {this}: a first-order motor leaves {left} RMS, as {other} {left_other} \
+                     (--integrate {flag} says that one)"
+                );
+                (integrate, words)
+            }
+            None => {
+                let words = format!(
+                    "; taken as {INSTANT}, which the motion does not show \
+                     (--integrate backward: {MEAN})"
+                );
+                (Integration::Trapezoid, words)
+            }
+        };
+        if let Some(speed) = &mut self.map.speed {
+            speed.integrate = integrate;
+            // Between rows the speed follows the motor, not a straight line.
+            speed.time_constant_s = rule
+                .filter(|found| found.speed_of == SpeedOf::Instant)
+                .map(|found| digits(found.time_constant_s, 4));
+        }
+        if let Some(understood) = self.understood.iter_mut().find(|one| one.what == "speed") {
+            understood.words.push_str(&words);
+        }
+        let column = self.column(at);
+        let is_motor = rule.is_some_and(|found| found.left <= PERFECT * column.most());
+        if !is_motor && column.is_fine() && column.levels().len() >= LEVELS {
             self.notes.push(format!(
-                "{name} lacks the steps that counts in a sample time make: it is filtered, or timed between edges. \
-                 A filter delays it: the effect `speed_filter`"
+                "{} lacks the steps that counts in a sample time make: it is filtered, or timed between edges. \
+                 A filter delays it: the effect `speed_filter`",
+                self.name(at)
             ));
         }
     }
 
-    /// The travel of one count where speeds were made by the time that really passed: speed times time comes in steps.
-    fn step_by_rows(&self, at: usize) -> Option<f64> {
-        let (clock, seconds) = self.clock?;
-        let (times, speeds) = (self.column(clock), self.column(at));
-        let travels: Vec<f64> = (times.numbers.windows(2).zip(speeds.numbers.iter().skip(1)))
-            .map(|(pair, speed)| speed * (pair[1] - pair[0]) * seconds)
-            .collect();
-        let rounding = speeds.rounding() * times.median_step() * seconds;
-        step_of(&travels, rounding)
+    /// Rows with a time, a command and a speed.
+    fn rows_of_motor(&self, at: usize) -> Vec<Row> {
+        let (Some(times_s), Some(commands)) = (&self.times_s, &self.commands) else {
+            return Vec::new();
+        };
+        let is_unsigned = self.map.rows.unsigned == Some(true);
+        let (mut held, mut sign) = (0.0, 1.0);
+        let mut rows = Vec::with_capacity(times_s.len());
+        for ((t_s, command), speed) in times_s.iter().zip(commands).zip(&self.column(at).numbers) {
+            // The command that was in force until here.
+            let way = sign;
+            if command.is_finite() {
+                held = *command;
+                sign = if held == 0.0 { sign } else { held.signum() };
+            }
+            if t_s.is_finite() && speed.is_finite() {
+                let speed = if is_unsigned {
+                    speed.abs() * way
+                } else {
+                    *speed
+                };
+                rows.push(Row {
+                    t_s: *t_s,
+                    command: held,
+                    speed,
+                });
+            }
+        }
+        rows
     }
+
+    /// Of revolutions and radians a second the one in which the steps are those of the counts that are said.
+    fn unit_of_steps(&self, at: usize, step_s: Option<f64>) -> Option<&'static str> {
+        let turns = self.column(at).step()? * step_s?;
+        let counts = self.said.counts_per_rev?;
+        [("rev/s", 1.0), ("rad/s", TAU)]
+            .into_iter()
+            .find(|(_, turn)| (turns * counts / turn - 1.0).abs() < WHOLE)
+            .map(|(unit, _)| unit)
+    }
+
+    /// The travel of one count where speeds were made by the time that really passed: speed times time comes in steps.
+    fn step_by_rows(&self, at: usize, step_s: Option<f64>) -> Option<f64> {
+        let times_s = self.times_s.as_ref()?;
+        let speeds = self.column(at);
+        let travels: Vec<f64> = (times_s.windows(2).zip(speeds.numbers.iter().skip(1)))
+            .map(|(pair, speed)| speed * (pair[1] - pair[0]))
+            .collect();
+        step_of(&travels, speeds.rounding() * step_s?)
+    }
+}
+
+/// A number of this many significant digits, as people read it and a mapping holds it.
+fn digits(number: f64, count: i32) -> f64 {
+    if number == 0.0 {
+        return number;
+    }
+    let digit = 10_f64.powi(number.abs().log10().floor() as i32 + 1 - count);
+    let rounded = (number / digit).round() * digit;
+    short(rounded).parse().unwrap_or(number)
 }

@@ -111,6 +111,13 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
             }
         }
     }
+    if found.file.names == Some(false) && found.columns.iter().all(|one| one.name.is_none()) {
+        for (at, name) in found.comments.iter().flat_map(|comment| numbered(comment)) {
+            if let Some(column) = at.checked_sub(1).and_then(|at| found.columns.get_mut(at)) {
+                column.name.get_or_insert(name);
+            }
+        }
+    }
     let mut cells = Cells::default();
     cells.expect(labels(&table[layout.first].1).unwrap_or_default());
     for (_, line) in table[layout.first..].iter().take(ROWS) {
@@ -128,6 +135,36 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
         found.file.decimal = Some(",".to_owned());
     }
     Ok(found)
+}
+
+/// Names of columns by their numbers in a comment: `2  3 Motor voltage [V] left, right: 0.0 0.0`.
+fn numbered(comment: &str) -> Vec<(usize, String)> {
+    let mut rest = comment.trim();
+    let mut numbers: Vec<usize> = Vec::new();
+    while let Some((word, after)) = rest.split_once(char::is_whitespace)
+        && let Ok(number) = word.parse()
+    {
+        numbers.push(number);
+        rest = after.trim_start();
+    }
+    let is_list = numbers.windows(2).all(|pair| pair[1] == pair[0] + 1);
+    if numbers.is_empty() || !is_list || !rest.starts_with(char::is_alphabetic) {
+        return Vec::new();
+    }
+    let text = rest.split(':').next().unwrap_or(rest).trim();
+    let (base, parts) = match text.split_once(']') {
+        Some((base, parts)) => (format!("{base}]"), parts),
+        None => (text.to_owned(), ""),
+    };
+    let parts: Vec<&str> = parts.split(',').map(str::trim).collect();
+    let name = |(k, number): (usize, usize)| {
+        let part = match parts.get(k) {
+            Some(part) if parts.len() == numbers.len() => *part,
+            _ => "",
+        };
+        (number, format!("{base} {part}").trim().to_owned())
+    };
+    numbers.iter().copied().enumerate().map(name).collect()
 }
 
 fn lines_of(head: &[u8], is_whole: bool) -> Vec<Numbered> {

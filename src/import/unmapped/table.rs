@@ -30,11 +30,13 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
         Separator::Byte(b'\t'),
         Separator::Byte(b';'),
         Separator::Byte(b','),
+        Separator::Byte(b'|'),
         Separator::Blanks,
     ];
     let mut best: Option<(f64, Layout)> = None;
     for separator in separators {
-        let is_decimal_comma = separator != Separator::Byte(b',');
+        // Between commas a decimal comma stands in quotes.
+        let is_decimal_comma = true;
         let looks: Vec<Look> = (table.iter().take(BANNER_LINES))
             .map(|(_, line)| Look::at(line, separator, is_decimal_comma))
             .collect();

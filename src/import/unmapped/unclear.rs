@@ -19,7 +19,9 @@ pub struct Missing {
 pub enum Unclear {
     /// No rows of numbers.
     #[error(
-        "no table of numbers was found in its first lines{}; a mapping file says how it is laid out: --map MAP.toml (docs/reference/import.md)", began(.0)
+        "no table of numbers was found in its first lines{}\n\
+         hint: a log is text in columns, one row a sample, such as CSV with a line of names `time_ms,pwm,counts`; \
+         other programs save their tables so, and docs/reference/import.md lists the forms that are read", began(.0)
     )]
     NoTable(Vec<String>),
     /// No text at all.

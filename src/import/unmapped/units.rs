@@ -7,6 +7,8 @@ pub(super) enum Role {
     Position,
     /// Counts since the row before.
     Increments,
+    /// Time since the row before.
+    Interval,
     Speed,
     Command,
     Current,
@@ -20,6 +22,9 @@ pub(super) enum Role {
 /// A unit as names write it, and as mapping files do.
 type Spelling = (&'static str, &'static str);
 
+/// Radians a second to some, revolutions a second to others.
+pub(super) const EITHER_PER_S: &str = "rps";
+
 const TIME_UNITS: &[Spelling] = &[
     ("s", "s"),
     ("sec", "s"),
@@ -29,15 +34,23 @@ const TIME_UNITS: &[Spelling] = &[
     ("sekunden", "s"),
     ("ms", "ms"),
     ("msec", "ms"),
+    ("msecs", "ms"),
     ("millis", "ms"),
     ("millisecond", "ms"),
     ("milliseconds", "ms"),
     ("us", "us"),
     ("usec", "us"),
+    ("usecs", "us"),
     ("micros", "us"),
     ("microsecond", "us"),
     ("microseconds", "us"),
     ("ns", "ns"),
+    ("nsec", "ns"),
+    ("nsecs", "ns"),
+    ("nanos", "ns"),
+    ("nanosec", "ns"),
+    ("nanosecs", "ns"),
+    ("nanosecond", "ns"),
     ("nanoseconds", "ns"),
     ("min", "min"),
 ];
@@ -70,8 +83,8 @@ const SPEED_UNITS: &[Spelling] = &[
     ("revmin", "rpm"),
     ("umin", "rpm"),
     ("1min", "rpm"),
-    ("rps", "rev/s"),
     ("revs", "rev/s"),
+    ("rps", EITHER_PER_S),
     ("hz", "rev/s"),
     ("rads", "rad/s"),
     ("radsec", "rad/s"),
@@ -107,7 +120,7 @@ const SUPPLY_UNITS: &[Spelling] = &[("v", "V"), ("volt", "V"), ("volts", "V"), (
 /// The units that a quantity can have.
 fn spellings(role: Role) -> &'static [Spelling] {
     match role {
-        Role::Time => TIME_UNITS,
+        Role::Time | Role::Interval => TIME_UNITS,
         Role::Position | Role::Increments => POSITION_UNITS,
         Role::Speed => SPEED_UNITS,
         Role::Command | Role::Reference => COMMAND_UNITS,

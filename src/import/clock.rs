@@ -1,0 +1,110 @@
+//! The time of each row, from what the clock column of the log shows.
+//!
+//! A clock that counts from an origin is the time as it stands. Two kinds of column are not:
+//! - the time since the row before (`dt`): the rows' times are its running sum;
+//! - a coarse clock, whose steps are longer than the sample time, so that several rows share a reading `r`: a row lies one sample
+//!   time after the row before, but not outside `[r, r + resolution]`, the interval that the reading allows.
+
+use super::straight::Unwrapped;
+
+/// Least step of a row of a coarse clock, as a share of the sample time: time rises from row to row.
+const LEAST_STEP: f64 = 0.01;
+
+/// What the column of a clock counts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Counts {
+    /// Time since an origin.
+    SinceOrigin,
+    /// Time since the row before.
+    SinceRowBefore,
+    /// Time since an origin, in steps longer than the sample time.
+    Coarsely {
+        /// The step of the clock in s.
+        resolution_s: f64,
+        /// Time from row to row in s.
+        sample_time_s: f64,
+    },
+}
+
+/// The clock under way. A row that turns out bad leaves it as it was.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct RowClock {
+    straight: Unwrapped,
+    before: Option<Before>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Before {
+    seq: u64,
+    reading_s: f64,
+    time_s: f64,
+}
+
+impl RowClock {
+    /// The counter of the clock made straight, where it starts again after `wrap`; and the state after it.
+    pub fn straight(self, number: f64, wrap: Option<f64>) -> (f64, Self) {
+        let (number, straight) = self.straight.next(number, wrap);
+        (number, Self { straight, ..self })
+    }
+
+    /// Time in s of the row `seq`, whose clock reads `reading_s`; and the state after it.
+    pub fn time_s(self, reading_s: f64, seq: u64, counts: Counts) -> (f64, Self) {
+        let time_s = match (counts, self.before) {
+            (Counts::SinceOrigin, _) | (_, None) => reading_s,
+            (Counts::SinceRowBefore, Some(before)) => before.time_s + reading_s,
+            (Counts::Coarsely { .. }, Some(before)) if reading_s < before.reading_s => reading_s,
+            (
+                Counts::Coarsely {
+                    resolution_s,
+                    sample_time_s,
+                },
+                Some(before),
+            ) => {
+                let rows = seq.saturating_sub(before.seq) as f64;
+                (before.time_s + rows * sample_time_s)
+                    .clamp(reading_s, reading_s + resolution_s)
+                    .max(before.time_s + LEAST_STEP * sample_time_s)
+            }
+        };
+        let before = Some(Before {
+            seq,
+            reading_s,
+            time_s,
+        });
+        (time_s, Self { before, ..self })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(readings_s: &[f64], counts: Counts) -> Vec<f64> {
+        let mut clock = RowClock::default();
+        let time = |(seq, reading_s): (usize, &f64)| {
+            let (time_s, after) = clock.time_s(*reading_s, seq as u64, counts);
+            clock = after;
+            time_s
+        };
+        readings_s.iter().enumerate().map(time).collect()
+    }
+
+    #[test]
+    fn rows_of_one_reading_are_spread_and_a_pause_is_kept() {
+        let counts = Counts::Coarsely {
+            resolution_s: 1.0,
+            sample_time_s: 0.5,
+        };
+        let found = times(&[0.0, 0.0, 1.0, 1.0, 7.0, 7.0, 8.0], counts);
+        assert_eq!(found, [0.0, 0.5, 1.0, 1.5, 7.0, 7.5, 8.0]);
+        // Readings that share three rows at a sample time of half a step: time rises all the same.
+        let found = times(&[0.0, 0.0, 0.0, 0.0, 1.0], counts);
+        assert!(found.windows(2).all(|pair| pair[1] > pair[0]), "{found:?}");
+    }
+
+    #[test]
+    fn times_since_the_row_before_are_summed() {
+        let found = times(&[0.25, 0.5, 0.5, 0.25], Counts::SinceRowBefore);
+        assert_eq!(found, [0.25, 0.75, 1.25, 1.5]);
+    }
+}

@@ -1,0 +1,259 @@
+//! JSON, and what Python prints of lists and dictionaries: an object a line, a list of objects or of rows, or an object of columns.
+//!
+//! Objects within objects become columns `a.b`, lists within them `a[0]`. A table further inside a document is not searched for: the
+//! message names the command that makes a log of it.
+
+use serde_json::{Map, Value};
+
+use super::super::stamp::stamp;
+use super::super::table::{Table, TableColumn};
+use super::{Form, FormatError, MOST_VALUES};
+
+const FORM: Form = Form::Json;
+/// Rows that a column of a document has at least, where it is an object of columns.
+const LEAST_ROWS: usize = 3;
+/// Objects within objects are followed so deep.
+const MOST_DEPTH: usize = 8;
+
+/// Whether a file begins as JSON, or as a list of rows that Python printed on one line.
+pub(super) fn is_json(beginning: &[u8]) -> bool {
+    let text = beginning.trim_ascii_start();
+    let mut marks = text.iter().filter(|byte| !byte.is_ascii_whitespace());
+    let first = (marks.next(), marks.next());
+    let row = || {
+        text.split(|byte| matches!(byte, b']' | b')'))
+            .next()
+            .unwrap_or_default()
+    };
+    match first {
+        (Some(b'{'), Some(b'"' | b'\'')) | (Some(b'['), Some(b'{')) => true,
+        // A list of rows: NumPy prints its own without commas, and a row a line is text in columns.
+        (Some(b'['), Some(b'[' | b'(')) => {
+            let first_line = text.split(|byte| *byte == b'\n').next().unwrap_or_default();
+            let rows = first_line
+                .iter()
+                .filter(|byte| matches!(byte, b']' | b')'))
+                .count();
+            row().contains(&b',') && rows > 1
+        }
+        _ => false,
+    }
+}
+
+/// The columns under way: name and numbers, NaN where a row has none.
+#[derive(Default)]
+struct Columns {
+    rows: usize,
+    columns: Vec<(String, Vec<f64>)>,
+    values: usize,
+}
+
+impl Columns {
+    fn put(&mut self, name: &str, number: f64) {
+        let column = match self.columns.iter().position(|(known, _)| known == name) {
+            Some(at) => &mut self.columns[at].1,
+            None => {
+                self.columns.push((name.to_owned(), Vec::new()));
+                let last = self.columns.len() - 1;
+                &mut self.columns[last].1
+            }
+        };
+        column.resize(self.rows, f64::NAN);
+        column.push(number);
+        self.values += 1;
+    }
+
+    /// Everything of a row that is a number.
+    fn put_value(&mut self, name: &str, value: &Value, depth: usize) {
+        let below = |key: &str| match name.is_empty() {
+            true => key.to_owned(),
+            false => format!("{name}.{key}"),
+        };
+        match value {
+            Value::Object(map) if depth < MOST_DEPTH => {
+                for (key, value) in map {
+                    self.put_value(&below(key), value, depth + 1);
+                }
+            }
+            Value::Array(values) if depth < MOST_DEPTH => {
+                for (at, value) in values.iter().enumerate() {
+                    let name = match name.is_empty() {
+                        true => (at + 1).to_string(),
+                        false => format!("{name}[{at}]"),
+                    };
+                    self.put_value(&name, value, depth + 1);
+                }
+            }
+            _ => {
+                if let Some(number) = number(value) {
+                    self.put(name, number);
+                }
+            }
+        }
+    }
+
+    fn row(&mut self, value: &Value) -> Result<(), FormatError> {
+        self.put_value("", value, 0);
+        self.rows += 1;
+        match self.values > MOST_VALUES {
+            true => Err(FORM.too_much("values")),
+            false => Ok(()),
+        }
+    }
+
+    fn table(mut self) -> Table {
+        for (_, column) in &mut self.columns {
+            column.resize(self.rows, f64::NAN);
+        }
+        let column = |(name, numbers)| (TableColumn { name, unit: None }, numbers);
+        Table::whole(self.columns.into_iter().map(column).collect())
+    }
+}
+
+/// A number, a truth value, or a time stamp in seconds.
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Number(number) => number.as_f64(),
+        Value::Bool(is) => Some(f64::from(u8::from(*is))),
+        Value::String(text) => {
+            let stamped = || stamp(text.as_bytes()).map(|stamp| stamp.s);
+            (text.trim().parse().ok())
+                .filter(|x: &f64| x.is_finite())
+                .or_else(stamped)
+        }
+        _ => None,
+    }
+}
+
+/// JSON, or else what Python prints: single quotes, tuples, `None`.
+fn parse(text: &str) -> Option<Value> {
+    serde_json::from_str(text).ok().or_else(|| {
+        let json = (text.replace('\'', "\"").replace('(', "[").replace(')', "]"))
+            .replace("None", "null")
+            .replace("NaN", "null")
+            .replace("nan", "null")
+            .replace("True", "true")
+            .replace("False", "false");
+        serde_json::from_str(&json).ok()
+    })
+}
+
+/// Reads a document, or an object a line.
+pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| FORM.broken(error))?;
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let is_of_lines = lines.next().is_some_and(|line| {
+        matches!(parse(line), Some(Value::Object(_))) && lines.next().is_some()
+    });
+    if is_of_lines {
+        return of_lines(text);
+    }
+    match parse(text).ok_or_else(|| FORM.broken(why_broken(text)))? {
+        Value::Array(rows) if rows.iter().all(|row| row.is_object() || row.is_array()) => {
+            let mut columns = Columns::default();
+            rows.iter().try_for_each(|row| columns.row(row))?;
+            Ok(columns.table())
+        }
+        Value::Object(map) => of_columns(&map).ok_or(NESTED),
+        _ => Err(NESTED),
+    }
+}
+
+fn why_broken(text: &str) -> String {
+    match serde_json::from_str::<Value>(text) {
+        Err(error) => error.to_string(),
+        Ok(_) => String::new(),
+    }
+}
+
+const NESTED: FormatError = FormatError::NotRead {
+    what: "nested JSON",
+    remedy: "name the list of rows in it as KEY: python3 -c \"import json, pandas; \
+             pandas.json_normalize(json.load(open('FILE'))['KEY']).to_csv('log.csv', index=False)\"",
+};
+
+/// An object a line; other lines are messages, and the last may be cut off.
+fn of_lines(text: &str) -> Result<Table, FormatError> {
+    let mut columns = Columns::default();
+    let mut others = 0_usize;
+    for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        match parse(line) {
+            Some(value @ Value::Object(_)) => columns.row(&value)?,
+            _ => others += 1,
+        }
+    }
+    let mut table = columns.table();
+    if others > 0 {
+        table.notes.push(format!(
+            "{others} lines are no JSON objects, and are left out"
+        ));
+    }
+    Ok(table)
+}
+
+/// Lists of one length, or what pandas makes of columns: an object of objects by row.
+fn of_columns(map: &Map<String, Value>) -> Option<Table> {
+    let numbers = |value: &Value| -> Option<Vec<f64>> {
+        let values: Vec<&Value> = match value {
+            Value::Array(values) => values.iter().collect(),
+            Value::Object(rows) => rows.values().collect(),
+            _ => return None,
+        };
+        values.into_iter().map(number).collect()
+    };
+    let columns: Vec<(TableColumn, Vec<f64>)> = (map.iter())
+        .filter_map(|(name, value)| {
+            let column = TableColumn {
+                name: name.clone(),
+                unit: None,
+            };
+            Some((column, numbers(value)?))
+        })
+        .collect();
+    let rows = columns.first()?.1.len();
+    let is_table = rows >= LEAST_ROWS && columns.iter().all(|(_, x)| x.len() == rows);
+    (is_table && columns.len() > 1).then(|| Table::whole(columns))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    fn text(json: &str) -> String {
+        assert!(is_json(json.as_bytes()), "{json}");
+        let table = read(json.as_bytes()).unwrap_or_else(|error| panic!("{json}: {error}"));
+        let mut text = String::new();
+        table.text().read_to_string(&mut text).expect("memory");
+        text
+    }
+
+    #[test]
+    fn tables_of_every_kind_are_read() {
+        let rows = "\"t\",\"u\"\n0,5\n10,6\n20,7\n";
+        for json in [
+            "{\"t\": 0, \"u\": 5}\n{\"t\": 10, \"u\": 6}\n{\"t\": 20, \"u\": 7}\n",
+            "{'t': 0, 'u': 5}\n{'t': 10, 'u': 6}\n{'t': 20, 'u': 7}\n",
+            "[{\"t\": 0, \"u\": 5}, {\"t\": 10, \"u\": 6},\n {\"t\": 20, \"u\": \"7\"}]",
+            "{\"t\": [0, 10, 20], \"u\": [5, 6, 7]}",
+            "{\"t\": {\"0\": 0, \"1\": 10, \"2\": 20}, \"u\": {\"0\": 5, \"1\": 6, \"2\": 7}}",
+        ] {
+            assert_eq!(text(json), rows, "{json}");
+        }
+        for json in ["[[0, 5], [10, 6], [20, 7]]", "[(0, 5), (10, 6), (20, 7)]"] {
+            assert_eq!(text(json), "\"1\",\"2\"\n0,5\n10,6\n20,7\n", "{json}");
+        }
+        let nested = "{\"t\": 0, \"m\": {\"u\": [1, 2]}}\n{\"t\": 1}\nboot\n";
+        assert_eq!(text(nested), "\"m.u[0]\",\"m.u[1]\",\"t\"\n1,2,0\n,,1\n");
+    }
+
+    #[test]
+    fn a_document_that_holds_a_table_somewhere_is_told_how_to_be_converted() {
+        let nested = b"{\"meta\": {\"rig\": 1}, \"data\": [{\"t\": 0}, {\"t\": 1}]}";
+        let error = read(nested).expect_err("nested").to_string();
+        assert!(error.contains("json_normalize"), "{error}");
+        let broken = read(b"{\"t\": [0, 1").expect_err("broken").to_string();
+        assert!(broken.contains("EOF"), "{broken}");
+        assert!(!is_json(b"[0, 1, 2]\n[3, 4, 5]\n") && !is_json(b"[[0. 1.]\n [2. 3.]]"));
+    }
+}

@@ -1,0 +1,157 @@
+//! LabVIEW's measurement file (LVM): a header of keys, `***End_of_Header***`, a line of names from `X_Value` on, rows. With
+//! `X_Columns No` the times are `X0 + k Delta_X`.
+
+use super::super::cells::{Cells, Separator, number};
+use super::super::table::{Table, TableColumn};
+use super::{Form, FormatError, MOST_VALUES};
+
+const FORM: Form = Form::Lvm;
+/// What an LVM file begins with.
+pub(super) const MAGIC: &[u8] = b"LabVIEW Measurement";
+
+/// A part of the file: its columns, and the times where they are not in one.
+#[derive(Default)]
+struct Segment {
+    /// `X_Columns`: `No`, `One` or `Multi`.
+    x: String,
+    x0: f64,
+    delta_x: f64,
+    units: Vec<String>,
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+/// Reads all segments; of several each is a run.
+pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
+    let text = String::from_utf8_lossy(bytes);
+    let value = |key: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+        line.chars().nth(1)
+    };
+    let separator = Separator::Byte(match value("Separator") {
+        Some('C') => b',',
+        _ => b'\t',
+    });
+    let decimal_comma = value("Decimal_Separator") == Some(',');
+    let mut cells = Cells::default();
+    let mut segments = vec![Segment::default()];
+    let mut values = 0;
+    for line in text.lines() {
+        cells.split(line.as_bytes(), separator);
+        let numbers = |at: usize| number(cells.get(at), decimal_comma, "").unwrap_or(f64::NAN);
+        let Some(segment) = segments.last_mut() else {
+            break;
+        };
+        match &*cells.text(0) {
+            "Channels" if !segment.names.is_empty() => segments.push(Segment::default()),
+            "X_Columns" => segment.x = cells.text(1).into_owned(),
+            "X0" => segment.x0 = numbers(1),
+            "Delta_X" => segment.delta_x = numbers(1),
+            "Y_Unit_Label" => {
+                segment.units = (1..cells.len())
+                    .map(|at| cells.text(at).into_owned())
+                    .collect();
+            }
+            "X_Value" => {
+                let names = (0..cells.len()).map(|at| cells.text(at).into_owned());
+                segment.names = names.filter(|name| name != "Comment").collect();
+            }
+            key if segment.names.is_empty() || key.starts_with("***") => {}
+            _ => {
+                let row: Vec<f64> = (0..segment.names.len()).map(numbers).collect();
+                if row.iter().any(|number| number.is_finite()) {
+                    values += row.len();
+                    segment.rows.push(row);
+                }
+            }
+        }
+        if values > MOST_VALUES {
+            return Err(FORM.too_much("values"));
+        }
+    }
+    segments.retain(|segment| !segment.rows.is_empty());
+    // `X_Columns` stands once, above all segments.
+    let x = segments
+        .first()
+        .map(|segment| segment.x.clone())
+        .unwrap_or_default();
+    if x == "Multi" {
+        return Err(MULTI);
+    }
+    let Some(first) = segments.first() else {
+        return Err(FORM.nothing(""));
+    };
+    let mut columns: Vec<(TableColumn, Vec<f64>)> = (first.names.iter().enumerate())
+        .map(|(at, name)| {
+            let unit = match at {
+                0 => Some("s".to_owned()),
+                at => first
+                    .units
+                    .get(at - 1)
+                    .cloned()
+                    .filter(|unit| !unit.is_empty()),
+            };
+            let name = if at == 0 {
+                "time".to_owned()
+            } else {
+                name.clone()
+            };
+            (TableColumn { name, unit }, Vec::new())
+        })
+        .collect();
+    let mut runs = Vec::new();
+    for (number, segment) in segments.iter().enumerate() {
+        for (row, cells) in segment.rows.iter().enumerate() {
+            for (at, (_, column)) in columns.iter_mut().enumerate() {
+                column.push(match (at, x.as_str()) {
+                    (0, "No") => segment.x0 + row as f64 * segment.delta_x,
+                    _ => cells.get(at).copied().unwrap_or(f64::NAN),
+                });
+            }
+            runs.push((number + 1).to_string());
+        }
+    }
+    let table = Table::whole(columns);
+    Ok(match segments.len() {
+        1 => table,
+        _ => table.in_runs("segment", runs),
+    })
+}
+
+const MULTI: FormatError = FormatError::NotRead {
+    what: "an LVM file with an X column for each signal",
+    remedy: "in LabVIEW's Write To Measurement File choose One column only as X value columns; or save each signal with its time as CSV",
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+
+    const HEADER: &str = "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tXS\n\
+                          ***End_of_Header***\t\n\t\n";
+    const SEGMENT: &str = "Channels\t2\t\nSamples\t3\t3\t\nY_Unit_Label\tV\trpm\t\nX0\t1,0E+0\t1,0E+0\t\n\
+                           Delta_X\t0,010000\t0,010000\t\n***End_of_Header***\t\t\t\nX_Value\tU\tn\tComment\n";
+
+    fn text(x: &str, segments: &[&str]) -> String {
+        let mut log = HEADER.replace("XS", x);
+        for rows in segments {
+            log += &format!("{SEGMENT}{rows}\n");
+        }
+        let mut text = String::new();
+        let table = read(log.as_bytes()).expect("a table");
+        table.text().read_to_string(&mut text).expect("memory");
+        text
+    }
+
+    #[test]
+    fn rows_and_their_times_are_read() {
+        let found = text("One", &["0,5\t6,0\t0\n0,6\t6,0\t8\n"]);
+        assert_eq!(found, "\"time\",\"U\",\"n\"\n0.5,6,0\n0.6,6,8\n");
+        let found = text("No", &["\t6,0\t0\n\t6,0\t8\n", "\t1,0\t2\n"]);
+        assert_eq!(
+            found,
+            "\"time\",\"U\",\"n\",\"segment\"\n1,6,0,1\n1.01,6,8,1\n1,1,2,2\n"
+        );
+    }
+}

@@ -1,0 +1,254 @@
+//! Whether a logged speed is the one at the instant of the row, or the mean since the row before.
+//!
+//! A first-order motor `T w' + w = K (u - F sgn w)`, whose command holds from row to row, shows `w` in the one case and
+//! `(w_e + (w - w_e) (1 - a) T / h)` in the other, where `h` is the time from row to row, `a = exp(-h/T)` and `w_e` the speed
+//! at which it ends. Each is fitted to the speeds by least squares in `K`, `K F` and the speed at the start, which are linear, for
+//! every `T` of a grid and some whole delays of the command; the one that leaves less is taken. (Ogata, Modern Control Engineering:
+//! first-order systems, zero-order hold.)
+
+use nalgebra::{Matrix3, Vector3};
+
+/// Time constants of the grid: this many, from a fifth of the sample time...
+const GRID: usize = 24;
+const LEAST_TIME_CONSTANT: f64 = 0.2;
+/// ...to this share of the recording: a slower motor does not settle in it.
+const MOST_TIME_CONSTANT: f64 = 0.5;
+/// Halvings of the grid's step around its best.
+const REFINEMENTS: usize = 10;
+/// Rows by which the command column may be late (-1) or the motor.
+const DELAYS: [i32; 4] = [-1, 0, 1, 2];
+/// Fewer rows show no motor.
+const LEAST_ROWS: usize = 20;
+/// Share of the variance of the speed that a first-order motor has to explain before it is evidence.
+const LEAST_EXPLAINED: f64 = 0.9;
+/// The sums of squares left differ by this factor at least: less may be noise.
+const DECISIVE: f64 = 1.2;
+/// Rounding of sums of squares, as a share of them.
+const ROUNDING: f64 = 1e-13;
+
+/// What a logged speed is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum SpeedOf {
+    /// The speed at the instant of the row.
+    Instant,
+    /// The mean since the row before.
+    Mean,
+}
+
+/// One row of the log.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Row {
+    pub t_s: f64,
+    pub command: f64,
+    pub speed: f64,
+}
+
+/// What the fit of a first-order motor says.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Rule {
+    pub speed_of: SpeedOf,
+    pub time_constant_s: f64,
+    /// RMS of the speed that it leaves, and what the other leaves.
+    pub left: f64,
+    pub left_other: f64,
+}
+
+/// The rule that leaves less of a first-order motor, where one does.
+pub(super) fn rule(rows: &[Row]) -> Option<Rule> {
+    let blocks: Vec<&[Row]> = rows
+        .chunk_by(|before, after| after.t_s > before.t_s)
+        .filter(|block| block.len() > 2)
+        .collect();
+    let count: usize = blocks.iter().map(|block| block.len()).sum();
+    let mean = rows.iter().map(|row| row.speed).sum::<f64>() / rows.len() as f64;
+    let variance = rows
+        .iter()
+        .map(|row| (row.speed - mean).powi(2))
+        .sum::<f64>();
+    if count < LEAST_ROWS || variance == 0.0 {
+        return None;
+    }
+    let best = |speed_of| {
+        let motor = |delay: &i32| Motor::on_grid(&blocks, speed_of, *delay).refined(&blocks);
+        let found = DELAYS.iter().map(motor);
+        found.min_by(|a, b| a.left.total_cmp(&b.left))
+    };
+    let (instant, mean) = (best(SpeedOf::Instant)?, best(SpeedOf::Mean)?);
+    let (speed_of, better, other) = match instant.left <= mean.left {
+        true => (SpeedOf::Instant, instant, mean),
+        false => (SpeedOf::Mean, mean, instant),
+    };
+    let is_decided =
+        better.left <= (1.0 - LEAST_EXPLAINED) * variance && other.left > DECISIVE * better.left;
+    is_decided.then(|| Rule {
+        speed_of,
+        time_constant_s: better.of_log.exp(),
+        left: (better.left / count as f64).sqrt(),
+        left_other: (other.left / count as f64).sqrt(),
+    })
+}
+
+/// A motor of the grid.
+#[derive(Debug, Clone, Copy)]
+struct Motor {
+    speed_of: SpeedOf,
+    delay: i32,
+    /// Logarithm of the time constant in s, and the step of the grid there.
+    of_log: f64,
+    step: f64,
+    /// Sum of squares that it leaves.
+    left: f64,
+}
+
+impl Motor {
+    /// The one of the grid that leaves least.
+    fn on_grid(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32) -> Self {
+        let longest = blocks
+            .iter()
+            .map(|block| block[block.len() - 1].t_s - block[0].t_s);
+        let spans = longest.clone().sum::<f64>();
+        let steps = blocks.iter().map(|block| block.len() - 1).sum::<usize>();
+        let least = (LEAST_TIME_CONSTANT * spans / steps as f64).ln();
+        let most = (MOST_TIME_CONSTANT * longest.fold(0.0, f64::max))
+            .ln()
+            .max(least + 1.0);
+        let step = (most - least) / (GRID - 1) as f64;
+        let at = |k: usize| {
+            let of_log = least + step * k as f64;
+            Self {
+                speed_of,
+                delay,
+                of_log,
+                step,
+                left: left(blocks, speed_of, delay, of_log.exp()),
+            }
+        };
+        let first = at(0);
+        (1..GRID).map(at).fold(
+            first,
+            |best, one| if one.left < best.left { one } else { best },
+        )
+    }
+
+    /// The best around it, by halving the step of the grid.
+    fn refined(self, blocks: &[&[Row]]) -> Self {
+        let mut best = self;
+        for _ in 0..REFINEMENTS {
+            best.step /= 2.0;
+            for of_log in [best.of_log - best.step, best.of_log + best.step] {
+                let left = left(blocks, self.speed_of, self.delay, of_log.exp());
+                if left < best.left {
+                    best = Self {
+                        of_log,
+                        left,
+                        ..best
+                    };
+                }
+            }
+        }
+        best
+    }
+}
+
+/// The sum of squares that a motor of this time constant leaves.
+fn left(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32, time_constant_s: f64) -> f64 {
+    let (mut gram, mut products, mut squares) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+    for block in blocks {
+        // Speeds that a command of one, a friction of one and a speed of one at the start make.
+        let mut state = Vector3::new(0.0, 0.0, 1.0);
+        for (k, pair) in block.windows(2).enumerate() {
+            let h = (pair[1].t_s - pair[0].t_s) / time_constant_s;
+            let settled = -(-h).exp_m1();
+            let at = (k as i64 - i64::from(delay)).clamp(0, block.len() as i64 - 1) as usize;
+            // At rest, static friction holds against the command.
+            let moves = pair[0].speed != 0.0 || pair[1].speed != 0.0;
+            let way = if pair[1].speed == 0.0 {
+                pair[0].speed
+            } else {
+                pair[1].speed
+            };
+            let end = match moves {
+                true => Vector3::new(block[at].command, -way.signum(), 0.0),
+                false => Vector3::zeros(),
+            };
+            let off = state - end;
+            state = end + off * (1.0 - settled);
+            let shown = match speed_of {
+                SpeedOf::Instant => state,
+                SpeedOf::Mean => end + off * (settled / h),
+            };
+            gram += shown * shown.transpose();
+            products += shown * pair[1].speed;
+            squares += pair[1].speed.powi(2);
+        }
+    }
+    // Friction and command are one column where the command has one level.
+    let solved = gram.svd(true, true).solve(&products, 1e-12 * gram.norm());
+    let explained = solved.map_or(0.0, |by| by.dot(&products));
+    // What the sums themselves lose by rounding is no residual.
+    (squares - explained).max(ROUNDING * squares)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TIME_CONSTANT_S: f64 = 0.08;
+
+    /// A first-order motor under levels that hold between rows, its speed rounded as a log prints it.
+    fn rows(h: f64, speed_of: SpeedOf, delay: usize) -> Vec<Row> {
+        let level = |k: usize| match (k as f64 * h / 0.9) as usize % 4 {
+            0 => 0.0,
+            1 => 6.0,
+            2 => -4.0,
+            _ => 2.0,
+        };
+        let settled = -(-h / TIME_CONSTANT_S).exp_m1();
+        let (mut speed, mut shown) = (0.0, 0.0);
+        (0..(8.0 / h) as usize)
+            .map(|k| {
+                let row = Row {
+                    t_s: k as f64 * h,
+                    command: level(k),
+                    speed: (1000.0_f64 * shown).round() / 1000.0,
+                };
+                let end = 1.7 * level(k.saturating_sub(delay));
+                let off = speed - end;
+                speed = end + off * (1.0 - settled);
+                shown = match speed_of {
+                    SpeedOf::Instant => speed,
+                    SpeedOf::Mean => end + off * settled * TIME_CONSTANT_S / h,
+                };
+                row
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_rule_of_a_perfect_motor_is_found_from_5_to_50_ms() {
+        for h in [0.005, 0.01, 0.02, 0.05] {
+            for speed_of in [SpeedOf::Instant, SpeedOf::Mean] {
+                for delay in [0, 1] {
+                    let found = rule(&rows(h, speed_of, delay)).expect("a rule");
+                    assert_eq!(found.speed_of, speed_of, "{h} {delay}: {found:?}");
+                    let off = found.time_constant_s / TIME_CONSTANT_S - 1.0;
+                    assert!(off.abs() < 0.01, "{h} {speed_of:?}: {found:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_motor_decides_nothing() {
+        let noise = |k: usize| ((k * k * 7919) % 101) as f64 - 50.0;
+        let rows: Vec<Row> = (0..300)
+            .map(|k| Row {
+                t_s: 0.01 * k as f64,
+                command: if k < 50 { 0.0 } else { 6.0 },
+                speed: noise(k),
+            })
+            .collect();
+        assert_eq!(rule(&rows), None);
+        assert_eq!(rule(&rows[..3]), None);
+    }
+}

@@ -1,0 +1,70 @@
+//! Turns in units of angle: which unit the steps of a position tell; and the voltage of a sensor, which is no position yet.
+
+use std::f64::consts::TAU;
+
+use super::decide::Decision;
+
+/// A step that was found in many positions is exact to this share.
+const EXACT: f64 = 1e-5;
+/// Up to here a number of counts a turn that is exact to that share is whole by more than chance.
+const MOST_EXACT: f64 = 20_000.0;
+/// A position shows at least one in so many counts.
+const MOST_SKIPPED: f64 = 8.0;
+/// A step of so many decimals is one of the decimal system, whatever the unit.
+const DECIMALS: f64 = 1e4;
+
+/// Beginnings of the names of sensors whose voltage is logged.
+const ANALOGUE: [&str; 5] = ["photo", "opto", "hall", "lightbarrier", "phototransistor"];
+
+impl Decision<'_> {
+    /// The unit of an angle in whose turn the steps of a column divide evenly, where just one does, and the counts: those that are said,
+    /// or, as the steps are no round decimals, any whole number.
+    pub(super) fn unit_of_counts(&self, at: usize) -> Option<(&'static str, f64)> {
+        let step = self.column(at).step()?;
+        let named = self.says.iter().find_map(|says| says.counts_per_rev);
+        let said = self.said.counts_per_rev.or(named);
+        let is_round = |number: f64| (number - number.round()).abs() < EXACT * number;
+        let mut fits = ["rev", "rad", "deg"].into_iter().filter_map(|unit| {
+            let counts = turn_in(unit)? / step;
+            let fits = match said {
+                // Every count of the encoder, or one in several.
+                Some(said) => {
+                    (0.5..=MOST_SKIPPED).contains(&(said / counts)) && is_round(said / counts)
+                }
+                None => is_round(counts) && counts <= MOST_EXACT && !is_round(step * DECIMALS),
+            };
+            fits.then_some((unit, counts.round()))
+        });
+        fits.next().filter(|_| fits.next().is_none())
+    }
+
+    /// Of a light barrier or a Hall sensor that is logged as a voltage: how its edges become counts.
+    pub(super) fn analogue(&self) -> String {
+        let is_sensor = |at: &usize| {
+            let has = |word: &String| ANALOGUE.iter().any(|sensor| word.starts_with(sensor));
+            self.column(*at).is_numeric() && self.says[*at].words.iter().any(has)
+        };
+        let Some(at) = (0..self.survey.columns.len()).find(is_sensor) else {
+            return String::new();
+        };
+        let name = self.column(at).name.clone().unwrap_or_default();
+        format!(
+            "; {} is the voltage of a sensor: count its edges first: python3 -c \"import pandas as p; d = p.read_csv('{}'); \
+             x = d['{name}']; d['counts'] = ((x > x.median()).astype(int).diff().abs() == 1).cumsum(); \
+             d.to_csv('counted.csv', index=False)\"",
+            self.name(at),
+            self.file_name
+        )
+    }
+}
+
+/// One turn in a unit of angle.
+pub(super) fn turn_in(unit: &str) -> Option<f64> {
+    match unit {
+        "deg" => Some(360.0),
+        "rad" => Some(TAU),
+        "mrad" => Some(1000.0 * TAU),
+        "rev" => Some(1.0),
+        _ => None,
+    }
+}

@@ -1,0 +1,127 @@
+//! A logged speed without steps: the one at the instant of the row, or the mean since the row before. The rule that leaves less of a
+//! first-order motor is taken, and the motor is the one that made the log.
+
+use std::fmt::Write as _;
+
+use crate::support::foreign_logs::{asked, import, imported};
+use motorlab::least_squares::{PlainFit, fit_runs};
+use motorlab::recording::read_run;
+
+/// The motor in turns a second and V, and its friction in V.
+const GAIN_REV_S_V: f64 = 16.67 / 60.0;
+const TIME_CONSTANTS_S: [f64; 2] = [0.05, 0.12];
+const COUNTS: [&str; 2] = ["--counts-per-rev", "4000"];
+
+/// What a log has in its column of speeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Speed {
+    Instant,
+    Mean,
+}
+
+/// Levels of both signs, each held for 0.9 s.
+fn command_v(t_s: f64) -> f64 {
+    [0.0, 6.0, 3.0, -5.0, 0.0, 4.0][((t_s + 1e-9) / 0.9) as usize % 6]
+}
+
+/// A perfect first-order motor in closed form from row to row, its speed in rad/s with four digits.
+fn text(time_constant_s: f64, sample_time_s: f64, speed_is: Speed) -> String {
+    let settled = -(-sample_time_s / time_constant_s).exp_m1();
+    let (mut speed, mut shown) = (0.0, 0.0);
+    let mut text = "time_s,voltage,speed_rad_s\n".to_owned();
+    for k in 0..(9.0 / sample_time_s) as usize {
+        let t_s = k as f64 * sample_time_s;
+        let _ = writeln!(text, "{t_s:.3},{},{shown:.4}", command_v(t_s));
+        let end = GAIN_REV_S_V * std::f64::consts::TAU * command_v(t_s);
+        let off = speed - end;
+        speed = end + off * (1.0 - settled);
+        shown = match speed_is {
+            Speed::Instant => speed,
+            Speed::Mean => end + off * settled * time_constant_s / sample_time_s,
+        };
+    }
+    text
+}
+
+/// The plain first-order fit of the run that is imported.
+fn fitted(text: &str, flags: &[&str]) -> (PlainFit, String) {
+    let directory = tempfile::tempdir().expect("a directory");
+    let finished = import(directory.path(), "log.csv", text, flags);
+    assert_eq!(finished.status, Some(0), "{}", finished.messages);
+    let (run, _) = read_run(&directory.path().join("run.csv")).expect("a run");
+    let fit = fit_runs(&[run], &[]).expect("it turns");
+    (fit, finished.messages)
+}
+
+#[test]
+fn a_perfect_motor_keeps_its_time_constant_at_rows_of_5_to_50_ms() {
+    for time_constant_s in TIME_CONSTANTS_S {
+        for sample_time_s in [0.005, 0.01, 0.02, 0.05] {
+            for speed_is in [Speed::Instant, Speed::Mean] {
+                let text = text(time_constant_s, sample_time_s, speed_is);
+                let (fit, said) = fitted(&text, &COUNTS);
+                let what = format!("{time_constant_s} {sample_time_s} {speed_is:?}: {said}");
+                let off = fit.motor.shape.time_constant_s / time_constant_s - 1.0;
+                assert!(off.abs() < 0.03, "{off:+.4} {what}");
+                let gain = fit.motor.gain / std::f64::consts::TAU / GAIN_REV_S_V - 1.0;
+                assert!(gain.abs() < 0.01, "{gain:+.4} {what}");
+                assert!(fit.left_counts < 0.7, "{} {what}", fit.left_counts);
+                let (taken, other) = match speed_is {
+                    Speed::Instant => ("it is the speed at the instant", "--integrate backward"),
+                    Speed::Mean => (
+                        "it is the mean since the row before",
+                        "--integrate trapezoid",
+                    ),
+                };
+                assert!(said.contains(taken) && said.contains(other), "{what}");
+            }
+        }
+    }
+}
+
+/// Of 20 ms rows the rule that is wrong puts the position off by half the way of a row, and a flag says either.
+#[test]
+fn the_flag_says_the_other_rule() {
+    let text = text(0.12, 0.02, Speed::Instant);
+    let (right, _) = fitted(&text, &COUNTS);
+    let flags = [&COUNTS[..], &["--integrate", "backward"]].concat();
+    let (wrong, said) = fitted(&text, &flags);
+    assert!(
+        said.contains("summed up to a position (backward)"),
+        "{said}"
+    );
+    assert!(wrong.left_counts > 5.0 * right.left_counts);
+}
+
+#[test]
+fn a_speed_that_no_motor_explains_is_taken_at_the_instant_and_said() {
+    let mut text = "time_s,voltage,speed_rad_s\n".to_owned();
+    for k in 0..400_u32 {
+        let speed = 5.0 + f64::from(k * k * 7919 % 1009) * 1.037e-2;
+        let _ = writeln!(text, "{:.2},6,{speed:.5}", f64::from(k) * 0.01);
+    }
+    let (file, said) = imported("log.csv", &text, &COUNTS);
+    assert!(said.contains("which the motion does not show"), "{said}");
+    assert!(said.contains("--integrate backward"), "{said}");
+    assert_eq!(
+        file.header["imported"]["position"].as_str(),
+        Some("integrated from speed, trapezoid")
+    );
+}
+
+/// Speeds in thousandths with more digits are no counts: 1,200,000 a turn at 10 ms.
+#[test]
+fn steps_far_finer_than_an_encoders_are_doubted() {
+    let motor = text(0.05, 0.01, Speed::Instant);
+    let mut text = "time_s,voltage,speed_rpm\n".to_owned();
+    for line in motor.lines().skip(1) {
+        let (rest, speed) = line.rsplit_once(',').expect("cells");
+        let rpm: f64 = speed.parse::<f64>().expect("a number") * 60.0 / std::f64::consts::TAU;
+        let _ = writeln!(text, "{rest},{:.6}", (rpm * 20.0).round() / 20.0);
+    }
+    let said = asked("log.csv", &text, &[]);
+    assert!(
+        said.contains("--counts-per-rev COUNTS") && said.contains("more than encoders have"),
+        "{said}"
+    );
+}

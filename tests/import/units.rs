@@ -1,0 +1,129 @@
+//! Units that a log leaves open or contradicts.
+
+use crate::support::foreign_logs::{Truth, asked, counts, imported, log, proposed};
+
+fn table(truth: &Truth, name: &str, cell: &dyn Fn(usize) -> String) -> String {
+    let ms = |k: usize| truth.ms(k).to_string();
+    let volts = |k: usize| format!("{:.6}", truth.volts(k));
+    let names = format!("time_ms,voltage,{name}");
+    log(&names, truth.rows(), &[&ms, &volts, cell])
+}
+
+#[test]
+fn metres_a_second_ask_for_the_travel_with_the_rest() {
+    let truth = Truth::steps(0.02, 300);
+    let metres = |k: usize| {
+        format!(
+            "{:.4}",
+            truth.rpm(k).parse::<f64>().expect("rpm") / 60.0 * 0.2
+        )
+    };
+    for (name, flags) in [("speed [m/s]", &[][..]), ("v", &["--speed", "v:m/s"])] {
+        let said = asked("log.csv", &table(&truth, name, &metres), flags);
+        for flag in ["--m-per-rev METRES", "--counts-per-rev COUNTS"] {
+            assert!(said.contains(flag), "{said}");
+        }
+    }
+}
+
+#[test]
+fn columns_that_comments_name_by_their_numbers_have_names() {
+    let truth = Truth::steps(0.02, 300);
+    let mut text = "%% logfile from robot\n%  1    time 0.014 sec\n%  2  3 Motor voltage [V] left, right: 0.0 0.0\n\
+                    %  4  5 Wheel velocity [rpm] left, right: 0.0 0.0\n"
+        .to_owned();
+    for k in truth.rows() {
+        let (t_s, u, v) = (truth.t_s(k), truth.volts(k), truth.rpm(k));
+        text.push_str(&format!("{t_s:.4} {u:.3} {u:.3} {v} {v} \n"));
+    }
+    let said = asked("log.txt", &text, &[]);
+    assert!(said.contains("`Wheel velocity [rpm] left`"), "{said}");
+    let (file, _) = imported("log.txt", &text, &["--speed", "4", "--command", "2:V"]);
+    assert_eq!(counts(&file), truth.counts);
+}
+
+#[test]
+fn a_position_whose_steps_are_whole_parts_of_a_turn_is_in_revolutions() {
+    let truth = Truth::steps(0.01, 300);
+    let turns = |k: usize| format!("{:.7}", truth.turns(k));
+    let text = table(&truth, "position", &turns);
+    let said = asked("log.csv", &text, &["--counts-per-rev", "720"]);
+    assert!(said.contains("--position position:rev"), "{said}");
+    let flags = ["--counts-per-rev", "720", "--position", "position:rad"];
+    let (_, said) = imported("log.csv", &text, &flags);
+    assert!(
+        said.contains("1/720 of a turn in rev") && said.contains("hint: --position position:rev"),
+        "{said}"
+    );
+    // Radians that are radians are not doubted, nor are round decimals.
+    let rad = |k: usize| format!("{:.7}", truth.turns(k) * std::f64::consts::TAU);
+    let (_, said) = imported("log.csv", &table(&truth, "position", &rad), &flags);
+    assert!(!said.contains("hint: --position"), "{said}");
+    let round = |k: usize| format!("{:.5}", (truth.turns(k) * 200.0).round() / 200.0);
+    let said = asked("log.csv", &table(&truth, "position", &round), &[]);
+    assert!(!said.contains("position:rev"), "{said}");
+}
+
+#[test]
+fn rps_may_be_radians_or_revolutions() {
+    let truth = Truth::steps(0.02, 300);
+    let rad = |k: usize| {
+        let counts = truth.counts[k] - truth.counts[k.saturating_sub(1)];
+        format!(
+            "{:.4}",
+            counts as f64 / 720.0 * std::f64::consts::TAU / 0.02
+        )
+    };
+    let text = table(&truth, "speed_rps", &rad);
+    let said = asked("log.csv", &text, &[]);
+    assert!(said.contains("radians or revolutions a second"), "{said}");
+    assert_eq!(proposed(&said, &[])[1], "speed_rps:rad/s");
+    // The steps are those of the counts that are said in one of the two only.
+    let (_, said) = imported("log.csv", &text, &["--counts-per-rev", "720"]);
+    assert!(said.contains("in rad/s"), "{said}");
+}
+
+/// A motor that is braked by a command against its motion, and let go before it turns back, has an encoder with a sign.
+#[test]
+fn a_log_with_signs_is_not_taken_as_one_without() {
+    let pwm = (0..400).map(|k| match k % 100 {
+        0..60 => 200,
+        60..64 => -200,
+        _ => 0,
+    });
+    let truth = Truth::of(0.01, pwm);
+    let steps = truth.counts.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps.min() >= Some(0), "it never turns back");
+    let turned = |k: usize| truth.counts[k].to_string();
+    let flags = ["--counts-per-rev", "720"];
+    let (file, said) = imported("log.csv", &table(&truth, "encoder", &turned), &flags);
+    assert_eq!(counts(&file), truth.counts, "{said}");
+    // One of one channel turns on, and is asked about.
+    let truth = Truth::steps(0.01, 300);
+    let mut up = 0;
+    let ups: Vec<i64> = (truth.rows())
+        .map(|k| {
+            up += (truth.counts[k] - truth.counts[k.saturating_sub(1)]).abs();
+            up
+        })
+        .collect();
+    let text = table(&truth, "encoder", &|k| ups[k].to_string());
+    let said = asked("log.csv", &text, &flags);
+    assert!(said.contains("--unsigned"), "{said}");
+}
+
+/// An efficiency, a charge or a load in per cent is no command.
+#[test]
+fn per_cent_alone_is_no_command() {
+    let truth = Truth::steps(0.01, 300);
+    let ms = |k: usize| truth.ms(k).to_string();
+    let turned = |k: usize| truth.counts[k].to_string();
+    let share = |k: usize| (truth.pwm[k].abs() / 3).to_string();
+    let text = log(
+        "time_ms,Motor Efficiency (%),encoder",
+        truth.rows(),
+        &[&ms, &share, &turned],
+    );
+    let said = asked("log.csv", &text, &["--counts-per-rev", "720"]);
+    assert!(said.contains("no column is named as a command"), "{said}");
+}
