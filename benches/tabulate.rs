@@ -27,10 +27,10 @@ fn main() {
         .map(|k| {
             let scatter = |n: usize| (k * n % 101) as f64 / 101.0;
             let causes: Vec<String> = (0..30)
-                .map(|c| format!("{{\"effect\":\"effect_{c}\",\"stage\":\"driver\",\"probability\":0.03,\"inclusion\":0.05,\"parameters\":{{\"volts\":{}}},\"indistinguishable_from\":[]}}", interval(scatter(c + 3))))
+                .map(|c| format!("{{\"effect\":\"effect_{c}\",\"stage\":\"driver\",\"inclusion\":0.05,\"at_bound\":false,\"parameters\":{{\"volts\":{}}}}}", interval(scatter(c + 3))))
                 .collect();
             let text = format!(
-                "{{\"shape\":\"motorlab-diagnosis/2\",\"verdict\":\"effect\",\"sentence\":\"It is so\",\"probability\":0.9,\"effects\":[\"effect_0\"],\
+                "{{\"shape\":\"motorlab-diagnosis/3\",\"verdict\":\"effect\",\"sentence\":\"It is so\",\"probability\":0.9,\"effects\":[\"effect_0\"],\
                  \"causes\":[{}],\"where\":{{\"stage\":\"driver\"}},\"gap\":null,\"base\":{{\"coulomb_friction_nm\":{},\"inertia_kg_m2\":{},\"back_emf_v_s_per_rad\":{},\"viscous_friction_nm_s_per_rad\":{}}},\
                  \"steps\":[{}],\"data\":[],\"next_experiment\":null,\"elapsed_s\":0.5,\"runs\":[{{\"path\":\"r\",\"role\":\"diagnosed\",\"unit\":\"U{k}\",\"started\":\"2026-03-{:02}T00:00:00Z\",\"samples\":500,\"sample_time_s\":0.003,\"duration_s\":1.5}}]}}",
                 causes.join(","), interval(1.0 + scatter(7)), interval(1.0 + scatter(11)), interval(1.0 + scatter(13)), interval(1.0 + scatter(17)), vec!["0"; 2000].join(","), 1 + k % 28

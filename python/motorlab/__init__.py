@@ -1,4 +1,4 @@
-"""Record a DC motor, simulate it, compare the two, and say which effect explains the gap.
+"""Record a DC motor, simulate it, compare the two, and diagnose the sim-to-real gap.
 
 Everything is in SI and says its unit in its name.
 

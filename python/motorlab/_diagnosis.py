@@ -1,4 +1,4 @@
-"""Where the gap lies, which effect causes it, how far it shrinks."""
+"""Error budget and identified effects."""
 
 from __future__ import annotations
 
@@ -14,12 +14,11 @@ from ._motor import Motor
 from ._run import Run
 from ._verbs import Findings, runs_of
 
-# Causes below this probability are left out of the table in a notebook, as on the program's page.
-_LISTED_FROM = 0.001
-
+# Keys of a parameter with its interval.
+_INTERVAL = ("value", "lo95", "hi95", "unit", "reference")
 
 class Diagnosis:
-    """What a diagnosis says. ``document`` is the document ``motorlab-diagnosis/2``; the rest are parts of it."""
+    """A diagnosis. ``document`` is the document ``motorlab-diagnosis/3``; the rest are parts of it."""
 
     def __init__(self, found: _motorlab.Diagnosis, runs: Sequence[Run]) -> None:
         self._found = found
@@ -33,79 +32,89 @@ class Diagnosis:
 
     @property
     def sentence(self) -> str:
-        """The verdict in plain sentences."""
+        """The verdict in sentences."""
         return self.document["sentence"]
 
     @property
     def probability(self) -> float:
-        """Probability of what the verdict says."""
+        """Probability that all identified effects, or members of their classes, are present; where none is identified, see ``verdict``."""
         return self.document["probability"]
 
     @property
     def effects(self) -> list[str]:
-        """Ids of the effects that the verdict names."""
+        """Ids of the identified effects."""
         return self.document["effects"]
 
     @property
     def note(self) -> str:
-        """What else is to be known."""
+        """Reservations; empty where there are none."""
         return self.document.get("note", "")
 
     @property
     def findings(self) -> Findings:
-        """What is found in the recordings themselves."""
+        """Findings of ``check`` about the recordings."""
         return Findings(self.document["data"])
 
     @property
+    def budget(self) -> Any:
+        """The error budget: a row per step, with the share of the nominal reducible squared error that it removes (of ``unexplained``: that is left)."""
+        rows = [
+            {**step, "alternatives": ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in step["alternatives"])}
+            for step in self.document["budget"]
+        ]
+        return table_of(rows, ["step", "rms_counts", "share", "lo95", "hi95", "alternatives"])
+
+    @property
     def causes(self) -> Any:
-        """A row a cause, likeliest first; the probabilities add to 1."""
-        rows = []
-        for cause in self.document["causes"]:
-            evidence = cause.get("evidence") or {}
-            rows.append(
-                {
-                    **cause,
-                    "indistinguishable_from": ", ".join(cause["indistinguishable_from"]),
-                    "gain_nats": evidence.get("gain_nats"),
-                    "error_nats": evidence.get("error_nats"),
-                }
-            )
-        names = ["effect", "stage", "probability", "inclusion", "indistinguishable_from", "gain_nats", "error_nats"]
-        return table_of(rows, names)
+        """A row per effect with its inclusion probability, most probable first."""
+        return table_of(self.document["causes"], ["effect", "stage", "inclusion", "class", "class_probability", "at_bound"])
+
+    @property
+    def sets(self) -> Any:
+        """A row per set of effects, joined by ``+``; ``none`` has no effect. The probabilities add to 1."""
+        rows = [{**one, "effects": "+".join(one["effects"]) or "none"} for one in self.document["sets"]]
+        return table_of(rows, ["effects", "probability", "score", "rms_counts"])
 
     @property
     def parameters(self) -> Any:
-        """A row a number of a cause, where it fits best, with its 95 % interval."""
+        """A row per parameter of an effect, with its 95 % interval."""
         rows = [
             {"effect": cause["effect"], "parameter": name, **interval}
             for cause in self.document["causes"]
             for name, interval in cause["parameters"].items()
         ]
-        return table_of(rows, ["effect", "parameter", "value", "lo95", "hi95", "unit", "reference"])
+        return table_of(rows, ["effect", "parameter", *_INTERVAL])
+
+    @property
+    def identifiable(self) -> Any:
+        """A row per parameter of the motor that the runs determine, with its 95 % interval."""
+        found = self.document["identifiable"] or {}
+        rows = [{"parameter": name, **interval} for name, interval in found.items() if name != "si"]
+        return table_of(rows, ["parameter", *_INTERVAL])
 
     @property
     def gap(self) -> Any:
-        """A row a rung in counts RMS over pieces: predicted by fits on other pieces, and on what was fitted."""
+        """A row per nested model with its position error in counts RMS: held out, and on the data that it was fitted to."""
         gap = self.document["gap"]
-        rungs = [] if gap is None else ["before", "after_parameters", "after_effect"]
+        models = [] if gap is None else ["before", "after_parameters", "after_effect"]
         return frame_of(
             {
-                "rung": rungs,
-                "predicted_counts": [gap[rung] for rung in rungs],
-                "fitted_counts": [gap["fitted"][rung] for rung in rungs],
-                "floor_counts": [gap["floor"] for _ in rungs],
+                "model": models,
+                "held_out_counts": [gap[model] for model in models],
+                "fitted_counts": [gap["fitted"][model] for model in models],
+                "floor_counts": [gap["floor"] for _ in models],
             }
         )
 
     @property
     def regions(self) -> Any:
-        """A row a stretch of a run with its share of the gap."""
+        """A row per time interval of a run with its share of the squared error above the noise floor."""
         place = self.document["where"] or {"regions": []}
         return table_of(place["regions"], ["run", "from_s", "to_s", "regime", "share"])
 
     @property
     def next_experiment(self) -> Optional[dict[str, Any]]:
-        """What to record next, where something is still in play."""
+        """What to record next, where sets are left that a recording separates."""
         return self.document["next_experiment"]
 
     def _motor(self, at: int) -> Optional[Motor]:
@@ -114,56 +123,61 @@ class Diagnosis:
 
     @property
     def motor(self) -> Optional[Motor]:
-        """The motor with what was found in it; none of a bad recording."""
+        """The motor of the verdict; none of a bad recording."""
         return self._motor(2)
 
     @property
     def nominal(self) -> Optional[Motor]:
-        """The motor that the runs are held against."""
+        """The nominal motor."""
         return self._motor(0)
 
     @property
     def refitted(self) -> Optional[Motor]:
-        """The nominal motor refitted, without any effect."""
+        """The motor with re-identified parameters, without any effect."""
         return self._motor(1)
 
     def explain(self) -> str:
-        """How the verdict came about: what was tried, kept and dropped at each step of the search."""
+        """The search: the sets screened and fitted in each round."""
         return self._found.explained()
 
     def html(self, path: Union[str, os.PathLike[str]], *, overwrite: bool = False) -> Path:
         """Write everything as one page that needs no network. One that exists is replaced only with ``overwrite``."""
-        page = self._found.page("What makes the gap")
+        page = self._found.page("Diagnosis of the sim-to-real gap")
         with open(path, "w" if overwrite else "x", encoding="utf-8") as file:
             file.write(page)
         return Path(path)
 
     def plot(self, axes: Any = None) -> Any:
-        """The first run with nominal and diagnosed motor, the rungs, and the causes, with matplotlib. Axes of shape (3,)."""
+        """The first run with nominal and diagnosed motor, the error budget and the causes, with matplotlib. Axes of shape (3,)."""
         from ._plot import plot_diagnosis
 
         return plot_diagnosis(self, axes)
 
     def __repr__(self) -> str:
-        return f"Diagnosis({self.verdict}, {self.probability:.1%}): {self.sentence}"
+        return f"Diagnosis({self.verdict}, P = {self.probability:.2f}): {self.sentence}"
 
     def _repr_html_(self) -> str:
         document = self.document
         parts = [paragraph(self.sentence, strong=True)]
         if self.note:
             parts.append(paragraph(self.note))
-        causes = [one for one in document["causes"] if one["probability"] >= _LISTED_FROM]
-        if causes:
+        if document["budget"]:
             rows = [
-                [one["effect"], one["stage"] or "", f"{one['probability']:.1%}", f"{one['inclusion']:.1%}"]
-                for one in causes
+                [
+                    step["step"],
+                    f"{step['rms_counts']:.3g}",
+                    f"{step['share']:.1%}",
+                    f"{step['lo95']:.1%} to {step['hi95']:.1%}",
+                ]
+                for step in document["budget"]
             ]
-            parts.append(table(["cause", "stage", "probability", "there at all"], rows))
-        if document["gap"] is not None:
-            gap = document["gap"]
-            names = ["before", "after_parameters", "after_effect", "floor"]
-            rows = [[name.replace("_", " "), f"{gap[name]:.3g}"] for name in names]
-            parts.append(table(["position error", "counts RMS"], rows))
+            parts.append(table(["step", "held-out RMS (counts)", "share of squared error", "95 % interval"], rows))
+        if document["causes"]:
+            rows = [
+                [one["effect"], one["stage"], f"{one['inclusion']:.2f}", one.get("class", "")]
+                for one in document["causes"]
+            ]
+            parts.append(table(["effect", "stage", "inclusion probability", "class"], rows))
         if self.findings:
             parts.append(self.findings._repr_html_())
         return "".join(parts)
@@ -181,7 +195,7 @@ def diagnose(
     despite_findings: bool = False,
     nominal: Optional[str] = None,
 ) -> Diagnosis:
-    """Say where the gap between runs and motor lies, which effect causes it and how far it shrinks.
+    """Diagnose the error between runs and simulation: its budget, the effects that cause it, the unexplained rest.
 
     Ctrl-C interrupts it; the interpreter's lock is free while it runs.
 
@@ -192,15 +206,15 @@ def diagnose(
     motor
         The nominal motor. Without one it is fitted to runs that were imported, else the lab handout's.
     hold_out
-        Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
+        Held-out runs: nothing is fitted to them and nothing is chosen by them; the error budget is measured on them.
     reference
-        Earlier runs of the same axis: what is asked is what has changed since.
+        Earlier runs of the same axis: the diagnosis is of what has changed since.
     repeats
         Groups of runs that repeat each other, beside those that have the same commands.
     good_enough_counts, good_enough_share
-        A position error, in counts or as a share of the travel (0.01 is 1 %), below which there is no gap.
+        A position error that is accepted, in counts or as a share of the travel (0.01 is 1 %): part of the noise floor.
     despite_findings
-        Diagnose recordings in which something fatal is found too; nothing is then said with more than 90 %.
+        Diagnose recordings with a fatal finding too; the note then says so.
     nominal
         ``file`` or ``fit``: whether the nominal motor is fitted to the runs first.
 

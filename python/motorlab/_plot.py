@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 _RPM = 60 / (2 * np.pi)
 _UNITS = {"command_v": "command (V)", "command_a": "command (A)", "command_nm": "command (N m)"}
-# Causes below this are left out of the bars.
-_SHOWN_FROM = 0.005
+# Most causes that are drawn.
+_MOST_CAUSES = 8
 
 
 def _axes_of(axes: Any, heights: tuple[float, ...], *, shared: bool = True) -> Any:
@@ -71,7 +71,7 @@ def _left(diagnosis: Diagnosis, motor: Any) -> Optional[np.ndarray]:
 
 def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
     axes = _axes_of(axes, (1.3, 0.8, 1.0), shared=False)
-    over_time, rungs, causes = axes
+    over_time, budget, causes = axes
     run = diagnosis.runs[0]
     for label, motor, style in (
         ("nominal motor", diagnosis.nominal, {"color": "C3", "alpha": 0.8}),
@@ -82,8 +82,8 @@ def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
             over_time.plot(run.t_s, left, linewidth=1, label=label, **style)
     over_time.axhline(0, color="0.6", linewidth=0.8)
     over_time.set_xlabel("time (s)")
-    over_time.set_ylabel("recorded less\nsimulated (counts)")
-    over_time.set_title(f"{diagnosis.verdict.replace('_', ' ')}, {diagnosis.probability:.0%}")
+    over_time.set_ylabel("measured minus\nsimulated (counts)")
+    over_time.set_title(f"{diagnosis.verdict.replace('_', ' ')}, P = {diagnosis.probability:.2f}")
     document = diagnosis.document
     if document["gap"] is None:
         for empty in axes:
@@ -91,19 +91,23 @@ def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
         over_time.text(0, 0.5, diagnosis.sentence, wrap=True, va="center", transform=over_time.transAxes)
         return axes
     over_time.legend(loc="best")
-    gap = document["gap"]
-    names = ["before", "after_parameters", "after_effect"]
-    bars = rungs.barh([name.replace("_", " ") for name in names], [gap[name] for name in names], color=["C3", "C1", "C0"])
-    rungs.bar_label(bars, fmt=" %.3g")
-    rungs.axvline(gap["floor"], color="0.3", linestyle=":", label="floor")
-    rungs.margins(x=0.1)
-    rungs.legend(loc="lower right")
-    rungs.invert_yaxis()
-    rungs.set_xlabel("position error on data kept from the fit (counts RMS)")
-    shown = [one for one in document["causes"] if one["probability"] >= _SHOWN_FROM][:8]
-    bars = causes.barh([one["effect"] for one in shown], [one["probability"] for one in shown], color="C0")
-    causes.bar_label(bars, fmt=lambda value: f" {value:.1%}")
+    steps = document["budget"]
+    colours = {"nominal": "C3", "parameters": "C1", "unexplained": "0.6"}
+    bars = budget.barh(
+        [step["step"] for step in steps],
+        [step["rms_counts"] for step in steps],
+        color=[colours.get(step["step"], "C0") for step in steps],
+    )
+    budget.bar_label(bars, fmt=" %.3g")
+    budget.axvline(document["gap"]["floor"], color="0.3", linestyle=":", label="noise floor")
+    budget.margins(x=0.1)
+    budget.legend(loc="lower right")
+    budget.invert_yaxis()
+    budget.set_xlabel("held-out position error after the step (counts RMS)")
+    shown = document["causes"][:_MOST_CAUSES]
+    bars = causes.barh([one["effect"] for one in shown], [one["inclusion"] for one in shown], color="C0")
+    causes.bar_label(bars, fmt=" %.2f")
     causes.set_xlim(0, 1.15)
     causes.invert_yaxis()
-    causes.set_xlabel("probability")
+    causes.set_xlabel("inclusion probability")
     return axes

@@ -48,7 +48,7 @@ enum Found {
 
 #[pymethods]
 impl Diagnosis {
-    /// The document `motorlab-diagnosis/2`.
+    /// The document `motorlab-diagnosis/3`.
     fn document(&self, py: Python<'_>) -> PyResult<String> {
         let text = match &self.found {
             Found::Bad(document) => serde_json::to_string(&WithRuns::new(document, &self.facts)),
@@ -59,7 +59,7 @@ impl Diagnosis {
         text.map_err(|error| refused(py, error))
     }
 
-    /// Motors: the nominal one, the same refitted, and with the effects in it.
+    /// Motors: nominal, with re-identified parameters, and with the identified effects.
     fn motors(&self) -> Option<(Motor, Motor, Motor)> {
         let of = |inner: &motor::Motor| Motor {
             inner: inner.clone(),
@@ -72,11 +72,14 @@ impl Diagnosis {
         }
     }
 
-    /// How the search went, as a table.
+    /// The search, round by round.
     fn explained(&self) -> String {
         match &self.found {
             Found::Bad(document) => document.sentence.clone(),
-            Found::Diagnosis(diagnosis) => diagnosis.to_string(),
+            Found::Diagnosis(diagnosis) => {
+                let rounds = diagnosis.steps.iter();
+                rounds.map(|step| step.to_string()).collect()
+            }
         }
     }
 
@@ -91,7 +94,7 @@ impl Diagnosis {
     }
 }
 
-/// Says where the gap lies, which effects cause it and how far it shrinks.
+/// Error budget and identified effects of runs of one motor.
 #[pyfunction]
 pub(crate) fn diagnose(
     py: Python<'_>,
@@ -194,6 +197,7 @@ impl Question {
             nominal_source,
             asked: Some(&line),
             progress: &|_| given.go_on(),
+            ..Options::default()
         };
         let mut diagnosis = diagnosing::diagnose(&self.runs, &motor, &options)?;
         diagnosis.data = findings;

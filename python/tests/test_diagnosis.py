@@ -39,12 +39,17 @@ def test_a_diagnosis_is_the_programs(runs, tmp_path, monkeypatch):
     assert found.document == expected
     assert found.sentence == expected["sentence"]
     causes = found.causes
-    assert isinstance(causes, pd.DataFrame) and abs(causes["probability"].sum() - 1) < 1e-9
+    assert isinstance(causes, pd.DataFrame) and causes["inclusion"].is_monotonic_decreasing
     assert causes["effect"][0] == "voltage_drop"
+    assert abs(found.sets["probability"].sum() - 1) < 1e-9
+    budget = found.budget.set_index("step")
+    assert list(budget.index) == ["nominal", "parameters", *found.effects, "unexplained"]
+    assert abs(budget["share"].drop("nominal").sum() - 1) < 1e-6
+    assert {"speed_per_volt", "time_constant_s", "friction_v"} <= set(found.identifiable["parameter"])
     numbers = found.parameters
     drop = numbers[(numbers["effect"] == "voltage_drop") & (numbers["parameter"] == "drop_v")].iloc[0]
     assert drop["lo95"] <= 0.7 <= drop["hi95"] and drop["unit"] == "V"
-    gap = found.gap.set_index("rung")
+    gap = found.gap.set_index("model")
     assert gap["fitted_counts"].is_monotonic_decreasing
     assert ml.compare(found.runs[0], found.motor).position_rmse_counts < 2
     assert ml.compare(found.runs[0], found.nominal).position_rmse_counts > 5
@@ -64,6 +69,12 @@ def test_runs_are_held_out_and_referred_to_as_by_the_program(runs):
     expected = document("diagnose", runs[0], "--hold-out", runs[1], "--good-enough", "50%")
     assert found.verdict == expected["verdict"] == "no_gap"
     assert found.document["gap"]["before"] == expected["gap"]["before"]
+    # The budget and the causes are frames without an identified effect too; within the floor nothing is reducible.
+    steps = list(found.budget["step"])
+    assert found.effects == [] and steps[:2] == ["nominal", "parameters"] and steps[-1] == "unexplained"
+    assert (found.budget["share"] == 0).all()
+    assert list(found.causes.columns) == ["effect", "stage", "inclusion", "class", "class_probability", "at_bound"]
+    assert found.verdict in repr(found) and "unexplained" in found._repr_html_()
     since = ml.diagnose(one, ml.Motor(), reference=one)
     assert since.verdict == "no_change" and since.document["reference"]
 
@@ -74,6 +85,7 @@ def test_a_bad_recording_is_no_diagnosis(runs):
     found = ml.diagnose([bad], ml.Motor())
     assert found.verdict == "bad_recording" and found.findings.is_fatal
     assert found.motor is None and len(found.causes) == 0 and len(found.gap) == 0
+    assert len(found.budget) == 0 and len(found.sets) == 0 and len(found.identifiable) == 0
     assert "Swap" in found._repr_html_() or found.sentence in found._repr_html_()
     assert len(found.plot()) == 3
 

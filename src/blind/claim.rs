@@ -1,10 +1,12 @@
-//! What a diagnosis claims, read off a document `motorlab-diagnosis/1` or `/2`: of a recording that has to be mended first nothing,
-//! and with `partial` its named effects and something unknown beside them.
+//! The claims of a document `motorlab-diagnosis/1`, `/2` or `/3`: none of a bad recording, and with `partial` its named effects and something
+//! unknown beside them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+
+use super::third::{THIRD, Third};
 
 /// The parts of a diagnosis that can be right or wrong.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -14,12 +16,15 @@ pub struct Claim {
     /// Probability of what the verdict says.
     #[serde(default, rename = "probability")]
     pub of_verdict: Option<f64>,
-    /// Ids of the chosen set.
+    /// Ids of the named set.
     #[serde(default)]
     pub effects: Vec<String>,
     /// Best first; probabilities add to 1.
     #[serde(default)]
     pub causes: Vec<Cause>,
+    /// Whether a named effect stands for its class where it has one, as from the third shape on. Before, only `ambiguous` had ties.
+    #[serde(skip)]
+    pub stands_for_class: bool,
     /// Whole sets with their probabilities, where the document lists them. Where it does, an effect's
     /// probability among the causes is its share: of a set of two, half the set's.
     #[serde(default)]
@@ -65,7 +70,7 @@ pub struct Cause {
     /// Names in the form of `effect` that these runs cannot tell from it.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
-    /// The class of effects that one recording seldom parts, where these runs do not part its members.
+    /// The class of effects that one recording seldom separates, where these runs do not separate its members.
     #[serde(default)]
     pub class: Option<String>,
 }
@@ -126,13 +131,18 @@ impl Claim {
                 of_verdict: None,
                 effects: Vec::new(),
                 causes: Vec::new(),
+                stands_for_class: false,
                 sets: Vec::new(),
                 gap: ClaimedGap::default(),
                 elapsed_s: document["elapsed_s"].as_f64(),
             });
         }
-        let claim: Self =
-            serde_json::from_value(document.clone()).map_err(|error| error.to_string())?;
+        let of_third = document["shape"] == THIRD;
+        let claim = match of_third {
+            true => serde_json::from_value(document.clone()).map(Third::claim),
+            false => serde_json::from_value(document.clone()),
+        };
+        let claim: Self = claim.map_err(|error| error.to_string())?;
         let causes = claim
             .causes
             .iter()
@@ -171,8 +181,7 @@ impl Claim {
         }
     }
 
-    /// Every set that the verdict leaves standing: the one named, and where it says `ambiguous` those stated to
-    /// be a tie with it.
+    /// Every set that the verdict leaves standing: the one named, and those stated to be a tie with it.
     pub(super) fn standing(&self) -> Vec<Names> {
         let leading = self.leading();
         let mut standing = vec![leading.clone()];
@@ -181,8 +190,13 @@ impl Claim {
                 standing.push(set);
             }
         };
-        // Who says "effect" has decided, whatever else the document says of that cause.
-        if self.verdict != Word::Ambiguous {
+        // Up to the second shape "effect" is decided, whatever else the document says of that cause.
+        let is_open = match self.verdict {
+            Word::Ambiguous => true,
+            Word::Effect | Word::Partial => self.stands_for_class,
+            _ => false,
+        };
+        if !is_open {
             return standing;
         }
         for tied in self.ties(&leading) {
@@ -252,7 +266,7 @@ impl Claim {
         }
         let weighed = self.weighed();
         let of_it = weighed.iter().filter(|(set, _)| set == of);
-        of_it.map(|(_, p)| p).sum::<f64>().min(1.0)
+        of_it.fold(0.0, |sum, (_, p)| sum + p).min(1.0)
     }
 
     /// The estimate of a parameter of an effect, in the fit of the set named first.

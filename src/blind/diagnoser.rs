@@ -28,7 +28,7 @@ const VERSION_WITHIN: Duration = Duration::from_secs(60);
 /// What a diagnoser says of one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The document `motorlab-diagnosis/1` or `/2`; `null` where it failed.
+    /// The document `motorlab-diagnosis/1`, `/2` or `/3`; `null` where it failed.
     pub diagnosis: Value,
     /// The motor file with the effect in it, if it wrote one.
     pub model: Option<String>,

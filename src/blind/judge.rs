@@ -193,7 +193,7 @@ fn truth_set(truth: &Truth) -> Names {
 
 fn bearing(claim: &Claim, truth: &Names, standing: &[Names]) -> Bearing {
     let leading = &standing[0];
-    if leading == truth && claim.verdict != Word::Ambiguous {
+    if leading == truth && claim.verdict != Word::Ambiguous && standing.len() == 1 {
         Bearing::Named
     } else if standing.contains(truth) {
         Bearing::Tied

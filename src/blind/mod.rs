@@ -28,6 +28,7 @@ mod score;
 mod seal;
 mod share;
 mod text;
+mod third;
 mod truth;
 mod unseen;
 

@@ -55,7 +55,7 @@ mod too_short;
 mod words;
 
 pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
-pub(crate) use misread_position::misread_positions;
+pub(crate) use named_samples::misread_or_stale;
 pub use named_samples::samples_named_by_check;
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;

@@ -16,13 +16,22 @@ pub fn samples_named_by_check(run: &Run) -> Vec<usize> {
     if !has(run, "position") {
         return Vec::new();
     }
-    let mut named: BTreeSet<usize> = misread_positions(run).into_iter().collect();
-    named.extend(stale_rows(run));
+    let mut named: BTreeSet<usize> = misread_or_stale(run).into_iter().collect();
     if has(run, "command") {
         for off in off_intervals(run) {
             named.extend(off.from..=off.to);
         }
     }
+    named.into_iter().collect()
+}
+
+/// Numbers of the samples whose position was misread or is that of an earlier row, in their order: single rows, which a fit leaves out.
+pub(crate) fn misread_or_stale(run: &Run) -> Vec<usize> {
+    if !has(run, "position") {
+        return Vec::new();
+    }
+    let mut named: BTreeSet<usize> = misread_positions(run).into_iter().collect();
+    named.extend(stale_rows(run));
     named.into_iter().collect()
 }
 

@@ -1,4 +1,4 @@
-//! `motorlab design`: what a planned profile can tell, and what a diagnosis wants recorded next.
+//! `motorlab design`: which effects a planned profile separates, and the next experiment of a diagnosis.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,7 +16,7 @@ use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolabilit
 use crate::plain::shown;
 use crate::report::diagnosis::few_words;
 
-/// Say before a recording which effects a profile cannot show and which it cannot tell apart.
+/// List the effects that a profile cannot show and the pairs that it cannot separate, before it is recorded.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  motorlab design --profile step --ts 0.03 --duration 4\n  motorlab design --motor motor.toml --profile reversing --duration 15 --json\n  motorlab diagnose run.csv --json > why.json && motorlab design --diagnosis why.json"
@@ -24,38 +24,38 @@ use crate::report::diagnosis::few_words;
 pub struct Design {
     #[command(flatten)]
     motor: MotorChoice,
-    /// What is to be commanded: a built-in profile (`crawl@0.25,8s`: a quarter of the supply, 8 s), or a
+    /// Command profile: a built-in profile (`crawl@0.25,8s`: a quarter of the supply, 8 s), or a
     /// file of rows `t_s,command_v`.
     #[arg(long, default_value = "step")]
     profile: String,
     /// Sample time in s.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = sample_time_s)]
     ts: f64,
-    /// How long in s. [default: as long as the profile says, else 4]
+    /// Duration in s. [default: the profile's own, else 4]
     #[arg(long, value_name = "SECONDS", value_parser = duration_s)]
     duration: Option<f64>,
     /// Driver supply in V, if not the motor file's.
     #[arg(long, value_name = "VOLTS", value_parser = supply_v)]
     supply: Option<f64>,
-    /// Print what this diagnosis (the JSON of `diagnose`) wants recorded next, instead.
+    /// Print the next experiment of this diagnosis (the JSON of `diagnose`) instead.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["profile", "ts", "duration", "supply"])]
     diagnosis: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
 }
 
-/// How long a built-in profile takes in s.
+/// Duration of a built-in profile in s.
 const DURATION_S: f64 = 4.0;
 /// Most samples of a plan.
 const MOST_SAMPLES: f64 = 200_000.0;
 /// Longest diagnosis that is read, in bytes.
 const MOST_BYTES: u64 = 1 << 26;
-/// Shape of a diagnosis before this version: what it wants recorded next is told alike.
-const EARLIER_SHAPE: &str = "motorlab-diagnosis/1";
-/// From this separation on an effect is told apart plainly.
-const PLAIN: f64 = 10.0;
+/// Earlier versions of the document, whose next experiment has the same keys.
+const EARLIER_SHAPES: [&str; 2] = ["motorlab-diagnosis/1", "motorlab-diagnosis/2"];
+/// Separation from which two effects are separated clearly.
+const CLEAR: f64 = 10.0;
 
-/// The part of a diagnosis that is looked at.
+/// The part of a diagnosis that is read.
 #[derive(Debug, Deserialize)]
 struct Diagnosed {
     shape: String,
@@ -84,7 +84,7 @@ impl Design {
         let samples = duration_s / self.ts;
         if !(2.0..=MOST_SAMPLES).contains(&samples) {
             return Err(Failure::input(format!(
-                "{samples:.0} samples: a plan has 2 to {MOST_SAMPLES}; change --duration or --ts"
+                "{samples:.0} samples: a plan has 2 to {MOST_SAMPLES}\nhint: change --duration or --ts"
             )));
         }
         let plan = Plan {
@@ -94,7 +94,7 @@ impl Design {
         };
         let found = isolability(&motor, &plan).ok_or_else(|| {
             Failure::input(
-                "the motor cannot be simulated on this profile: are its numbers and units right?",
+                "the motor cannot be simulated on this profile\nhint: `motorlab motor FILE` lists its parameters with their units",
             )
         })?;
         if output.json {
@@ -120,28 +120,28 @@ fn show(found: &Isolability, output: &Output) -> Result<(), Failure> {
             .map(|j| match found.between(i, j) {
                 _ if i == j => '\\',
                 d if d < found.tie_below => '#',
-                d if d < PLAIN => '+',
+                d if d < CLEAR => '+',
                 _ => '.',
             })
             .collect();
         output.line(&format!("{i:>2} {effect:<23} {cells}"))?;
     }
     output.line(&format!(
-        "\n#  not told apart (separation D below {})   +  just (D below {PLAIN})   .  plainly",
+        "\n#  not separable (separation D below {})   +  just (D below {CLEAR})   .  clearly",
         found.tie_below
     ))?;
-    let seen = |pair: &Pair| format!("{} (D {:.1})", pair.a, pair.separation);
+    let hidden = |pair: &Pair| format!("{} (D {:.1})", pair.a, pair.separation);
     list(
         output,
-        "cannot see",
-        found.cannot_see.iter().map(seen).collect(),
+        "not visible",
+        found.cannot_see.iter().map(hidden).collect(),
     )?;
-    let told = |pair: &Pair| format!("{} from {} (D {:.1})", pair.a, pair.b, pair.separation);
-    let pairs = found.cannot_tell_apart.iter().map(told).collect();
-    list(output, "cannot tell", pairs)
+    let alike = |pair: &Pair| format!("{} from {} (D {:.1})", pair.a, pair.b, pair.separation);
+    let pairs = found.cannot_tell_apart.iter().map(alike).collect();
+    list(output, "not separable", pairs)
 }
 
-/// A digit of a column's number; no leading nought.
+/// A digit of a column's number; no leading zero.
 fn mark_of(column: usize, place: usize) -> char {
     match (column / place % 10, column < place && place > 1) {
         (_, true) => ' ',
@@ -151,7 +151,7 @@ fn mark_of(column: usize, place: usize) -> char {
 
 fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> {
     if items.is_empty() {
-        return output.line(&format!("{what}: nothing"));
+        return output.line(&format!("{what}: none"));
     }
     output.line(&format!("{what}:"))?;
     for item in items {
@@ -160,11 +160,11 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
     Ok(())
 }
 
-/// What to record next, in words.
+/// The next experiment in words.
 fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
-        [one] => format!("show whether {one} is there"),
-        several => format!("tell {} apart", few_words(several)),
+        [one] => format!("shows whether {one} is present"),
+        several => format!("separates {}", few_words(several)),
     };
     let bench = next.change.as_ref();
     let bench = bench.map_or(String::new(), |change| format!(" with {}", change.words()));
@@ -176,7 +176,7 @@ fn next_line(next: &NextExperiment) -> String {
         format!("\n  then: motorlab diagnose RUN... next.csv {flag}")
     });
     format!(
-        "record this next{bench}: {}\n  it is expected to {what} (separation D {:.1}){then}",
+        "record next{bench}: {}\n  it {what} (expected separation D {:.1}){then}",
         next.command, next.expected_separation
     )
 }
@@ -184,7 +184,7 @@ fn next_line(next: &NextExperiment) -> String {
 fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
     let wrong = |why: &dyn std::fmt::Display| {
         Failure::input(format!(
-            "{}: {why}; `motorlab diagnose RUN --json` writes a diagnosis",
+            "{}: {why}\nhint: `motorlab diagnose RUN --json` writes a diagnosis",
             shown(path)
         ))
     };
@@ -196,20 +196,23 @@ fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
     let diagnosed: Diagnosed = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
     if diagnosed.verdict == "bad_recording" {
         return Err(wrong(&format!(
-            "it is of a recording that has to be mended first: {}",
+            "a diagnosis of a bad recording proposes no experiment: {}",
             diagnosed.sentence
         )));
     }
-    if ![SHAPE, EARLIER_SHAPE].contains(&diagnosed.shape.as_str()) {
-        return Err(wrong(&format!("its shape is '{}'", diagnosed.shape)));
+    let shape = diagnosed.shape.as_str();
+    if shape != SHAPE && !EARLIER_SHAPES.contains(&shape) {
+        return Err(wrong(&format!("its shape is '{shape}'")));
     }
     if output.json {
         output.document(&diagnosed.next_experiment)?;
     } else {
         output.line(&match &diagnosed.next_experiment {
             Some(next) => next_line(next),
-            None => "nothing that another recording of this motor would be expected to settle"
-                .to_owned(),
+            None => {
+                "no next experiment: no further recording would separate the sets that are left"
+                    .to_owned()
+            }
         })?;
     }
     Ok(Status::Done)

@@ -1,10 +1,10 @@
-//! `motorlab diagnose`: where the gap lies, which effect causes it, how far it shrinks.
+//! `motorlab diagnose`: error budget, causes with probabilities, next experiment.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::diagnose_text::show;
+use super::diagnose_text::{explain, show};
 use super::findings::said;
 use super::foreign::{read_runs, refuse_unused};
 use super::import_flags::Flags;
@@ -17,13 +17,14 @@ use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check_taught, is_fatal};
 use crate::diagnose::{
-    BadRecording, GoodEnough, NominalFit, NominalSource, Options, SeenMotor, diagnose, nominal_fit,
+    BadRecording, GoodEnough, NominalFit, NominalSource, Options, Settings, diagnose, nominal_fit,
 };
+use crate::motor::{Motor, read_motor};
 use crate::plain::shown;
-use crate::recording::{CommandKind, Run};
-use crate::report::diagnosis::{bad_recording_page, page_held_out, seen_words};
+use crate::recording::Run;
+use crate::report::diagnosis::{bad_recording_page, page_held_out};
 
-/// Say where the gap between recording and simulation lies, which effect causes it and how far it shrinks.
+/// Diagnose the error between recording and simulation: how large, by which effects, what is unexplained, what to record next.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain\n  motorlab diagnose today.csv --reference march1.csv march2.csv --motor motor.toml\n  motorlab diagnose a.csv b.csv c.csv --repeats a.csv,b.csv"
@@ -32,17 +33,17 @@ pub struct Diagnose {
     /// Run files of the same motor: other sample times and profiles tell more. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Runs that nothing is fitted to and nothing is chosen by: the gap is measured on them.
+    /// Held-out runs: nothing is fitted to them and nothing is chosen by them; the error budget is measured on them.
     #[arg(long, value_name = "RUN", num_args = 1..)]
     hold_out: Vec<PathBuf>,
-    /// Earlier runs of the same axis, or runs of another rig of its kind: what is asked is what has changed since, with the motor that
-    /// they show in place of the motor file's.
+    /// Earlier runs of the same axis, or runs of another rig of its kind: the diagnosis is of what has changed since, with the motor
+    /// identified from them in place of the motor file's.
     #[arg(long, value_name = "RUN", num_args = 1..)]
     reference: Vec<PathBuf>,
-    /// Runs that repeat each other, beside those that have the same commands: what they differ by is no gap. May be given again.
+    /// Runs that repeat each other, beside those that have the same commands: their differences are part of the noise floor. May be given again.
     #[arg(long, value_name = "RUN,RUN", value_parser = repeating)]
     repeats: Vec<Repeating>,
-    /// What the nominal model is: the motor file, or the first-order model's best fit to these runs. [default: the motor file;
+    /// The nominal model: the motor file, or a fit of the model without effects to these runs. [default: the motor file;
     /// without one, fit for imported runs and text boards, else the lab handout's motor]
     #[arg(long, value_enum)]
     nominal: Option<Nominal>,
@@ -50,17 +51,22 @@ pub struct Diagnose {
     motor: MotorChoice,
     #[command(flatten)]
     with: With,
-    /// Position error that is good enough: counts, or a share of the travel as in 1%. A smaller gap is none.
+    /// Position error that is good enough: counts, or a share of the travel as in 1%; a part of the noise floor.
     #[arg(long, value_name = "COUNTS|SHARE%", value_parser = good_enough)]
     good_enough: Option<GoodEnough>,
-    /// Print how the verdict came about: what was tried, kept and dropped at each step of the search.
+    /// Print how the verdict came about: the steps of the search, all sets with their scores, the effective observations.
     #[arg(long)]
     explain: bool,
-    /// Diagnose recordings in which something fatal is found too (motorlab check); nothing is then said with more
-    /// than 90 %.
+    /// A motor file whose set of effects is fitted in any case, from its values: what would this cause explain? May be given again.
+    #[arg(long, value_name = "MOTOR.toml")]
+    propose: Vec<PathBuf>,
+    /// Numbers of the method that differ from their defaults, as TOML; docs/method/diagnosis.md lists them.
+    #[arg(long, value_name = "FILE")]
+    settings: Option<PathBuf>,
+    /// Diagnose recordings with a fatal finding too (motorlab check); the diagnosis is marked.
     #[arg(long)]
     despite_findings: bool,
-    /// Write the motor with the diagnosed effects in it, for simulate and compare.
+    /// Write the motor file of the verdict, for simulate and compare.
     #[arg(long, value_name = "FILE")]
     model_out: Option<PathBuf>,
     /// Write everything as one HTML file that needs no network.
@@ -74,12 +80,19 @@ pub struct Diagnose {
     log: Flags,
 }
 
+/// Reads numbers of the method.
+fn settings(path: &Path) -> Result<Settings, Failure> {
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
+    toml::from_str(&text).map_err(|error| Failure::input(format!("{}: {error}", shown(path))))
+}
+
 /// Where the nominal model comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Nominal {
     /// The motor file, or the lab handout's motor.
     File,
-    /// A first-order model fitted to the runs: for a motor of which nothing is known.
+    /// The model without effects, fitted to the runs: for a motor without known parameters.
     Fit,
 }
 
@@ -98,7 +111,7 @@ impl Diagnose {
         self.refuse_fitted_twice()?;
         let repeats = self.repeating()?;
         let mut runs = self.read(&self.runs, output)?;
-        // Runs in which nothing moves teach nothing, whatever moves in those that are held out.
+        // Runs in which nothing moves determine nothing, whatever moves in those that are held out.
         let held_from = runs.len();
         runs.extend(self.read(&self.hold_out, output)?);
         let reference_from = runs.len();
@@ -142,7 +155,7 @@ impl Diagnose {
         };
         if self.is_fitted(first) {
             let fit = nominal_fit(first, &motor).map_err(Failure::input)?;
-            output.message(&words_of(&fit, first[0].command_kind));
+            output.message(&words_of(&fit));
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
             }
@@ -150,6 +163,11 @@ impl Diagnose {
         } else {
             self.motor.say_default(output);
         }
+        let proposed: Vec<Motor> = (self.propose.iter())
+            .map(|path| read_motor(path).map_err(Failure::input))
+            .collect::<Result<_, _>>()?;
+        let settings =
+            (self.settings.as_deref()).map_or_else(|| Ok(Settings::default()), settings)?;
         let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());
         let options = Options {
@@ -160,6 +178,8 @@ impl Diagnose {
             is_doubtful: is_bad,
             nominal_source,
             asked: Some(&output.asked),
+            proposed: &proposed,
+            settings,
             progress: &progress,
         };
         let found = diagnose(&runs, &motor, &options);
@@ -171,8 +191,8 @@ impl Diagnose {
         }
         if let Some(path) = &self.html {
             let title = match reference.is_empty() {
-                true => format!("What makes the gap ({})", self.motor.words()),
-                false => "What has changed since the reference".to_owned(),
+                true => format!("Diagnosis of the sim-to-real gap ({})", self.motor.words()),
+                false => "Diagnosis of the change since the reference".to_owned(),
             };
             let page =
                 page_held_out(&diagnosis, &runs, &held_out, &title).map_err(Failure::input)?;
@@ -181,10 +201,15 @@ impl Diagnose {
         if output.json {
             output.document(&WithRuns::new(&diagnosis, &facts))?;
         } else {
+            let recorded = if held_out.is_empty() {
+                &runs
+            } else {
+                &held_out
+            };
+            show(&diagnosis, recorded, output)?;
             if self.explain {
-                output.line(&diagnosis.to_string())?;
+                explain(&diagnosis, output)?;
             }
-            show(&diagnosis, output)?;
             if self.html.is_none() {
                 output.message("a page with the pictures: add --html diagnosis.html");
             }
@@ -245,7 +270,7 @@ impl Diagnose {
         groups.collect()
     }
 
-    /// Whether the nominal motor is fitted to the runs: as asked, else where nobody says which motor a foreign log is of.
+    /// Whether the nominal motor is fitted to the runs: as asked, else where a foreign log comes without a motor file.
     fn is_fitted(&self, runs: &[Run]) -> bool {
         match self.nominal {
             Some(nominal) => nominal == Nominal::Fit,
@@ -284,26 +309,23 @@ fn good_enough(text: &str) -> Result<GoodEnough, String> {
     }
 }
 
-/// What the fit came to in what the runs tell, and by how much it misses.
-fn words_of(fit: &NominalFit, kind: CommandKind) -> String {
+/// Residuals of the nominal fit, of the motor that it starts from and of a shaft at rest.
+fn words_of(fit: &NominalFit) -> String {
     let given = match fit.given_left_counts {
-        Some(left) => format!("the motor it starts from leaves {left:.2}"),
-        None => "the motor it starts from cannot be simulated".to_owned(),
+        Some(left) => format!("{left:.2} with the motor that it starts from"),
+        None => "the motor that it starts from cannot be simulated".to_owned(),
     };
-    let left = format!(
-        "it leaves {:.2} counts of position, {given}, a shaft that stands still {:.1}",
+    let motor = match fit.is_given {
+        true => "the given motor, since no fit leaves less",
+        false => "fitted to these runs without effects",
+    };
+    format!(
+        "nominal motor: {motor}; residual RMS {:.2} counts ({given}, {:.1} with a shaft at rest)",
         fit.left_counts, fit.at_rest_counts
-    );
-    match SeenMotor::of(&fit.motor, kind, fit.knows_torque).filter(|_| !fit.is_given) {
-        None => format!("nominal: the given motor, since no first-order fit leaves less: {left}"),
-        Some(seen) => format!(
-            "nominal: the first-order motor that fits these runs best ({}): {left}",
-            seen_words(&seen)
-        ),
-    }
+    )
 }
 
-/// Ends a diagnosis before anything is fitted: the recording has to be mended first.
+/// Ends a diagnosis before anything is fitted: a finding about the recording is fatal.
 fn bad_recording(
     findings: Vec<Finding>,
     facts: &[RunFacts],

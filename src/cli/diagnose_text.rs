@@ -1,155 +1,228 @@
-//! A diagnosis on the terminal, in short.
+//! A diagnosis on the terminal, in the order of its page.
 
+use super::picture::on_terminal;
 use super::{Failure, Output};
-use crate::diagnose::{Cause, Diagnosis};
+use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
 use crate::plain::one_line;
-use crate::report::Bars;
+use crate::recording::Run;
 use crate::report::diagnosis::{
-    PARTS, cause_words, closed_words, few_words, note_beside, of_reference, rungs, seen_name,
-    seen_scale,
+    BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,
+    effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
+    named_parts, of_reference, overlays, torque_words,
 };
-use crate::report::number::{figure, probability};
+use crate::report::number::{figure, percent, probability};
+use crate::report::table::Table;
 
-/// How many causes and stretches are listed.
+/// Causes, sets and time intervals that are listed.
 const LISTED: usize = 5;
+/// Effects of at least this inclusion probability are listed in any case.
+const LISTED_FROM: f64 = 0.5;
 /// Width of a bar in characters.
 const BAR: usize = 24;
-/// Effects that are there at all with this probability are listed in any case, with it.
-const BESIDE_FROM: f64 = 0.5;
-/// Causes that are there with less than this probability have their numbers left out.
-const NUMBERS_FROM: f64 = 0.02;
 
-/// Writes the short form: the four parts of the sentence, each with its figures.
-pub(super) fn show(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    let gap = &diagnosis.gap;
-    let part = |k: usize| {
+/// Writes the sentence, the error budget, causes, sets, identifiable parameters, recorded over simulated, where the error lies and the
+/// next experiment; `recorded` are the runs that the budget is measured on.
+pub(super) fn show(
+    diagnosis: &Diagnosis,
+    recorded: &[Run],
+    output: &Output,
+) -> Result<(), Failure> {
+    for (k, (name, part)) in named_parts(diagnosis).into_iter().enumerate() {
         if k > 0 {
             output.line("")?;
         }
-        output.line(&PARTS[k].to_uppercase())?;
-        output.line(&diagnosis.parts[k])
-    };
-    part(0)?;
-    output.line(&format!(
-        "  a piece is {} s long and travels {} counts",
-        figure(gap.horizon_s, 3),
-        figure(gap.travel, 4)
-    ))?;
-    if let Some(note) = note_beside(diagnosis) {
-        output.line(&note)?;
+        output.line(&name.to_uppercase())?;
+        output.line(part)?;
+    }
+    if !diagnosis.note.is_empty() {
+        output.line(&format!("\n{}", diagnosis.note))?;
     }
     if let Some(reference) = &diagnosis.reference {
-        output.line(&of_reference(reference))?;
+        output.line(&format!("\n{}", of_reference(reference)))?;
     }
-    part(1)?;
-    let listed = diagnosis.causes.iter().enumerate();
-    for (_, cause) in
-        listed.filter(|(place, cause)| *place < LISTED || cause.inclusion >= BESIDE_FROM)
+    output.line("\nERROR BUDGET")?;
+    budget(diagnosis, output)?;
+    output.line("\nCAUSES BY INCLUSION PROBABILITY")?;
+    for class in &diagnosis.classes {
+        output.line(&format!("  not separated: {}", class_words(class)))?;
+    }
+    for (place, cause) in diagnosis.causes.iter().enumerate() {
+        if place < LISTED || cause.inclusion >= LISTED_FROM {
+            one_cause(diagnosis, cause, output)?;
+        }
+    }
+    output.line("\nSETS OF EFFECTS")?;
+    output.line(&sets(&diagnosis.sets[..diagnosis.sets.len().min(LISTED)]))?;
+    output.line("IDENTIFIABLE PARAMETERS")?;
+    identifiable(diagnosis, output)?;
+    output.line("\nRECORDED OVER SIMULATED")?;
+    over_simulated(diagnosis, recorded, output)?;
+    output.line("\nWHERE THE ERROR LIES")?;
+    place(diagnosis, output)?;
+    output.line("\nNEXT EXPERIMENT")?;
+    next(diagnosis, output)
+}
+
+/// Writes how the search went, all sets with their scores, and what the scores rest on.
+pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    output.line("\nSEARCH")?;
+    for step in &diagnosis.steps {
+        output.line(step.to_string().trim_end())?;
+    }
+    output.line("\nALL SETS")?;
+    output.line(&sets(&diagnosis.sets))?;
+    let scoring = &diagnosis.scoring;
+    output.line(&format!(
+        "  score: {}; effective observations {}; random load torque {} of stall; whitened squares {} times their expectation",
+        scoring.score.replace('_', " "),
+        figure(scoring.effective_observations, 4),
+        percent(scoring.random_load_share),
+        figure(scoring.whitened_squares, 3)
+    ))?;
+    output.line(&format!("  {}", fitted_words(&diagnosis.gap)))
+}
+
+fn budget(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    let bars = budget_bars(diagnosis);
+    let rows = budget_rows(diagnosis);
+    let mut names = BUDGET_COLUMNS[..rows.first().map_or(0, Vec::len)].to_vec();
+    names.insert(names.len().min(4), "");
+    let mut table = Table::new(names);
+    for (mut row, bar) in rows.into_iter().zip(&bars.bars) {
+        row.insert(4, blocks(bars.scale.share(bar.value)));
+        table.row(row);
+    }
+    output.line(table.to_string().trim_end())?;
+    output.line(&format!("  {BUDGET_NOTE}"))?;
+    output.line(&format!("  {}", measured(&diagnosis.gap)))
+}
+
+/// A bar of a share.
+fn blocks(share: f64) -> String {
+    const PARTS: [char; 7] = [
+        '\u{258f}', '\u{258e}', '\u{258d}', '\u{258c}', '\u{258b}', '\u{258a}', '\u{2589}',
+    ];
+    let eighths = (share * (8 * BAR) as f64).round() as usize;
+    let mut blocks = "\u{2588}".repeat(eighths / 8);
+    if let Some(part) = (eighths % 8).checked_sub(1) {
+        blocks.extend(PARTS.get(part));
+    }
+    blocks
+}
+
+fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<(), Failure> {
+    let mut line = format!(
+        "  {:>8}  {} ({})",
+        probability(cause.inclusion),
+        cause_words(cause.effect),
+        cause.stage
+    );
+    if let (Some(class), Some(p)) = (cause.class, cause.class_probability) {
+        line.push_str(&format!("; class {class}: {}", probability(p)));
+    }
+    if cause.at_bound {
+        line.push_str("; its parameter is at a bound: not identified");
+    }
+    output.line(&line)?;
+    if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < DETAILED_FROM {
+        return Ok(());
+    }
+    for (name, number) in &cause.parameters {
+        let reference = number.reference.map_or_else(String::new, |then| {
+            format!("; {} in the reference", figure(then, 4))
+        });
+        output.line(&format!(
+            "            {name} = {} {} (95 %: {}{reference})",
+            figure(number.value, 4),
+            number.unit,
+            interval_words(number)
+        ))?;
+    }
+    Ok(())
+}
+
+fn sets(sets: &[EffectSet]) -> String {
+    let mut table = Table::new(["probability", "score (nats)", "RMS (counts)", "set"]);
+    for set in sets {
+        table.row([
+            probability(set.probability),
+            figure(set.score, 4),
+            figure(set.rms_counts, 3),
+            effects_words(&set.effects),
+        ]);
+    }
+    table.to_string()
+}
+
+fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    let mut table = Table::new(["parameter", "value", "95\u{a0}% interval", "unit"]);
+    for (name, number) in identifiable_rows(diagnosis) {
+        table.row([
+            name.to_owned(),
+            figure(number.value, 4),
+            interval_words(&number),
+            number.unit.to_owned(),
+        ]);
+    }
+    output.line(table.to_string().trim_end())?;
+    output.line(&format!("  {}", torque_words(diagnosis)))
+}
+
+/// The error of each run, and the speed of the one with the largest error.
+fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> Result<(), Failure> {
+    let overlays = overlays(diagnosis, recorded);
+    let largest = (overlays.iter()).max_by(|a, b| a.nominal_rms.total_cmp(&b.nominal_rms));
+    if let Some(largest) = largest
+        && let Some(speed) = largest.figure.panels.first()
     {
-        causes(diagnosis, cause, output)?;
+        output.line(&format!("  {}:", one_line(&largest.name)))?;
+        output.picture(&on_terminal(speed, &largest.figure.x_label))?;
     }
-    if !diagnosis.place.regions.is_empty() {
-        output.line("  where it arises")?;
+    for overlay in &overlays {
+        let name = one_line(&overlay.name);
+        output.line(&format!("  {name}: {}", overlay.caption))?;
+    }
+    Ok(())
+}
+
+fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    if let Some(stage) = &diagnosis.place.stage {
+        output.line(&format!("  stage of the chain: {stage}"))?;
+    }
+    if diagnosis.place.regions.is_empty() || diagnosis.unexplained.share <= 0.0 {
+        return output.line("  no error above the noise floor is left to locate");
     }
     for region in diagnosis.place.regions.iter().take(LISTED) {
         output.line(&format!(
-            "  {:>6.0} %  {} from {:.2} s to {:.2} s, {}",
-            100.0 * region.share,
+            "  {:>8}  {} from {:.2} s to {:.2} s, {}",
+            percent(region.share),
             region.regime.words(),
             region.from_s,
             region.to_s,
             one_line(&region.run)
         ))?;
     }
-    part(2)?;
-    output.line(
-        "  position error over pieces kept from the fit, with 95 % intervals (logarithmic)",
-    )?;
-    for line in bars(&rungs(diagnosis)) {
-        output.line(&line)?;
-    }
-    output.line(&format!("  {}", closed_words(gap)))?;
-    output.line(&format!("  held out: {}", gap.held_out))?;
-    part(3)?;
-    if let Some(next) = &diagnosis.next_experiment {
-        output.line(&format!(
-            "  {}profile {} for {} s is expected to part {} by {} standard deviations at least",
-            if diagnosis.parts[3].contains(&next.command) {
-                ""
-            } else {
-                "to be surer: "
-            },
-            next.profile,
-            figure(next.duration_s, 3),
-            few_words(&next.tells_apart),
-            figure(next.expected_separation, 2)
-        ))?;
-    }
-    Ok(())
+    output.line("  shares of the unexplained squared error")
 }
 
-fn causes(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<(), Failure> {
-    let mut line = format!(
-        "  {:>8}  {}",
-        probability(cause.probability),
-        cause_words(&cause.effect)
-    );
-    if cause.inclusion >= BESIDE_FROM && cause.inclusion > cause.probability + 0.01 {
-        line.push_str(&format!(
-            "; is there at all: {}",
-            probability(cause.inclusion)
-        ));
+fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
+    let means = other_means(diagnosis);
+    if let Some(means) = &means {
+        output.line(&format!("  {means}"))?;
     }
-    if !cause.indistinguishable_from.is_empty() {
-        line.push_str(&format!(
-            "; fits as well: {}",
-            cause.indistinguishable_from.join(", ")
-        ));
-    }
-    output.line(&line)?;
-    if cause.inclusion < NUMBERS_FROM {
-        return Ok(());
-    }
-    for (name, number) in &cause.parameters {
-        let (scale, unit) = seen_scale(diagnosis, number.unit);
-        let value = |value: f64| figure(value * scale, 4);
-        let ends = if number.lo95 == number.hi95 {
-            "held".to_owned()
-        } else {
-            format!("95 %: {} to {}", value(number.lo95), value(number.hi95))
+    let Some(next) = &diagnosis.next_experiment else {
+        return match means {
+            Some(_) => Ok(()),
+            None => output.line("  no recording is proposed"),
         };
-        let then = number.reference.map_or_else(String::new, |then| {
-            format!("; {} in the reference", value(then))
-        });
-        let name = seen_name(name, number.unit, unit);
-        output.line(&format!(
-            "            {name} = {} {unit} ({ends}{then})",
-            value(number.value)
-        ))?;
-    }
-    Ok(())
-}
-
-/// Bars as lines of blocks.
-fn bars(bars: &Bars) -> Vec<String> {
-    let widest = bars.bars.iter().map(|bar| bar.name.chars().count()).max();
-    let widest = widest.unwrap_or(0);
-    bars.bars
-        .iter()
-        .map(|bar| {
-            let eighths = (bars.scale.share(bar.value) * (8 * BAR) as f64).round() as usize;
-            let mut blocks = "\u{2588}".repeat(eighths / 8);
-            if let Some(part) = (eighths % 8).checked_sub(1) {
-                blocks.extend(
-                    [
-                        '\u{258f}', '\u{258e}', '\u{258d}', '\u{258c}', '\u{258b}', '\u{258a}',
-                        '\u{2589}',
-                    ]
-                    .get(part),
-                );
-            }
-            let name = &bar.name;
-            format!("  {name:<widest$}  {blocks:<BAR$}  {}", bar.text)
-        })
-        .collect()
+    };
+    let change = next.change.as_ref();
+    let change = change.map_or_else(String::new, |change| format!(", with {}", change.words()));
+    output.line(&format!(
+        "  profile {} for {} s{change}: expected to separate {} by {} standard deviations at least",
+        next.profile,
+        figure(next.duration_s, 3),
+        few_words(&next.tells_apart),
+        figure(next.expected_separation, 2)
+    ))
 }

@@ -1,47 +1,44 @@
-//! A nominal motor where nothing is known: the handout's first-order model, fitted.
+//! A nominal motor where nothing is known: least squares of the model without effects.
 //!
-//! What is fitted is what is shown: the position error in counts over pieces, each from its own measured start. It begins from the plain
-//! least squares of whole runs in open loop and of the pieces ([`least_squares`]): over minutes in open loop a speed that creeps hides
-//! everything else. It is never worse than the motor that is given. What cannot be seen from outside (`R`, `Kt`, and of a
-//! voltage-driven motor `b`) begins as given.
-//!
-//! [`least_squares`]: crate::least_squares
+//! It starts from the plain fit of whole runs in open loop ([`least_squares`](crate::least_squares)), from the equation-error regression and
+//! from the given motor, and never leaves more than the given motor. What voltage and counts do not determine (`R`, `Kt`) stays as given.
 
 use super::error::{DiagnoseError, usable};
-use super::fit::{Base, Left, Model, unweighted};
-use super::pieces::{Pieces, Thinned};
-use super::screening::{own_part, shares};
-use super::settings::FITTED_TOLERANCE;
-use super::{made_ready, read_right};
+use super::fit::Fit;
+use super::inverse::{own_part, shares};
+use super::model::Model;
+use super::nested::least_squares;
+use super::pipeline::Prepared;
+use super::settings::Settings;
+use super::without_named_samples;
 use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
 use crate::motor::Motor;
 use crate::recording::Run;
 
-/// Most times that runs are cut anew: a time constant that is found in pieces cuts others.
-const CUTS: usize = 4;
+/// Most times that runs are cut anew: the fitted time constant sets the length of segments.
+const CUTS: usize = 3;
 
-/// A motor that was fitted to runs, and what it leaves of them.
+/// A motor that was fitted to runs.
 #[derive(Debug, Clone)]
 pub struct NominalFit {
     /// The motor.
     pub motor: Motor,
-    /// Position error in counts RMS over pieces, each from its own measured start.
+    /// Residual RMS in counts over segments.
     pub left_counts: f64,
-    /// What the motor that was given leaves; none where it cannot be simulated.
+    /// The same of the given motor; none where it cannot be simulated.
     pub given_left_counts: Option<f64>,
-    /// What a shaft that never turns leaves: how far these runs go.
+    /// The same of a shaft that never turns: how far these runs go.
     pub at_rest_counts: f64,
-    /// Whether a load or a disc is known in one of the runs, so that they tell `Kt/R` too.
+    /// Whether torques are identifiable in N m: a load or a disc is known in one of the runs.
     pub knows_torque: bool,
-    /// Whether the motor is the one that was given, since no first-order motor leaves less.
+    /// Whether the motor is the given one, since no other leaves less.
     pub is_given: bool,
 }
 
-/// The first-order model's best fit to the runs, on top of `given` for all that they do not tell.
+/// The model without effects fitted to the runs, on top of `given` for what they do not determine.
 ///
 /// # Errors
-/// Runs that are too short or of different axes, in which nothing moves, or that no first-order motor follows better than a
-/// shaft that stands still.
+/// Runs that are too short or of different axes, in which nothing moves, or that no first-order motor follows better than a shaft at rest.
 ///
 /// ```
 /// use motorlab::diagnose::nominal_fit;
@@ -60,87 +57,73 @@ pub struct NominalFit {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseError> {
-    let runs = &read_right(runs)[..];
+    let settings = Settings::default();
+    let runs = &without_named_samples(runs)[..];
     let kind = usable(runs)?;
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;
     given.parameters.supply_v = runs[0].supply_v.unwrap_or(given.parameters.supply_v);
     let starts: Vec<_> = FirstOrderMotor::of(&given, kind).into_iter().collect();
-    let columns = columns(runs);
-    let whole = plain_fit(&records(runs, &columns), &starts).ok_or(DiagnoseError::NoFit)?;
-    // The pieces are as long as the motor that is found in them asks for.
-    let mut found = vec![whole.motor];
-    let (mut all, mut base) = made_ready(runs, &whole.motor.in_place_of(&given, kind))?;
+    let of_runs = columns(runs);
+    let whole = plain_fit(&records(runs, &of_runs), &starts).ok_or(DiagnoseError::NoFit)?;
+    let mut motor = whole.motor.in_place_of(&given, kind);
+    let mut best: Option<(Motor, f64, Prepared)> = None;
     for _ in 0..CUTS {
-        let counts: Vec<f64> = all.counts.iter().map(|n| n + 0.5).collect();
-        let Some(fit) = plain_fit(&all.records(&counts), &found[found.len() - 1..]) else {
-            break;
-        };
-        found.push(fit.motor);
-        let (again, its_base) = made_ready(runs, &fit.motor.in_place_of(&given, kind))?;
-        let stands_still = again.pieces.len() == all.pieces.len();
-        (all, base) = (again, its_base);
-        if stands_still {
+        let tolerant = with_wide_tolerances(&motor, &settings);
+        let prepared = Prepared::new(runs, &tolerant, &settings)?;
+        let segments = prepared.searched();
+        let model = Model::new(&prepared.base, Vec::new());
+        let mut starts = vec![model.start()];
+        let own = own_part(segments).map(|own| shares(&prepared.base, own));
+        starts.extend(own.map(|own| model.start_with(own)));
+        let found = least_squares(segments, &model, &starts).ok_or(DiagnoseError::NoFit)?;
+        let is_settled = best
+            .as_ref()
+            .is_some_and(|(.., last)| last.all.segments.len() == prepared.all.segments.len());
+        motor = found.model.motor(&found.x);
+        motor.tolerance.clone_from(&tolerant.tolerance);
+        let rms = left_by(&motor, &prepared).ok_or(DiagnoseError::NoFit)?;
+        best = Some((motor.clone(), rms, prepared));
+        if is_settled {
             break;
         }
     }
-    let thinned = Thinned::new(&all, runs)?;
-    let pieces = thinned.as_ref().map_or(&all, |thinned| &thinned.pieces);
-    let at_rest_counts = rms(&all.counts);
-    let given_left_counts = left_by(&given, &all, &base);
-    let mut starts: Vec<Motor> = (found.iter())
-        .map(|motor| motor.in_place_of(&given, kind))
-        .collect();
-    // A plain motor knows of no load. The inverse form has it without a start.
-    if base.knows_torque {
-        let model = Model::new(&base, Vec::new());
-        let own = own_part(pieces);
-        starts.extend(own.map(|own| model.motor(&model.start_with(shares(&base, own)))));
-    }
-    let fitted = starts.into_iter().filter_map(|mut motor| {
-        for key in base.told() {
-            motor.tolerance.insert((*key).to_owned(), FITTED_TOLERANCE);
-        }
-        let base = Base {
-            motor,
-            ..base.clone()
-        };
-        let model = Model::new(&base, Vec::new());
-        let fit = unweighted(pieces, &model, kind, &[model.start()])?;
-        let left_counts = left_by(&fit.left.motor, &all, &base)?;
-        Some((fit.left.motor, left_counts))
-    });
-    let best = fitted.min_by(|a, b| a.1.total_cmp(&b.1));
-    let (motor, left_counts) = best.ok_or(DiagnoseError::NoFit)?;
+    let (motor, left_counts, prepared) = best.ok_or(DiagnoseError::NoFit)?;
+    let counts = &prepared.all.counts;
+    let at_rest_counts =
+        (counts.iter().map(|n| n * n).sum::<f64>() / counts.len().max(1) as f64).sqrt();
     if left_counts >= at_rest_counts {
         return Err(DiagnoseError::FitFailed {
             left_counts,
             at_rest_counts,
         });
     }
+    let given_left_counts = left_by(&given, &prepared);
     let is_given = given_left_counts.is_some_and(|left| left < left_counts);
     Ok(NominalFit {
         motor: if is_given { given } else { motor },
         left_counts: given_left_counts.map_or(left_counts, |left| left.min(left_counts)),
         given_left_counts,
         at_rest_counts,
-        knows_torque: base.knows_torque,
+        knows_torque: prepared.base.torque_identifiable,
         is_given,
     })
 }
 
-/// Position error of a motor in counts RMS over pieces; none where it cannot be simulated.
-fn left_by(motor: &Motor, pieces: &Pieces, base: &Base) -> Option<f64> {
-    let base = Base {
-        motor: motor.clone(),
-        ..base.clone()
-    };
-    let model = Model::new(&base, Vec::new());
-    let left = Left::new(pieces, &model, base.kind, &model.start())?;
-    Some(rms(&left.shown))
+/// A motor whose parameters are known no better than the runs tell.
+fn with_wide_tolerances(motor: &Motor, settings: &Settings) -> Motor {
+    let mut motor = motor.clone();
+    for key in super::model::BASE {
+        let tolerance = settings.fitted_tolerance;
+        motor.tolerance.insert(key.to_owned(), tolerance);
+    }
+    motor
 }
 
-fn rms(values: &[f64]) -> f64 {
-    let squares = values.iter().map(|value| value * value).sum::<f64>();
-    (squares / values.len().max(1) as f64).sqrt()
+/// Residual RMS of a motor in counts; `None` where it cannot be simulated.
+fn left_by(motor: &Motor, prepared: &Prepared) -> Option<f64> {
+    let mut base = prepared.base.clone();
+    base.motor = motor.clone();
+    let model = Model::new(&base, Vec::new());
+    Some(Fit::at(&prepared.all, &model, model.start())?.rms())
 }

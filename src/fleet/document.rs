@@ -1,4 +1,4 @@
-//! A diagnosis as it is read again, as far as tables and pages need it.
+//! A diagnosis as it is read again, as far as tables and pages need it: `motorlab-diagnosis/3`, and `/2` of before.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,6 +13,8 @@ use super::date::{DATE_LENGTH, date_in};
 use crate::diagnose::SHAPE;
 use crate::plain::clipped;
 
+/// The shape of before, which is still read.
+const EARLIER_SHAPE: &str = "motorlab-diagnosis/2";
 /// Longest document that is read, in bytes: some hundred times the longest that a diagnosis writes.
 pub const MOST_BYTES: u64 = 1 << 26;
 /// Characters of another program's message that are repeated.
@@ -35,25 +37,34 @@ pub struct Document {
     /// The file that it was read from.
     #[serde(skip)]
     pub document: String,
-    shape: String,
-    /// What it comes to, as the document has it.
+    /// Its shape.
+    pub shape: String,
+    /// The verdict, as the document has it.
     pub verdict: String,
-    /// Probability of what the verdict says.
+    /// Probability of what the verdict names.
     pub probability: f64,
-    /// Effects that the verdict names.
+    /// Effects that are identified.
     pub effects: Vec<String>,
     /// The verdict in words.
     pub sentence: String,
-    /// What else is to be known.
+    /// Reservations.
     #[serde(default)]
     pub note: String,
-    /// Causes, likeliest first.
+    /// Causes, most probable first.
     pub causes: Vec<Cause>,
+    /// Sets of effects with their posterior probabilities.
+    #[serde(default)]
+    pub(super) sets: Vec<EffectSet>,
+    /// The error budget; none of the earlier shape.
+    #[serde(default)]
+    pub budget: Vec<BudgetStep>,
+    /// What no step of the budget removes; none of the earlier shape and of a bad recording.
+    pub unexplained: Option<Unexplained>,
     #[serde(rename = "where")]
     place: Option<Place>,
-    /// How far the gap shrinks.
+    /// Errors of the nested models.
     pub gap: Option<Gap>,
-    /// The base model's numbers relative to the motor file's.
+    /// Base parameters relative to the motor file's.
     #[serde(default)]
     pub base: BTreeMap<String, Interval>,
     /// Findings about the recordings.
@@ -71,38 +82,75 @@ pub struct Document {
 /// One cause.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Cause {
-    /// Effects joined by `+`, `none` or `unknown`.
+    /// An effect; of the earlier shape several joined by `+`, `none` or `unknown`.
     pub effect: String,
     /// Stage of the chain.
     pub stage: Option<String>,
-    /// Probability of exactly this.
-    pub probability: f64,
-    /// Probability that it is there at all.
+    /// Probability of exactly this, as the earlier shape states it.
+    pub(super) probability: Option<f64>,
+    /// Inclusion probability.
     pub inclusion: f64,
-    /// Its numbers.
+    /// Its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, Interval>,
-    /// Causes that the runs do not tell from it.
+    /// Causes that the runs do not separate from it, of the earlier shape.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
     /// Class of effects that it belongs to.
     pub class: Option<String>,
     /// Probability of the class.
     pub class_probability: Option<f64>,
-    /// What speaks for it.
+    /// Whether its first parameter is at a bound.
+    pub at_bound: Option<bool>,
+    /// Held-out evidence, of the earlier shape.
     pub evidence: Option<Evidence>,
 }
 
-/// What a cause gains on data that it was not fitted to.
+/// A set of effects.
+#[derive(Debug, Clone, Deserialize)]
+pub(super) struct EffectSet {
+    pub(super) effects: Vec<String>,
+    pub(super) probability: f64,
+}
+
+/// One step of the error budget.
+#[derive(Debug, Clone, Deserialize)]
+pub struct BudgetStep {
+    /// `nominal`, `parameters`, an effect or `unexplained`.
+    pub step: String,
+    /// Share of the nominal reducible squared error.
+    pub share: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub lo95: Option<f64>,
+    /// Upper end.
+    pub hi95: Option<f64>,
+}
+
+/// What no step of the budget removes.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct Unexplained {
+    /// Held-out RMS error in counts beyond the noise floor.
+    pub rms_counts: Option<f64>,
+    /// Share of the nominal reducible squared error.
+    pub share: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub lo95: Option<f64>,
+    /// Upper end.
+    pub hi95: Option<f64>,
+    /// The random load torque that would leave as much, as a share of stall.
+    pub equivalent_torque_share: Option<f64>,
+}
+
+/// Gain of a cause on data that it was not fitted to.
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub struct Evidence {
     /// Gain in nats.
     pub gain_nats: Option<f64>,
     /// Its standard error.
     pub error_nats: Option<f64>,
-    /// Pieces that it gains in.
+    /// Segments in which it gains.
     pub gaining_pieces: i64,
-    /// Pieces in all.
+    /// Segments in all.
     pub pieces: i64,
 }
 
@@ -132,39 +180,39 @@ struct Place {
     stage: Option<String>,
 }
 
-/// The rungs in counts RMS.
+/// Held-out errors of the nested models in counts RMS.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Gap {
-    /// How far ahead a piece is predicted in s.
+    /// Prediction horizon in s.
     pub horizon_s: Option<f64>,
-    /// What is not asked to be explained.
+    /// Noise floor.
     pub floor: Option<f64>,
-    /// What a wandering load leaves.
+    /// Part of a random load torque, of the earlier shape.
     pub wander: Option<f64>,
-    /// Travel of a piece.
+    /// Travel of a segment.
     pub travel: Option<f64>,
     /// The nominal model.
     pub before: Option<f64>,
-    /// Refitted.
+    /// With re-identified parameters.
     pub after_parameters: Option<f64>,
     /// With the effects.
     pub after_effect: Option<f64>,
-    /// Share that closes.
+    /// Share that is removed.
     pub closed: Option<f64>,
     /// Lower end.
     pub closed_lo95: Option<f64>,
     /// Upper end.
     pub closed_hi95: Option<f64>,
-    /// The same rungs on the data that was fitted.
+    /// The same models on the data that was fitted.
     pub fitted: Fitted,
 }
 
-/// Rungs on the data that was fitted, in counts RMS.
+/// Errors on the data that was fitted, in counts RMS.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Fitted {
     /// The nominal model.
     pub before: Option<f64>,
-    /// Refitted.
+    /// With re-identified parameters.
     pub after_parameters: Option<f64>,
     /// With the effects.
     pub after_effect: Option<f64>,
@@ -232,11 +280,8 @@ impl Document {
     fn of(text: &str) -> Result<Self, String> {
         let found: Result<Self, _> = serde_json::from_str(text);
         let found = found.map_err(|error| no_diagnosis(text, &error))?;
-        if found.shape != SHAPE {
-            return Err(format!(
-                "its shape is '{}', not '{SHAPE}'",
-                clipped(&found.shape, MOST_CHARACTERS)
-            ));
+        if !is_read(&found.shape) {
+            return Err(wrong_shape(&found.shape));
         }
         if !(0.0..=1.0).contains(&found.probability) {
             return Err(format!("its probability is {}", found.probability));
@@ -298,45 +343,15 @@ impl Document {
     pub fn is_bad(&self) -> bool {
         self.verdict == "bad_recording"
     }
-
-    /// The cause that the verdict names.
-    pub fn named(&self) -> Option<&Cause> {
-        if self.effects.is_empty() {
-            return None;
-        }
-        let wanted = self.effects.join("+");
-        let whole = self.causes.iter().find(|cause| cause.effect == wanted);
-        whole.or_else(|| {
-            let holds = |cause: &&Cause| {
-                let parts: Vec<&str> = cause.effect.split('+').collect();
-                self.effects
-                    .iter()
-                    .all(|effect| parts.contains(&effect.as_str()))
-            };
-            self.causes.iter().find(holds)
-        })
-    }
-
-    /// Every identified number by its name: the base model's, and `EFFECT.KEY` of the effects that are named.
-    pub fn numbers(&self) -> impl Iterator<Item = (String, &Interval)> {
-        let base = self
-            .base
-            .iter()
-            .map(|(name, number)| (name.clone(), number));
-        let named = self.named().into_iter().flat_map(|cause| {
-            (cause.parameters.iter()).map(|(key, number)| (full_name(&cause.effect, key), number))
-        });
-        base.chain(named)
-    }
 }
 
-/// `EFFECT.KEY`, whether the key already says its effect or not.
-pub(super) fn full_name(effect: &str, key: &str) -> String {
-    if key.contains('.') {
-        key.to_owned()
-    } else {
-        format!("{effect}.{key}")
-    }
+fn is_read(shape: &str) -> bool {
+    [SHAPE, EARLIER_SHAPE].contains(&shape)
+}
+
+fn wrong_shape(shape: &str) -> String {
+    let shape = clipped(shape, MOST_CHARACTERS);
+    format!("its shape is '{shape}', not '{SHAPE}' or '{EARLIER_SHAPE}'")
 }
 
 /// Why a text is no diagnosis.
@@ -353,10 +368,7 @@ fn no_diagnosis(text: &str, error: &serde_json::Error) -> String {
     }
     let shape = (value.as_ref()).and_then(|value| value["shape"].as_str());
     match shape {
-        Some(shape) if shape != SHAPE => format!(
-            "its shape is '{}', not '{SHAPE}'",
-            clipped(shape, MOST_CHARACTERS)
-        ),
+        Some(shape) if !is_read(shape) => wrong_shape(shape),
         _ if text.trim().is_empty() => "is empty".to_owned(),
         _ => format!("is no diagnosis: {error}"),
     }

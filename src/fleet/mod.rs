@@ -1,10 +1,11 @@
-//! Many diagnoses side by side: their documents read again, laid out as flat tables, and each unit held against the population.
+//! Many diagnoses side by side: their documents as flat tables, and each unit compared with the population.
 //!
-//! [`Document`] is what is read of a `motorlab-diagnosis/2`; [`tables`] lays many of them out as rows; [`Population`]
-//! says which units stand out by which number, and what drifts. Nothing is fitted here: every figure is a document's.
+//! [`Document`] is a document `motorlab-diagnosis/2` or `/3`; [`tables`] makes rows of many of them; [`Population`]
+//! finds units that are outliers in a parameter, and drift. Nothing is fitted here: every figure is a document's.
 
 mod date;
 mod document;
+mod identified;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod population;

@@ -1,4 +1,4 @@
-//! Units held against the population that they are of: each identified number, who stands out, what drifts.
+//! Units compared with their population: each identified parameter, outliers, drift.
 
 use std::collections::BTreeMap;
 
@@ -7,11 +7,11 @@ use super::robust::{centre_and_sigma, median, trend};
 
 /// Fewest units that make a population: of fewer the spread is hardly known.
 pub const FEWEST_UNITS: usize = 5;
-/// From this robust z-score on a unit stands out (Iglewicz and Hoaglin 1993).
+/// From this robust z-score on a unit is an outlier (Iglewicz and Hoaglin 1993).
 pub const OUTSTANDING: f64 = 3.5;
-/// Fewest dates of a unit at which a trend is asked for: with fewer no order is clear beside chance.
+/// Fewest dates of a unit at which a trend is tested: with fewer no order is significant.
 pub const FEWEST_DATES: usize = 5;
-/// Probability by chance of one trend or more among all that are told (Bonferroni).
+/// Significance level of all tests for a trend together (Bonferroni).
 pub const SIGNIFICANT: f64 = 0.05;
 
 /// One unit and its diagnoses.
@@ -23,14 +23,14 @@ pub struct Unit {
     pub documents: Vec<usize>,
 }
 
-/// One identified number over all units that have it.
+/// One identified parameter over all units that have it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
-    /// Its name: the base model's, relative to the motor file's, or `EFFECT.KEY`.
+    /// Its name: of a base parameter, relative to the motor file's, or `EFFECT.KEY`.
     pub name: String,
-    /// Whether it is one of the base model's.
+    /// Whether it is a base parameter.
     pub is_base: bool,
-    /// Unit with its value: that of the diagnosis in the middle. The least first.
+    /// Unit with its value: that of the median diagnosis. The smallest first.
     pub values: Vec<(usize, Interval)>,
     /// Median and robust standard deviation over units; none of fewer than [`FEWEST_UNITS`].
     pub centre: Option<(f64, f64)>,
@@ -38,27 +38,27 @@ pub struct Number {
     pub dated: Vec<(usize, f64, f64)>,
 }
 
-/// A unit that stands out by a number.
+/// A unit that is an outlier in a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Standing {
     /// Its place among the units.
     pub unit: usize,
-    /// The number's place.
+    /// The parameter's place.
     pub number: usize,
     /// Robust z-score.
     pub z: f64,
 }
 
-/// A number of a unit that goes one way.
+/// A parameter of a unit that has a trend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
     /// Its place among the units.
     pub unit: usize,
-    /// The number's place.
+    /// The parameter's place.
     pub number: usize,
     /// How much it changes a day.
     pub per_day: f64,
-    /// Probability of so clear a trend by chance.
+    /// p-value of the trend.
     pub p: f64,
     /// Dates.
     pub dates: usize,
@@ -69,17 +69,19 @@ pub struct Drift {
 pub struct Population {
     /// Units by name.
     pub units: Vec<Unit>,
-    /// Numbers, the base model's first.
+    /// Parameters, the base parameters first.
     pub numbers: Vec<Number>,
-    /// Who stands out, farthest first.
+    /// Outliers, farthest first.
     pub standing: Vec<Standing>,
-    /// What drifts, clearest first.
+    /// Drifts, most significant first.
     pub drifts: Vec<Drift>,
-    /// Trends that were asked for.
+    /// Trends that were tested.
     pub trends: usize,
+    /// Most dates of a unit.
+    pub most_dates: usize,
     /// Diagnoses by verdict, most often first.
     pub verdicts: Vec<(String, usize)>,
-    /// Effects that are named: in how many diagnoses, of how many units; most often first.
+    /// Identified effects: in how many diagnoses, of how many units; most often first.
     pub effects: Vec<(String, usize, usize)>,
 }
 
@@ -94,9 +96,10 @@ impl Population {
             verdicts: counted(documents.iter().map(|document| document.verdict.clone())),
             effects: effects(documents, &units),
             units,
-            numbers,
             drifts,
             trends,
+            most_dates: most_dates(&numbers),
+            numbers,
         }
     }
 }
@@ -116,11 +119,11 @@ fn units(documents: &[Document]) -> Vec<Unit> {
     of.into_iter().map(in_order).collect()
 }
 
-/// A number as it was found: by unit, with the date of each diagnosis.
+/// A parameter as it was found: by unit, with the date of each diagnosis.
 type Found = BTreeMap<usize, Vec<(Option<f64>, Interval)>>;
 
 fn numbers(documents: &[Document], units: &[Unit]) -> Vec<Number> {
-    // By whether it is an effect's, and by name: the base model's come first.
+    // By whether it is an effect's, and by name: base parameters come first.
     let mut found: BTreeMap<(bool, String), Found> = BTreeMap::new();
     for (k, unit) in units.iter().enumerate() {
         for document in unit.documents.iter().map(|place| &documents[*place]) {
@@ -173,7 +176,7 @@ fn standing(numbers: &[Number]) -> Vec<Standing> {
         let Some((centre, sigma)) = number.centre.filter(|(_, sigma)| *sigma > 0.0) else {
             return Vec::new();
         };
-        // Who is not sure of its own value is not known to stand out.
+        // A unit whose own interval holds the median is no outlier.
         let is_apart = |number: &Interval| !(number.lo95 <= centre && centre <= number.hi95);
         let of_unit = |(unit, number): &(usize, Interval)| Standing {
             unit: *unit,
@@ -190,17 +193,11 @@ fn standing(numbers: &[Number]) -> Vec<Standing> {
     all
 }
 
-/// How many trends were asked for, and those that are clear beside so many.
+/// How many trends were tested, and those that are significant among so many.
 fn drifts(numbers: &[Number]) -> (usize, Vec<Drift>) {
     let mut asked = Vec::new();
     for (k, number) in numbers.iter().enumerate() {
-        let mut of: BTreeMap<usize, Vec<(f64, f64)>> = BTreeMap::new();
-        for (unit, days, value) in &number.dated {
-            of.entry(*unit).or_default().push((*days, *value));
-        }
-        for (unit, points) in of {
-            // Recordings of one moment are one point.
-            let points = at_each_date(&points);
+        for (unit, points) in series(number) {
             if points.len() >= FEWEST_DATES
                 && let Some((per_day, p)) = trend(&points)
             {
@@ -218,6 +215,21 @@ fn drifts(numbers: &[Number]) -> (usize, Vec<Drift>) {
     asked.retain(|drift| drift.p * (trends as f64) < SIGNIFICANT);
     asked.sort_by(|a, b| a.p.total_cmp(&b.p));
     (trends, asked)
+}
+
+/// Values of each unit over time; recordings of one moment are one point.
+fn series(number: &Number) -> impl Iterator<Item = (usize, Vec<(f64, f64)>)> {
+    let mut of: BTreeMap<usize, Vec<(f64, f64)>> = BTreeMap::new();
+    for (unit, days, value) in &number.dated {
+        of.entry(*unit).or_default().push((*days, *value));
+    }
+    of.into_iter()
+        .map(|(unit, points)| (unit, at_each_date(&points)))
+}
+
+fn most_dates(numbers: &[Number]) -> usize {
+    let lengths = numbers.iter().flat_map(series);
+    lengths.map(|(_, points)| points.len()).max().unwrap_or(0)
 }
 
 /// Points in the order of x; of several with one x their median.

@@ -1,8 +1,9 @@
-//! Three tables of many diagnoses: a row a diagnosis, a row a cause, a row a number.
+//! Three tables of many diagnoses: a row per diagnosis, per cause, per parameter.
 //!
 //! Columns are stable: names and meanings stay, further ones come at the end, before `written_by`.
 
-use super::document::{Cause, Document, Gap, Interval, full_name};
+use super::document::{BudgetStep, Cause, Document, Gap, Interval, Unexplained};
+use super::identified::full_name;
 use super::table::{Columns, Table};
 
 /// Who wrote a table; the last column of each, because CSV has no place for a comment.
@@ -11,11 +12,11 @@ const WRITTEN_BY: &str = concat!("written by motorlab tabulate ", env!("CARGO_PK
 /// The tables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tables {
-    /// A row a diagnosis.
+    /// A row per diagnosis.
     pub diagnoses: Table,
-    /// A row a cause of a diagnosis.
+    /// A row per cause of a diagnosis.
     pub causes: Table,
-    /// A row an identified number of a diagnosis.
+    /// A row per identified parameter of a diagnosis.
     pub numbers: Table,
 }
 
@@ -36,11 +37,8 @@ fn diagnoses(documents: &[Document]) -> Table {
             Some(found.count() as i64)
         }
     };
-    let of_cause = |id: &'static str| {
-        move |d: &Document| {
-            let found = d.causes.iter().find(|cause| cause.effect == id);
-            found.map(|cause| cause.probability)
-        }
+    let unexplained = |of: fn(&Unexplained) -> Option<f64>| {
+        move |d: &Document| d.unexplained.as_ref().and_then(of)
     };
     Columns::of(documents)
         .text("document", |d| Some(d.document.clone()))
@@ -52,14 +50,12 @@ fn diagnoses(documents: &[Document]) -> Table {
         .text("stage", |d| d.stage().map(str::to_owned))
         .text("sentence", |d| Some(d.sentence.clone()))
         .text("note", |d| Some(d.note.clone()))
-        .text("likeliest_cause", |d| {
-            d.causes.first().map(|cause| cause.effect.clone())
-        })
+        .text("likeliest_cause", |d| Some(d.most_probable()?.0))
         .number("likeliest_cause_probability", |d| {
-            d.causes.first().map(|cause| cause.probability)
+            Some(d.most_probable()?.1)
         })
-        .number("none_probability", of_cause("none"))
-        .number("unknown_probability", of_cause("unknown"))
+        .number("none_probability", Document::probability_of_none)
+        .number("unknown_probability", |d| d.stated_probability("unknown"))
         .number("before_counts", gap(|gap| gap.before))
         .number("after_parameters_counts", gap(|gap| gap.after_parameters))
         .number("after_effect_counts", gap(|gap| gap.after_effect))
@@ -105,6 +101,16 @@ fn diagnoses(documents: &[Document]) -> Table {
             some_runs(d).then(|| d.diagnosed().map(|run| run.duration_s).sum())
         })
         .number("elapsed_s", |d| Some(d.elapsed_s))
+        .text("shape", |d| Some(d.shape.clone()))
+        .number("parameters_share", |d| d.budget_step("parameters")?.share)
+        .number("unexplained_counts", unexplained(|left| left.rms_counts))
+        .number("unexplained_share", unexplained(|left| left.share))
+        .number("unexplained_lo95", unexplained(|left| left.lo95))
+        .number("unexplained_hi95", unexplained(|left| left.hi95))
+        .number(
+            "equivalent_torque_share",
+            unexplained(|left| left.equivalent_torque_share),
+        )
         .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
         .table()
 }
@@ -118,6 +124,13 @@ struct CauseRow<'a> {
     of: &'a Document,
     rank: usize,
     cause: &'a Cause,
+}
+
+impl CauseRow<'_> {
+    /// The step of the error budget that is this effect.
+    fn step(&self) -> Option<&BudgetStep> {
+        self.of.budget_step(&self.cause.effect)
+    }
 }
 
 fn causes(documents: &[Document]) -> Table {
@@ -139,15 +152,9 @@ fn causes(documents: &[Document]) -> Table {
         .text("verdict", |row| Some(row.of.verdict.clone()))
         .whole("rank", |row| i64::try_from(row.rank).ok())
         .text("effect", |row| Some(row.cause.effect.clone()))
-        .whole("named", |row| {
-            let named = row
-                .of
-                .named()
-                .is_some_and(|named| std::ptr::eq(named, row.cause));
-            Some(i64::from(named))
-        })
+        .whole("named", |row| Some(i64::from(row.of.identifies(row.cause))))
         .text("stage", |row| row.cause.stage.clone())
-        .number("probability", |row| Some(row.cause.probability))
+        .number("probability", |row| Some(row.of.probability_of(row.cause)))
         .number("inclusion", |row| Some(row.cause.inclusion))
         .text("class", |row| row.cause.class.clone())
         .number("class_probability", |row| row.cause.class_probability)
@@ -166,14 +173,18 @@ fn causes(documents: &[Document]) -> Table {
         .whole("pieces", |row| {
             row.cause.evidence.map(|evidence| evidence.pieces)
         })
+        .whole("at_bound", |row| row.cause.at_bound.map(i64::from))
+        .number("removed_share", |row| row.step()?.share)
+        .number("removed_share_lo95", |row| row.step()?.lo95)
+        .number("removed_share_hi95", |row| row.step()?.hi95)
         .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
         .table()
 }
 
-/// One number and the diagnosis that it is of.
+/// One parameter and the diagnosis that it is of.
 struct NumberRow<'a> {
     of: &'a Document,
-    /// None of the base model's.
+    /// None of a base parameter.
     cause: Option<&'a Cause>,
     name: String,
     number: &'a Interval,
@@ -206,21 +217,16 @@ fn numbers(documents: &[Document]) -> Table {
         .text("started", |row| row.of.started())
         .text("cause", |row| row.cause.map(|cause| cause.effect.clone()))
         .whole("named", |row| {
-            let named = |cause| {
-                row.of
-                    .named()
-                    .is_some_and(|named| std::ptr::eq(named, cause))
-            };
-            row.cause.map(|cause| i64::from(named(cause)))
+            let cause = row.cause?;
+            Some(i64::from(row.of.identifies(cause)))
         })
-        .number("probability", |row| {
-            row.cause.map(|cause| cause.probability)
-        })
+        .number("probability", |row| Some(row.of.probability_of(row.cause?)))
         .text("name", |row| Some(row.name.clone()))
         .number("value", |row| Some(row.number.value))
         .number("lo95", |row| Some(row.number.lo95))
         .number("hi95", |row| Some(row.number.hi95))
         .text("si_unit", |row| Some(row.number.unit.clone()))
+        .number("inclusion", |row| Some(row.cause?.inclusion))
         .text("written_by", |_| Some(WRITTEN_BY.to_owned()))
         .table()
 }

@@ -67,24 +67,24 @@ pub struct Figures {
     pub position_rmse_counts: Option<f64>,
 }
 
-/// What a diagnosis comes to.
+/// The outcome of a diagnosis.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
     /// Its verdict.
     pub verdict: Verdict,
-    /// Probability of what the verdict says.
+    /// The verdict's probability.
     pub probability: f64,
     /// The effects that it names.
     pub effects: Vec<&'static str>,
     /// The same as a sentence.
     pub sentence: String,
-    /// Position error of the nominal model over pieces, in counts RMS.
+    /// Held-out prediction error of the nominal model over segments, in counts RMS.
     pub gap_counts: f64,
-    /// The same with what was found.
+    /// The same with the identified effects.
     pub after_counts: f64,
-    /// What nothing can go below.
+    /// Noise floor.
     pub floor_counts: f64,
-    /// The command that records what would tell more.
+    /// The command that records the next experiment.
     pub next: Option<String>,
 }
 
@@ -106,14 +106,13 @@ impl Outcome {
     pub fn words(&self) -> String {
         let named = self.effects.join(" and ");
         match self.verdict {
-            Verdict::BadRecording => "to be mended first".to_owned(),
+            Verdict::BadRecording => "fatal finding".to_owned(),
             Verdict::NoGap => "no gap".to_owned(),
-            Verdict::Parameters => "other numbers of the motor".to_owned(),
+            Verdict::Parameters => "parameter mismatch".to_owned(),
             Verdict::Effect => named,
-            Verdict::Partial if named.is_empty() => "a known effect and more".to_owned(),
-            Verdict::Partial => format!("{named} and more"),
-            Verdict::Ambiguous => "still open".to_owned(),
-            Verdict::OutsideCatalogue => "no known effect".to_owned(),
+            Verdict::Partial => format!("{named} and an unexplained part"),
+            Verdict::Ambiguous => "ambiguous".to_owned(),
+            Verdict::OutsideCatalogue => "outside the catalogue".to_owned(),
             Verdict::NoChange => "no change".to_owned(),
         }
     }

@@ -1,31 +1,30 @@
 //! The page of a class: a row a student, then each student's recordings.
 
 use super::class::{Class, Outcome, Recording, Student};
-use crate::diagnose::sure;
 use crate::report::Page;
-use crate::report::number::{figure, probability, time};
+use crate::report::number::{figure, probability, probability_of, time};
 
 /// What stands where there is no figure.
 const NONE: &str = "\u{2013}";
 
 /// The whole page.
 pub fn page(class: &Class) -> String {
-    let mut page = Page::new("What the recordings of a class show");
+    let mut page = Page::new("Diagnoses of a class");
     page.lead(&summary(class));
     let rows: Vec<Vec<String>> = class.students.iter().map(row).collect();
     page.table(
         &[
             "student",
-            "what the recordings show",
-            "sure",
-            "gap (counts)",
-            "floor (counts)",
+            "diagnosis",
+            "probability",
+            "nominal error (counts)",
+            "noise floor (counts)",
             "usable",
         ],
         &rows,
     );
     page.note(
-        "Gap: position error of the motor file's model in counts RMS, over pieces of the recordings, each from its own measured start. Floor: what rounding, repeats and what is good enough leave in any case. All usable recordings of a student together.",
+        "Nominal error: held-out prediction error of the nominal model in counts RMS, over segments of the recordings from their measured initial states. Noise floor: quantization, repeatability and what is good enough. Probability: of the named effects; of no gap and parameter mismatch, that no effect is present. All usable recordings of a student together.",
     );
     mended(&mut page, class);
     for student in &class.students {
@@ -88,8 +87,8 @@ fn mended(page: &mut Page, class: &Class) {
         }
     }
     if !rows.is_empty() {
-        page.section("What is not usable, and why");
-        page.table(&["recording", "why, and what to do"], &rows);
+        page.section("Recordings that are not usable");
+        page.table(&["recording", "reason and remedy"], &rows);
     }
 }
 
@@ -101,7 +100,7 @@ fn section(page: &mut Page, student: &Student) {
     if let Some(outcome) = &student.together {
         page.answer(&outcome.sentence);
         if let Some(next) = &outcome.next {
-            page.note("What would tell more:");
+            page.note("Next experiment:");
             page.verbatim(next);
         }
     }
@@ -143,9 +142,9 @@ fn one(page: &mut Page, recording: &Recording) {
 
 fn alone(outcome: &Outcome) -> String {
     format!(
-        "By itself: {} ({}), gap {} counts, floor {}. {}",
+        "By itself: {} ({}), nominal error {} counts, noise floor {}. {}",
         outcome.words(),
-        sure(outcome.probability),
+        probability_of("", outcome.probability),
         figure(outcome.gap_counts, 3),
         figure(outcome.floor_counts, 3),
         outcome.sentence

@@ -1,4 +1,4 @@
-//! Part 3: what is missing in the simulation, as [`crate::diagnose`] finds it in all recordings together.
+//! Part 3: effects that the simulation lacks, as [`crate::diagnose`] identifies them from all recordings together.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
 
-/// What the recordings say of the simulation's gaps.
+/// The diagnosis of the recordings.
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Missing {
@@ -26,13 +26,13 @@ impl Missing {
         findings: &[Finding],
         progress: &(dyn Fn(&str) + Sync),
     ) -> Self {
-        // As `diagnose` has it: what is to be mended first says nothing of the motor.
+        // As in `diagnose`: with a fatal finding nothing is asserted about the motor.
         if let Some(fatal) = findings
             .iter()
             .find(|found| found.severity == Severity::Fatal)
         {
             return Self::Undiagnosed(format!(
-                "the recording has to be mended first: {}",
+                "a finding about the recording is fatal: {}",
                 fatal.sentence()
             ));
         }
@@ -55,18 +55,9 @@ impl Missing {
     }
 }
 
-/// A cause's name as the report says it.
-pub fn cause_words(cause: &Cause) -> &str {
-    match cause.effect.as_str() {
-        "none" => "no effect: the same model with other numbers",
-        "unknown" => "something that no effect of the catalogue explains",
-        effect => effect,
-    }
-}
-
-/// A cause's numbers with their 95 % intervals.
+/// Parameters of an effect with their 95 % intervals.
 pub fn cause_numbers(cause: &Cause) -> String {
-    let number = |(key, interval): (&String, &Interval)| {
+    let number = |(key, interval): (&&str, &Interval)| {
         format!(
             "{key} {} [{}, {}]",
             figure(interval.value, 3),

@@ -1,4 +1,4 @@
-//! The page of `motorlab demo`: a motor that the simulation meets, then one with a gap, and what makes it.
+//! The page of `motorlab demo`: a motor that agrees with its simulation, then one with a sim-to-real gap, and its diagnosis.
 
 use super::number::figure;
 use super::{Page, comparison, diagnosis};
@@ -12,7 +12,7 @@ use crate::recording::Run;
 pub struct Shown<'a> {
     /// Runs of the motor as it is simulated.
     pub met: &'a [(&'a Run, &'a Overlay)],
-    /// The run with a gap, its simulation, and what makes it.
+    /// The run with a gap, its simulation and its diagnosis.
     pub gap: (&'a Run, &'a Overlay, &'a Diagnosis),
     /// The virtual board of that run, as after `virtual:?`.
     pub board: &'a str,
@@ -24,10 +24,10 @@ pub fn keys_words(keys: &str) -> String {
     telling.collect::<Vec<_>>().join(", ")
 }
 
-/// Why the comparison has another number than the diagnosis.
+/// Why comparison and diagnosis have different figures.
 pub fn two_measures(found: &Diagnosis) -> String {
     format!(
-        "The comparison counts the error of one whole run from rest, in which errors add up. The diagnosis counts it over pieces of {}\u{a0}s of all runs together, each from its own measured start, so the two numbers differ.",
+        "The comparison simulates one whole run from rest, so that errors accumulate. The diagnosis predicts segments of {}\u{a0}s of all runs from their measured initial states, so that its figure differs.",
         figure(found.gap.horizon_s, 2)
     )
 }
@@ -38,19 +38,19 @@ pub fn two_measures(found: &Diagnosis) -> String {
 /// The diagnosed run cannot be simulated with one of the motors.
 pub fn page(shown: &Shown<'_>) -> Result<String, SimulationError> {
     let (run, overlay, found) = shown.gap;
-    let mut page = Page::new("A recorded motor, its simulation, and the gap between them");
+    let mut page = Page::new("A recorded motor, its simulation, and the sim-to-real gap");
     page.lead(
-        "First a motor that does what its simulation does. Then one in which something differs, and what motorlab says of it.",
+        "First a motor that agrees with its simulation. Then one that differs in one effect, and its diagnosis.",
     );
     page.section("Recorded and simulated");
     comparison::lay_out(&mut page, shown.met, &[]);
     page.section("Another motor: recorded, and simulated as before");
     page.note(&format!(
-        "A virtual board whose motor differs in one thing ({}). The diagnosis below is not told which.",
+        "A virtual board whose motor differs in one effect ({}), which the diagnosis below is not told.",
         keys_words(shown.board)
     ));
     comparison::lay_out(&mut page, &[(run, overlay)], &[]);
-    page.section("What makes the gap");
+    page.section("Diagnosis of the gap");
     page.note(&two_measures(found));
     diagnosis::lay_out(&mut page, found, std::slice::from_ref(run), &[])?;
     Ok(page.finish())

@@ -309,7 +309,7 @@ fn breakable(html: &str) -> String {
 
 /// Whether a cell is a number, alone or with its unit after a space.
 pub(super) fn is_number(cell: &str) -> bool {
-    let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '\u{b1}', '<', '>', ' ']);
+    let cell = cell.trim_start_matches(['-', '\u{2212}', '+', '\u{b1}', '<', '>', ' ', '\u{a0}']);
     let digits = cell.split(char::is_whitespace).next().unwrap_or("");
     let of_a_number = |c: char| c.is_numeric() || ".,e-\u{2212}+\u{d7}\u{207b}%:".contains(c);
     cell.is_empty()
@@ -354,6 +354,7 @@ mod tests {
             "3 of 4",
             "8\u{d7}10\u{207b}\u{2076}",
             "+4 %",
+            ">\u{a0}0.999",
         ];
         assert!(numbers.into_iter().all(is_number));
         assert!(

@@ -51,15 +51,29 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", figure(100.0 * share, 3))
 }
 
-/// A probability in percent; never a certainty.
+/// A probability as the sentence of a diagnosis states it: two decimals, three above 0.99; never a certainty, never an impossibility.
 pub fn probability(p: f64) -> String {
-    if p > 0.999 {
-        ">\u{a0}99.9\u{a0}%".to_owned()
-    } else if p < 0.001 {
-        "<\u{a0}0.1\u{a0}%".to_owned()
-    } else {
-        format!("{:.1}\u{a0}%", 100.0 * p)
+    match p {
+        p if p >= 0.999 => ">\u{a0}0.999".to_owned(),
+        p if p >= 0.99 => format!("{:.3}", (1000.0 * p).floor() / 1000.0),
+        p if p < 0.005 => "<\u{a0}0.01".to_owned(),
+        p => format!("{p:.2}"),
     }
+}
+
+/// A probability beside its symbol: `P = 0.93`, or of an event `P(no effect is present) = 0.93`.
+pub fn probability_of(event: &str, p: f64) -> String {
+    let symbol = match event {
+        "" => "P".to_owned(),
+        event => format!("P({event})"),
+    };
+    let value = probability(p);
+    let equals = if value.starts_with(['<', '>']) {
+        ""
+    } else {
+        "=\u{a0}"
+    };
+    format!("{symbol} {equals}{value}")
 }
 
 /// A relative change in percent, with its sign.
@@ -101,9 +115,12 @@ mod tests {
         assert_eq!(figure(0.0, 3), "0");
         assert_eq!(percent(0.4949), "49.5\u{a0}%");
         assert_eq!(time(0.0004), "0.4\u{a0}ms");
-        assert_eq!(probability(1.0), ">\u{a0}99.9\u{a0}%");
-        assert_eq!(probability(0.0), "<\u{a0}0.1\u{a0}%");
-        assert_eq!(probability(0.25), "25.0\u{a0}%");
+        assert_eq!(probability(1.0), ">\u{a0}0.999");
+        assert_eq!(probability(0.0), "<\u{a0}0.01");
+        assert_eq!(probability(0.25), "0.25");
+        assert_eq!(probability(0.9989), "0.998");
+        assert_eq!(probability_of("", 0.934), "P =\u{a0}0.93");
+        assert_eq!(probability_of("no gap", 1.0), "P(no gap) >\u{a0}0.999");
         assert_eq!(change(0.0679), "+6.79\u{a0}%");
     }
 }

@@ -6,3 +6,4 @@ mod support;
 mod command;
 mod score;
 mod sealed;
+mod shapes;

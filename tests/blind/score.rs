@@ -22,7 +22,7 @@ fn near(found: Option<f64>, expected: f64) {
 }
 
 /// A case: its label with strengths and parameters, and the diagnosis (null: it failed).
-struct Story {
+pub(crate) struct Story {
     label: &'static str,
     strength: Option<f64>,
     parameters: &'static [(&'static str, f64)],
@@ -31,7 +31,7 @@ struct Story {
 }
 
 impl Story {
-    fn new(label: &'static str, diagnosis: Value) -> Self {
+    pub(crate) fn new(label: &'static str, diagnosis: Value) -> Self {
         Self {
             label,
             strength: None,
@@ -41,7 +41,7 @@ impl Story {
         }
     }
 
-    fn opened(&self, k: usize) -> OpenedCase {
+    pub(crate) fn opened(&self, k: usize) -> OpenedCase {
         let mut truth = Truth::from_words(self.label).expect("a label");
         for effect in &mut truth.effects {
             if let Some(strength) = self.strength {
@@ -73,7 +73,7 @@ impl Story {
     }
 }
 
-fn estimate(lo95: f64, hi95: f64) -> Value {
+pub(crate) fn estimate(lo95: f64, hi95: f64) -> Value {
     json!({"value": 0.5 * (lo95 + hi95), "lo95": lo95, "hi95": hi95, "unit": "N m"})
 }
 
@@ -380,51 +380,4 @@ fn an_effect_said_to_look_like_none_is_counted_apart_and_not_as_right() {
         bearing_of("none", said(&["viscous_friction"])),
         Bearing::Named
     );
-}
-
-/// What a document of the second shape says: something more beside what is named, a class, no answer.
-#[test]
-fn both_shapes_of_a_diagnosis_are_judged() {
-    let story = |label: &'static str, diagnosis: Value| {
-        let case = Story::new(label, diagnosis).opened(1);
-        judge(&case, None)
-    };
-    let partial = |label| {
-        story(
-            label,
-            json!({"shape": "motorlab-diagnosis/2", "verdict": "partial", "effects": ["stribeck"], "probability": 0.8,
-            "causes": [{"effect": "stribeck", "probability": 0.7}, {"effect": "unknown", "probability": 0.3}]}),
-        )
-    };
-    let judged = partial("stribeck");
-    assert_eq!(judged.said, ["stribeck", "unknown"]);
-    assert_eq!(
-        (judged.bearing, judged.probability_said),
-        (Bearing::Partly, 0.8)
-    );
-    assert_eq!(partial("stribeck+inertia").bearing, Bearing::Partly);
-    assert_eq!(partial("outside:a belt").bearing, Bearing::Partly);
-    assert_eq!(partial("inertia").bearing, Bearing::Missed);
-    assert_eq!(partial("none").bearing, Bearing::Missed);
-    let class = |label| {
-        story(
-            label,
-            json!({"shape": "motorlab-diagnosis/2", "verdict": "ambiguous", "effects": [], "probability": 0.9, "causes": [
-            {"effect": "stribeck", "probability": 0.5, "class": "start", "class_probability": 0.9},
-            {"effect": "dead_zone", "probability": 0.4, "class": "start", "class_probability": 0.9},
-            {"effect": "unknown", "probability": 0.1}]}),
-        )
-    };
-    assert_eq!(
-        (class("dead_zone").bearing, class("dead_zone").standing),
-        (Bearing::Tied, 2)
-    );
-    assert!((class("dead_zone").probability_said - 0.9).abs() < 1e-12);
-    assert_eq!(class("inertia").bearing, Bearing::Missed);
-    let mended_first = story(
-        "stribeck",
-        json!({"shape": "motorlab-diagnosis/2", "verdict": "bad_recording", "probability": 1.0,
-        "causes": [], "data": [{"id": "time_unit"}]}),
-    );
-    assert!(mended_first.failure.is_some() && mended_first.bearing == Bearing::Missed);
 }

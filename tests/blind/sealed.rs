@@ -164,8 +164,8 @@ fn nothing_in_the_set_tells_a_label() {
             }
         }
     }
-    // Manifest, ledger, and of each case two runs, motor, unseen run and verdict.
-    assert_eq!(files, 2 + 3 * 5);
+    // Manifest, ledger and its lock, and of each case two runs, motor, unseen run and verdict.
+    assert_eq!(files, 3 + 3 * 5);
 }
 
 #[test]

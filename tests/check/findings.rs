@@ -143,13 +143,13 @@ fn of_speeds(run: &Run, speeds: &[f64]) -> Run {
         ..run.clone()
     };
     let mut sum = 0.0;
-    for k in 0..run.len() {
+    for (k, speed) in speeds.iter().enumerate().take(run.len()) {
         let step_s = if k == 0 {
             0.0
         } else {
             run.t_s[k] - run.t_s[k - 1]
         };
-        sum += speeds[k] * step_s;
+        sum += speed * step_s;
         run.counts[k] = f64::round(sum) as i64;
     }
     run

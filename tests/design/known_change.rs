@@ -8,7 +8,7 @@ use crate::support::command::run;
 fn a_known_load_is_said_with_its_flag() {
     let keep = tempfile::tempdir().expect("a directory");
     let here = keep.path();
-    let why = r#"{"shape": "motorlab-diagnosis/2", "next_experiment": {"profile": "reversing,15s", "sample_time_s": 0.003,
+    let why = r#"{"shape": "motorlab-diagnosis/3", "next_experiment": {"profile": "reversing,15s", "sample_time_s": 0.003,
         "duration_s": 15.0, "command": "motorlab capture PORT --profile reversing,15s",
         "change": {"key": "gravity_torque_nm", "value": 0.09},
         "tells_apart": ["supply_error", "resolution_error"], "expected_separation": 21.0}}"#;

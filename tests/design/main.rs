@@ -4,7 +4,6 @@
 mod support;
 
 mod command;
-mod design_loop;
+mod experiments;
 mod known_change;
-mod next_experiment;
 mod until_known;

@@ -5,11 +5,13 @@ mod support;
 
 mod cases;
 mod hold_out;
+mod musts;
 mod perfect_motors;
 mod plain_fit;
 mod real_motors;
 mod reference_runs;
 mod report;
+mod right_model;
 mod second_generator;
 mod speed_logs;
 mod verdicts;

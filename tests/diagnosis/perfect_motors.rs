@@ -1,28 +1,34 @@
-//! Nothing is said to be there of motors that have nothing but their own friction: benches of the independent generator, of four
-//! families, seven protocols, 1 to 30 ms, 12 to 8,192 counts a turn, whose loads are still and whose tolerances are stated.
+//! Motors that have nothing but their own friction are not accused: benches of the independent generator, of all its families, protocols,
+//! sample times, encoders, loads and tolerances, stated or not, in the shares in which they are drawn.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use case_generator::breadth::{Bench, Hides, generate_bench};
-use motorlab::diagnose::{Options, Verdict, diagnose};
+use case_generator::breadth::{FAMILIES, Hides, PROTOCOLS, generate_bench};
+use motorlab::diagnose::{Options, Settings, Verdict, diagnose};
 use motorlab::motor::Motor;
 use motorlab::recording::{Run, read_run_from};
 
-/// Seed of the first bench.
+/// Seed of the first bench: none that a number of the method was chosen on.
 const FIRST_SEED: u64 = 410_000;
-/// Said with so much, a thing is said surely.
-const SURE: f64 = 0.9;
+const BENCHES: u64 = 40;
+/// Most of [`BENCHES`] that may be accused, an effect being identified with 0.5 or more. The aim is 3 %.
+const ACCUSED: usize = 4;
+/// Most of them that may be accused with [`Settings::confident`] or more.
+const SURELY_ACCUSED: usize = 2;
 
-/// Of so many benches from the first seed on, those that are still and stated: how many there are, how many are said to have
-/// something, how many of these surely, and which.
-fn alarms(benches: u64, is_asked: fn(&Bench) -> bool) -> (u64, u64, u64, String) {
-    let (mut asked, mut said, mut sure, mut words) = (0, 0, 0, String::new());
-    for seed in FIRST_SEED..FIRST_SEED + benches {
+#[test]
+fn motors_without_an_effect_are_not_accused() {
+    let settings = Settings::default();
+    let (mut accused, mut surely, mut words) = (0, 0, String::new());
+    let (mut families, mut protocols) = (BTreeSet::new(), BTreeSet::new());
+    let (mut wandering, mut unstated) = (0, 0);
+    for seed in FIRST_SEED..FIRST_SEED + BENCHES {
         let made = generate_bench(seed, Hides::Nothing, None);
-        if !is_asked(&made.bench) {
-            continue;
-        }
-        asked += 1;
+        families.insert(made.bench.family);
+        protocols.insert(made.bench.protocol);
+        wandering += usize::from(made.bench.wanders);
+        unstated += usize::from(!made.bench.is_stated);
         let runs: Vec<Run> = (made.case.runs.iter())
             .map(|run| {
                 let text = run.to_csv();
@@ -31,37 +37,27 @@ fn alarms(benches: u64, is_asked: fn(&Bench) -> bool) -> (u64, u64, u64, String)
             .collect();
         let motor = Motor::from_toml(&made.motor_file).expect("a motor file");
         let found = diagnose(&runs, &motor, &Options::default()).expect("a diagnosis");
-        if matches!(
-            found.verdict,
-            Verdict::Effect | Verdict::Partial | Verdict::OutsideCatalogue | Verdict::Ambiguous
-        ) {
-            said += 1;
-            sure += u64::from(found.probability >= SURE);
+        let has_effect = |p: f64| {
+            let alone = found.causes.iter().filter(|cause| !cause.at_bound);
+            alone
+                .map(|cause| cause.class_probability.unwrap_or(cause.inclusion))
+                .any(|probability| probability >= p)
+        };
+        let quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
+        if !quiet || has_effect(settings.identified) {
+            accused += 1;
+            surely += usize::from(has_effect(settings.confident));
             writeln!(words, "{seed} {:?}: {}", made.bench, found.sentence).expect("room");
         }
     }
-    (asked, said, sure, words)
-}
-
-fn is_still(bench: &Bench) -> bool {
-    !bench.wanders && bench.is_stated
-}
-
-#[test]
-fn no_alarm_without_a_gap() {
-    let (asked, said, sure, words) = alarms(48, is_still);
-    println!("{said} of {asked}, {sure} surely\n{words}");
-    assert!(asked >= 20, "{asked}");
-    assert!(20 * said <= asked && sure == 0, "{words}");
-}
-
-/// With a load that wanders, and tolerances that nobody states, there are alarms: docs/decisions/0005 has the figures.
-/// `cargo test --test diagnosis perfect_motors:: -- --ignored --nocapture` counts them, half an hour.
-#[test]
-#[ignore = "half an hour, and a count"]
-fn alarms_of_three_hundred_benches_are_counted() {
-    let (asked, said, sure, words) = alarms(300, |_| true);
-    println!("{said} of {asked}, {sure} surely\n{words}");
-    let (asked, said, sure, words) = alarms(300, is_still);
-    assert!(20 * said <= asked && 100 * sure <= asked, "{words}");
+    println!(
+        "{accused} of {BENCHES}, {surely} with {} or more\n{words}",
+        settings.confident
+    );
+    // Not the easy part of them.
+    assert_eq!(families.len(), FAMILIES.len(), "{families:?}");
+    assert!(protocols.len() + 1 >= PROTOCOLS.len(), "{protocols:?}");
+    assert!(wandering >= 5 && unstated >= 5, "{wandering} {unstated}");
+    assert!(accused <= ACCUSED, "{accused} of {BENCHES}:\n{words}");
+    assert!(surely <= SURELY_ACCUSED, "{surely} of {BENCHES}:\n{words}");
 }

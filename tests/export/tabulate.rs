@@ -8,6 +8,43 @@ use serde_json::{Value, json};
 
 /// A diagnosis as `diagnose --json` writes it, of a motor whose friction is `friction` times the file's.
 fn diagnosis(unit: &str, day: u32, friction: f64) -> Value {
+    let interval = |value: f64, unit: &str| json!({"value": value, "lo95": value - 0.02, "hi95": value + 0.02, "unit": unit});
+    let step = |step: &str, rms: f64, share: f64| json!({"step": step, "rms_counts": rms, "share": share, "lo95": share - 0.01, "hi95": share + 0.01, "alternatives": []});
+    json!({
+        "shape": "motorlab-diagnosis/3",
+        "verdict": "effect",
+        "sentence": "Present: \"backlash\", 0.02 rad",
+        "probability": 0.93,
+        "effects": ["backlash", "cogging"],
+        "classes": [],
+        "budget": [step("nominal", 9.0, 1.0), step("parameters", 4.0, 0.8), step("backlash", 0.6, 0.15), step("cogging", 0.4, 0.04), step("unexplained", 0.4, 0.01)],
+        "unexplained": {"rms_counts": 0.26, "share": 0.01, "lo95": 0.0, "hi95": 0.02, "equivalent_torque_share": 0.003, "regions": []},
+        "causes": [
+            {"effect": "backlash", "stage": "transmission", "inclusion": 0.98, "at_bound": false,
+             "parameters": {"gap_rad": {"value": 0.02, "lo95": 0.019, "hi95": 0.021, "unit": "rad"}}},
+            {"effect": "cogging", "stage": "mechanical", "inclusion": 0.93, "at_bound": true, "parameters": {}},
+            {"effect": "stribeck", "stage": "mechanical", "inclusion": 0.02, "class": "start", "class_probability": 0.03, "at_bound": false, "parameters": {}}
+        ],
+        "sets": [
+            {"effects": ["backlash", "cogging"], "probability": 0.93, "score": 10.0, "rms_counts": 0.4},
+            {"effects": ["backlash"], "probability": 0.05, "score": 7.0, "rms_counts": 0.6},
+            {"effects": [], "probability": 0.02, "score": 6.0, "rms_counts": 4.0}
+        ],
+        "identifiable": {"speed_per_volt": interval(1.2, "rad/s/V"), "time_constant_s": interval(0.04, "s"), "friction_v": interval(0.3, "V")},
+        "where": {"stage": "transmission+mechanical", "stage_probabilities": {}, "regions": []},
+        "gap": {"metric": "position", "horizon_s": 0.5, "floor": 0.3, "floor_parts": {"rounding": 0.3, "repeats": null, "good_enough": null},
+            "travel": 300.0, "before": 9.0, "after_parameters": 4.0, "after_effect": 0.4, "closed": 0.98,
+            "closed_lo95": 0.9, "closed_hi95": 1.0, "fitted": {"before": 8.0, "after_parameters": 3.5, "after_effect": 0.35}, "held_out": "segments"},
+        "scoring": {"score": "likelihood", "effective_observations": 40.0, "random_load_share": 0.001, "whitened_squares": 1.0},
+        "note": "", "data": [], "next_experiment": null, "steps": [], "elapsed_s": 0.5, "nominal_source": "given",
+        "base": {"coulomb_friction_nm": interval(friction, ""), "inertia_kg_m2": interval(1.0 + 0.01 * f64::from(day % 3), "")},
+        "runs": [{"path": "r.csv", "role": "diagnosed", "unit": unit, "started": format!("2026-03-{day:02}T08:00:00Z"),
+            "samples": 500, "sample_time_s": 0.003, "duration_s": 1.5}]
+    })
+}
+
+/// The same in the shape of before.
+fn earlier(unit: &str, day: u32, friction: f64) -> Value {
     let interval = |value: f64| json!({"value": value, "lo95": value - 0.02, "hi95": value + 0.02, "unit": ""});
     json!({
         "shape": "motorlab-diagnosis/2",
@@ -51,7 +88,7 @@ fn rows(path: &Path) -> Vec<std::collections::BTreeMap<String, String>> {
 }
 
 #[test]
-fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
+fn each_diagnosis_cause_and_parameter_has_a_row() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     write(here, "a.json", &diagnosis("A17", 1, 1.1));
@@ -60,10 +97,13 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         ("verdict", json!("bad_recording")),
         ("where", Value::Null),
         ("gap", Value::Null),
+        ("unexplained", Value::Null),
+        ("identifiable", Value::Null),
+        ("scoring", Value::Null),
     ] {
         bad[key] = value;
     }
-    for key in ["effects", "causes"] {
+    for key in ["effects", "causes", "sets", "budget"] {
         bad[key] = json!([]);
     }
     for key in ["base", "runs"] {
@@ -85,11 +125,18 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         ("started", "2026-03-01T08:00:00Z"),
         ("verdict", "effect"),
         ("probability", "0.93"),
-        ("effects", "backlash"),
-        ("stage", "transmission"),
-        ("sentence", "Backlash, \"0.02 rad\", explains it"),
-        ("none_probability", "0.07"),
+        ("effects", "backlash+cogging"),
+        ("stage", "transmission+mechanical"),
+        ("sentence", "Present: \"backlash\", 0.02 rad"),
+        ("likeliest_cause", "backlash+cogging"),
+        ("likeliest_cause_probability", "0.93"),
+        ("none_probability", "0.02"),
         ("unknown_probability", ""),
+        ("parameters_share", "0.8"),
+        ("unexplained_counts", "0.26"),
+        ("unexplained_hi95", "0.02"),
+        ("equivalent_torque_share", "0.003"),
+        ("shape", "motorlab-diagnosis/3"),
         ("before_counts", "9"),
         ("closed_lo95", "0.9"),
         ("fitted_after_effect_counts", "0.35"),
@@ -103,6 +150,8 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         ("started", "2026-04-05"),
         ("verdict", "bad_recording"),
         ("before_counts", ""),
+        ("none_probability", ""),
+        ("unexplained_share", ""),
         ("fatal_findings", "1"),
         ("finding_ids", "encoder_reversed"),
     ] {
@@ -113,8 +162,26 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         .iter()
         .map(|row| (&row["rank"][..], &row["effect"][..], &row["named"][..]))
         .collect();
-    assert_eq!(seen, [("1", "backlash", "1"), ("2", "none", "0")]);
-    assert_eq!(causes[0]["gaining_pieces"], "7");
+    let expected = [
+        ("1", "backlash", "1"),
+        ("2", "cogging", "1"),
+        ("3", "stribeck", "0"),
+    ];
+    assert_eq!(seen, expected);
+    for (name, cell) in [
+        ("probability", "0.05"),
+        ("inclusion", "0.98"),
+        ("at_bound", "0"),
+        ("removed_share", "0.15"),
+        ("class", ""),
+        ("gain_nats", ""),
+    ] {
+        assert_eq!(causes[0][name], cell, "{name}");
+    }
+    assert_eq!(
+        (&causes[2]["class"][..], &causes[2]["removed_share"][..]),
+        ("start", "")
+    );
     let numbers = rows(&here.join("numbers.csv"));
     let seen: Vec<_> = numbers
         .iter()
@@ -126,6 +193,10 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         ("backlash.gap_rad", "0.02", "rad"),
     ];
     assert_eq!(seen, expected);
+    assert_eq!(
+        (&numbers[2]["named"][..], &numbers[2]["inclusion"][..]),
+        ("1", "0.98")
+    );
 
     // Again over what it wrote itself, but not over anything else.
     assert_eq!(
@@ -139,6 +210,42 @@ fn a_row_a_diagnosis_a_row_a_cause_a_row_a_number() {
         fs::read_to_string(here.join("mine.csv")).expect("a file"),
         "a,b\n"
     );
+}
+
+/// The second shape is still read: causes with their own probabilities, `none` among them, no error budget.
+#[test]
+fn documents_of_the_earlier_shape_are_tabulated() {
+    let keep = tempfile::tempdir().expect("a folder");
+    let here = keep.path();
+    write(here, "a.json", &earlier("A17", 1, 1.1));
+    let done = tabulate(
+        here,
+        "a.json -o fleet.csv --causes causes.csv --numbers numbers.csv",
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let fleet = rows(&here.join("fleet.csv"));
+    for (name, cell) in [
+        ("effects", "backlash"),
+        ("likeliest_cause", "backlash"),
+        ("likeliest_cause_probability", "0.93"),
+        ("none_probability", "0.07"),
+        ("unknown_probability", ""),
+        ("wander_counts", "0.1"),
+        ("unexplained_share", ""),
+        ("shape", "motorlab-diagnosis/2"),
+    ] {
+        assert_eq!(fleet[0][name], cell, "{name}");
+    }
+    let causes = rows(&here.join("causes.csv"));
+    let seen: Vec<_> = causes
+        .iter()
+        .map(|row| (&row["rank"][..], &row["effect"][..], &row["named"][..]))
+        .collect();
+    assert_eq!(seen, [("1", "backlash", "1"), ("2", "none", "0")]);
+    assert_eq!(causes[0]["gaining_pieces"], "7");
+    assert_eq!(causes[1]["indistinguishable_from"], "unknown");
+    let numbers = rows(&here.join("numbers.csv"));
+    assert_eq!(numbers[2]["name"], "backlash.gap_rad");
 }
 
 #[test]
@@ -195,7 +302,7 @@ fn damaged_documents_are_named_and_passed_over() {
 }
 
 #[test]
-fn a_unit_that_stands_out_is_told_from_nine_that_do_not_and_a_drift_from_scatter() {
+fn an_outlier_among_ten_units_and_a_drift_are_found() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     fs::create_dir(here.join("out")).expect("a folder");
@@ -217,19 +324,21 @@ fn a_unit_that_stands_out_is_told_from_nine_that_do_not_and_a_drift_from_scatter
     assert_eq!(done.status, Some(1), "{}", done.messages);
     let page = fs::read_to_string(here.join("fleet.html")).expect("a page");
     assert!(
-        page.contains("120 diagnoses of 10 units. 1 unit stands out. 1 recording is not usable.")
+        page.contains(
+            "120 diagnoses of 10 units. 1 unit is an outlier. 1 recording is not usable."
+        )
     );
     let between = |from: &str, to: &str| {
         let rest = &page[page.find(from).expect(from)..];
         rest[..rest.find(to).expect(to)].to_owned()
     };
-    let apart = between("Which units stand out", "What is named");
+    let apart = between("Outlying units", "Verdicts and identified effects");
     assert!(
         apart.contains("<td>U3</td><td>coulomb_friction_nm"),
         "{apart}"
     );
     assert!(!apart.contains("U4") && !apart.contains("U6"), "{apart}");
-    let drift = between("What drifts", "<figure>");
+    let drift = between("<h2>Drift", "<figure>");
     assert!(drift.contains("<td>U6</td><td>coulomb_friction_nm, relative to the motor file</td><td class=\"number\">0.15</td>"), "{drift}");
     assert!(!drift.contains("U3") && !drift.contains("U5"), "{drift}");
     assert!(page.contains("out/torn.json") && page.contains("SELECT verdict"));

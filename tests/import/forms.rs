@@ -131,7 +131,7 @@ fn decimal_commas_in_quotes() {
                 truth.volts(k),
                 truth.counts[k]
             );
-            row.replace('.', ",").replace(';', ",")
+            row.replace(['.', ';'], ",")
         })
         .collect();
     holds(

@@ -176,9 +176,12 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     assert!(short.ends_with(diagnosis["sentence"].as_str().expect("text")));
     assert_ne!(diagnosis["verdict"], "no_gap");
     let causes = diagnosis["causes"].as_array().expect("causes");
-    let probabilities = causes
-        .iter()
-        .filter_map(|cause| cause["probability"].as_f64());
+    for cause in causes {
+        let inclusion = cause["inclusion"].as_f64().expect("a number");
+        assert!((0.0..=1.0).contains(&inclusion), "{cause}");
+    }
+    let sets = diagnosis["sets"].as_array().expect("sets");
+    let probabilities = sets.iter().filter_map(|set| set["probability"].as_f64());
     assert!((probabilities.sum::<f64>() - 1.0).abs() < 1e-6);
     assert!(
         answer(&lab, "3.1")
@@ -187,7 +190,7 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     );
     let page = std::fs::read_to_string(folder.join("plain/index.html")).expect("the page");
     assert!(!page.contains("<b>") && !page.contains("No recording was given"));
-    assert!(page.contains("What would explain the gap") && page.contains("coulomb_friction"));
+    assert!(page.contains("Causes of the gap") && page.contains("coulomb_friction"));
     // (Kt V / R - Tf) / (b + Kt Kb / R) with the bench's friction: what was recorded, to one count in its mean.
     let steady = &lab["part_3"][0]["steady"];
     let value = |key: &str| steady[key].as_f64().expect("a number");
@@ -333,22 +336,20 @@ fn the_answer_goes_with_the_diagnosis() {
             "parameters" if probability < 0.9 => "Probably no effect is missing",
             "parameters" => "No effect is missing",
             "ambiguous" => "These recordings do not settle it",
-            "outside_catalogue" => "Something is",
-            "partial" if lab["missing"]["diagnosed"]["effects"] == serde_json::json!([]) => {
-                "A known effect is"
-            }
-            _ => "This is",
+            "outside_catalogue" => "Something that no effect of the catalogue explains",
+            _ => "This is missing",
         };
         assert!(short.starts_with(begins), "{board}: {verdict}: {short}");
-        // How sure it is, before the diagnosis's own words.
+        // The verdict's probability stands before the diagnosis's own sentence.
         let own = short.split("The diagnosis: ").next();
-        assert!(own.is_some_and(|own| own.contains("% sure")), "{short}");
+        let stated = motorlab::report::number::probability(probability);
+        assert!(own.is_some_and(|own| own.contains(&stated)), "{short}");
         // A step that is met is no "yes" beside a gap; and where two numbers differ, the page says why.
         assert!(!step.starts_with("Yes") || verdict == "no_gap", "{step}");
         assert!(!step.starts_with("No:") || verdict != "no_gap", "{step}");
         assert!(step.contains("over the whole run"), "{step}");
         let page = std::fs::read_to_string(folder.join("lab/index.html")).expect("the page");
-        let says_why = |text: &str| text.contains("over pieces of");
+        let says_why = |text: &str| text.contains("predicts segments of");
         assert_eq!(says_why(short), verdict != "no_gap", "{short}");
         assert!(says_why(&page));
         seen.push(verdict.to_owned());

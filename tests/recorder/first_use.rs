@@ -33,7 +33,7 @@ fn the_demo_records_both_sample_times_and_diagnoses_a_gap() {
     let html = document["html"].as_str().expect("a path");
     let html = std::fs::read_to_string(directory.path().join(html)).expect("a page");
     // Matches, gap and diagnosis are on one page.
-    for name in ["step30.csv", "step3.csv", "gap.csv", "What makes the gap"] {
+    for name in ["step30.csv", "step3.csv", "gap.csv", "Diagnosis of the gap"] {
         assert!(html.contains(name), "{name}");
     }
     assert!(html.matches("<figure data-plot=").count() >= 4);

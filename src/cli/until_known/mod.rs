@@ -1,4 +1,4 @@
-//! `motorlab capture --until-known`: record, diagnose, record what tells more, until the cause stands.
+//! `motorlab capture --until-known`: record, diagnose, record what the diagnosis proposes, until the cause is known.
 
 mod bench;
 mod bound;
@@ -38,7 +38,7 @@ const MOST_NAMES: usize = 9999;
 /// Going on until the cause is known.
 #[derive(Debug, Clone, Args)]
 pub(super) struct UntilKnown {
-    /// Record, diagnose, and record what tells more, until the cause of the gap is known; no longer than so many
+    /// Record, diagnose, and record what the diagnosis proposes, until the cause of the gap is known; no longer than so many
     /// seconds of recording in all (60s), or so many recordings (4). The runs are run-1.csv, run-2.csv ... by the name
     /// after -o. Each lasts --duration, 15 s if that is not given.
     #[arg(long = "until-known", value_name = "SECONDSs|COUNT", value_parser = Bound::parse, group = "simulating",
@@ -52,7 +52,7 @@ impl UntilKnown {
     }
 }
 
-/// What was recorded so far, and what it says.
+/// The recordings so far, and their diagnosis.
 struct Session<'a> {
     asked: &'a Capture,
     bound: Bound,
@@ -64,7 +64,7 @@ struct Session<'a> {
     found: Option<Diagnosis>,
 }
 
-/// Records and diagnoses until the cause stands, the bound is reached, or Ctrl-C.
+/// Records and diagnoses until the cause is known, the bound is reached, or Ctrl-C.
 pub(super) async fn until_known(
     asked: &Capture,
     bound: Bound,
@@ -81,7 +81,7 @@ pub(super) async fn until_known(
     let motor = match &asked.motor {
         Some(path) => motor_file(path, output)?,
         None => {
-            output.message("no --motor: the runs are held against the lab handout's motor");
+            output.message("no --motor: the runs are compared with the lab handout's motor");
             Motor::default()
         }
     };
@@ -197,7 +197,7 @@ impl Session<'_> {
         !is_fatal(&self.findings)
     }
 
-    /// What all runs so far say together; `None` after Ctrl-C.
+    /// The diagnosis of all runs so far; `None` after Ctrl-C.
     async fn diagnosed(&self, stop: &StopSignal) -> Result<Option<Diagnosis>, Failure> {
         let shown = spinner();
         let (runs, motor) = (self.runs.clone(), self.motor.clone());

@@ -1,8 +1,8 @@
-//! What is recorded next: what the diagnosis asks for, else a kind of profile that is still missing.
+//! The next recording: what the diagnosis proposes, else a kind of profile that is still missing.
 
-use crate::diagnose::{Diagnosis, KnownChange, SURE, Verdict};
+use crate::diagnose::{Diagnosis, KnownChange, Settings, Verdict};
 
-/// Kinds of profile that are recorded where no profile is expected to tell more, in this order: slow, quick, free, braked.
+/// Kinds of profile that are recorded where no profile is proposed, in this order: slow, quick, free, braked.
 const KINDS: [&str; 8] = [
     "reversing",
     "crawl@0.2",
@@ -27,31 +27,30 @@ pub(super) struct Plan {
     pub why: String,
 }
 
-/// How it goes on after a diagnosis.
+/// What follows a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Next {
-    /// The cause stands.
+    /// The cause is known.
     Nothing,
     /// This is recorded.
     Record(Plan),
-    /// Only a change on the bench tells more, and nobody but the user can make it.
+    /// The proposed recording needs a change on the bench, which the user has to make.
     ByHand,
 }
 
-/// Whether the verdict says what causes the gap, or that there is none, surely enough. That there is none stands only where no further
-/// recording would show what these may hide.
-pub(super) fn stands(verdict: Verdict, probability: f64, is_more_asked: bool) -> bool {
-    let says = match verdict {
-        Verdict::Effect => true,
-        Verdict::NoGap | Verdict::Parameters => !is_more_asked,
-        _ => false,
-    };
-    says && probability >= SURE
+/// Whether the cause is known: a verdict that leaves nothing open, with enough probability, and no recording is proposed that would
+/// separate what is left.
+pub(super) fn is_known(verdict: Verdict, probability: f64, is_more_proposed: bool) -> bool {
+    let is_closed = matches!(
+        verdict,
+        Verdict::Effect | Verdict::NoGap | Verdict::Parameters | Verdict::NoChange
+    );
+    is_closed && !is_more_proposed && probability >= Settings::default().confident
 }
 
-/// How it goes on; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.
+/// What follows; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.
 pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Next {
-    if stands(
+    if is_known(
         found.verdict,
         found.probability,
         found.next_experiment.is_some(),
@@ -82,26 +81,26 @@ pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Ne
             .any(|plan| plan.profile.split(['@', ',']).next() == Some(name))
     });
     Next::Record(Plan {
-        // All kinds were recorded: the richest once more.
+        // All kinds were recorded: the first once more.
         profile: missing.unwrap_or_else(|| format!("{},{first}s", KINDS[0])),
         duration_s: first,
         change: None,
-        why: "no profile is expected to settle it; this kind is still missing".to_owned(),
+        why: "no profile is proposed; this kind is still missing".to_owned(),
     })
 }
 
-/// What a recording is to tell, in a phrase.
+/// The purpose of a recording in a phrase.
 fn purpose(tells_apart: &[String]) -> String {
     /// So many effects are named.
     const NAMED: usize = 4;
     match tells_apart {
-        [one] => format!("to show whether {one} is there"),
+        [one] => format!("to show whether {one} is present"),
         several if several.len() > NAMED => format!(
-            "to tell {} and {} more apart",
+            "to separate {} and {} more",
             several[..NAMED].join(", "),
             several.len() - NAMED
         ),
-        several => format!("to tell {} apart", several.join(", ")),
+        several => format!("to separate {}", several.join(", ")),
     }
 }
 
@@ -110,11 +109,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_says_something_surely_stands() {
-        for says in [Verdict::Effect, Verdict::NoGap, Verdict::Parameters] {
-            assert!(stands(says, 0.9, false) && !stands(says, 0.89, false));
-            // What a recording may hide is not known to be away.
-            assert_eq!(stands(says, 0.99, true), says == Verdict::Effect);
+    fn only_a_confident_verdict_that_leaves_nothing_open_is_known() {
+        let confident = Settings::default().confident;
+        for closed in [
+            Verdict::Effect,
+            Verdict::NoGap,
+            Verdict::Parameters,
+            Verdict::NoChange,
+        ] {
+            assert!(is_known(closed, confident, false));
+            assert!(!is_known(closed, confident - 0.01, false));
+            // A proposed recording would separate what is left.
+            assert!(!is_known(closed, 0.99, true));
         }
         for open in [
             Verdict::Ambiguous,
@@ -122,15 +128,15 @@ mod tests {
             Verdict::OutsideCatalogue,
             Verdict::BadRecording,
         ] {
-            assert!(!stands(open, 0.99, false));
+            assert!(!is_known(open, 0.99, false));
         }
     }
 
     #[test]
     fn few_effects_are_named_and_many_are_counted() {
         let ids = |n: usize| -> Vec<String> { (0..n).map(|k| format!("e{k}")).collect() };
-        assert_eq!(purpose(&ids(1)), "to show whether e0 is there");
-        assert_eq!(purpose(&ids(2)), "to tell e0, e1 apart");
-        assert_eq!(purpose(&ids(6)), "to tell e0, e1, e2, e3 and 2 more apart");
+        assert_eq!(purpose(&ids(1)), "to show whether e0 is present");
+        assert_eq!(purpose(&ids(2)), "to separate e0, e1");
+        assert_eq!(purpose(&ids(6)), "to separate e0, e1, e2, e3 and 2 more");
     }
 }

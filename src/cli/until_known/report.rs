@@ -1,4 +1,4 @@
-//! What is said of each round, and at the end.
+//! Texts after each round and at the end.
 
 use std::path::{Path, PathBuf};
 
@@ -11,28 +11,28 @@ use crate::cli::{Failure, Output, Status};
 use crate::diagnose::{Diagnosis, KnownChange, NextExperiment, Verdict};
 use crate::plain::{quoted, shown};
 use crate::recording::Captured;
-use crate::report::number::probability;
+use crate::report::number::{probability, probability_of};
 
 /// Version of the document.
 const SHAPE: &str = "motorlab-until-known/1";
 /// So many causes are named in a round's line.
 const NAMED: usize = 3;
-/// A cause of less than this probability is not named there.
+/// An effect below this inclusion probability is not named there.
 const NAMED_FROM: f64 = 0.02;
 
 /// Why no further recording was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Ended {
-    /// The cause stands.
+    /// The cause is known.
     Known,
     /// The bound was reached.
     Bound,
     /// Ctrl-C.
     Stopped,
-    /// Only a change on the bench tells more.
+    /// The proposed recording needs a change on the bench.
     ByHand,
-    /// A recording has to be mended first.
+    /// A finding about a recording is fatal.
     BadRecording,
 }
 
@@ -51,7 +51,7 @@ pub(super) struct Round {
     verdict: Option<Verdict>,
     probability: Option<f64>,
     effects: Vec<&'static str>,
-    /// What is recorded after it, and why.
+    /// The next recording, and its purpose.
     next: Option<String>,
     why: Option<String>,
 }
@@ -77,7 +77,7 @@ impl Round {
         &self.path
     }
 
-    /// Takes in what the diagnosis of all runs so far says.
+    /// Takes in the diagnosis of all runs so far.
     pub fn diagnosed(&mut self, found: &Diagnosis) {
         self.verdict = Some(found.verdict);
         self.probability = Some(found.probability);
@@ -93,7 +93,7 @@ impl Round {
     }
 }
 
-/// The line of a round: what was recorded, what it comes to, what is recorded next and why.
+/// The line of a round: recording, verdict, next recording and its purpose.
 pub(super) fn round_line(number: usize, round: &Round, found: &Diagnosis, next: &Next) -> String {
     let lost = match round.lost {
         0 => String::new(),
@@ -110,7 +110,7 @@ pub(super) fn round_line(number: usize, round: &Round, found: &Diagnosis, next: 
             change(&plan.change),
             plan.why
         ),
-        Next::ByHand => "more is told only by a change on the bench".to_owned(),
+        Next::ByHand => "the next recording needs a change on the bench".to_owned(),
     };
     format!(
         "{number}  {} ({}{}{lost}): {}; {then}",
@@ -123,32 +123,28 @@ pub(super) fn round_line(number: usize, round: &Round, found: &Diagnosis, next: 
 
 /// The verdict in a few words.
 fn outcome(found: &Diagnosis) -> String {
-    let sure = probability(found.probability);
+    let named = found.effects.join(" and ");
+    let p = |event: &str| probability_of(event, found.probability);
     match found.verdict {
-        Verdict::Effect => format!("{}, {sure} sure", found.effects.join(" and ")),
-        Verdict::NoGap => format!("no gap, {sure} sure"),
-        Verdict::Parameters => format!("other numbers of the motor, no effect, {sure} sure"),
-        Verdict::Partial if found.effects.is_empty() => {
-            format!(
-                "a named effect ({sure}) and something more; {}",
-                likeliest(found)
-            )
+        Verdict::Effect => format!("{named}, {}", p("")),
+        Verdict::Partial => format!("{named}, {}, and an unexplained part", p("")),
+        Verdict::NoGap => format!("no gap, {}", p("no effect is present")),
+        Verdict::Parameters => {
+            format!("parameter mismatch, {}", p("no effect is present"))
         }
-        Verdict::Partial => format!(
-            "{} ({sure}), and something more",
-            found.effects.join(" and ")
-        ),
-        Verdict::Ambiguous => format!("still open: {}", likeliest(found)),
-        Verdict::OutsideCatalogue => format!("no known effect explains it ({sure})"),
-        Verdict::NoChange => format!("as before ({sure})"),
-        Verdict::BadRecording => "the recording has to be mended first".to_owned(),
+        Verdict::Ambiguous => format!("ambiguous: {}", most_probable(found)),
+        Verdict::OutsideCatalogue => {
+            format!("outside the catalogue, {}", p("no effect is present"))
+        }
+        Verdict::NoChange => format!("no change, {}", p("no effect has changed")),
+        Verdict::BadRecording => "a finding about the recording is fatal".to_owned(),
     }
 }
 
-fn likeliest(found: &Diagnosis) -> String {
-    let causes = (found.causes.iter().take(NAMED)).filter(|cause| cause.probability >= NAMED_FROM);
+fn most_probable(found: &Diagnosis) -> String {
+    let causes = (found.causes.iter().take(NAMED)).filter(|cause| cause.inclusion >= NAMED_FROM);
     let named: Vec<String> = causes
-        .map(|cause| format!("{} {}", cause.effect, probability(cause.probability)))
+        .map(|cause| format!("{} {}", cause.effect, probability(cause.inclusion)))
         .collect();
     named.join(", ")
 }
@@ -161,7 +157,7 @@ pub(super) fn command_line(rounds: &[Round], motor: Option<&PathBuf>) -> String 
     format!("motorlab diagnose {}{motor}", runs.join(" "))
 }
 
-/// All that was reached.
+/// The result of a session.
 #[derive(Debug)]
 pub(super) struct Reached<'a> {
     pub ended: Ended,
@@ -188,7 +184,7 @@ struct Document<'a> {
 }
 
 impl Reached<'_> {
-    /// Says it; the exit status that it leads to.
+    /// Prints it; returns the exit status.
     pub fn say(&self, output: &Output) -> Result<Status, Failure> {
         let next = self.found.and_then(|found| found.next_experiment.as_ref());
         let next = next.filter(|_| self.ended != Ended::Known);
@@ -212,7 +208,7 @@ impl Reached<'_> {
                 output.line(&found.sentence)?;
             }
             if !self.rounds.is_empty() {
-                output.line(&format!("all of it once more: {}", self.diagnose))?;
+                output.line(&format!("to repeat the diagnosis: {}", self.diagnose))?;
             }
         }
         Ok(match self.ended {
@@ -235,15 +231,17 @@ impl Reached<'_> {
         match self.ended {
             Ended::Known => format!("known after {made}"),
             Ended::Bound => format!(
-                "not known yet after {made}: {} were asked for at most",
+                "not known yet after {made}; the limit is {}",
                 self.bound.words()
             ),
             Ended::Stopped => format!("stopped after {made}; what was recorded is kept"),
             Ended::ByHand => {
-                format!("not known yet after {made}: no profile alone is expected to tell more")
+                format!(
+                    "not known yet after {made}: the next recording needs a change on the bench"
+                )
             }
             Ended::BadRecording => {
-                format!("ended after {made}: the recording has to be mended first")
+                format!("ended after {made}: a finding about the recording is fatal")
             }
         }
     }

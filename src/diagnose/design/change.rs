@@ -1,59 +1,28 @@
-//! Known changes on the bench that an experiment may propose: a disc, a load on an arm, another supply.
+//! Known changes on the bench that an experiment may propose: a disc, another supply.
 
 use crate::diagnose::report::KnownChange;
-use crate::diagnose::settings::{KNOWN_LOAD, OTHER_SUPPLY};
 use crate::motor::{KnownDifferences, Motor};
 
-/// What is changed on the bench.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Change {
-    /// Nothing.
-    None,
-    /// A key of [`KnownDifferences`] has this value.
-    Known(&'static str, f64),
-}
-
-impl Change {
-    pub fn known(self) -> Option<KnownDifferences> {
-        let mut known = KnownDifferences::default();
-        if let Self::Known(key, value) = self {
-            known.set(key, value).ok()?;
-        }
-        Some(known)
-    }
-
-    pub fn supply_v(self) -> Option<f64> {
-        match self {
-            Self::Known("supply_v", supply_v) => Some(supply_v),
-            _ => None,
-        }
-    }
-
-    pub fn said(self) -> Option<KnownChange> {
-        match self {
-            Self::None => None,
-            Self::Known(key, value) => Some(KnownChange {
-                key: key.to_owned(),
-                value,
-            }),
-        }
-    }
-}
-
-/// The known changes that are tried: as much inertia again, another supply, and a load on an arm unless something hangs there
-/// already. Figures are rounded to one digit: they are to be made.
-pub(super) fn known_changes(motor: &Motor, supply_v: f64, is_hanging: bool) -> Vec<Change> {
+/// The known changes that are tried: as much inertia again, with one digit because it is to be made, and another supply.
+pub(super) fn known_changes(motor: &Motor, supply_share: f64) -> [KnownChange; 2] {
     let p = &motor.parameters;
-    let stall_nm = p.torque_constant_nm_per_a * supply_v / p.resistance_ohm;
-    let mut changes = vec![
-        Change::Known("inertia_added_kg_m2", one_digit(p.inertia_kg_m2)),
-        Change::Known("supply_v", OTHER_SUPPLY * supply_v),
+    let changes = [
+        ("inertia_added_kg_m2", one_digit(p.inertia_kg_m2)),
+        ("supply_v", supply_share * p.supply_v),
     ];
-    if !is_hanging {
-        let load_nm = one_digit(KNOWN_LOAD * stall_nm);
-        changes.push(Change::Known("gravity_torque_nm", load_nm));
+    changes.map(|(key, value)| KnownChange {
+        key: key.to_owned(),
+        value,
+    })
+}
+
+/// A change as simulations take it; none where there is none.
+pub(super) fn differences(change: Option<&KnownChange>) -> Option<KnownDifferences> {
+    let mut known = KnownDifferences::default();
+    if let Some(KnownChange { key, value }) = change {
+        known.set(key, *value).ok()?;
     }
-    changes
+    Some(known)
 }
 
 fn one_digit(value: f64) -> f64 {
@@ -66,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_to_be_made_has_one_digit() {
+    fn changes_have_one_digit_and_are_known_differences() {
         for (value, short) in [
             (0.002_19, 0.002),
             (0.0945, 0.09),
@@ -74,6 +43,10 @@ mod tests {
             (96.0, 100.0),
         ] {
             assert_eq!(one_digit(value), short);
+        }
+        for change in known_changes(&Motor::default(), 0.5) {
+            let known = differences(Some(&change)).expect("a key of the known differences");
+            assert_eq!(known.has_torque(), change.key != "supply_v");
         }
     }
 }

@@ -1,21 +1,21 @@
-//! The isolability matrix: what a planned profile shows of every effect, and which it tells apart.
+//! The isolability matrix: which effects a planned profile shows, and which it separates.
 //!
-//! Every effect stands at a typical magnitude (the middle of its range, or well away from the value that changes nothing) as the
-//! truth, and at several magnitudes as the rival; the nearest rival counts, its numbers free within their ranges and the base
-//! within its tolerances.
+//! Every effect has a typical magnitude as the truth. As the rival it has each of the magnitudes that the search starts from; the nearest
+//! counts, its parameters free within their ranges and the base parameters within their tolerances.
 
 use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::planned::{ORDINARY, Planned, Sampling, View};
-use super::supposed::{Supposed, as_rivals, typical};
+use super::planned::{Errors, Planned, Sampling, View};
 use crate::board::Profile;
-use crate::diagnose::fit::{Base, Member, Model};
-use crate::diagnose::settings::TIE;
-use crate::motor::catalogue::catalogue;
-use crate::motor::{CommandKind, KnownDifferences, Motor};
+use crate::diagnose::model::{BASE, Base, Member, Model};
+use crate::diagnose::noise::Noise;
+use crate::diagnose::search::starts;
+use crate::diagnose::settings::Settings;
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, catalogue};
+use crate::motor::{CommandKind, Motor};
 
 /// What is to be recorded.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub struct Plan {
     pub profile: Profile,
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// How long in s.
+    /// Duration in s.
     pub duration_s: f64,
 }
 
@@ -39,7 +39,7 @@ pub struct Pair {
     pub separation: f64,
 }
 
-/// What a planned profile can tell: the document `motorlab-isolability/1`.
+/// What a planned profile can show: the document `motorlab-isolability/1`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Isolability {
     /// `motorlab-isolability/1`.
@@ -58,38 +58,42 @@ pub struct Isolability {
     pub magnitudes: BTreeMap<&'static str, BTreeMap<&'static str, f64>>,
     /// `separation[i][j]`: of truth `i` from rival `j`, in standard deviations.
     pub separation: Vec<Vec<f64>>,
-    /// Below this two are one class.
+    /// Below this two are not separable.
     pub tie_below: f64,
-    /// Effects that look like none, with their separation from it.
+    /// Effects that are not separable from `none`.
     pub cannot_see: Vec<Pair>,
-    /// Pairs of effects, each seen, that look like each other.
+    /// Pairs of effects, each visible, that are not separable from each other.
     pub cannot_tell_apart: Vec<Pair>,
+}
+
+/// What all models of a motor share before any recording.
+pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) -> Base {
+    Base {
+        motor: motor.clone(),
+        kind: CommandKind::Voltage,
+        sample_time_s,
+        clock: None,
+        is_host_timed: false,
+        torque_identifiable: false,
+        reference: None,
+        dead_time_s: 0.0,
+        settings: *settings,
+    }
 }
 
 /// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it.
 pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
-    let samples = (plan.duration_s / plan.sample_time_s).round().max(1.0) as usize;
-    let base = Base {
-        motor: motor.clone(),
-        kind: CommandKind::Voltage,
-        sample_time_s: plan.sample_time_s,
-        clock: None,
-        is_host_timed: false,
-        knows_torque: false,
-        then: None,
-    };
+    let settings = Settings::default();
+    let base = base_of(motor, plan.sample_time_s, &settings);
     let at = Sampling {
         sample_time_s: plan.sample_time_s,
-        samples,
+        samples: (plan.duration_s / plan.sample_time_s).round().max(1.0) as usize,
         counts_per_rev: motor.parameters.counts_per_rev,
         supply_v: motor.parameters.supply_v,
     };
-    let model = Model::new(&base, Vec::new());
-    let own = model.start();
-    let with = |member| Supposed::beside(&base, (&model, &own), member);
-    let none = with(None);
-    let known = KnownDifferences::default();
-    let planned = Planned::new(&base, none.numbers(), &plan.profile, at, ORDINARY, &known)?;
+    let errors = Errors::Noise(Noise::of_a_clean_bench(settings.usual_load));
+    let planned = Planned::new(&base, motor, &plan.profile, at, errors, None)?;
+    let none = with(&base, None);
     let mut truths = vec![none.clone()];
     let mut rivals = vec![(0, none)];
     let mut effects = vec!["none"];
@@ -97,57 +101,55 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
     // Effects that the motor file has already are part of its model.
     let kinds = catalogue().iter().enumerate();
     for (index, kind) in kinds.filter(|(_, kind)| motor.effects.get(kind.id).is_none()) {
-        let values = typical(kind, &base);
+        let (values, others) = magnitudes_of(kind, &base);
         let keys = kind.parameters.iter().map(|parameter| parameter.key);
         magnitudes.insert(kind.id, keys.zip(values.iter().copied()).collect());
-        for values in as_rivals(kind, &values, &base) {
-            rivals.push((truths.len(), with(Some(Member { index, values }))));
+        for values in others {
+            rivals.push((truths.len(), with(&base, Some(Member { index, values }))));
         }
-        truths.push(with(Some(Member { index, values })));
+        truths.push(with(&base, Some(Member { index, values })));
         effects.push(kind.id);
     }
-    let views: Vec<Option<View>> = truths
-        .par_iter()
-        .map(|truth| planned.truth(truth.numbers()))
+    let views: Vec<Option<View>> = (truths.par_iter())
+        .map(|(model, x)| planned.view((model, x), None))
         .collect();
     // A rival at a time: its columns are large.
-    let columns: Vec<(usize, Vec<f64>)> = rivals
-        .par_iter()
-        .map(|(column, rival)| {
-            let seen = planned.rival(&base, rival.numbers(), rival.precision());
-            let from = |truth: &Option<View>| match (truth, &seen) {
-                (Some(truth), Some(seen)) => planned.separation(truth, seen),
+    let columns: Vec<(usize, Vec<f64>)> = (rivals.par_iter())
+        .map(|(column, (model, x))| {
+            let rival = planned.view((model, x), Some(&model.precision));
+            let from = |truth: &Option<View>| match (truth, &rival) {
+                (Some(truth), Some(rival)) => planned.separation(truth, rival),
                 _ => f64::INFINITY,
             };
             (*column, views.iter().map(from).collect())
         })
         .collect();
-    let mut nearest = vec![vec![f64::INFINITY; truths.len()]; truths.len()];
+    let mut separation = vec![vec![f64::INFINITY; truths.len()]; truths.len()];
     for (column, separations) in columns {
-        for (row, separation) in nearest.iter_mut().zip(separations) {
-            row[column] = separation.min(row[column]);
+        for (row, own) in separation.iter_mut().zip(separations) {
+            row[column] = own.min(row[column]);
         }
     }
     let mut found = Isolability {
         shape: "motorlab-isolability/1",
         profile: plan.profile.name.clone(),
         sample_time_s: plan.sample_time_s,
-        samples,
+        samples: at.samples,
         supply_v: motor.parameters.supply_v,
         effects,
         magnitudes,
-        separation: nearest,
-        tie_below: TIE,
+        separation,
+        tie_below: settings.separable,
         cannot_see: Vec::new(),
         cannot_tell_apart: Vec::new(),
     };
-    found.name_classes();
+    found.list();
     Some(found)
 }
 
 impl Isolability {
-    /// The smaller separation of the two ways round; from `none` that of the effect as the truth, because as a rival of nothing an
-    /// effect is as small as it likes.
+    /// The smaller separation of the two ways round; from `none` that of the effect as the truth, because a rival of any magnitude may
+    /// be as small as nothing.
     pub fn between(&self, i: usize, j: usize) -> f64 {
         match (i, j) {
             (0, effect) | (effect, 0) => self.separation[effect][0],
@@ -155,26 +157,83 @@ impl Isolability {
         }
     }
 
-    fn name_classes(&mut self) {
+    /// Lists what is not separable, the least separation first.
+    fn list(&mut self) {
         let n = self.effects.len();
-        let (seen, unseen): (Vec<usize>, Vec<usize>) =
-            (1..n).partition(|&i| self.between(i, 0) >= TIE);
-        let pair = |i: usize, j: usize| Pair {
-            a: self.effects[i],
-            b: self.effects[j],
-            separation: self.between(i, j),
+        let (visible, hidden): (Vec<usize>, Vec<usize>) =
+            (1..n).partition(|&i| self.between(i, 0) >= self.tie_below);
+        let listed = |pairs: Vec<(usize, usize)>| -> Vec<Pair> {
+            let pairs = pairs.into_iter().map(|(i, j)| Pair {
+                a: self.effects[i],
+                b: self.effects[j],
+                separation: self.between(i, j),
+            });
+            let mut alike: Vec<Pair> = pairs.filter(|p| p.separation < self.tie_below).collect();
+            alike.sort_by(|x, y| x.separation.total_cmp(&y.separation));
+            alike
         };
-        let pairs = seen.iter().enumerate();
-        let pairs = pairs.flat_map(|(k, &i)| seen[k + 1..].iter().map(move |&j| (i, j)));
-        let mut alike: Vec<Pair> = pairs
-            .map(|(i, j)| pair(i, j))
-            .filter(|pair| pair.separation < TIE)
-            .collect();
-        let mut nothing: Vec<Pair> = unseen.iter().map(|&i| pair(i, 0)).collect();
-        let by_size = |x: &Pair, y: &Pair| x.separation.total_cmp(&y.separation);
-        alike.sort_by(by_size);
-        nothing.sort_by(by_size);
-        (self.cannot_see, self.cannot_tell_apart) = (nothing, alike);
+        let pairs = visible.iter().enumerate();
+        let pairs = pairs.flat_map(|(k, &i)| visible[k + 1..].iter().map(move |&j| (i, j)));
+        let apart = listed(pairs.collect());
+        self.cannot_see = listed(hidden.iter().map(|&i| (i, 0)).collect());
+        self.cannot_tell_apart = apart;
+    }
+}
+
+/// The motor with one effect, and the parameters of that.
+fn with(base: &Base, member: Option<Member>) -> (Model, Vec<f64>) {
+    let model = Model::new(base, member.iter().cloned().collect());
+    let mut x = model.start();
+    // An effect that widens a base parameter has its value there.
+    if let Some(member) = member
+        && let Some(number) = base.frees(member.id())
+        && let Some(k) = model
+            .parameters
+            .iter()
+            .position(|p| p.id.key() == BASE[number])
+    {
+        x[k] = member.values[0] / model.parameters[k].unit;
+    }
+    model.clamp(&mut x);
+    (model, x)
+}
+
+/// The typical values of an effect, the values that it has as a rival: the first parameter differs, the others are the catalogue's.
+fn magnitudes_of(kind: &EffectKind, base: &Base) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let p = &base.motor.parameters;
+    let mut values: Vec<f64> = (kind.parameters.iter())
+        .map(|parameter| parameter.default(p, base.sample_time_s))
+        .collect();
+    let Some(first) = kind.parameters.first() else {
+        return (values.clone(), vec![values]);
+    };
+    let tried = starts(first, kind, base);
+    let largest = tried
+        .iter()
+        .fold(0.0_f64, |most, value| most.max(value.abs()));
+    // Half of the largest, or what is nearest to it and away from what changes nothing.
+    let off = |value: &f64| (value - 0.5 * largest).abs();
+    let typical = tried.iter().filter(|value| changes(first, base, **value));
+    let typical = typical.min_by(|a, b| off(a).total_cmp(&off(b))).copied();
+    let mut rivals: Vec<Vec<f64>> = Vec::new();
+    // An effect that widens a base parameter is tried at the motor file's value too.
+    let own = base.frees(kind.id).and_then(|number| p.get(BASE[number]));
+    for value in tried.iter().copied().chain(own) {
+        values[0] = value;
+        rivals.push(values.clone());
+    }
+    values[0] = typical.or(tried.last().copied()).unwrap_or(values[0]);
+    (values, rivals)
+}
+
+/// Whether a value is plausibly distant from the one that changes nothing.
+fn changes(parameter: &EffectParameter, base: &Base, value: f64) -> bool {
+    let Some((neutral, least)) = parameter.neutral(&base.motor.parameters) else {
+        return value != base.motor.parameters.counts_per_rev || parameter.key != "counts_per_rev";
+    };
+    match parameter.prior {
+        Prior::LogUniform => (value / neutral).ln().abs() >= least,
+        _ => (value - neutral).abs() >= least,
     }
 }
 
@@ -196,25 +255,26 @@ mod tests {
         found.between(place(a).expect("an effect"), place(b).expect("an effect"))
     }
 
-    /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a drop is friction. A dead zone under the level, and
-    /// what happens at 0 V, leave no trace.
+    /// In one direction at one level `Kt/R (u - Vd - Kb w) - Tf` has one constant: a voltage drop is friction. A dead zone below the
+    /// level, and coasting at 0 V, leave no trace.
     #[test]
-    fn one_step_hides_what_theory_says_it_hides() {
+    fn one_step_does_not_separate_what_theory_says_it_does_not() {
         let step = matrix("step", 0.03);
-        assert!(between(&step, "voltage_drop", "coulomb_friction") < TIE);
-        assert!(between(&step, "constant_load", "coulomb_friction") < TIE);
+        let least = step.tie_below;
+        assert!(between(&step, "voltage_drop", "coulomb_friction") < least);
+        assert!(between(&step, "constant_load", "coulomb_friction") < least);
         for effect in ["dead_zone", "coast_at_zero", "static_friction"] {
             assert!(between(&step, "none", effect) < 0.1, "{effect}");
         }
         let both = matrix("reversing", 0.03);
-        assert!(between(&both, "none", "coast_at_zero") > TIE);
-        assert!(between(&both, "none", "constant_load") > TIE);
-        // Turning, a load that pushes one way is friction that differs by direction: no profile parts them.
-        assert!(between(&both, "constant_load", "asymmetric_friction") < TIE);
+        assert!(between(&both, "none", "coast_at_zero") > least);
+        assert!(between(&both, "none", "constant_load") > least);
+        // Of a turning shaft, a load in one direction is friction that differs by direction: no profile separates them.
+        assert!(between(&both, "constant_load", "asymmetric_friction") < least);
         assert_eq!(both.effects.len(), catalogue().len() + 1);
     }
 
-    /// Ten times as many samples of the same motion have a tenth of the rounding's variance.
+    /// Ten times as many samples of the same motion have a tenth of the quantization variance.
     #[test]
     fn a_shorter_sample_time_separates_more() {
         let (slow, fast) = (matrix("square", 0.03), matrix("square", 0.003));

@@ -1,76 +1,108 @@
-//! After a search: the profile that best separates what is still in play.
+//! What to record next: the profile that best separates the sets that a diagnosis leaves.
 //!
-//! In play are the sets that the search could not tell apart, those that are not implausible, and those near the best that the
-//! runs do not separate from it. Each one's fit is simulated on every profile of a small family within supply, duration and
-//! sample time; its numbers may give way as far as the runs so far leave them free. Chosen is the profile with the largest
-//! smallest separation over the pairs that any of them separates. Where none separates any, the same is asked with a known
-//! change on the bench: a disc of known inertia, a known load, another supply.
-//!
-//! Where the runs are few and show no effect at all, chosen is the profile that shows most of the effects that these runs would
-//! hide.
+//! Each set's fit is simulated on a family of profiles within the supply; its parameters are as free as the runs so far leave them.
+//! Chosen is the profile with the largest `sum over pairs of p_i p_j (1 - exp(-D_ij^2/8))`: `exp(-D^2/8)` is the overlap (Bhattacharyya
+//! coefficient) of two normal distributions whose means are `D` standard deviations apart. Where no profile separates the two most
+//! probable sets, known changes on the bench are tried too.
 
-use super::bench::{Bench, Chosen};
-use super::hidden::Hidden;
-use super::in_play::in_play;
-use super::planned::Sampling;
-use crate::diagnose::fit::Base;
-use crate::diagnose::pieces::Pieces;
-use crate::diagnose::report::NextExperiment;
-use crate::diagnose::selection::Forward;
-use crate::diagnose::settings::{ASKED_S, FEW_PIECES, MOST_ASKED_SAMPLES};
+use rayon::prelude::*;
+
+use super::change::known_changes;
+use super::planned::{Errors, Planned, Sampling, View};
+use crate::board::Profile;
+use crate::diagnose::fit::Fit;
+use crate::diagnose::noise::Noise;
+use crate::diagnose::pipeline::{Prepared, Searched};
+use crate::diagnose::report::{KnownChange, NextExperiment};
+use crate::diagnose::score::scale_free;
+use crate::diagnose::search::Scored;
+use crate::diagnose::verdict::Weighed;
 use crate::motor::CommandKind;
 use crate::plain::quoted;
-use crate::recording::Run;
+use crate::units::ROUNDING_VARIANCE;
 
-/// What to record next; `None` where nothing is left to tell apart, or nothing would. `share_of` is the probability of a set, of none
-/// where it is empty.
+/// The family: words that `capture --profile` knows, few of each kind.
+const FAMILY: [&str; 12] = [
+    "reversing",
+    "reversing@0.5",
+    "staircase",
+    "ramp@0.3",
+    "square@0.4",
+    "step",
+    "threshold@0.2",
+    "crawl@0.2",
+    "coasts",
+    "jog@0.4",
+    "chirp",
+    "brakes",
+];
+/// Profiles that are tried with changes on the bench, the best without one.
+const CHANGED: usize = 3;
+
+/// An experiment that was simulated.
+#[derive(Debug, Clone)]
+struct Tried {
+    word: &'static str,
+    change: Option<KnownChange>,
+    /// Of every pair of sets in the order of [`pairs`].
+    separations: Vec<f64>,
+}
+
+/// The sets in play and how they would be recorded.
+struct Bench<'a> {
+    prepared: &'a Prepared,
+    searched: &'a Searched,
+    /// Sets with their probabilities, the most probable first.
+    sets: Vec<(&'a Scored, f64)>,
+    at: Sampling,
+    duration_s: f64,
+}
+
+/// What to record next; `None` where at most one set is in play, or where no experiment separates any two.
 pub(crate) fn next_experiment(
-    runs: &[Run],
-    pieces: &Pieces,
-    base: &Base,
-    found: &Forward,
-    share_of: &dyn Fn(&[&'static str]) -> f64,
+    prepared: &Prepared,
+    searched: &Searched,
+    posterior: &[Weighed],
 ) -> Option<NextExperiment> {
-    let first = runs.first()?;
-    if base.kind != CommandKind::Voltage {
+    let Prepared {
+        all, base, runs, ..
+    } = prepared;
+    let settings = &base.settings;
+    let sets = in_play(&searched.found.sets, posterior, settings.sets_to_separate);
+    if sets.len() < 2 || base.kind != CommandKind::Voltage {
         return None;
     }
-    // As the times say, not as a header states, to a microsecond: what a board can be asked for.
-    let shortest = pieces.runs.iter().map(|run| run.sample_time_s);
+    // As the times say, to a microsecond: what a board can be asked for.
+    let shortest = all.runs.iter().map(|run| run.sample_time_s);
     let sample_time_s = (1e6 * shortest.fold(f64::INFINITY, f64::min))
         .round()
         .max(1.0)
         / 1e6;
-    let lengths = pieces.runs.iter().filter_map(|run| run.t_s.last());
-    let longest_s = lengths.fold(0.0, |most: f64, t_s| most.max(*t_s));
-    let duration_s = (longest_s.ceil().clamp(ASKED_S.0, ASKED_S.1))
-        .min(whole_seconds(MOST_ASKED_SAMPLES * sample_time_s));
-    let (sets, open) = in_play(pieces, found, share_of);
+    let lengths = all.runs.iter().filter_map(|run| run.t_s.last());
+    let longest_s = lengths.fold(0.0_f64, |most, t_s| most.max(*t_s)).ceil();
+    let duration_s = longest_s
+        .max(settings.folds as f64 * settings.segment_s)
+        .min(settings.longest_experiment_s);
+    // A coarser sample time is simulated where the recording is long: the separation is that at least.
+    let planned_s = sample_time_s.max(duration_s / settings.planned_samples as f64);
     let bench = Bench {
-        base,
+        prepared,
+        searched,
         sets,
-        open,
         at: Sampling {
-            sample_time_s,
-            samples: (duration_s / sample_time_s).round() as usize,
-            counts_per_rev: first.counts_per_rev,
-            supply_v: first.supply_v.unwrap_or(base.motor.parameters.supply_v),
+            sample_time_s: planned_s,
+            samples: (duration_s / planned_s).round() as usize,
+            counts_per_rev: runs[0].counts_per_rev,
+            supply_v: base.motor.parameters.supply_v,
         },
         duration_s,
     };
-    let chosen = bench.telling_apart().or_else(|| {
-        let is_open = found.sets.is_empty() && pieces.pieces.len() < FEW_PIECES;
-        is_open.then(|| bench.showing(&Hidden::from(pieces, base, &found.best)))?
-    })?;
-    let Chosen {
-        profile,
-        change,
-        told,
-        separation,
-    } = chosen;
-    let supply = match change.supply_v() {
-        Some(supply_v) => format!(" --supply {supply_v}"),
-        None => String::new(),
+    let chosen = bench.chosen()?;
+    let profile = bench.profile(chosen.word);
+    let (tells_apart, expected_separation) = bench.separated(&chosen);
+    let supply = match &chosen.change {
+        Some(change) if change.key == "supply_v" => format!(" --supply {}", change.value),
+        _ => String::new(),
     };
     Some(NextExperiment {
         command: format!(
@@ -80,17 +112,209 @@ pub(crate) fn next_experiment(
         profile,
         sample_time_s,
         duration_s,
-        change: change.said(),
-        tells_apart: told.into_iter().map(str::to_owned).collect(),
-        expected_separation: separation,
+        tells_apart,
+        expected_separation,
+        change: chosen.change,
     })
 }
 
-/// Whole seconds, where there is one.
-fn whole_seconds(duration_s: f64) -> f64 {
-    if duration_s < 1.0 {
-        duration_s
-    } else {
-        duration_s.floor()
+/// Sets with at least a fiftieth of the most probable one's probability, the most probable first.
+fn in_play<'a>(sets: &'a [Scored], posterior: &[Weighed], most: usize) -> Vec<(&'a Scored, f64)> {
+    let mut found: Vec<(&Scored, f64)> = (sets.iter())
+        .zip(posterior.iter().map(|set| set.probability))
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let least = found.first().map_or(0.0, |set| set.1 / 50.0);
+    found.retain(|set| set.1 >= least);
+    found.truncate(most);
+    found
+}
+
+/// Whether one set has all effects of another, or one by direction in the place of the plain one: for some of its parameters it is the
+/// other.
+fn contains(large: &[&str], small: &[&str]) -> bool {
+    let has = |id: &&str| {
+        let mut own = large.iter();
+        own.any(|other| other == id || other.strip_prefix("asymmetric_") == Some(id))
+    };
+    small != large && small.iter().all(has)
+}
+
+/// Every pair of sets in turn.
+fn pairs(n: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..n).flat_map(move |i| (i + 1..n).map(move |j| (i, j)))
+}
+
+impl Bench<'_> {
+    fn chosen(&self) -> Option<Tried> {
+        let least = self.prepared.base.settings.separable;
+        let mut plain = self.tried(FAMILY.iter().map(|word| (*word, None)).collect());
+        plain.sort_by(|a, b| self.value(b).total_cmp(&self.value(a)));
+        // The pair of the two most probable sets is the first; nested ones agree where the larger's
+        // effect is small, whatever is recorded.
+        let [one, other] = [0, 1].map(|k| self.sets[k].0.fit.ids());
+        let is_nested = contains(&one, &other) || contains(&other, &one);
+        if !is_nested && plain.iter().all(|one| one.separations[0] < least) {
+            let best = &self.sets[0].0.fit;
+            let mut motor = best.model.motor(&best.x);
+            motor.parameters.supply_v = self.at.supply_v;
+            let changes = known_changes(&motor, self.prepared.base.settings.other_supply);
+            let words = plain.iter().take(CHANGED).map(|one| one.word);
+            let all = words.flat_map(|word| changes.iter().map(move |c| (word, Some(c.clone()))));
+            let changed = self.tried(all.collect()).into_iter();
+            let best = changed.max_by(|a, b| self.value(a).total_cmp(&self.value(b)));
+            if let Some(best) = best.filter(|one| one.separations[0] >= least) {
+                return Some(best);
+            }
+        }
+        let separates = |one: &Tried| one.separations.iter().any(|d| *d >= least);
+        plain.into_iter().find(separates)
+    }
+
+    fn profile(&self, word: &str) -> String {
+        format!("{word},{}s", self.duration_s)
+    }
+
+    fn tried(&self, experiments: Vec<(&'static str, Option<KnownChange>)>) -> Vec<Tried> {
+        (experiments.into_par_iter())
+            .filter_map(|(word, change)| {
+                let separations = self.separations(word, change.as_ref())?;
+                Some(Tried {
+                    word,
+                    change,
+                    separations,
+                })
+            })
+            .collect()
+    }
+
+    /// The separation of every pair of sets on a planned run: the smaller of the two ways round, or of the larger set as the truth from
+    /// one that it contains.
+    fn separations(&self, word: &str, change: Option<&KnownChange>) -> Option<Vec<f64>> {
+        let base = &self.prepared.base;
+        let supply_v = match change {
+            Some(change) if change.key == "supply_v" => change.value,
+            _ => self.at.supply_v,
+        };
+        let profile = Profile::named(&self.profile(word), supply_v, self.duration_s).ok()?;
+        let best = &self.sets[0].0.fit;
+        let motor = best.model.motor(&best.x);
+        let planned = Planned::new(base, &motor, &profile, self.at, self.errors(), change)?;
+        let judge = &self.searched.found.judge;
+        let view = |(set, _): &(&Scored, f64)| {
+            let Scored {
+                fit, likelihood, ..
+            } = set;
+            let numbers = (&fit.model, fit.x.as_slice());
+            match judge.is_likelihood {
+                true => planned.view(numbers, Some(&likelihood.optimum.hessian)),
+                false => planned.view(numbers, Some(&scale_free(base, fit, judge.n_eff).hessian)),
+            }
+        };
+        let views: Vec<View> = self.sets.iter().map(view).collect::<Option<_>>()?;
+        self.searched
+            .segments
+            .work
+            .add(planned.segments.work.samples() as usize, 0);
+        let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
+        let one_way = |truth: usize, rival: usize| match contains(&ids[rival], &ids[truth]) {
+            true => f64::INFINITY,
+            false => planned.separation(&views[truth], &views[rival]),
+        };
+        let both = |(i, j)| f64::min(one_way(i, j), one_way(j, i));
+        Some(pairs(self.sets.len()).map(both).collect())
+    }
+
+    /// The units of the score that judged the sets.
+    fn errors(&self) -> Errors {
+        let Searched {
+            segments, found, ..
+        } = self.searched;
+        let best: &Scored = self.sets[0].0;
+        if found.judge.is_likelihood {
+            // A short run does not show the random load.
+            let least = Noise::of_a_clean_bench(self.prepared.base.settings.usual_load);
+            let own = best.likelihood.noise;
+            return Errors::Noise(if own.strength < least.strength {
+                least
+            } else {
+                own
+            });
+        }
+        let fit: &Fit = &best.fit;
+        let mean_square = fit.mean_square().max(ROUNDING_VARIANCE);
+        Errors::ScaleFree(found.judge.n_eff / (segments.len as f64 * mean_square))
+    }
+
+    /// Expected probability of the pairs that an experiment separates.
+    fn value(&self, one: &Tried) -> f64 {
+        let pairs = pairs(self.sets.len()).zip(&one.separations);
+        pairs
+            .map(|((i, j), d)| self.sets[i].1 * self.sets[j].1 * (1.0 - (-d * d / 8.0).exp()))
+            .sum()
+    }
+
+    /// Effects that differ between the sets that an experiment separates, and the smallest of those separations.
+    fn separated(&self, one: &Tried) -> (Vec<String>, f64) {
+        let ids: Vec<Vec<&str>> = self.sets.iter().map(|set| set.0.fit.ids()).collect();
+        let (mut found, mut smallest) = (Vec::new(), f64::INFINITY);
+        for ((i, j), separation) in pairs(ids.len()).zip(&one.separations) {
+            if *separation < self.prepared.base.settings.separable {
+                continue;
+            }
+            smallest = smallest.min(*separation);
+            for (mine, theirs) in [(&ids[i], &ids[j]), (&ids[j], &ids[i])] {
+                found.extend(mine.iter().filter(|id| !theirs.contains(id)).copied());
+                found.extend(mine.is_empty().then_some("none"));
+            }
+        }
+        found.sort_unstable();
+        found.dedup();
+        (found.into_iter().map(str::to_owned).collect(), smallest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::document::weighed;
+    use crate::diagnose::pipeline::searched;
+    use crate::diagnose::samples::{motor_with, recording};
+    use crate::diagnose::settings::Settings;
+    use crate::motor::Motor;
+
+    #[test]
+    fn a_set_contains_its_subsets_and_the_plain_form_of_effects_by_direction() {
+        assert!(contains(&["backlash", "inertia"], &["inertia"]));
+        assert!(contains(&["asymmetric_friction"], &[]));
+        assert!(contains(&["asymmetric_voltage_drop"], &["voltage_drop"]));
+        assert!(!contains(&["inertia"], &["inertia"]));
+        assert!(!contains(&["inertia"], &["backlash"]));
+    }
+
+    /// Of a step in one direction friction and a voltage drop are one number; the proposed recording separates what the step does not.
+    #[test]
+    fn a_recording_that_separates_the_sets_is_proposed() {
+        let settings = Settings::default();
+        let mut run = recording(&motor_with(&[("voltage_drop", &[0.8])]), 1500);
+        run.supply_v = Some(4.5);
+        let prepared = Prepared::new(&[run], &Motor::default(), &settings).expect("a run");
+        let found = searched(&prepared, 0.0, &[], &|_| ()).expect("a search");
+        let mut posterior = weighed(&found.found.sets, &settings);
+        // As if the two best were equally probable, and nothing else possible.
+        let most = posterior.len();
+        for (k, set) in posterior.iter_mut().enumerate() {
+            set.probability = if k < 2.min(most) { 0.5 } else { 0.0 };
+        }
+        let next = next_experiment(&prepared, &found, &posterior).expect("an experiment");
+        assert!(next.expected_separation >= settings.separable, "{next:?}");
+        assert!(!next.tells_apart.is_empty(), "{next:?}");
+        assert!(next.command.contains(&next.profile), "{next:?}");
+        posterior[0].probability = 1.0;
+        posterior
+            .iter_mut()
+            .skip(1)
+            .for_each(|set| set.probability = 0.0);
+        assert_eq!(next_experiment(&prepared, &found, &posterior), None);
     }
 }

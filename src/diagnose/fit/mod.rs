@@ -1,29 +1,318 @@
-//! Models with free numbers, their priors, and the Levenberg-Marquardt fit.
+//! Levenberg-Marquardt least squares of the multi-step prediction error (Marquardt 1963): the one fit that every figure comes from.
+//!
+//! In: segments, a model, starts. Out: [`Fit`], the minimum of a [`Metric`] plus the prior.
 
-mod base;
-mod fitted;
-mod folds;
-mod levenberg;
-mod member;
-mod model;
-mod prior;
-#[cfg(test)]
-mod right_model;
-mod rounding;
-mod simulated;
-mod starts;
-mod then;
-mod tolerances;
-mod unweighted;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
-pub(crate) use base::{BASE, Base, range_of};
-pub(crate) use fitted::{Fit, dot, error_of_sum, jitter_s, loss, residual, surroundings};
-pub(crate) use folds::{finished, score_at};
-pub(crate) use levenberg::{Most, fit};
-pub(crate) use member::Member;
-pub(crate) use model::Model;
-pub(crate) use rounding::rounding;
-pub(crate) use simulated::{response, sensitivities};
-pub(crate) use starts::{Starts, less_start};
-pub(crate) use then::Then;
-pub(crate) use unweighted::{Left, Unweighted, as_weighed, unweighted};
+use super::model::{Model, dot, predict, sensitivities};
+use super::noise::Whitener;
+use super::segments::Segments;
+use crate::units::ROUNDING_VARIANCE;
+
+/// Most steps of a fit; one that converges takes six.
+const MOST_STEPS: usize = 15;
+/// Most attempts at one step.
+const ATTEMPTS: usize = 8;
+/// Steps after which a fit is given up that costs more than the model that it extends.
+const PATIENCE: usize = 5;
+/// A step that lowers the cost by less, in nats, is the last.
+const CONVERGED: f64 = 0.1;
+/// Share of the variance of quantization below which a mean square is none: what keeps its logarithm finite.
+const LEAST: f64 = 0.01;
+/// Places in its range at which a parameter is tried that the prediction does not depend on smoothly.
+const PLACES: usize = 16;
+
+/// A model fitted to segments.
+#[derive(Debug, Clone)]
+pub(crate) struct Fit {
+    pub model: Model,
+    pub x: Vec<f64>,
+    /// Measured minus predicted, in counts.
+    pub residual: Vec<f64>,
+    /// The same after correction of the initial states.
+    pub corrected: Vec<f64>,
+    /// Derivatives of the prediction, a column for each parameter.
+    pub columns: Vec<Vec<f64>>,
+    /// `J'J` and `J'r` of corrected columns and residual.
+    pub gram: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    /// Negative log prior density, 0 at its mode.
+    pub prior: f64,
+}
+
+impl Fit {
+    /// A model at these parameters, without fitting.
+    pub fn at(segments: &Segments, model: &Model, x: Vec<f64>) -> Option<Self> {
+        let (predicted, columns) = sensitivities(segments, model, &x)?;
+        Some(Self::of(segments, model, x, &predicted, columns))
+    }
+
+    fn of(
+        segments: &Segments,
+        model: &Model,
+        x: Vec<f64>,
+        predicted: &[f64],
+        columns: Vec<Vec<f64>>,
+    ) -> Self {
+        let residual = segments.residual(predicted);
+        let corrected = segments.corrected(&residual);
+        let own: Vec<Vec<f64>> = columns.iter().map(|c| segments.corrected(c)).collect();
+        Self {
+            gram: gram(&own),
+            gradient: DVector::from_fn(own.len(), |i, _| dot(&own[i], &corrected)),
+            prior: model.prior(&x),
+            model: model.clone(),
+            x,
+            residual,
+            corrected,
+            columns,
+        }
+    }
+
+    /// Sum of the squares of the corrected residual in counts^2.
+    pub fn square_sum(&self) -> f64 {
+        dot(&self.corrected, &self.corrected)
+    }
+
+    /// Their mean.
+    pub fn mean_square(&self) -> f64 {
+        self.square_sum() / self.corrected.len().max(1) as f64
+    }
+
+    /// Their root mean square in counts.
+    pub fn rms(&self) -> f64 {
+        self.mean_square().sqrt()
+    }
+
+    /// Ids of its effects, sorted.
+    pub fn ids(&self) -> Vec<&'static str> {
+        self.model.ids()
+    }
+}
+
+/// What a fit minimises beside the prior.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Metric<'a> {
+    /// `N/2 ln MSE` of the corrected residual with an effective number of observations.
+    ScaleFree(f64),
+    /// Half the squares of whitened innovations.
+    Whitened(&'a Whitener),
+}
+
+impl Metric<'_> {
+    fn prepared(&self, segments: &Segments, column: &[f64]) -> Vec<f64> {
+        match self {
+            Self::ScaleFree(_) => segments.corrected(column),
+            Self::Whitened(whitener) => whitener.whiten(column),
+        }
+    }
+
+    /// Cost of a sum of prepared squares. A mean square far below quantization's is no better than that.
+    fn cost(&self, square_sum: f64, n: usize) -> f64 {
+        match self {
+            Self::ScaleFree(n_eff) => {
+                let mean = square_sum / n.max(1) as f64;
+                0.5 * n_eff * mean.max(LEAST * ROUNDING_VARIANCE).ln()
+            }
+            Self::Whitened(_) => 0.5 * square_sum,
+        }
+    }
+
+    /// Weight of a prepared square.
+    fn weight(&self, square_sum: f64, n: usize) -> f64 {
+        match self {
+            Self::ScaleFree(n_eff) => {
+                n_eff / square_sum.max(LEAST * ROUNDING_VARIANCE * n.max(1) as f64)
+            }
+            Self::Whitened(_) => 1.0,
+        }
+    }
+}
+
+pub(crate) fn gram(columns: &[Vec<f64>]) -> DMatrix<f64> {
+    let n = columns.len();
+    let mut gram = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            gram[(i, j)] = dot(&columns[i], &columns[j]);
+            gram[(j, i)] = gram[(i, j)];
+        }
+    }
+    gram
+}
+
+/// Fits a model from the best of some starts; `None` where none can be simulated, or where after some steps it costs more than a model that
+/// it extends.
+pub(crate) fn fit(
+    segments: &Segments,
+    model: &Model,
+    starts: &[Vec<f64>],
+    metric: Metric<'_>,
+    extends: Option<&Fit>,
+) -> Option<Fit> {
+    let least = extends.map_or(f64::INFINITY, |fit| {
+        let residual = metric.prepared(segments, &fit.residual);
+        metric.cost(dot(&residual, &residual), residual.len()) + fit.prior
+    });
+    let problem = Problem {
+        segments,
+        model,
+        metric,
+        least,
+    };
+    let mut begun: Vec<(f64, Vec<f64>)> = (starts.par_iter())
+        .filter_map(|start| {
+            let mut x = start.clone();
+            model.clamp(&mut x);
+            Some((problem.cost_at(&x)?, x))
+        })
+        .collect();
+    begun.sort_by(|a, b| a.0.total_cmp(&b.0));
+    begun.dedup_by(|a, b| a.1 == b.1);
+    // The second best start where the best leads to no more than the model that is extended has.
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for (_, x) in begun.into_iter().take(2) {
+        let found = problem
+            .minimised(x)
+            .and_then(|(cost, x)| match problem.elsewhere(cost, &x) {
+                Some(other) => problem.minimised(other),
+                None => Some((cost, x)),
+            });
+        if let Some(found) = found
+            && best.as_ref().is_none_or(|best| found.0 < best.0)
+        {
+            best = Some(found);
+        }
+        if best.as_ref().is_some_and(|(cost, _)| *cost < problem.least) {
+            break;
+        }
+    }
+    let (_, x) = best?;
+    Fit::at(segments, model, x)
+}
+
+/// A model, what it is fitted to, and in which metric.
+struct Problem<'a> {
+    segments: &'a Segments,
+    model: &'a Model,
+    metric: Metric<'a>,
+    /// Cost of the model that this one extends.
+    least: f64,
+}
+
+impl Problem<'_> {
+    fn cost_at(&self, x: &[f64]) -> Option<f64> {
+        let predicted = predict(self.segments, &self.model.motor(x))?;
+        let residual = (self.metric).prepared(self.segments, &self.segments.residual(&predicted));
+        let squares = dot(&residual, &residual);
+        let cost = self.metric.cost(squares, residual.len()) + self.model.prior(x);
+        cost.is_finite().then_some(cost)
+    }
+
+    /// Parameters that cost less with one of them elsewhere in its range, of those that the prediction does not depend on smoothly.
+    fn elsewhere(&self, found: f64, x: &[f64]) -> Option<Vec<f64>> {
+        let parameters = self.model.parameters.iter().enumerate();
+        let tried: Vec<Vec<f64>> = parameters
+            .filter(|(_, parameter)| !parameter.smooth)
+            .flat_map(|(k, parameter)| {
+                (0..PLACES).map(move |place| {
+                    let share = (place as f64 + 0.5) / PLACES as f64;
+                    let mut x = x.to_vec();
+                    x[k] = parameter.lo + share * (parameter.hi - parameter.lo);
+                    x
+                })
+            })
+            .collect();
+        let costs = tried
+            .into_par_iter()
+            .filter_map(|x| Some((self.cost_at(&x)?, x)));
+        let (cost, x) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        (cost < found - CONVERGED).then_some(x)
+    }
+
+    /// Steps of Levenberg and Marquardt with bounds; the prior is replaced at each step by the normal distribution that is as unlikely.
+    fn minimised(&self, mut x: Vec<f64>) -> Option<(f64, Vec<f64>)> {
+        let Self {
+            segments,
+            model,
+            metric,
+            least,
+        } = self;
+        let mut damping = 1e-3;
+        let mut before = self.cost_at(&x)?;
+        for step in 0..MOST_STEPS {
+            if step >= PATIENCE && before > *least {
+                return None;
+            }
+            let (predicted, columns) = sensitivities(segments, model, &x)?;
+            let residual = metric.prepared(segments, &segments.residual(&predicted));
+            let columns: Vec<Vec<f64>> = columns
+                .iter()
+                .map(|c| metric.prepared(segments, c))
+                .collect();
+            let weight = metric.weight(dot(&residual, &residual), residual.len());
+            let precision = model.precision_as_unlikely(&x);
+            let distance = DVector::from_column_slice(&x) - &model.mean;
+            let gradient = DVector::from_fn(x.len(), |i, _| weight * dot(&columns[i], &residual))
+                - &precision * &distance;
+            let hessian = gram(&columns) * weight + &precision;
+            let held = held(model, &x, &gradient);
+            let mut next = None;
+            for _ in 0..ATTEMPTS {
+                let Some(step) = solved(&hessian, &gradient, &held, damping) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                let mut moved: Vec<f64> = (x.iter().zip(step.iter()))
+                    .map(|(x, s)| x + s.clamp(-1.5, 1.5))
+                    .collect();
+                model.clamp(&mut moved);
+                let cost = self.cost_at(&moved);
+                if let Some(cost) = cost.filter(|cost| *cost < before) {
+                    next = Some((cost, moved));
+                    damping = (damping * 0.2).max(1e-9);
+                    break;
+                }
+                damping *= 6.0;
+            }
+            let Some((cost, moved)) = next else {
+                break;
+            };
+            let gained = before - cost;
+            (before, x) = (cost, moved);
+            if gained < CONVERGED {
+                break;
+            }
+        }
+        Some((before, x))
+    }
+}
+
+/// Parameters at a bound that the gradient pushes beyond it.
+fn held(model: &Model, x: &[f64], gradient: &DVector<f64>) -> Vec<bool> {
+    (model.parameters.iter().enumerate())
+        .map(|(k, p)| (x[k] <= p.lo && gradient[k] < 0.0) || (x[k] >= p.hi && gradient[k] > 0.0))
+        .collect()
+}
+
+/// The damped step with some parameters held.
+fn solved(
+    hessian: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    held: &[bool],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let mut damped = hessian.clone();
+    let mut right = gradient.clone();
+    for k in 0..held.len() {
+        damped[(k, k)] += damping * hessian[(k, k)].max(1e-9);
+        if held[k] {
+            damped.row_mut(k).fill(0.0);
+            damped.column_mut(k).fill(0.0);
+            damped[(k, k)] = 1.0;
+            right[k] = 0.0;
+        }
+    }
+    damped.cholesky().map(|c| c.solve(&right))
+}

@@ -1,9 +1,8 @@
-//! What no model foresees: rounding, and a load that wanders.
+//! Random errors: quantization, a random load torque, scatter of logged speeds.
 
-mod passing;
-mod wander;
+mod random_load;
+mod transition;
 mod whitener;
 
-pub(crate) use passing::Passing;
-pub(crate) use wander::{Noise, likeliest};
-pub(crate) use whitener::{Surroundings, Whitener};
+pub(crate) use random_load::{Noise, likeliest};
+pub(crate) use whitener::{LinearPlant, Whitener};

@@ -1,122 +1,93 @@
-//! The Kalman filter that turns the residual of a piece into independent numbers of variance 1.
+//! The Kalman filter that whitens the prediction error of a segment.
 //!
-//! State: error of the angle in counts, of the speed in counts/s, and an acceleration that wanders (Ornstein and Uhlenbeck), in
-//! counts/s^2. The motor's own damping takes errors of the speed away: `v' = -v/tau + d`, `d' = -d/T + noise`. A shaft that rests does
-//! not move for it. The residual is that of the angle, with rounding of variance 1/12 (Widrow).
+//! State: error of the angle in counts, of the speed in counts/s, and an acceleration by a random load (Ornstein-Uhlenbeck) in
+//! counts/s^2: `v' = -v/tau + d`, `d' = -d/T + noise`. A shaft at rest does not move for it. Measured is the angle with quantization of
+//! variance 1/12 (Widrow and Kollar 2008).
 
 use super::Noise;
-use super::passing::{Covariance, LogProduct, Passing, Step};
-use crate::diagnose::pieces::Pieces;
-use crate::diagnose::settings::ROUNDING;
+use super::transition::{Covariance, LogProduct, Transition, Transitions};
+use crate::diagnose::model::dot;
+use crate::diagnose::segments::Segments;
+use crate::units::ROUNDING_VARIANCE;
 
-/// What the filter has to know of motor and encoder.
+/// The linearized motor that errors propagate through.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Surroundings {
+pub(crate) struct LinearPlant {
     /// Mechanical time constant in s.
     pub time_constant_s: f64,
-    /// Acceleration in counts/s^2 that is stall torque.
+    /// Acceleration in counts/s^2 at stall torque.
     pub stall_counts_s2: f64,
-    /// Samples are late by up to this, in s.
+    /// Spread in s of late samples.
     pub jitter_s: f64,
-    /// Share of edges lost by chance.
+    /// Probability that an edge is lost.
     pub loss: f64,
-}
-
-impl Surroundings {
-    /// Whether others scatter where these do not, by samples that are late or edges that are lost.
-    pub fn is_stiller_than(&self, others: &Self) -> bool {
-        let begins = |before: f64, then: f64| before == 0.0 && then > 0.0;
-        begins(self.jitter_s, others.jitter_s) || begins(self.loss, others.loss)
-    }
 }
 
 /// Gains for every sample.
 #[derive(Debug, Clone)]
 pub(crate) struct Whitener {
-    steps: Vec<Step>,
-    /// First sample of each piece.
+    steps: Vec<Transition>,
+    /// First sample of each segment.
     starts: Vec<usize>,
-    /// Mechanical time constant in s.
-    pub time_constant_s: f64,
-    /// Logarithm of the determinant of the covariance, by stretches of the pieces.
-    pub log_det: Vec<f64>,
+    /// Log determinant of the covariance.
+    pub log_det: f64,
 }
 
 impl Whitener {
-    pub fn new(pieces: &Pieces, around: &Surroundings, noise: Noise) -> Self {
-        Self::with(pieces, around, noise, |speed, weight| {
-            let late = speed * around.jitter_s;
-            ROUNDING / weight + late * late / 12.0
-        })
-    }
-
-    /// Every sample alike, with this variance in counts^2, nothing that wanders, and a start that is measured.
-    pub fn even(pieces: &Pieces, around: &Surroundings, variance: f64) -> Self {
-        let around = Surroundings {
-            loss: 0.0,
-            ..*around
-        };
-        Self::with(pieces, &around, Noise::NONE, |_, _| variance)
-    }
-
-    /// With the variance of a sample, in counts^2, by its speed in counts/s and its weight.
-    fn with(
-        pieces: &Pieces,
-        around: &Surroundings,
-        noise: Noise,
-        variance: impl Fn(f64, f64) -> f64,
-    ) -> Self {
-        let mut steps = Vec::with_capacity(pieces.len);
+    pub fn new(segments: &Segments, plant: &LinearPlant, noise: Noise) -> Self {
+        let mut steps = Vec::with_capacity(segments.len);
         let mut starts = Vec::new();
-        let mut log_det = Vec::new();
-        let sigma = noise.strength * around.stall_counts_s2;
-        let mut passing = Passing::new(around.time_constant_s, noise.time_s);
-        let mut ends = pieces.stretches.iter().map(|stretch| stretch.samples.end);
-        let mut end = ends.next();
-        for piece in &pieces.pieces {
-            let run = &pieces.runs[piece.run];
-            starts.push(piece.at);
+        let mut log = LogProduct::default();
+        let sigma = noise.strength * plant.stall_counts_s2;
+        let mut transitions = Transitions::new(plant.time_constant_s, noise.time_s);
+        for segment in &segments.segments {
+            let run = &segments.runs[segment.run];
+            starts.push(segment.at);
             let mut p = Covariance {
-                xx: ROUNDING,
-                vv: piece.start_speed_sd.powi(2),
+                xx: ROUNDING_VARIANCE,
+                vv: segment.start_speed_sd.powi(2),
                 dd: sigma * sigma,
                 ..Covariance::default()
             };
-            let mut log = LogProduct::default();
-            steps.push(Step {
+            steps.push(Transition {
                 f22: 1.0,
                 f11: 1.0,
-                ..Step::default()
+                ..Transition::default()
             });
-            for k in piece.from + 1..piece.to {
-                let mut step = passing.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
+            for k in segment.from + 1..segment.to {
+                let mut step = transitions.step(run.t_s[k] - run.t_s[k - 1], run.moving[k]);
                 p = p.after(&step);
                 p.dd += sigma * sigma * (1.0 - step.f22 * step.f22);
                 p.xx += run.scatter(noise, k).powi(2);
-                if around.loss > 0.0 {
-                    p.xx += around.loss * (run.counts[k] - run.counts[k - 1]).abs();
+                if run.moving[k] != run.moving[k - 1] {
+                    // Where within a count a shaft stops, or from where it starts, is not measured.
+                    p.xx += ROUNDING_VARIANCE;
                 }
-                let r = variance(run.speed[k], pieces.weight[piece.at + k - piece.from]);
-                let s = p.xx + r;
-                step.gain = p.see(s);
+                if plant.loss > 0.0 {
+                    p.xx += plant.loss * (run.counts[k] - run.counts[k - 1]).abs();
+                }
+                let late = run.speed[k] * plant.jitter_s;
+                let weight = segments.weight[segment.at + k - segment.from];
+                let s = p.xx + ROUNDING_VARIANCE / weight + late * late / 12.0;
+                step.gain = p.update(s);
                 step.scale = 1.0 / s.sqrt();
                 log.times(s);
                 steps.push(step);
-                if Some(steps.len()) == end {
-                    log_det.push(std::mem::take(&mut log).sum());
-                    end = ends.next();
-                }
             }
         }
         Self {
             steps,
             starts,
-            time_constant_s: around.time_constant_s,
-            log_det,
+            log_det: log.sum(),
         }
     }
 
-    /// Variance of each innovation in counts^2; 0 for a piece's first sample.
+    /// Negative log likelihood of whitened innovations, without the constant.
+    pub fn cost(&self, white: &[f64]) -> f64 {
+        0.5 * (dot(white, white) + self.log_det)
+    }
+
+    /// Variance of each innovation in counts^2; 0 for the first sample of a segment.
     pub fn variances(&self) -> impl Iterator<Item = f64> {
         let scales = self.steps.iter().map(|step| step.scale);
         scales.map(|scale| if scale > 0.0 { scale.powi(-2) } else { 0.0 })
@@ -141,7 +112,7 @@ impl Whitener {
         out
     }
 
-    /// The same of some columns in step: what one waits for, another does.
+    /// The same of some columns in step, so that one does not wait for the other.
     fn whiten_together<const C: usize>(&self, columns: [&[f64]; C]) -> [Vec<f64>; C] {
         let len = self.steps.len();
         let columns = columns.map(|column| &column[..len]);
@@ -165,122 +136,5 @@ impl Whitener {
             }
         }
         out
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnose::fit::{Starts, response};
-    use crate::diagnose::pieces::Pieces;
-    use crate::diagnose::validation::residual_by_chance;
-    use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
-    use crate::recording::Run;
-    use rand::SeedableRng;
-    use rand_pcg::Pcg64Mcg;
-
-    /// The handout's motor on levels of both signs, with rests.
-    fn recorded() -> Run {
-        let t_s: Vec<f64> = (0..4000).map(|k| f64::from(k) * 0.003).collect();
-        let levels = [4.5, 0.0, -2.0, 0.5, 3.0, -4.0, 0.2, 1.5];
-        let command: Vec<f64> = (0..4000).map(|k| levels[k / 170 % 8]).collect();
-        let drive = Drive {
-            t_s: &t_s,
-            command: &command,
-            kind: CommandKind::Voltage,
-        };
-        let counts = simulate(&Motor::default(), &drive, &SimulationOptions::default())
-            .expect("a motor")
-            .counts;
-        Run {
-            sample_time_s: 0.003,
-            counts_per_rev: 720.0,
-            t_s,
-            command,
-            counts,
-            ..Run::default()
-        }
-    }
-
-    /// What is drawn by the noise's own law comes out white: the mean square where the shaft moves is 1, and so is that of a projection on
-    /// something slow.
-    #[test]
-    fn noise_of_its_own_law_comes_out_white() {
-        let pieces = Pieces::new(&[recorded()], &Motor::default()).expect("a run");
-        let predicted =
-            response(&pieces, &Motor::default(), &Starts::measured(&pieces)).expect("a motor");
-        let around = Surroundings {
-            time_constant_s: 0.034,
-            stall_counts_s2: 18_000.0,
-            jitter_s: 0.0,
-            loss: 0.0,
-        };
-        for strength in [0.0, 0.003, 0.05] {
-            let noise = Noise {
-                strength,
-                time_s: 0.2,
-                ..Noise::NONE
-            };
-            let whitener = Whitener::new(&pieces, &around, noise);
-            let ramp: Vec<f64> = (pieces.pieces.iter())
-                .flat_map(|piece| (0..piece.to - piece.from).map(|k| k as f64))
-                .collect();
-            let ramp = whitener.whiten(&ramp);
-            let length = ramp.iter().map(|v| v * v).sum::<f64>().sqrt();
-            let (mut square, mut slow, mut looks) = (0.0, 0.0, 0.0);
-            for seed in 0..100 {
-                let mut random = Pcg64Mcg::seed_from_u64(seed);
-                let residual = residual_by_chance(&pieces, &predicted, &around, noise, &mut random);
-                let white = whitener.whiten(&residual);
-                square += white.iter().map(|e| e * e).sum::<f64>();
-                looks += pieces.weight.iter().sum::<f64>();
-                slow += (white.iter().zip(&ramp).map(|(e, r)| e * r).sum::<f64>() / length).powi(2);
-            }
-            assert!(
-                (0.6..1.4).contains(&(square / looks)),
-                "{strength}: {}",
-                square / looks
-            );
-            let slow = slow / 100.0;
-            assert!(slow < 2.0, "{strength}: {slow}");
-            // Rounding alone has less of what is slow than white noise has.
-            assert!(slow > 0.3 || strength == 0.0, "{strength}: {slow}");
-        }
-    }
-
-    /// Rounding alone, no motion to err in: the filter is the mean, and innovation `n` has variance `(1 + 1/(n + 1))/12` (closed form).
-    #[test]
-    fn without_wander_the_filter_is_the_running_mean() {
-        let run = Run {
-            sample_time_s: 0.01,
-            counts_per_rev: 720.0,
-            t_s: (0..60).map(|k| f64::from(k) * 0.01).collect(),
-            command: vec![1.0; 60],
-            counts: (0..60).map(|k| 3 * k).collect(),
-            ..Run::default()
-        };
-        let mut pieces = Pieces::new(&[run], &Motor::default()).expect("a run");
-        pieces.pieces[0].start_speed_sd = 0.0;
-        let around = Surroundings {
-            time_constant_s: 0.034,
-            stall_counts_s2: 18_000.0,
-            jitter_s: 0.0,
-            loss: 0.0,
-        };
-        let whitener = Whitener::new(&pieces, &around, Noise::NONE);
-        let column: Vec<f64> = (0..60).map(|k| f64::from(k % 5)).collect();
-        let white = whitener.whiten(&column);
-        let mut sum = 0.0;
-        for n in 1..60 {
-            let looks = n as f64;
-            // The start of the piece is a look of its own, at 0.
-            let expected = (column[n] - sum / looks) / (ROUNDING * (1.0 + 1.0 / looks)).sqrt();
-            assert!(
-                (white[n] - expected).abs() < 1e-9,
-                "{n}: {} {expected}",
-                white[n]
-            );
-            sum += column[n];
-        }
     }
 }

@@ -6,7 +6,7 @@ use super::{SHAPE, Verdict};
 use crate::check::{Finding, Severity};
 use crate::plain::quoted;
 
-/// The document in the shape `motorlab-diagnosis/2` with the verdict `bad_recording`.
+/// The document in the shape [`SHAPE`] with the verdict `bad_recording`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BadRecording {
     /// [`SHAPE`].
@@ -17,23 +17,33 @@ pub struct BadRecording {
     pub sentence: String,
     /// Probability of what the verdict says: a finding is read off the recording.
     pub probability: f64,
-    /// No effect is named.
+    /// No effect is identified.
     pub effects: [&'static str; 0],
-    /// No cause is weighed.
+    /// No class is identified.
+    pub classes: [&'static str; 0],
+    /// No error is measured.
+    pub budget: [&'static str; 0],
+    /// No error is measured.
+    pub unexplained: Option<()>,
+    /// No effect has a probability.
     pub causes: [&'static str; 0],
+    /// No set has a probability.
+    pub sets: [&'static str; 0],
+    /// Nothing is determined of the motor.
+    pub identifiable: Option<()>,
     /// Nothing is located.
     #[serde(rename = "where")]
     pub place: Option<()>,
-    /// No gap is measured.
+    /// No error is measured.
     pub gap: Option<()>,
-    /// No set is weighed.
-    pub sets: [&'static str; 0],
     /// Every finding, the fatal ones first.
     pub data: Vec<Finding>,
     /// The next experiment is the same one, mended.
     pub next_experiment: Option<()>,
     /// Nothing was fitted.
     pub steps: [&'static str; 0],
+    /// Nothing was scored.
+    pub scoring: Option<()>,
     /// How long the diagnosis took in s.
     pub elapsed_s: f64,
 }
@@ -51,19 +61,24 @@ impl BadRecording {
             sentence: sentence(&fatal),
             probability: 1.0,
             effects: [],
+            classes: [],
+            budget: [],
+            unexplained: None,
             causes: [],
+            sets: [],
+            identifiable: None,
             place: None,
             gap: None,
-            sets: [],
             data: findings,
             next_experiment: None,
             steps: [],
+            scoring: None,
             elapsed_s: 0.0,
         }
     }
 }
 
-/// The same four parts as of every verdict: no gap is measured, the cause is in the recording, what to do.
+/// What is wrong, and what to do.
 fn sentence(fatal: &[&Finding]) -> String {
     let mut whats: Vec<&str> = fatal.iter().map(|found| found.message.as_str()).collect();
     let mut remedies: Vec<&str> = fatal.iter().map(|found| found.remedy.as_str()).collect();
@@ -73,9 +88,8 @@ fn sentence(fatal: &[&Finding]) -> String {
     }
     runs.dedup();
     format!(
-        "No gap is measured: the recording itself is wrong. The cause, read off the recording: {}. \
-         How far a gap would shrink is not known before that is mended. Next, {}; then look again: `motorlab check {}` \
-         (--despite-findings goes on all the same).",
+        "No gap is measured, because the recording is wrong: {}. Next, {}; then check it again: `motorlab check {}` \
+         (--despite-findings diagnoses it all the same).",
         whats.join("; "),
         remedies.join("; "),
         runs.join(" ")

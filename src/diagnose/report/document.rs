@@ -1,208 +1,185 @@
-//! What a diagnosis says: the document `motorlab-diagnosis/2`.
+//! The document `motorlab-diagnosis/3`.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::Serialize;
 
-use super::{Gap, NextExperiment, NominalSource, Place, PredictedRun, SeenMotor, Step};
+use super::{
+    BudgetStep, Gap, Identifiable, NextExperiment, NominalSource, Place, PredictedRun, SearchStep,
+    Unexplained,
+};
 use crate::check::Finding;
 use crate::motor::{CommandKind, Motor};
 
 /// Version of the document.
-pub const SHAPE: &str = "motorlab-diagnosis/2";
+pub const SHAPE: &str = "motorlab-diagnosis/3";
 
-/// Causes below this probability are left out of the table of steps.
-const SHOWN_FROM: f64 = 1e-3;
-
-/// What it comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+/// The verdict: a function of the error budget and the posterior.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// A fatal finding: nothing is asserted about the motor.
+    /// A fatal finding about the recording: nothing is asserted about the motor.
     BadRecording,
-    /// The nominal model explains the runs down to their floor.
+    /// The nominal model is within the noise floor.
     NoGap,
-    /// The same model inside its parameters' tolerances does.
+    /// No effect is identified, and re-identified parameters remove at least half of the reducible error.
     Parameters,
-    /// One or several named effects do, and nothing more is missing.
+    /// The named effects are identified, and less than a tenth of the reducible error is unexplained.
     Effect,
-    /// Named effects are there, and something more that no named effect explains.
+    /// The named effects are identified, and a tenth or more is unexplained.
     Partial,
-    /// Several sets do, and these runs cannot tell which.
+    /// An effect is present, and no effect or class of effects is identified.
     Ambiguous,
-    /// Something is there that no known effect explains, not even in part.
+    /// No effect is identified, and more than half of the reducible error is unexplained.
     OutsideCatalogue,
-    /// These runs do as the reference did.
+    /// With a reference: these runs do as the reference did.
     NoChange,
 }
 
-/// A diagnosis of one or several runs of one motor; displayed it is a table of its steps.
+/// A diagnosis of one or several runs of one motor.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
     /// [`SHAPE`].
     pub shape: &'static str,
-    /// What it comes to.
+    /// The verdict.
     pub verdict: Verdict,
-    /// The same in plain sentences.
+    /// The same in sentences, each figure taken from this document.
     pub sentence: String,
-    /// Its four parts: how large the gap is, what causes it, how far it shrinks, what to do next.
+    /// Its four parts: the size of the error, its cause, what the model with it leaves, what to do next.
     #[serde(skip)]
     pub parts: [String; 4],
-    /// Probability of what the verdict says; of `partial`, that the named effects are there.
+    /// Probability that all named effects (or their classes) are present; of `no_gap`, `parameters` and `no_change`, that none is.
     pub probability: f64,
-    /// Ids of the effects that the verdict names; none where it names none.
+    /// Ids of the identified effects, in the order of the squared error that they remove; of a class its most probable member.
     pub effects: Vec<&'static str>,
-    /// Every cause, `none` and `unknown`, likeliest first. Their probabilities add to 1.
+    /// Classes that stand for identified effects whose members these runs do not separate.
+    pub classes: Vec<EffectClass>,
+    /// The error budget: `nominal`, `parameters`, each effect in the order of what it removes, `unexplained`.
+    pub budget: Vec<BudgetStep>,
+    /// What no step removes.
+    pub unexplained: Unexplained,
+    /// Effects by inclusion probability, most probable first.
     pub causes: Vec<Cause>,
-    /// Where the gap lies.
+    /// Sets of effects by posterior probability; they add to 1.
+    pub sets: Vec<EffectSet>,
+    /// What the runs determine of the motor.
+    pub identifiable: Identifiable,
+    /// Where the error lies.
     #[serde(rename = "where")]
     pub place: Place,
-    /// How far it shrinks.
+    /// The error of the nested models and its noise floor.
     pub gap: Gap,
-    /// Sets of effects that were weighed, likeliest first.
-    pub sets: Vec<EffectSet>,
-    /// The base model's numbers as fitted beside the chosen effects, relative to the motor file's.
+    /// Re-identified base parameters beside the named effects, relative to the motor file's.
     pub base: BTreeMap<&'static str, Interval>,
-    /// What else is to be known: a load that wanders, base numbers that are far off, few pieces; empty where there is nothing.
+    /// Reservations; empty where there are none.
     pub note: String,
-    /// What is found in the recordings themselves.
+    /// Findings about the recordings.
     pub data: Vec<Finding>,
-    /// What to record next, if something is still in play.
+    /// What to record next, if sets are left that a recording separates.
     pub next_experiment: Option<NextExperiment>,
-    /// How the search went, a level each.
-    pub steps: Vec<Step>,
-    /// How long the diagnosis took in s.
+    /// The search, a round each.
+    pub steps: Vec<SearchStep>,
+    /// How sets were scored.
+    pub scoring: Scoring,
+    /// Wall time in s.
     pub elapsed_s: f64,
-    /// What it cost on whatever machine: samples simulated to explain the runs, a derivative by a number as many again.
+    /// Samples simulated, a derivative counted as many again: a machine-independent cost.
     pub simulated_samples: u64,
-    /// The runs that these are held against, where there are any.
+    /// The reference runs, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<ReferenceRuns>,
-    /// The nominal motor in what the runs tell, where it was fitted to them because nobody says which motor it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fitted_nominal: Option<SeenMotor>,
     /// Where the nominal motor comes from.
-    #[serde(skip)]
     pub nominal_source: NominalSource,
-    /// The runs behind the figures of the gap, sample by sample.
+    /// The runs behind the figures of the budget, sample by sample.
     #[serde(skip)]
     pub predicted: Vec<PredictedRun>,
-    /// What the command drives: voltage, current or torque.
+    /// What the command drives.
     #[serde(skip)]
     pub command_kind: CommandKind,
-    /// The motor that the runs are held against: the motor file's, or the reference's.
+    /// The nominal motor: the motor file's, the fitted one, or the reference's.
     #[serde(skip)]
     pub nominal: Motor,
-    /// The motor that the verdict says: with the named effects in it, with other numbers, or as it is where nothing is missing.
+    /// The motor of the verdict: nominal, with re-identified parameters, or with the named effects.
     #[serde(skip)]
     pub model: Motor,
-    /// The motor refitted without them.
+    /// The motor with re-identified parameters and without effects.
     #[serde(skip)]
     pub refitted: Motor,
 }
 
-impl fmt::Display for Diagnosis {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for step in &self.steps {
-            write!(f, "{step}")?;
-        }
-        writeln!(f, "probabilities")?;
-        for cause in self
-            .causes
-            .iter()
-            .filter(|cause| cause.probability >= SHOWN_FROM)
-        {
-            writeln!(
-                f,
-                "  {:6.1} %, there at all {:6.1} %  {}",
-                100.0 * cause.probability,
-                100.0 * cause.inclusion,
-                cause.effect
-            )?;
-        }
-        let gap = &self.gap;
-        writeln!(
-            f,
-            "predicted: nominal {:.2}, refitted {:.2}, with effects {:.2} counts; fitted: {:.2}, {:.2}, {:.2}; floor {:.2}, wander {:.2}",
-            gap.before,
-            gap.after_parameters,
-            gap.after_effect,
-            gap.fitted.before,
-            gap.fitted.after_parameters,
-            gap.fitted.after_effect,
-            gap.floor,
-            gap.wander
-        )?;
-        writeln!(f, "{}", self.sentence)
-    }
-}
-
-/// Runs that others are held against, and the motor that they show.
+/// A class that stands for one effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ReferenceRuns {
-    /// What they are called.
-    pub runs: Vec<String>,
-    /// The effects that explain them beside the motor file's own.
-    pub effects: Vec<&'static str>,
-    /// Position error that these leave, in counts RMS over pieces.
-    pub left_counts: f64,
+pub struct EffectClass {
+    /// Id of the class.
+    pub class: &'static str,
+    /// Probability that one of its members is present.
+    pub probability: f64,
+    /// Members that have a posterior probability, most probable first.
+    pub members: Vec<&'static str>,
 }
 
-/// One cause and how likely it is.
-#[derive(Debug, Clone, Serialize)]
+/// One effect and how probable it is.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cause {
-    /// Id of the effect, of several joined by `+`; `none` or `unknown`.
-    pub effect: String,
-    /// Stage of the chain, of several joined by `+`; none of `none` and `unknown`.
-    pub stage: Option<String>,
-    /// Probability of exactly this; all causes add to 1.
-    pub probability: f64,
-    /// Probability that it is there at all: alone, with others or beside something unknown.
+    /// Id of the effect.
+    pub effect: &'static str,
+    /// Its stage of the chain.
+    pub stage: &'static str,
+    /// Inclusion probability: the sum over all sets that contain it.
     pub inclusion: f64,
-    /// Its numbers where it fits best, by `key`, of several effects by `effect.key`.
-    pub parameters: BTreeMap<String, Interval>,
-    /// Causes that these runs do not tell from it.
-    pub indistinguishable_from: Vec<String>,
-    /// Class of effects that it belongs to, where the runs do not part its members.
+    /// The class that it belongs to, where these runs do not separate it from another member.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<&'static str>,
-    /// Probability of the class.
+    /// Inclusion probability of that class.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class_probability: Option<f64>,
-    /// What speaks for it; none of what was not fitted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub evidence: Option<Evidence>,
+    /// Whether its first parameter is at a bound, so that it is not identified.
+    pub at_bound: bool,
+    /// Its parameters in the most probable set that contains it, by key.
+    pub parameters: BTreeMap<&'static str, Interval>,
 }
 
-/// What a cause gains on data that it was not fitted to.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Evidence {
-    /// Nats that it gains over the model without effects.
-    pub gain_nats: f64,
-    /// Standard error of that, over pieces.
-    pub error_nats: f64,
-    /// Pieces that it gains in.
-    pub gaining_pieces: usize,
-    /// Pieces in all.
-    pub pieces: usize,
-}
-
-/// A set of effects and how likely it is.
-#[derive(Debug, Clone, Serialize)]
+/// A set of effects and its posterior probability.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectSet {
     /// Ids; none for the model without effects.
     pub effects: Vec<&'static str>,
-    /// Its probability.
+    /// Posterior probability of exactly this set.
     pub probability: f64,
-    /// By how many nats its score is behind the best.
-    pub behind_nats: f64,
+    /// Its score (log evidence) in nats.
+    pub score: f64,
+    /// Residual RMS of its fit in counts.
+    pub rms_counts: f64,
 }
 
-/// A number with its 95 % interval.
+/// Which score was used.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scoring {
+    /// `likelihood` where quantization and a random load torque explain what the best set leaves, else `scale_free`.
+    pub score: &'static str,
+    /// Effective number of independent observations in the residual of the best set.
+    pub effective_observations: f64,
+    /// Fitted random load torque beside the best set, one sigma as a share of stall.
+    pub random_load_share: f64,
+    /// Whitened squares of the best set over their expectation.
+    pub whitened_squares: f64,
+}
+
+/// Runs that others are compared with, and the model that explains them.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ReferenceRuns {
+    /// Their names.
+    pub runs: Vec<String>,
+    /// Effects of their model beside the motor file's own.
+    pub effects: Vec<&'static str>,
+    /// Residual RMS of their model in counts.
+    pub rms_counts: f64,
+}
+
+/// A parameter with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
-    /// Best value.
+    /// Estimate.
     pub value: f64,
     /// Lower end.
     pub lo95: f64,

@@ -1,9 +1,12 @@
-//! What a diagnosis says and how its search went: plain data that the whole room may use, and that uses nothing of it.
+//! Result types: plain data.
 
 mod asked;
 mod bad_recording;
+mod budget;
+mod display;
 mod document;
 mod gap;
+mod identifiable;
 mod next;
 mod nominal;
 mod other_means;
@@ -13,14 +16,15 @@ mod step;
 
 pub(crate) use asked::asked;
 pub use bad_recording::BadRecording;
+pub use budget::{Alternative, BudgetStep, Unexplained};
 pub use document::{
-    Cause, Diagnosis, EffectSet, Evidence, Interval, ReferenceRuns, SHAPE, Verdict,
+    Cause, Diagnosis, EffectClass, EffectSet, Interval, ReferenceRuns, SHAPE, Scoring, Verdict,
 };
 pub use gap::{Fitted, FloorParts, Gap, GoodEnough};
+pub use identifiable::{Identifiable, KnownTorque};
 pub use next::{KnownChange, NextExperiment};
-pub use nominal::{NominalSource, SeenMotor};
+pub use nominal::NominalSource;
 pub use other_means::other_means;
 pub use place::{Place, Regime, Region};
 pub use predicted::PredictedRun;
-pub(crate) use step::{INVERSE_FORM, PREDICTION};
-pub use step::{Rival, Step, Term};
+pub use step::SearchStep;

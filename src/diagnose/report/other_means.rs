@@ -4,6 +4,7 @@
 //! it is shows on a voltmeter, or in one turn by hand.
 
 use super::{Diagnosis, Verdict};
+use crate::diagnose::classes::members_of;
 
 /// For each effect that others can imitate exactly, or nearly so within tolerances: what to measure instead.
 const MEANS: [(&str, &str); 14] = [
@@ -65,7 +66,9 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
         return None;
     }
     let likeliest = diagnosis.causes.first()?;
-    let in_play = std::iter::once(&likeliest.effect).chain(&likeliest.indistinguishable_from);
+    let class = likeliest.class.map_or(&[][..], members_of);
+    let in_play = std::iter::once(&likeliest.effect)
+        .chain(class.iter().filter(|id| **id != likeliest.effect));
     let means: Vec<String> = in_play
         .filter_map(|id| {
             let (_, what) = MEANS.iter().find(|(known, _)| known == id)?;

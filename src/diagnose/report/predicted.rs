@@ -1,19 +1,19 @@
-//! The runs that the rungs are of, over their pieces: what pictures show in the same measure as the figures.
+//! Measured minus predicted, sample by sample: the data behind the figures of the budget.
 
-/// One run, each piece of it predicted from its own measured start.
+/// One run, each segment predicted from its own measured initial state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PredictedRun {
-    /// Its number among the runs held out, or among those that are diagnosed where none are.
+    /// Its index among the held-out runs, or among the diagnosed runs where none are held out.
     pub run: usize,
-    /// Recorded less predicted position in counts, a value a sample: of the nominal model, the refitted one, the one with effects. Not a
-    /// number where no piece is.
+    /// Measured minus predicted position in counts by sample: nominal model, re-identified parameters, with effects. NaN outside
+    /// segments.
     pub gap_counts: [Vec<f64>; 3],
-    /// Samples that a piece begins with.
+    /// First samples of segments.
     pub starts: Vec<usize>,
 }
 
 impl PredictedRun {
-    /// Position error of a model in counts RMS over the run's pieces.
+    /// RMS error of a model in counts over the run.
     pub fn rms(&self, model: usize) -> f64 {
         let gaps = || self.gap_counts[model].iter().filter(|gap| gap.is_finite());
         let squares: f64 = gaps().map(|gap| gap * gap).sum();

@@ -1,13 +1,13 @@
 //! Answers of Part 3.
 
 use super::{Answer, TO_BE_MENDED, not_usable, usable};
-use crate::diagnose::{Diagnosis, SURE, Verdict, sure};
+use crate::diagnose::{Diagnosis, Settings, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
 use crate::report::demo::two_measures;
-use crate::report::number::{change, figure, percent, rpm, time};
+use crate::report::number::{change, figure, percent, probability_of, rpm, time};
 
 pub(super) fn plots(runs: &[Recorded], source: &Source) -> Answer {
     let mut because = vec![
@@ -197,66 +197,65 @@ impl Seen {
         )
     }
 
-    /// What is missing, as the verdict has it: never more, and never less.
+    /// What is missing: the verdict, no more and no less.
     fn answer(self, verdict: Verdict, effects: &[&str], probability: f64) -> String {
         let seen = self.words();
-        let sure = sure(probability);
         let named = effects.join(" and ");
+        let p = |event: &str| probability_of(event, probability);
         match verdict {
             Verdict::NoGap => format!(
-                "Nothing that these recordings show ({sure}): {seen}, and the diagnosis finds no gap."
+                "Nothing that these recordings show, {}: {seen}, and the diagnosis finds no gap.",
+                p("no effect is present")
             ),
             Verdict::Parameters => {
-                let no_effect = match probability < SURE {
+                let no_effect = match probability < Settings::default().confident {
                     true => "Probably no effect",
                     false => "No effect",
                 };
                 format!(
-                    "{no_effect} is missing ({sure}); the motor's numbers are other ones: {seen}."
+                    "{no_effect} is missing, {}; the motor's parameters differ: {seen}.",
+                    p("no effect is present")
                 )
             }
-            Verdict::Effect => format!("This is: {named} ({sure}); {seen}."),
-            Verdict::Partial if effects.is_empty() => {
-                format!(
-                    "A known effect is ({sure}), these recordings do not tell which, and something more that no known effect explains; {seen}."
-                )
-            }
+            Verdict::Effect => format!("This is missing: {named}, {}; {seen}.", p("")),
             Verdict::Partial => format!(
-                "This is: {named} ({sure}), and something more that no known effect explains; {seen}."
+                "This is missing: {named}, {}, and a part that no effect of the catalogue explains; {seen}.",
+                p("")
             ),
-            Verdict::Ambiguous => {
-                format!(
-                    "These recordings do not settle it: {seen}, and several causes remain ({sure} that it is one of them)."
-                )
-            }
-            Verdict::OutsideCatalogue => {
-                format!("Something is that no known effect explains ({sure}): {seen}.")
-            }
-            Verdict::NoChange => {
-                format!("Nothing beyond what the reference shows ({sure}): {seen}.")
-            }
+            Verdict::Ambiguous => format!(
+                "These recordings do not settle it: {seen}, and several effects remain, {}.",
+                p("one of them is present")
+            ),
+            Verdict::OutsideCatalogue => format!(
+                "Something that no effect of the catalogue explains: {seen}; {}.",
+                p("no effect of the catalogue is present")
+            ),
+            Verdict::NoChange => format!(
+                "Nothing beyond the reference, {}: {seen}.",
+                p("no effect has changed")
+            ),
             Verdict::BadRecording => {
-                "That cannot be said: the recording has to be mended first.".to_owned()
+                "That cannot be said: a finding about the recording is fatal.".to_owned()
             }
         }
     }
 }
 
-/// What the diagnosis rests on, in sentences; the ranking is a table of its own.
+/// The figures of the diagnosis in sentences; the causes are a table of their own.
 fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     let gap = &diagnosis.gap;
     let mut sentences = vec![format!(
-        "The gap on data kept from the fit ({}): {} counts RMS with the motor file's numbers, {} with the same model refitted, {} with the likeliest explanation; the floor is {}.",
+        "Held-out RMS error ({}): {} counts with the motor file's parameters, {} with re-identified parameters, {} with the identified effects; noise floor {}.",
         gap.held_out,
         figure(gap.before, 3),
         figure(gap.after_parameters, 3),
         figure(gap.after_effect, 3),
         figure(gap.floor, 3)
     )];
-    let gap_is_there = diagnosis.verdict != Verdict::NoGap;
-    if let Some(region) = diagnosis.place.regions.first().filter(|_| gap_is_there) {
+    let is_unexplained = diagnosis.unexplained.share > 0.0;
+    if let Some(region) = (diagnosis.place.regions.first()).filter(|_| is_unexplained) {
         sentences.push(format!(
-            "Where: {} of the gap lies {}, from {} to {} of {}.",
+            "Where: {} of the unexplained error is {}, from {} to {} of {}.",
             percent(region.share),
             region.regime.words(),
             time(region.from_s),
@@ -283,7 +282,7 @@ fn file_name(path: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// "Nothing" stands before a diagnosis that finds no gap, and before no other; an effect is named where the verdict names one.
+    /// An answer begins with "Nothing" where the diagnosis finds no gap, and nowhere else; it names the effects of the verdict.
     #[test]
     fn the_answer_says_what_the_verdict_says() {
         let verdicts = [
@@ -292,7 +291,6 @@ mod tests {
             (Verdict::Parameters, vec![]),
             (Verdict::Effect, vec!["dead_zone", "backlash"]),
             (Verdict::Partial, vec!["dead_zone"]),
-            (Verdict::Partial, vec![]),
             (Verdict::Ambiguous, vec![]),
             (Verdict::OutsideCatalogue, vec![]),
         ];
@@ -303,8 +301,8 @@ mod tests {
             };
             for (verdict, effects) in &verdicts {
                 let said = seen.answer(*verdict, effects, 0.69);
-                let is_sure = said.contains("69 % sure");
-                assert_eq!(is_sure, *verdict != Verdict::BadRecording, "{said}");
+                let has_probability = said.contains("=\u{a0}0.69");
+                assert_eq!(has_probability, *verdict != Verdict::BadRecording, "{said}");
                 assert!(!said.starts_with("No effect"), "{said}");
                 assert_eq!(
                     said.starts_with("Nothing"),
@@ -315,7 +313,8 @@ mod tests {
                 let is_open = matches!(verdict, Verdict::Ambiguous);
                 assert_eq!(said.contains("do not settle"), is_open, "{said}");
                 let more = matches!(verdict, Verdict::Partial | Verdict::OutsideCatalogue);
-                assert_eq!(said.contains("no known effect explains"), more, "{said}");
+                let unexplained = said.contains("no effect of the catalogue explains");
+                assert_eq!(unexplained, more, "{said}");
             }
         }
     }

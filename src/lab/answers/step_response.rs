@@ -1,13 +1,13 @@
 //! Answers of Part 1.
 
 use super::{Answer, TO_BE_MENDED, not_usable, usable};
-use crate::diagnose::{Diagnosis, Verdict, sure};
+use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::damping::Term;
 use crate::lab::missing::Missing;
 use crate::lab::recorded::Recorded;
 use crate::lab::step_response::VISIBLE;
 use crate::lab::{Source, StepResponses};
-use crate::report::number::{change, figure, percent, rpm, rpm_or_unlimited, time};
+use crate::report::number::{change, figure, percent, probability_of, rpm, rpm_or_unlimited, time};
 use crate::units::rpm_from_rad_s;
 
 impl Term {
@@ -251,14 +251,17 @@ pub(super) fn experiment(runs: &[Recorded], missing: &Missing, source: &Source) 
 fn match_words(met: usize, recordings: usize, diagnosis: Option<&Diagnosis>) -> String {
     let found = diagnosis.map(|found| {
         let finds_none = matches!(found.verdict, Verdict::NoGap | Verdict::NoChange);
-        (finds_none, sure(found.probability))
+        (
+            finds_none,
+            probability_of("no effect is present", found.probability),
+        )
     });
     match found {
-        Some((false, sure)) if met == recordings => format!(
-            "Nearly: every recording is met to about the encoder's rounding, but the diagnosis finds a gap ({sure}; see 3.a)"
-        ),
-        Some((true, sure)) if met == 0 => format!(
-            "Nearly: no recording is met down to the encoder's rounding, but the diagnosis finds no gap above its floor ({sure}; see 3.a)"
+        Some((false, _)) if met == recordings => {
+            "Nearly: every recording is met to about the encoder's rounding, but the diagnosis finds a gap (see 3.a)".to_owned()
+        }
+        Some((true, p)) if met == 0 => format!(
+            "Nearly: no recording is met down to the encoder's rounding, but the diagnosis finds no gap above its noise floor ({p}; see 3.a)"
         ),
         _ if met == recordings => {
             "Yes: every recording is met down to the encoder's rounding".to_owned()

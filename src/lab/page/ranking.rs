@@ -1,44 +1,43 @@
-//! What would explain the gap: the diagnosis, and the causes that it weighed.
+//! The diagnosis of Part 3: its sentence and the most probable causes.
 
 use crate::diagnose::Diagnosis;
-use crate::lab::missing::{cause_numbers, cause_words};
+use crate::lab::missing::cause_numbers;
 use crate::report::Page;
 use crate::report::demo::two_measures;
-use crate::report::diagnosis::PARTS;
-use crate::report::number::percent;
+use crate::report::diagnosis::named_parts;
+use crate::report::number::probability;
 
 /// How many causes the report lists.
 const LISTED: usize = 8;
 
 /// The section of the page.
 pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis) {
-    page.subsection("What would explain the gap");
-    let said = diagnosis.parts.iter().map(String::as_str);
+    page.subsection("Causes of the gap");
     page.note(&two_measures(diagnosis));
-    page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
+    page.parts(&named_parts(diagnosis));
     let rows: Vec<Vec<String>> = diagnosis
         .causes
         .iter()
         .take(LISTED)
         .map(|cause| {
             vec![
-                cause_words(cause).to_owned(),
-                percent(cause.probability),
+                cause.effect.to_owned(),
+                probability(cause.inclusion),
                 cause_numbers(cause),
-                cause.indistinguishable_from.join(", "),
+                cause.class.unwrap_or("\u{2013}").to_owned(),
             ]
         })
         .collect();
     page.table(
         &[
-            "cause",
-            "probability",
-            "numbers [95\u{a0}% interval]",
-            "fits as well",
+            "effect",
+            "inclusion probability",
+            "parameters [95\u{a0}% interval]",
+            "class",
         ],
         &rows,
     );
     page.note(
-        "Every effect of the catalogue, none and something unknown, weighed on all recordings together, as motorlab diagnose does. Steps of one voltage tell few causes apart; a reversing profile tells more.",
+        "Inclusion probability: the sum over all sets of effects that contain it, from all recordings together, as motorlab diagnose computes it. Class: effects that these recordings do not separate. Steps of one voltage separate few effects; a reversing profile separates more.",
     );
 }

@@ -1,4 +1,4 @@
-//! The page of a recording that has to be mended before anything is concluded from it.
+//! The page of a recording with a fatal finding: nothing is concluded from it.
 
 use super::laid::names;
 use super::{OVERLAY, checks};
@@ -13,9 +13,9 @@ const DRAWN: usize = 6;
 /// Two panels of the height that they have in other pages.
 const HEIGHT: u32 = OVERLAY.height / 2;
 
-/// What is found, what that means, and the runs as they were recorded.
+/// The findings, and the runs as they were recorded.
 pub fn bad_recording_page(findings: &[Finding], runs: &[Run]) -> String {
-    let mut page = Page::new("The recording has to be mended first");
+    let mut page = Page::new("A finding about the recording is fatal");
     checks(&mut page, findings);
     page.lead(&BadRecording::of(findings.to_vec()).sentence);
     page.section("As recorded");

@@ -1,6 +1,6 @@
-//! Runs laid over the three models: nominal, refitted, with the best named effects.
+//! Runs over the nested models: nominal, re-identified, with the identified effects.
 
-use super::words::best_set;
+use super::words;
 use crate::compare::{Overlay, compare, missing_torque};
 use crate::diagnose::Diagnosis;
 use crate::motor::{Model, SimulationError};
@@ -13,7 +13,7 @@ pub(super) struct LaidRun<'a> {
     pub name: String,
     /// What the diagnosis calls it.
     pub id: String,
-    /// The models in order; the last is missing where no effect was found.
+    /// The models in order; the last is missing where no effect is identified.
     pub models: Vec<LaidModel>,
 }
 
@@ -23,8 +23,8 @@ pub(super) struct LaidModel {
     /// Colour in every picture.
     pub colour: usize,
     pub overlay: Overlay,
-    /// The torque that it lacks, in N m.
-    pub missing_nm: Vec<Option<f64>>,
+    /// Its residual torque in N m.
+    pub residual_nm: Vec<Option<f64>>,
 }
 
 /// Colours of the models, from the nominal on.
@@ -35,15 +35,9 @@ pub(super) fn lay<'a>(
     diagnosis: &Diagnosis,
     runs: &'a [Run],
 ) -> Result<Vec<LaidRun<'a>>, SimulationError> {
-    let effects = best_set(diagnosis);
     let nominal = &diagnosis.nominal;
-    let mut motors = vec![
-        (super::words::nominal(diagnosis).to_owned(), nominal),
-        ("refitted".to_owned(), &diagnosis.refitted),
-    ];
-    if !effects.is_empty() {
-        motors.push((format!("with {}", effects.join(" + ")), &diagnosis.model));
-    }
+    let models = [nominal, &diagnosis.refitted, &diagnosis.model];
+    let motors: Vec<_> = words::models(diagnosis).into_iter().zip(models).collect();
     let names = names(runs);
     runs.iter()
         .zip(names)
@@ -54,7 +48,7 @@ pub(super) fn lay<'a>(
                 Ok(LaidModel {
                     name: name.clone(),
                     colour,
-                    missing_nm: missing_torque(run, &overlay.residual_counts, &nominal.parameters),
+                    residual_nm: missing_torque(run, &overlay.residual_counts, &nominal.parameters),
                     overlay,
                 })
             });
@@ -72,7 +66,7 @@ fn path(run: &Run) -> Option<String> {
     run.path.as_ref().map(|path| path.display().to_string())
 }
 
-/// Short names where these tell the runs apart, else whole paths.
+/// File names where no two are the same, else whole paths.
 pub(super) fn names(runs: &[Run]) -> Vec<String> {
     let short: Vec<String> = runs
         .iter()

@@ -1,4 +1,5 @@
-//! A diagnosis as one offline page: the sentence, before and after, how far, where, which, what next.
+//! A diagnosis as one offline page: the sentence, the error budget, causes, sets, identifiable parameters, recorded over simulated,
+//! where the error lies, the next experiment.
 
 mod bad_recording;
 mod laid;
@@ -8,10 +9,10 @@ mod parameters;
 mod place;
 mod words;
 
-use super::number::{figure, probability};
-use super::{Page, Size};
+use super::number::{figure, percent, probability};
+use super::{Figure, Page, Size};
 use crate::check::Finding;
-use crate::diagnose::{Cause, Diagnosis, other_means};
+use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
 use crate::motor::SimulationError;
 use crate::recording::Run;
 use laid::{lay, names};
@@ -19,14 +20,39 @@ use overlay::Beside;
 
 pub use bad_recording::bad_recording_page;
 pub use words::{
-    PARTS, cause_words, closed_words, effects_words, few_words, note_beside, of_reference, rungs,
-    seen_name, seen_scale, seen_words, strongest,
+    BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,
+    effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
+    named_parts, of_reference, torque_words,
 };
 
-/// Causes below this probability are summed up instead of listed, where others are above.
-const LISTED_FROM: f64 = 0.001;
-/// So many causes are listed in any case.
-const LISTED: usize = 5;
+/// One run, recorded over simulated.
+pub struct RunOverlay {
+    /// Name of the run.
+    pub name: String,
+    /// Speed, position, error and command.
+    pub figure: Figure,
+    /// The error of each model.
+    pub caption: String,
+    /// RMS error of the nominal model in counts.
+    pub nominal_rms: f64,
+}
+
+/// The runs that the error budget is measured on, recorded over simulated.
+pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
+    let names = names(measured);
+    let overlays = Beside::all(diagnosis, measured).into_iter();
+    overlays
+        .map(|beside| RunOverlay {
+            name: names[beside.predicted.run].clone(),
+            figure: overlay::figure(&beside),
+            caption: overlay::caption(&beside),
+            nominal_rms: beside.predicted.rms(0),
+        })
+        .collect()
+}
+
+/// Sets of effects that are listed.
+const LISTED_SETS: usize = 10;
 
 /// Size of the overlay of one run.
 const OVERLAY: Size = Size {
@@ -42,7 +68,7 @@ pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, 
     page_held_out(diagnosis, runs, &[], title)
 }
 
-/// The same where the gap was measured on runs that nothing was fitted to.
+/// The same where the error was measured on held-out runs.
 ///
 /// # Errors
 /// A run that cannot be simulated with one of the motors.
@@ -67,35 +93,25 @@ pub(super) fn lay_out(
     runs: &[Run],
     held_out: &[Run],
 ) -> Result<(), SimulationError> {
-    let laid = lay(diagnosis, runs)?;
-    checks(page, &diagnosis.data);
-    let said = diagnosis.parts.iter().map(String::as_str);
-    page.parts(&PARTS.into_iter().zip(said).collect::<Vec<_>>());
-    if let Some(note) = words::note_beside(diagnosis) {
-        page.note(&note);
+    let measured = if held_out.is_empty() { runs } else { held_out };
+    let laid = lay(diagnosis, measured)?;
+    page.parts(&named_parts(diagnosis));
+    if !diagnosis.note.is_empty() {
+        page.note(&diagnosis.note);
     }
     if let Some(reference) = &diagnosis.reference {
-        page.note(&words::of_reference(reference));
+        page.note(&of_reference(reference));
     }
-    for id in strongest(diagnosis) {
-        if let Some(kind) = words::kind(id) {
-            page.note(&format!("{id}: {} ({}).", kind.summary, kind.equation));
-        }
-    }
-    let measured = if held_out.is_empty() { runs } else { held_out };
-    before_and_after(page, diagnosis, measured);
-    how_far(page, diagnosis);
+    checks(page, &diagnosis.data);
+    error_budget(page, diagnosis);
+    causes(page, diagnosis);
+    sets(page, diagnosis);
+    parameters::of_motor(page, diagnosis);
+    recorded_over_simulated(page, diagnosis, measured);
     place::section(page, diagnosis, &laid);
-    which(page, diagnosis);
-    parameters::section(page, diagnosis);
     next_experiment(page, diagnosis);
-    page.section("Motor with what was found");
-    page.note("A motor file for simulate and compare; diagnose writes it with --model-out.");
-    if diagnosis.fitted_nominal.is_some() {
-        page.note(
-            "Its resistance and torque constant are assumed: nobody measured them, and these runs do not tell them. Torques and inertia are in proportion.",
-        );
-    }
+    page.section("Motor file of the verdict");
+    page.note("For simulate and compare; diagnose writes it with --model-out.");
     page.verbatim(&diagnosis.model.to_toml());
     page.note(&format!(
         "The diagnosis took {}\u{a0}s.",
@@ -104,151 +120,120 @@ pub(super) fn lay_out(
     Ok(())
 }
 
-fn before_and_after(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {
-    page.section("Before and after");
+fn error_budget(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Error budget");
+    page.bars(&budget_bars(diagnosis), BUDGET_NOTE);
+    let rows = budget_rows(diagnosis);
+    let columns = rows.first().map_or(0, Vec::len);
+    page.table(&BUDGET_COLUMNS[..columns], &rows);
+    page.note(&measured(&diagnosis.gap));
+    page.note(&fitted_words(&diagnosis.gap));
+    let unexplained = &diagnosis.unexplained;
     page.note(&format!(
-        "Every piece, about {} s long, from its own measured start: the position error below is that of the bars. Gap: recorded less predicted position. {}.",
-        figure(diagnosis.gap.horizon_s, 2),
-        capital(&diagnosis.gap.held_out)
-    ));
-    let names = names(measured);
-    for beside in Beside::all(diagnosis, measured) {
-        page.subsection(&names[beside.predicted.run]);
-        page.figure(
-            &overlay::figure(&beside),
-            OVERLAY,
-            &overlay::caption(&beside),
-        );
-    }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|c| c.to_ascii_uppercase());
-    first.into_iter().chain(letters).collect()
-}
-
-fn how_far(page: &mut Page, diagnosis: &Diagnosis) {
-    let gap = &diagnosis.gap;
-    page.section("How far the gap shrinks");
-    page.bars(
-        &rungs(diagnosis),
-        "Position error on data kept from the fit, counts RMS over pieces, with 95 % intervals; the scale is logarithmic.",
-    );
-    if words::best_set(diagnosis).is_empty() {
-        page.paragraph("No effect is added: what shrinks is what other numbers shrink.");
-    }
-    page.paragraph(&closed_words(gap));
-    let fitted = [
-        gap.fitted.before,
-        gap.fitted.after_parameters,
-        gap.fitted.after_effect,
-    ];
-    let fitted = words::models(diagnosis).into_iter().zip(fitted);
-    let fitted: Vec<String> = fitted
-        .map(|(name, left)| format!("{name} {}", figure(left, 3)))
-        .collect();
-    page.note(&format!(
-        "On the very data that was fitted the models leave: {}.",
-        fitted.join(", ")
+        "Unexplained: {} counts RMS above the noise floor, as a random load torque of {} of stall would leave.",
+        figure(unexplained.rms_counts, 3),
+        percent(unexplained.equivalent_torque_share)
     ));
 }
 
-fn which(page: &mut Page, diagnosis: &Diagnosis) {
-    page.section("Which effect");
-    let (listed, others) = split(&diagnosis.causes);
-    let rows: Vec<Vec<String>> = listed
-        .iter()
-        .map(|cause| {
-            vec![
-                cause_words(&cause.effect),
-                cause.stage.clone().unwrap_or_else(|| "\u{2013}".to_owned()),
-                probability(cause.probability),
-                probability(cause.inclusion),
-                tie_words(cause),
-                cause.evidence.map_or_else(
-                    || "\u{2013}".to_owned(),
-                    |found| {
-                        format!(
-                            "{} \u{b1} {}, in {} of {} pieces",
-                            figure(found.gain_nats, 3),
-                            figure(found.error_nats, 2),
-                            found.gaining_pieces,
-                            found.pieces
-                        )
-                    },
-                ),
-            ]
-        })
-        .collect();
+fn causes(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Causes by inclusion probability");
+    if diagnosis.causes.is_empty() {
+        page.paragraph("No effect has an inclusion probability of 0.01 or more.");
+        return;
+    }
+    for class in &diagnosis.classes {
+        let members = class_words(class);
+        page.paragraph(&format!("These recordings do not separate {members}."));
+    }
+    let row = |cause: &Cause| {
+        let class = match (cause.class, cause.class_probability) {
+            (Some(class), Some(p)) => format!("{class} ({})", probability(p)),
+            _ => "\u{2013}".to_owned(),
+        };
+        let bound = match cause.at_bound {
+            true => "at a bound: not identified",
+            false => "\u{2013}",
+        };
+        vec![
+            cause_words(cause.effect),
+            probability(cause.inclusion),
+            cause.stage.to_owned(),
+            class,
+            bound.to_owned(),
+        ]
+    };
+    let rows: Vec<Vec<String>> = diagnosis.causes.iter().map(row).collect();
     page.sortable(
         &[
-            "cause",
+            "effect",
+            "inclusion probability",
             "stage",
-            "probability",
-            "is there at all",
-            "fits as well",
-            "evidence (nats)",
+            "class (its probability)",
+            "parameter",
         ],
         &rows,
     );
     page.note(
-        "The probabilities of all causes add to 1; several effects at once are one cause. An effect that is there at all is there alone, with others or beside something unknown. Evidence: what a cause gains on pieces that it was not fitted to; three nats are a factor of twenty. A click on a column's name sorts.",
+        "Inclusion probability: the sum over all sets that contain the effect. Class: effects that these recordings do not separate. A click on a column's name sorts.",
     );
-    if !others.is_empty() {
-        let total: f64 = others.iter().map(|cause| cause.probability).sum();
-        page.note(&format!(
-            "{} further causes together: {}.",
-            others.len(),
-            probability(total)
-        ));
-    }
-    if diagnosis.sets.len() > 1 {
-        page.subsection("Sets of effects that were weighed");
-        let rows: Vec<Vec<String>> = diagnosis
-            .sets
-            .iter()
-            .take(LISTED)
-            .map(|set| {
-                vec![
-                    effects_words(&set.effects),
-                    probability(set.probability),
-                    figure(set.behind_nats, 3),
-                ]
-            })
-            .collect();
-        page.table(&["set", "probability", "behind the best (nats)"], &rows);
-    }
-}
-
-/// Causes that are listed, those that are there beside something unknown among them, and the others.
-fn split(causes: &[Cause]) -> (Vec<&Cause>, Vec<&Cause>) {
-    let mut listed = Vec::new();
-    let mut others = Vec::new();
-    for (place, cause) in causes.iter().enumerate() {
-        if place < LISTED || cause.probability.max(cause.inclusion) >= LISTED_FROM {
-            listed.push(cause);
-        } else {
-            others.push(cause);
+    for id in words::explained(diagnosis) {
+        if let Some(kind) = words::kind(id) {
+            page.note(&format!("{id}: {}.", kind.equation));
         }
     }
-    (listed, others)
+    parameters::of_effects(page, diagnosis);
 }
 
-fn tie_words(cause: &Cause) -> String {
-    if cause.indistinguishable_from.is_empty() {
-        return "\u{2013}".to_owned();
+fn sets(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Sets of effects");
+    let row = |set: &EffectSet| {
+        vec![
+            effects_words(&set.effects),
+            probability(set.probability),
+            figure(set.score, 4),
+            figure(set.rms_counts, 3),
+        ]
+    };
+    let listed = diagnosis.sets.iter().take(LISTED_SETS);
+    let rows: Vec<Vec<String>> = listed.map(row).collect();
+    page.table(
+        &[
+            "set",
+            "posterior probability",
+            "score (nats)",
+            "residual RMS (counts)",
+        ],
+        &rows,
+    );
+    let further = diagnosis.sets.iter().skip(LISTED_SETS);
+    let (count, rest) = further.fold((0, 0.0), |(n, p), set| (n + 1, p + set.probability));
+    if count > 0 {
+        page.note(&format!(
+            "{count} further sets have a probability of {} together.",
+            probability(rest)
+        ));
     }
-    cause.indistinguishable_from.join(", ")
 }
 
-/// What is wrong with the recordings comes first: nothing else means much before it is mended.
+fn recorded_over_simulated(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {
+    page.section("Recorded over simulated");
+    page.note(
+        "Each segment is predicted from its measured initial state, as in the error budget. Error: recorded minus predicted position.",
+    );
+    for overlay in overlays(diagnosis, measured) {
+        page.subsection(&overlay.name);
+        page.figure(&overlay.figure, OVERLAY, &overlay.caption);
+    }
+}
+
+/// Findings of `check` about the recordings.
 pub fn checks(page: &mut Page, findings: &[Finding]) {
     if findings.is_empty() {
         page.note("motorlab check finds nothing wrong with the recordings.");
         return;
     }
-    page.subsection("What is found in the recordings");
+    page.subsection("Findings about the recordings");
     let rows: Vec<Vec<String>> = findings
         .iter()
         .map(|found| {
@@ -262,36 +247,38 @@ pub fn checks(page: &mut Page, findings: &[Finding]) {
         })
         .collect();
     page.table(
-        &["run", "weight", "finding", "what was found", "what to do"],
+        &["run", "severity", "finding", "description", "remedy"],
         &rows,
     );
 }
 
 fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
-    if let Some(means) = other_means(diagnosis) {
-        page.section("What to measure next");
-        page.paragraph(&means);
+    let means = other_means(diagnosis);
+    let next = diagnosis.next_experiment.as_ref();
+    page.section("Next experiment");
+    if let Some(means) = &means {
+        page.paragraph(means);
     }
-    let Some(next) = &diagnosis.next_experiment else {
+    let Some(next) = next else {
+        if means.is_none() {
+            page.paragraph("No recording is proposed.");
+        }
         return;
     };
-    page.section("What to record next");
+    let change = next.change.as_ref();
     page.paragraph(&format!(
-        "This profile{} tells {} apart by at least {} standard deviations:",
-        next.change.as_ref().map_or(String::new(), |change| format!(
+        "This profile{} is expected to separate {} by at least {} standard deviations:",
+        change.map_or(String::new(), |change| format!(
             ", with {},",
             change.words()
         )),
-        words::few_words(&next.tells_apart),
+        few_words(&next.tells_apart),
         figure(next.expected_separation, 2)
     ));
     page.verbatim(&next.command);
-    let flag = next
-        .change
-        .as_ref()
-        .and_then(|change| change.flag("next.csv"));
+    let flag = change.and_then(|change| change.flag("next.csv"));
     page.note(&format!(
-        "PORT is the board's; then diagnose the new run together with the old ones{}.",
+        "PORT is the board's port. Diagnose the new run together with the old ones{}.",
         flag.map_or(String::new(), |flag| format!(", with {flag}"))
     ));
 }

@@ -1,4 +1,4 @@
-//! The torque that a model lacks against speed, angle, time and voltage: means in bins.
+//! Residual torque against speed, angle, time and voltage: means in bins.
 
 use super::laid::LaidRun;
 use crate::recording::CommandKind;
@@ -7,22 +7,22 @@ use crate::units::rpm_from_rad_s;
 
 /// Bins over the whole range.
 const BINS: usize = 36;
-/// Bins over one turn: three to a period of what repeats thirty times in it.
+/// Bins over one turn: three per period of a ripple of order 30.
 const ANGLE_BINS: usize = 90;
-/// Bins with fewer samples, or fewer looks, are left out.
+/// Bins with fewer samples, or fewer independent ones, are left out.
 const FEWEST: usize = 4;
-const FEWEST_LOOKS: f64 = 2.0;
-/// Neighbours within this time share their parabola's samples: so much of a window is one look.
-const ONE_LOOK_S: f64 = 0.045;
+const FEWEST_INDEPENDENT: f64 = 2.0;
+/// Neighbours within this time share the samples of their parabola: so long is one independent sample.
+const INDEPENDENT_S: f64 = 0.045;
 
-/// One sample: where it is on the axis, what the models lack there, and how many looks it is.
+/// One sample: its place on the axis, the residual torque of the models, and how many independent samples it counts as.
 struct Sample {
     x: f64,
-    missing_mnm: Vec<f64>,
-    looks: f64,
+    residual_mnm: Vec<f64>,
+    independent: f64,
 }
 
-/// A picture for each quantity that takes several values.
+/// A figure for each quantity that takes several values.
 pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
     let kind = laid.first().map(|run| run.run.command_kind);
     let command = match kind {
@@ -31,7 +31,7 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
         _ => "voltage (V)",
     };
     let speed = |run: &LaidRun<'_>, k: usize| {
-        // The model's own speed has no rounding in it.
+        // The model's own speed is not quantized.
         rpm_from_rad_s(
             run.models
                 .last()
@@ -50,15 +50,15 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
         }),
         figure(laid, command, BINS, &|run, k| run.run.command[k]),
     ];
-    // One bin has no order.
-    let has_order = |figure: &Figure| {
+    // One bin shows no dependence.
+    let is_dependence = |figure: &Figure| {
         figure
             .panels
             .iter()
             .flat_map(|panel| &panel.series)
             .any(|s| s.points.len() > 1)
     };
-    all.into_iter().filter(has_order).collect()
+    all.into_iter().filter(is_dependence).collect()
 }
 
 fn figure(
@@ -67,7 +67,7 @@ fn figure(
     bins: usize,
     x: &dyn Fn(&LaidRun<'_>, usize) -> f64,
 ) -> Figure {
-    // The nominal model's offsets say less than what refitting leaves.
+    // The nominal model's offsets hide what re-identification leaves.
     let models = laid.first().map_or(&[][..], |run| &run.models[1..]);
     let samples = samples(laid, x);
     let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), s| {
@@ -78,22 +78,22 @@ fn figure(
     for sample in &samples {
         boxes[(((sample.x - low) / width) as usize).min(bins - 1)].push(sample);
     }
-    let (mut at, mut means, mut chance) = (Vec::new(), vec![Vec::new(); models.len()], Vec::new());
+    let (mut at, mut means, mut null95) = (Vec::new(), vec![Vec::new(); models.len()], Vec::new());
     for members in boxes {
-        let looks: f64 = members.iter().map(|s| s.looks).sum();
-        if members.len() < FEWEST || looks < FEWEST_LOOKS {
+        let independent: f64 = members.iter().map(|s| s.independent).sum();
+        if members.len() < FEWEST || independent < FEWEST_INDEPENDENT {
             continue;
         }
         let count = members.len() as f64;
         at.push(members.iter().map(|s| s.x).sum::<f64>() / count);
         let mut spread = 0.0;
         for (m, means) in means.iter_mut().enumerate() {
-            let mean = members.iter().map(|s| s.missing_mnm[m]).sum::<f64>() / count;
+            let mean = members.iter().map(|s| s.residual_mnm[m]).sum::<f64>() / count;
             means.push(mean);
-            let squares = members.iter().map(|s| (s.missing_mnm[m] - mean).powi(2));
+            let squares = members.iter().map(|s| (s.residual_mnm[m] - mean).powi(2));
             spread = squares.sum::<f64>() / (count - 1.0);
         }
-        chance.push(1.96 * (spread / looks).sqrt());
+        null95.push(1.96 * (spread / independent).sqrt());
     }
     let mut series: Vec<Series> = models
         .iter()
@@ -103,31 +103,37 @@ fn figure(
             Series::new(model.name.clone(), stroke, model.colour, &at, means)
         })
         .collect();
-    let below: Vec<f64> = chance.iter().map(|c| -c).collect();
-    series.push(Series::new("chance", Stroke::Dashed, 6, &at, &chance));
+    let below: Vec<f64> = null95.iter().map(|half| -half).collect();
+    series.push(Series::new(
+        "no dependence",
+        Stroke::Dashed,
+        6,
+        &at,
+        &null95,
+    ));
     series.push(Series::new("", Stroke::Dashed, 6, &at, &below));
     Figure {
         title: String::new(),
         x_label: x_label.to_owned(),
-        panels: vec![Panel::new("missing torque (mN m)", series).marked(0.0, "")],
+        panels: vec![Panel::new("residual torque (mN m)", series).marked(0.0, "")],
     }
 }
 
 fn samples(laid: &[LaidRun<'_>], x: &dyn Fn(&LaidRun<'_>, usize) -> f64) -> Vec<Sample> {
     let mut all = Vec::new();
     for run in laid {
-        let looks = (run.run.sample_time_s / ONE_LOOK_S).min(1.0);
+        let independent = (run.run.sample_time_s / INDEPENDENT_S).min(1.0);
         for k in 0..run.run.len() {
-            let missing: Option<Vec<f64>> = run.models[1..]
+            let residual: Option<Vec<f64>> = run.models[1..]
                 .iter()
-                .map(|model| model.missing_nm[k].map(|torque| 1e3 * torque))
+                .map(|model| model.residual_nm[k].map(|torque| 1e3 * torque))
                 .collect();
             let at = x(run, k);
-            if let (Some(missing_mnm), true) = (missing, at.is_finite()) {
+            if let (Some(residual_mnm), true) = (residual, at.is_finite()) {
                 all.push(Sample {
                     x: at,
-                    missing_mnm,
-                    looks,
+                    residual_mnm,
+                    independent,
                 });
             }
         }

@@ -1,4 +1,4 @@
-//! One run before and after: speed, position, what is left; every piece from its own measured start, as the figures of the gap are.
+//! One run, recorded over simulated: speed, position and error; each segment from its measured initial state, as in the error budget.
 
 use super::words;
 use crate::compare::speed_of_one_count;
@@ -18,12 +18,12 @@ const COLOURS: [usize; 3] = [6, 4, 1];
 pub(super) struct Beside<'a> {
     pub run: &'a Run,
     pub predicted: &'a PredictedRun,
-    /// Names of the models; two where there are no effects.
+    /// Names of the models; two where no effect is identified.
     pub models: Vec<String>,
 }
 
 impl<'a> Beside<'a> {
-    /// The runs that the figures of the gap are of.
+    /// The runs that the error budget is measured on.
     pub fn all(diagnosis: &'a Diagnosis, runs: &'a [Run]) -> Vec<Self> {
         let both = diagnosis.predicted.iter().filter_map(|predicted| {
             let run = runs.get(predicted.run)?;
@@ -44,19 +44,19 @@ impl<'a> Beside<'a> {
         both.map(|(&counts, gap)| counts as f64 - gap).collect()
     }
 
-    /// Speed of a predicted position, which begins anew with each piece.
+    /// Speed of a predicted position, which starts anew with each segment.
     fn speed(&self, position: &[f64], is_coarse: bool) -> Vec<f64> {
         let starts = &self.predicted.starts;
         let ends = starts.iter().skip(1).copied().chain([position.len()]);
         let mut rpm = vec![f64::NAN; position.len()];
         for (&from, to) in starts.iter().zip(ends) {
-            let piece = smooth(
+            let segment = smooth(
                 self.run,
                 position,
                 from..to,
                 if is_coarse { SMOOTH_S } else { 0.0 },
             );
-            rpm[from..to].copy_from_slice(&piece);
+            rpm[from..to].copy_from_slice(&segment);
         }
         rpm
     }
@@ -92,7 +92,7 @@ fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f6
     samples.clone().map(speed).collect()
 }
 
-/// Speed, position, gap and command of a run, under every model.
+/// Speed, position, error and command of a run, with every model.
 pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     let run = beside.run;
     let t_s = &run.t_s;
@@ -120,10 +120,10 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     let mut panels = vec![
         Panel::new("speed (RPM)", speed).weighing(2.0).robust(),
         Panel::new("position (counts)", position).weighing(1.4),
-        Panel::new("gap (counts)", gaps).marked(0.0, ""),
+        Panel::new("error (counts)", gaps).marked(0.0, ""),
     ];
     if !with_effects.is_empty() {
-        panels.push(Panel::new("gap (counts)", with_effects).marked(0.0, ""));
+        panels.push(Panel::new("error (counts)", with_effects).marked(0.0, ""));
     }
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
     panels.push(Panel::new(command_label(run), vec![command]).weighing(0.6));
@@ -134,19 +134,19 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     }
 }
 
-/// What the picture shows, and each model's figure.
+/// What the figure shows, and the error of each model.
 pub(super) fn caption(beside: &Beside<'_>) -> String {
     let figures = beside.models.iter().enumerate();
     let figures: Vec<String> = figures
         .map(|(k, name)| format!("{name} {}", digits(beside.predicted.rms(k), 3)))
         .collect();
     let mean = if is_coarse(beside.run) {
-        " Speeds are taken over 60 ms: one count in one sample is much of the speed."
+        " Speeds are averaged over 60 ms, since one count in one sample is much of the speed."
     } else {
         ""
     };
     format!(
-        "Position error in counts RMS over pieces: {}.{mean}",
+        "Prediction error of the position in counts RMS: {}.{mean}",
         figures.join(", ")
     )
 }

@@ -1,110 +1,88 @@
-//! The numbers of the effects and of the motor, with their intervals.
+//! Parameters of the effects and of the motor, with their intervals.
 
 use super::words;
-use crate::diagnose::{Cause, Diagnosis, Interval};
+use crate::diagnose::{Diagnosis, Interval};
 use crate::export::PARAMETERS;
 use crate::report::Page;
 use crate::report::number::{figure, percent};
-use crate::units::rpm_from_rad_s;
 
-/// A cause from this probability on has its numbers shown.
-const NUMBERS_FROM: f64 = 0.05;
-
-/// The section of the page.
-pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis) {
-    let whose = words::whose(diagnosis);
-    page.section("Parameters");
-    let best = words::best_set(diagnosis).join("+");
-    let shown = |cause: &&Cause| cause.effect == best || cause.inclusion >= NUMBERS_FROM;
-    let beside = |mut row: Vec<String>, then: Option<f64>| {
-        if diagnosis.reference.is_some() {
-            let then = then.map_or_else(|| "\u{2013}".to_owned(), |then| figure(then, 4));
-            row.insert(1, then);
-        }
-        row
-    };
+/// The parameters of each effect; those of improbable effects are left out.
+pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
     let mut rows = Vec::new();
-    if let Some(seen) = &diagnosis.fitted_nominal {
-        let exact = |name: &str, value: f64, unit: String| {
-            vec![
-                name.to_owned(),
-                figure(value, 4),
-                "\u{2013}".to_owned(),
-                unit,
-            ]
-        };
-        let unit = seen.command_unit;
-        let speed = rpm_from_rad_s(seen.steady_rad_s_per_unit);
-        rows.push(exact(
-            "plain motor: steady speed",
-            speed,
-            format!("RPM/{unit}"),
-        ));
-        rows.push(exact(
-            "plain motor: time constant",
-            seen.time_constant_s,
-            "s".to_owned(),
-        ));
-        rows.push(exact(
-            "plain motor: friction",
-            seen.friction,
-            unit.to_owned(),
-        ));
-    }
-    for cause in diagnosis.causes.iter().filter(shown) {
+    for cause in &diagnosis.causes {
+        if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < words::DETAILED_FROM {
+            continue;
+        }
         for (name, interval) in &cause.parameters {
-            let (scale, seen_unit) = words::seen_scale(diagnosis, interval.unit);
-            let row = vec![
-                format!(
-                    "{}: {}",
-                    cause.effect,
-                    words::seen_name(name, interval.unit, seen_unit)
-                ),
-                figure(interval.value * scale, 4),
-                ends(interval, scale),
-                unit(seen_unit),
-            ];
-            rows.push(beside(row, interval.reference.map(|then| then * scale)));
+            let name = format!("{}: {name}", cause.effect);
+            rows.push(row(diagnosis, name, interval, interval.reference));
         }
     }
-    for (key, ratio) in &diagnosis.base {
-        let of_nominal = diagnosis.nominal.parameters.get(key);
-        let Some(value) = of_nominal.filter(|value| *value != 0.0) else {
+    if rows.is_empty() {
+        return;
+    }
+    page.subsection("Parameters of the effects");
+    page.table(&columns(diagnosis), &rows);
+    page.note(
+        "An effect that is not identified has the parameters of the most probable set that contains it.",
+    );
+}
+
+/// What the runs determine of the motor.
+pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Identifiable parameters");
+    let identifiable = words::identifiable_rows(diagnosis).into_iter();
+    let mut rows: Vec<Vec<String>> = identifiable
+        .map(|(name, interval)| row(diagnosis, name.to_owned(), &interval, None))
+        .collect();
+    let whose = words::whose(diagnosis);
+    for (key, share) in &diagnosis.base {
+        let nominal = diagnosis.nominal.parameters.get(key);
+        let Some(nominal) = nominal.filter(|value| *value != 0.0) else {
             continue;
         };
         let named = PARAMETERS.iter().find(|named| named.key == *key);
-        let of_file = named.map_or("", |named| named.unit);
-        let (scale, seen_unit) = words::seen_scale(diagnosis, of_file);
-        let name = words::seen_name(key, of_file, seen_unit);
-        let row = vec![
-            format!("{name} ({} of the {whose})", percent(ratio.value)),
-            figure(ratio.value * value * scale, 4),
-            ends(ratio, value * scale),
-            unit(seen_unit),
-        ];
-        rows.push(beside(row, Some(value * scale)));
+        let value = Interval {
+            value: share.value * nominal,
+            lo95: share.lo95 * nominal,
+            hi95: share.hi95 * nominal,
+            unit: named.map_or("", |named| named.unit),
+            reference: None,
+        };
+        let name = format!("{key} ({} of the {whose})", percent(share.value));
+        rows.push(row(diagnosis, name, &value, Some(nominal)));
     }
+    page.table(&columns(diagnosis), &rows);
+    page.note(&words::torque_words(diagnosis));
+}
+
+fn columns(diagnosis: &Diagnosis) -> Vec<&'static str> {
     let mut names = vec!["parameter", "value", "95\u{a0}% interval", "unit"];
     if diagnosis.reference.is_some() {
         names.insert(1, "in the reference");
     }
-    page.table(&names, &rows);
-    page.note(
-        "An effect's numbers are those of the likeliest set that has it. Voltage in and position out tell inertia, back EMF and friction only as seen from the terminals: resistance and torque constant are held, and the motor's numbers take up what these have.",
-    );
+    names
 }
 
-fn ends(interval: &Interval, scale: f64) -> String {
-    if interval.lo95 == interval.hi95 {
-        return "held".to_owned();
+fn row(
+    diagnosis: &Diagnosis,
+    name: String,
+    interval: &Interval,
+    reference: Option<f64>,
+) -> Vec<String> {
+    let unit = match interval.unit {
+        "" => "\u{2013}",
+        unit => unit,
+    };
+    let mut row = vec![
+        name,
+        figure(interval.value, 4),
+        words::interval_words(interval),
+        unit.to_owned(),
+    ];
+    if diagnosis.reference.is_some() {
+        let reference = reference.map_or_else(|| "\u{2013}".to_owned(), |then| figure(then, 4));
+        row.insert(1, reference);
     }
-    format!(
-        "{} to {}",
-        figure(interval.lo95 * scale, 4),
-        figure(interval.hi95 * scale, 4)
-    )
-}
-
-fn unit(unit: &str) -> String {
-    if unit.is_empty() { "\u{2013}" } else { unit }.to_owned()
+    row
 }

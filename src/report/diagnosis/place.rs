@@ -1,4 +1,4 @@
-//! Where the gap lies: stage of the chain, stretches of the runs, what it is ordered by.
+//! Where the error lies: stage of the chain, time intervals, and residual torque against speed, angle, time and voltage.
 
 use super::laid::LaidRun;
 use super::ordered;
@@ -17,24 +17,26 @@ const LEAST: f64 = 0.001;
 
 /// The section of the page.
 pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_>]) {
-    page.section("Where the gap lies");
+    page.section("Where the error lies");
     let stages = stages(diagnosis);
     if stages.bars.iter().all(|bar| bar.value < LEAST) {
-        page.paragraph("No stage of the chain has a cause.");
+        page.paragraph("No stage of the chain has a probable effect.");
     } else {
         page.bars(
             &stages,
-            "Probability of each stage, in the order in which a signal passes them, given that there is a gap.",
+            "Probability that a stage has an effect, in the order in which a signal passes the stages.",
         );
     }
-    regions(page, &diagnosis.place.regions, laid);
-    page.subsection("What the gap is ordered by");
+    let is_unexplained = diagnosis.unexplained.share > 0.0;
+    let listed = &diagnosis.place.regions[..];
+    regions(page, if is_unexplained { listed } else { &[] }, laid);
+    page.subsection("Residual torque against speed, angle, time and voltage");
     page.paragraph(
-        "The torque that a model lacks, read off its position gap. A model that lacks nothing stays between the dashed lines.",
+        "Torque that would remove the position error of a model. Of a complete model it stays between the dashed lines.",
     );
     let pictures = ordered::figures(laid);
     page.figures(pictures.iter().map(|figure| (figure, "")));
-    page.note("Dashed: 95 % of what chance would do in each bin.");
+    page.note("Dashed: 95 % interval of the mean of a bin without a dependence.");
 }
 
 fn stages(diagnosis: &Diagnosis) -> Bars {
@@ -57,9 +59,9 @@ fn stages(diagnosis: &Diagnosis) -> Bars {
 }
 
 fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
-    page.subsection("In which stretches");
+    page.subsection("Time intervals with the largest residual");
     if regions.is_empty() {
-        page.paragraph("No stretch stands out.");
+        page.paragraph("No error above the noise floor is left to locate.");
         return;
     }
     let most = regions.iter().fold(0.0, |most, r| f64::max(most, r.share));
@@ -73,9 +75,9 @@ fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
             continue;
         }
         page.figure(
-            &stretches(run, &mine, most),
+            &intervals(run, &mine, most),
             Size::SMALL,
-            "Recorded speed; shaded where the gap arises, the stronger the larger the share. The numbers are those of the table.",
+            "Recorded speed; shaded in proportion to the share of the error. The numbers are those of the table.",
         );
     }
     let rows: Vec<Vec<String>> = regions
@@ -93,25 +95,15 @@ fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
             ]
         })
         .collect();
-    page.table(
-        &[
-            "",
-            "run",
-            "from (s)",
-            "to (s)",
-            "what the motor does",
-            "share",
-        ],
-        &rows,
-    );
+    page.table(&["", "run", "from (s)", "to (s)", "regime", "share"], &rows);
     let listed: f64 = regions.iter().map(|region| region.share).sum();
     page.note(&format!(
-        "Shares of what the refitted model leaves of the position beyond the floor, each piece from its own measured start. Stretches with small shares have the other {}.",
+        "Shares of the unexplained squared error above the noise floor. Intervals with smaller shares have the other {}.",
         percent((1.0 - listed).max(0.0))
     ));
 }
 
-fn stretches(laid: &LaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Figure {
+fn intervals(laid: &LaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Figure {
     let run = laid.run;
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let rpm = smooth_rpm(run, &counts);

@@ -1,4 +1,4 @@
-//! The fleet page: units against the population, what drifts, what is named, what is not usable.
+//! The fleet page: units compared with the population, drift, verdicts, recordings that are not usable.
 
 mod queries;
 
@@ -12,9 +12,9 @@ use crate::fleet::{
     SIGNIFICANT, Standing,
 };
 
-/// Numbers that are drawn: those that most units have.
+/// Parameters that are drawn: those that most units have.
 const DRAWN: usize = 12;
-/// Rows of a table that is read; all rows are in the tables that the queries ask.
+/// Rows of a table on the page; all rows are in the tables of `tabulate`.
 const LISTED: usize = 100;
 /// Characters of a reason.
 const REASON: usize = 600;
@@ -59,9 +59,9 @@ fn lead(documents: &[Document], damaged: &[Damaged], population: &Population) ->
         several(documents.len(), "diagnosis", "diagnoses"),
         several(population.units.len(), "unit", "units"),
         match apart.len() {
-            0 => "No unit stands out".to_owned(),
-            1 => "1 unit stands out".to_owned(),
-            n => format!("{n} units stand out"),
+            0 => "No unit is an outlier".to_owned(),
+            1 => "1 unit is an outlier".to_owned(),
+            n => format!("{n} units are outliers"),
         },
         match bad + damaged.len() {
             0 => "Every recording is usable".to_owned(),
@@ -75,7 +75,7 @@ fn several(count: usize, one: &str, more: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { more })
 }
 
-/// A number's name as it is read.
+/// A parameter's name in full.
 fn name_of(number: &Number) -> String {
     if number.is_base {
         format!("{}, relative to the motor file", number.name)
@@ -89,7 +89,7 @@ fn name_of(number: &Number) -> String {
     }
 }
 
-/// The same short enough for a drawing on a phone; what it is relative to stands below.
+/// The same short enough for a drawing on a phone; its caption says what it is relative to.
 fn drawn_name(number: &Number) -> String {
     if number.is_base {
         number.name.clone()
@@ -98,7 +98,7 @@ fn drawn_name(number: &Number) -> String {
     }
 }
 
-/// What stands below a drawing first.
+/// Beginning of a caption.
 fn relative(number: &Number) -> &'static str {
     if number.is_base {
         "Relative to the motor file. "
@@ -107,7 +107,7 @@ fn relative(number: &Number) -> &'static str {
     }
 }
 
-/// What the unit's last diagnosis names.
+/// Effects of the unit's last diagnosis, else its verdict.
 fn cause_of(documents: &[Document], population: &Population, unit: usize) -> String {
     let last = population.units[unit]
         .documents
@@ -123,7 +123,7 @@ fn cause_of(documents: &[Document], population: &Population, unit: usize) -> Str
 }
 
 fn outstanding(page: &mut Page, documents: &[Document], population: &Population) {
-    page.section("Which units stand out");
+    page.section("Outlying units");
     if population.standing.is_empty() {
         page.answer("None.");
     } else {
@@ -152,21 +152,21 @@ fn outstanding(page: &mut Page, documents: &[Document], population: &Population)
         page.table(
             &[
                 "unit",
-                "number",
+                "parameter",
                 "value",
                 "95 % interval",
                 "median of all",
                 "robust z",
-                "last diagnosis names",
+                "last diagnosis",
             ],
             &rows,
         );
         left_out(page, population.standing.len());
     }
     page.note(&format!(
-        "A unit stands out where a number lies more than {OUTSTANDING} robust standard deviations from the median of all units, and its own interval does not \
-         hold that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, 1.2533 times the mean \
-         one. It takes {FEWEST_UNITS} units."
+        "A unit is an outlier where a parameter lies more than {OUTSTANDING} robust standard deviations from the median of all units, and its own interval does not \
+         contain that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, 1.2533 times the mean \
+         absolute deviation. At least {FEWEST_UNITS} units are needed."
     ));
 }
 
@@ -177,7 +177,7 @@ fn left_out(page: &mut Page, all: usize) {
 }
 
 fn named(page: &mut Page, documents: &[Document], population: &Population) {
-    page.section("What is named");
+    page.section("Verdicts and identified effects");
     let most = documents.len().max(1) as f64;
     let bars = |title: &str, counts: Vec<(String, usize, String)>, colour: usize| Bars {
         title: title.to_owned(),
@@ -196,10 +196,7 @@ fn named(page: &mut Page, documents: &[Document], population: &Population) {
     let verdicts = verdicts
         .map(|(name, count)| (name.clone(), *count, count.to_string()))
         .collect();
-    page.bars(
-        &bars("verdicts", verdicts, 0),
-        "Diagnoses by their verdict.",
-    );
+    page.bars(&bars("verdicts", verdicts, 0), "Diagnoses by verdict.");
     if population.effects.is_empty() {
         return;
     }
@@ -208,12 +205,12 @@ fn named(page: &mut Page, documents: &[Document], population: &Population) {
         (name.clone(), *count, text)
     });
     page.bars(
-        &bars("effects that verdicts name", effects.collect(), 1),
-        "Diagnoses that name the effect, alone or with others.",
+        &bars("identified effects", effects.collect(), 1),
+        "Diagnoses in which the effect is identified, alone or with others.",
     );
 }
 
-/// The numbers that most units have, in their order.
+/// The parameters that most units have, in their order.
 fn drawn(population: &Population) -> Vec<(usize, &Number)> {
     let mut all: Vec<(usize, &Number)> = population.numbers.iter().enumerate().collect();
     all.retain(|(_, number)| number.values.len() >= FEWEST_UNITS);
@@ -224,10 +221,10 @@ fn drawn(population: &Population) -> Vec<(usize, &Number)> {
 }
 
 fn numbers(page: &mut Page, population: &Population) {
-    page.section("Each number over all units");
+    page.section("Each parameter over all units");
     let drawn = drawn(population);
     if drawn.is_empty() {
-        page.paragraph(&format!("No number is known of {FEWEST_UNITS} units."));
+        page.paragraph(&format!("No parameter is known of {FEWEST_UNITS} units."));
         return;
     }
     for (place, number) in drawn {
@@ -244,7 +241,7 @@ fn numbers(page: &mut Page, population: &Population) {
         let last = number.values.len() - 1;
         let strip = Strip {
             title: drawn_name(number),
-            x_label: "units, the least value first".to_owned(),
+            x_label: "units, in ascending order".to_owned(),
             ticks: vec![(0.0, "1".to_owned()), (last as f64, (last + 1).to_string())],
             dots: number.values.iter().enumerate().map(dot).collect(),
             ordinary: number
@@ -253,7 +250,7 @@ fn numbers(page: &mut Page, population: &Population) {
         };
         let caption = match number.centre {
             Some((centre, sigma)) => format!(
-                "{}{}: median {}, robust standard deviation {}. Grey: not outstanding. Bars: 95 % intervals. What lies far outside stands \
+                "{}{}: median {}, robust standard deviation {}. Grey: no outlier. Bars: 95 % intervals. Values far outside are drawn \
                  at the edge.",
                 relative(number),
                 several(number.values.len(), "unit", "units"),
@@ -273,15 +270,16 @@ fn date(days: f64) -> String {
 }
 
 fn drift(page: &mut Page, population: &Population) {
-    page.section("What drifts");
+    page.section("Drift");
     if population.trends == 0 {
         page.paragraph(&format!(
-            "Nothing can be said: no unit has dates of {FEWEST_DATES} recordings or more."
+            "Drift needs at least {FEWEST_DATES} dated recordings of a unit; the longest series here has {}.",
+            population.most_dates
         ));
         return;
     }
     if population.drifts.is_empty() {
-        page.answer("Nothing, beside what chance makes.");
+        page.answer("No trend is significant.");
     } else {
         let row = |drift: &Drift| {
             let number = &population.numbers[drift.number];
@@ -300,7 +298,7 @@ fn drift(page: &mut Page, population: &Population) {
         page.table(
             &[
                 "unit",
-                "number",
+                "parameter",
                 "change in 30 days",
                 "median of all",
                 "dates",
@@ -311,8 +309,8 @@ fn drift(page: &mut Page, population: &Population) {
         left_out(page, population.drifts.len());
     }
     page.note(&format!(
-        "Slopes are the median over pairs of dates (Theil and Sen). {} trends were asked for by ranks (Mann and Kendall); shown is what is \
-         clear beside so many: p times their number is below {SIGNIFICANT}.",
+        "Slopes are the median over pairs of dates (Theil and Sen). {} trends were tested by ranks (Mann and Kendall); shown are those that are \
+         significant among so many: p times their number is below {SIGNIFICANT}.",
         population.trends
     ));
     for (place, number) in drawn(population) {
@@ -345,7 +343,7 @@ fn drift(page: &mut Page, population: &Population) {
                 .map(|(centre, sigma)| (centre, OUTSTANDING * sigma)),
         };
         let caption = format!(
-            "{}Every diagnosis with a date. Large: units that drift.",
+            "{}Every diagnosis with a date. Large: units with a significant trend.",
             relative(number)
         );
         page.strip(&strip, &caption);
@@ -382,7 +380,7 @@ fn units(page: &mut Page, documents: &[Document], population: &Population) {
             cause_of(documents, population, k),
             farthest[k].map_or(String::new(), |standing: &Standing| {
                 format!(
-                    "{} by {}",
+                    "{} in {}",
                     figure(standing.z, 3),
                     population.numbers[standing.number].name
                 )

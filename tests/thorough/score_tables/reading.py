@@ -102,22 +102,22 @@ def read(document):
 
 
 def claims_of_third(document, reading):
-    """Shape /3: each identified effect with its inclusion probability, each class with its own."""
-    claims = [Claim(frozenset({plain_id(effect)}), reading.of_effect(plain_id(effect))) for effect in document["effects"] if effect not in CLASSES]
+    """Shape /3: each identified effect with its inclusion probability; a class stands for its most probable member, with its own."""
     listed = [one if isinstance(one, dict) else {"class": one} for one in document.get("classes") or []]
     listed += [{"class": effect} for effect in document["effects"] if effect in CLASSES]
-    seen = set()
+    claims = {}
     for one in listed:
         name = one.get("class") or one.get("id") or one.get("name") or one.get("effect")
-        if name in seen:
+        if name in claims:
             continue
-        seen.add(name)
         members = frozenset(map(plain_id, one.get("members") or one.get("effects") or CLASSES.get(name, ())))
         said = next((one[key] for key in ("probability", "inclusion") if one.get(key) is not None), None)
         if said is None:
             said = min(1.0, sum(p for effects, p in reading.sets if effects & members))
-        claims.append(Claim(members, said))
-    return claims
+        claims[name] = Claim(members, said)
+    of_class = frozenset().union(*(claim.members for claim in claims.values()))
+    alone = dict.fromkeys(plain_id(effect) for effect in document["effects"] if effect not in CLASSES)
+    return [Claim(frozenset({effect}), reading.of_effect(effect)) for effect in alone if effect not in of_class] + list(claims.values())
 
 
 def claims_of_second(document, reading, causes):

@@ -36,6 +36,12 @@ class Reading(unittest.TestCase):
             self.assertAlmostEqual(reading.claims[0].probability, 0.92)
         self.assertEqual(word(third("effect", classes=["start"]), ["stribeck"]), "in class")
 
+    def test_a_class_stands_for_the_member_among_the_effects(self):
+        classes = [{"class": "start", "probability": 0.92, "members": ["stribeck", "static_friction"]}]
+        reading = read(third("effect", ["stribeck"], classes))
+        self.assertEqual([claim.words() for claim in reading.claims], ["static_friction|stribeck"])
+        self.assertEqual(word(third("effect", ["stribeck"], classes), ["static_friction"]), "in class")
+
     def test_inclusion_is_the_sum_over_sets_where_no_cause_says_it(self):
         reading = read(third("effect", ["stribeck"]))
         self.assertAlmostEqual(reading.claims[0].probability, 0.5)

@@ -1,0 +1,101 @@
+//! Where the error lies: time intervals of one regime with their shares of the squared error above the noise floor.
+
+/// Shares below this are not listed, nor more intervals than this. Convention.
+const LEAST_REGION: f64 = 0.02;
+const MOST_REGIONS: usize = 16;
+
+use crate::diagnose::report::{Regime, Region};
+use crate::diagnose::segments::{Segments, regimes};
+
+/// The intervals with the largest shares; all together have 1. `floor` in counts RMS. The segments are those of whole runs.
+pub(crate) fn regions(
+    segments: &Segments,
+    name: &dyn Fn(usize) -> String,
+    residual: &[f64],
+    floor: f64,
+) -> Vec<Region> {
+    let mut found = Vec::new();
+    let mut at = 0;
+    for (number, run) in segments.runs.iter().enumerate() {
+        let regimes = regimes(run);
+        let mut from = 0;
+        for k in 1..=regimes.len() {
+            if k < regimes.len() && regimes[k] == regimes[from] {
+                continue;
+            }
+            let squares: f64 = residual[at + from..at + k].iter().map(|r| r * r).sum();
+            found.push(Region {
+                run: name(number),
+                from_s: run.t_s[from],
+                to_s: run.t_s[k - 1],
+                regime: regimes[from],
+                share: (squares - floor * floor * (k - from) as f64).max(0.0),
+            });
+            from = k;
+        }
+        at += regimes.len();
+    }
+    let total: f64 = found.iter().map(|region| region.share).sum();
+    if total <= 0.0 {
+        return Vec::new();
+    }
+    for region in &mut found {
+        region.share /= total;
+    }
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found.retain(|region| region.share >= LEAST_REGION);
+    found.truncate(MOST_REGIONS);
+    found
+}
+
+/// The regime with the largest share among the listed intervals, and that share.
+pub(crate) fn largest_regime(regions: &[Region]) -> Option<(Regime, f64)> {
+    let mut shares = std::collections::BTreeMap::new();
+    for region in regions {
+        *shares.entry(region.regime).or_insert(0.0) += region.share;
+    }
+    shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::samples::recording;
+    use crate::diagnose::settings::Settings;
+    use crate::motor::Motor;
+
+    /// Shares are those of the squares beyond the floor, and all stretches together have 1.
+    #[test]
+    fn shares_are_those_of_the_squares() {
+        let run = recording(&Motor::default(), 500);
+        let segments =
+            Segments::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
+        let of_sample = regimes(&segments.runs[0]);
+        let of = |residual: &[f64], floor: f64| {
+            regions(&segments, &|run| format!("run {run}"), residual, floor)
+        };
+        // Steady turning at 4.5 V, and rest at 0 V.
+        assert_eq!(of_sample[40], Regime::Steady);
+        assert_eq!(of_sample[90], Regime::Standstill);
+        let mut residual = vec![0.0; 500];
+        (residual[40], residual[90]) = (3.0, 3.0_f64.sqrt());
+        let found = of(&residual, 0.0);
+        assert_eq!(found.len(), 2);
+        assert_eq!(
+            (found[0].regime, found[1].regime),
+            (Regime::Steady, Regime::Standstill)
+        );
+        assert!((found[0].share - 0.75).abs() < 1e-9 && (found[1].share - 0.25).abs() < 1e-9);
+        assert_eq!(found[0].run, "run 0");
+        assert!(found[0].from_s < 0.4 && found[0].to_s >= 0.4);
+        assert!(of(&residual, 5.0).is_empty());
+        let even = of(&vec![1.0; 500], 0.0);
+        // Every sample alike: a stretch's share is that of its samples, and short ones are not listed.
+        for region in &even {
+            let samples = 1.0 + ((region.to_s - region.from_s) / 0.01).round();
+            assert!((region.share - samples / 500.0).abs() < 1e-9, "{region:?}");
+        }
+        let sum: f64 = even.iter().map(|region| region.share).sum();
+        assert!(sum > 0.5 && sum < 1.0 - 1e-9, "{sum}");
+    }
+}

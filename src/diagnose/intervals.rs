@@ -1,0 +1,155 @@
+//! 95 % intervals of parameters: Laplace approximation of a fit with its effective number of observations.
+
+use nalgebra::DMatrix;
+
+use super::fit::Fit;
+use super::model::{Base, Parameter, dot, predict};
+use super::report::Interval;
+use super::score::{effective_observations, scale_free};
+use super::segments::Segments;
+use crate::motor::catalogue::kind;
+use crate::motor::fit::ParameterId;
+
+/// Half width of a 95 % interval in standard deviations.
+const WITHIN_95: f64 = 1.96;
+
+/// A fit's posterior covariance.
+pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix<f64> {
+    let n_eff = effective_observations(segments, &fit.corrected);
+    let hessian = scale_free(base, fit, n_eff).hessian;
+    let n = hessian.nrows();
+    let ridged = || {
+        let mut ridged = hessian.clone();
+        (0..n).for_each(|k| ridged[(k, k)] *= 1.0 + 1e-9);
+        ridged.try_inverse()
+    };
+    (hessian.clone().try_inverse())
+        .or_else(ridged)
+        .unwrap_or_else(|| DMatrix::zeros(n, n))
+}
+
+/// The interval of parameter `k` in SI.
+pub(crate) fn interval(
+    segments: &Segments,
+    fit: &Fit,
+    covariance: &DMatrix<f64>,
+    k: usize,
+) -> Interval {
+    let Parameter {
+        log, lo, hi, id, ..
+    } = fit.model.parameters[k];
+    let unit = unit_of(id);
+    let x = fit.x[k];
+    let mut deviation = covariance[(k, k)].max(0.0).sqrt();
+    // Torques, inertias and currents are seen relative to R and Kt, whose tolerances add.
+    if has_torque(unit) {
+        let share = if log { 1.0 } else { x.abs() };
+        deviation = deviation.hypot(fit.model.scale * share);
+    }
+    let parameter = &fit.model.parameters[k];
+    let at = |x: f64| parameter.value(x.clamp(lo, hi));
+    let (mut low, mut high) = (x - WITHIN_95 * deviation, x + WITHIN_95 * deviation);
+    if !parameter.smooth {
+        let n_eff = effective_observations(segments, &fit.corrected);
+        low = low.min(profile_end(segments, fit, k, lo, n_eff));
+        high = high.max(profile_end(segments, fit, k, hi, n_eff));
+    }
+    let (a, b) = (at(low), at(high));
+    Interval {
+        value: parameter.value(x),
+        lo95: a.min(b),
+        hi95: a.max(b),
+        unit,
+        reference: None,
+    }
+}
+
+/// Where towards a limit the profile likelihood of a parameter that the prediction does not depend on smoothly leaves the 95 % interval:
+/// a threshold between two commanded levels is known no better than to lie between them.
+fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64) -> f64 {
+    let least = fit.square_sum();
+    let is_beyond = |at: f64| {
+        let mut x = fit.x.clone();
+        x[k] = at;
+        let Some(predicted) = predict(segments, &fit.model.motor(&x)) else {
+            return true;
+        };
+        let mut residual = segments.residual(&predicted);
+        segments.correct(&mut residual);
+        let rise = 0.5 * n_eff * (dot(&residual, &residual) / least.max(f64::MIN_POSITIVE)).ln();
+        rise > 0.5 * WITHIN_95 * WITHIN_95
+    };
+    let from = fit.x[k];
+    let at = |share: f64| from + share * (limit - from);
+    let (mut inside, mut beyond) = (0.0, 1.0);
+    // From a thousandth of the range outwards, then between the last two.
+    let mut share = 1e-3;
+    while share < 1.0 {
+        if is_beyond(at(share)) {
+            beyond = share;
+            break;
+        }
+        inside = share;
+        share *= 2.0;
+    }
+    for _ in 0..8 {
+        let middle = 0.5 * (inside + beyond);
+        if is_beyond(at(middle)) {
+            beyond = middle;
+        } else {
+            inside = middle;
+        }
+    }
+    at(beyond)
+}
+
+/// Whether a unit is one of those that voltage and counts tell only relative to R and Kt.
+fn has_torque(unit: &str) -> bool {
+    ["N m", "kg m", "A"]
+        .iter()
+        .any(|start| unit.starts_with(start))
+}
+
+/// Unit of a parameter of an effect; empty of a base parameter, which is a share of the motor file's.
+fn unit_of(id: ParameterId) -> &'static str {
+    match id {
+        ParameterId::Nominal(_) => "",
+        ParameterId::Effect(index, k) => kind(index).parameters[k].unit,
+    }
+}
+
+/// The interval of a function of the parameters, by the delta method.
+pub(crate) fn interval_of(
+    fit: &Fit,
+    covariance: &DMatrix<f64>,
+    unit: &'static str,
+    of: impl Fn(&[f64]) -> f64,
+) -> Interval {
+    // A step that is small beside what a number changes by and large beside what floating point leaves.
+    const STEP: f64 = 1e-5;
+    let value = of(&fit.x);
+    let gradient: Vec<f64> = (0..fit.x.len())
+        .map(|k| {
+            let moved = |by: f64| {
+                let mut x = fit.x.clone();
+                x[k] += by;
+                of(&x)
+            };
+            (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+        })
+        .collect();
+    let mut variance = 0.0;
+    for (i, a) in gradient.iter().enumerate() {
+        for (j, b) in gradient.iter().enumerate() {
+            variance += a * covariance[(i, j)] * b;
+        }
+    }
+    let half = WITHIN_95 * variance.max(0.0).sqrt();
+    Interval {
+        value,
+        lo95: value - half,
+        hi95: value + half,
+        unit,
+        reference: None,
+    }
+}

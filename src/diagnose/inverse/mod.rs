@@ -1,0 +1,134 @@
+//! Equation-error regression (inverse dynamics identification; Janot and Gautier): starts for the fits.
+//!
+//! With a kernel `K`, bell-shaped and 0 at its ends, every term is smoothed alike and derivatives pass to the kernel (modulating functions;
+//! Preisig and Rippin 1993): `K*u = c_a K''*angle + c_w K'*angle + c_s K*sgn(speed)`. It needs no simulation, no start, and has no local
+//! optimum, also where a controller answers to the motion.
+
+mod regression;
+mod rows;
+
+use super::model::{BASE, Base};
+use super::segments::Segments;
+use crate::motor::CommandKind;
+use crate::motor::catalogue::EffectKind;
+use regression::{Normal, robust_weights};
+use rows::{LEAST_ROWS, Row, rows};
+
+/// The motor's own part: volts (or amperes, or newton metres) per rad/s^2, per rad/s, against friction, and per N m of a known torque.
+pub(crate) type Own = [f64; OWN];
+
+/// Coefficients of the motor's own part.
+const OWN: usize = 4;
+
+fn own_columns(row: &Row) -> Vec<f64> {
+    let known = row.known_nm;
+    vec![row.acceleration, row.speed, row.speed.signum(), known]
+}
+
+/// The motor's own part where it alone explains the command; `None` where too little moves.
+pub(crate) fn own_part(segments: &Segments) -> Option<Own> {
+    let rows = rows(segments);
+    if rows.len() < LEAST_ROWS {
+        return None;
+    }
+    let alone: Vec<Vec<f64>> = rows.iter().map(own_columns).collect();
+    let weight = robust_weights(&rows, &alone);
+    let found = Normal::of(&alone, &rows, &weight).solved(&[true; OWN]);
+    Some(std::array::from_fn(|k| found[k]))
+}
+
+/// A load beside the motor's own part: of `gravity_load` amplitude and phase, of `constant_load` the torque, in N m; `None` where too little
+/// moves, where it would be of the wrong sign, or where the shaft turns too far per sample.
+pub(crate) fn load_term(
+    segments: &Segments,
+    base: &Base,
+    kind: &EffectKind,
+) -> Option<(Own, Vec<f64>)> {
+    let rows = rows(segments);
+    let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
+    let is_known = segments.runs.iter().all(|run| run.known.has_load());
+    let repeats = kind.parameters.len() == 2;
+    if rows.len() < LEAST_ROWS || (repeats && (is_aliased || is_known)) {
+        return None;
+    }
+    let with: Vec<Vec<f64>> = (rows.iter())
+        .map(|row| {
+            let (sine, cosine) = row.angle.sin_cos();
+            let mut columns = own_columns(row);
+            columns.extend(if repeats {
+                vec![sine, cosine]
+            } else {
+                vec![1.0]
+            });
+            columns
+        })
+        .collect();
+    let alone: Vec<Vec<f64>> = rows.iter().map(own_columns).collect();
+    let weight = robust_weights(&rows, &alone);
+    let mut brakes = vec![true; OWN];
+    brakes.resize(with[0].len(), false);
+    let found = Normal::of(&with, &rows, &weight).solved(&brakes);
+    let per_nm = base.kind.per_nm(&base.motor.parameters);
+    let values = match &found[OWN..] {
+        [sine, cosine] => vec![
+            sine.hypot(*cosine) / per_nm,
+            cosine.atan2(*sine).rem_euclid(std::f64::consts::TAU),
+        ],
+        [offset] => vec![offset / per_nm],
+        _ => return None,
+    };
+    let own: Own = std::array::from_fn(|k| found[k]);
+    (own[0] > 0.0).then_some((own, values))
+}
+
+/// The base numbers as shares of the motor file's, in the order of [`BASE`], that a motor's own part comes to. Without a known torque
+/// that of Kt is 1, with R as it is. The inductance is not in it.
+pub(crate) fn shares(base: &Base, [inertia, speed, friction, known]: Own) -> [f64; BASE.len()] {
+    let p = &base.motor.parameters;
+    let own_per_nm = base.kind.per_nm(p);
+    let per_nm = if known > 0.0 { known } else { own_per_nm };
+    let back_emf = match base.kind {
+        CommandKind::Voltage => p.back_emf_v_s_per_rad,
+        _ => 0.0,
+    };
+    let of = |found: f64, own: f64| if own > 0.0 { found / own } else { 1.0 };
+    let turning = of(speed, back_emf + p.viscous_friction_nm_s_per_rad * per_nm);
+    [
+        of(inertia, p.inertia_kg_m2 * per_nm),
+        turning,
+        of(friction, p.coulomb_friction_nm * per_nm),
+        turning,
+        1.0,
+        own_per_nm / per_nm,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::pipeline::Prepared;
+    use crate::diagnose::samples::recording;
+    use crate::diagnose::settings::Settings;
+    use crate::motor::Motor;
+
+    /// The regression of a recording of the nominal motor gives its parameters.
+    #[test]
+    fn a_plain_motor_has_its_own_parameters() {
+        let run = recording(&Motor::default(), 3000);
+        let prepared =
+            Prepared::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
+        let own = own_part(&prepared.all).expect("it moves");
+        let of = shares(&prepared.base, own);
+        assert!(of.iter().all(|share| (share - 1.0).abs() < 0.15), "{of:?}");
+    }
+
+    /// Counts that fall under a positive command: nothing brakes so, and nothing is found.
+    #[test]
+    fn a_reversed_motor_has_no_own_part() {
+        let mut run = recording(&Motor::default(), 1000);
+        run.counts.iter_mut().for_each(|count| *count = -*count);
+        let prepared =
+            Prepared::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
+        assert_eq!(own_part(&prepared.all), Some([0.0; OWN]));
+    }
+}

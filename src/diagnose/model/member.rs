@@ -1,0 +1,48 @@
+//! Parts of a model: effects with their values, and free parameters.
+
+use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
+use crate::motor::fit::ParameterId;
+
+/// An effect of a model with the values that are not fitted, or to start from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Member {
+    pub index: usize,
+    pub values: Vec<f64>,
+}
+
+impl Member {
+    pub fn id(&self) -> &'static str {
+        catalogue()[self.index].id
+    }
+}
+
+/// One free parameter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Parameter {
+    pub id: ParameterId,
+    /// Whether what is fitted is the logarithm.
+    pub log: bool,
+    /// Value in SI of 1.
+    pub unit: f64,
+    pub lo: f64,
+    pub hi: f64,
+    pub smooth: bool,
+}
+
+impl Parameter {
+    /// Its value in SI.
+    pub fn value(&self, x: f64) -> f64 {
+        self.unit * if self.log { x.exp() } else { x }
+    }
+
+    /// Derivative of its value in SI.
+    pub fn slope(&self, x: f64) -> f64 {
+        self.unit * if self.log { x.exp() } else { 1.0 }
+    }
+}
+
+/// Whether a parameter is fitted: what is one of a few values, or a side, is a start of its own.
+pub(crate) fn is_free(parameter: &EffectParameter) -> bool {
+    (!matches!(parameter.prior, Prior::OneOf(_)) || parameter.key == "max_rate_hz")
+        && parameter.key != "encoder_side"
+}

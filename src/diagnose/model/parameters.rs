@@ -1,0 +1,297 @@
+//! A motor with effects, which of its numbers are free, and what is plausible of them.
+//!
+//! Voltage in and counts out identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf, b and L as shares
+//! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady
+//! depends on sums of them, so that where two are not told apart the valley between them is straight.
+//!
+//! A load or a disc that is known is a torque in N m: runs with one identify `R/Kt` as well. There Kt is moved too, with R held.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::base::{BACK_EMF, BASE, Base, INDUCTANCE, TORQUE_CONSTANT, freed_by, range_of};
+use super::member::{Member, Parameter, is_free};
+use super::prior::{scale_variance, since, tolerances};
+use super::tolerances::Tolerances;
+use crate::motor::catalogue::{EffectParameter, Prior, Scale, catalogue};
+use crate::motor::fit::ParameterId;
+use crate::motor::{ActiveEffect, CommandKind, Motor};
+
+/// A model.
+#[derive(Debug, Clone)]
+pub(crate) struct Model {
+    pub members: Vec<Member>,
+    pub parameters: Vec<Parameter>,
+    /// With the values that are not fitted.
+    motor: Motor,
+    /// As fits have it: normal distributions, a tolerance that nobody states as if it were stated.
+    pub precision: DMatrix<f64>,
+    /// Of the base numbers, which are the first: what the motor file says; none against a reference.
+    tolerances: Option<Tolerances>,
+    pub mean: DVector<f64>,
+    start: Vec<f64>,
+    /// Relative standard deviation of torques, inertias and currents beside what the runs tell.
+    pub scale: f64,
+    /// Half the square by which the host contradicts a clock that is right, where the model has no other.
+    clock: f64,
+}
+
+impl Model {
+    pub fn new(base: &Base, members: Vec<Member>) -> Self {
+        let mut motor = base.motor.clone();
+        let mut numbers = Vec::new();
+        let mut start = Vec::new();
+        let p = &base.motor.parameters;
+        let used: Vec<usize> = (0..BASE.len())
+            .filter(|&k| p.get(BASE[k]).is_some_and(|value| value > 0.0))
+            .filter(|k| match *k {
+                BACK_EMF | INDUCTANCE => base.kind == CommandKind::Voltage,
+                TORQUE_CONSTANT => base.torque_identifiable && base.kind != CommandKind::Torque,
+                _ => true,
+            })
+            .collect();
+        for &k in &used {
+            numbers.push(Parameter {
+                id: ParameterId::nominal(BASE[k]).expect("a key"),
+                log: false,
+                unit: p.get(BASE[k]).unwrap_or(1.0),
+                lo: base.settings.largest_factor.recip(),
+                hi: base.settings.largest_factor,
+                smooth: true,
+            });
+            start.push(1.0);
+        }
+        let (tolerances, mut covariance) = match &base.reference {
+            Some(then) => (None, since(base, then, &members, &used)),
+            None => {
+                let known = tolerances(base, &members, &used);
+                let covariance = known.covariance();
+                (Some(known), covariance)
+            }
+        };
+        for (number, x) in base.reference.iter().flat_map(|then| &then.parameters) {
+            numbers.push(*number);
+            start.push(*x);
+        }
+        let mut mean = start.clone();
+        let mut widths = Vec::new();
+        for member in &members {
+            if base.frees(member.id()).is_some() {
+                continue;
+            }
+            let kind = &catalogue()[member.index];
+            if let Ok(effect) = ActiveEffect::new(kind.id, &member.values) {
+                motor.effects.set(effect);
+            }
+            for (k, parameter) in kind.parameters.iter().enumerate() {
+                if !is_free(parameter)
+                    || (member.values[k] == 0.0 && parameter.key == "max_rate_hz")
+                {
+                    continue;
+                }
+                if parameter.key == "probability" && member.values[k] == 0.0 {
+                    continue;
+                }
+                let (lo, hi) = range_of(parameter, base);
+                let log = matches!(parameter.prior, Prior::LogUniform);
+                let phase = matches!(parameter.prior, Prior::Phase);
+                let x = |value: f64| if log { value.max(1e-300).ln() } else { value };
+                let (least, most) = limits_of(parameter, (lo, hi), base.settings.beyond_range);
+                let (lo, hi) = (x(lo), x(hi));
+                let id = ParameterId::Effect(member.index, k);
+                // What the reference had is free about what it was there.
+                if let Some(place) = base.reference.as_ref().and_then(|then| then.place(id)) {
+                    start[place] = x(member.values[k]);
+                    covariance[(place, place)] += if phase {
+                        std::f64::consts::PI.powi(2)
+                    } else {
+                        (0.5 * (hi - lo)).powi(2)
+                    };
+                    continue;
+                }
+                numbers.push(Parameter {
+                    id,
+                    log,
+                    unit: 1.0,
+                    lo: if phase { f64::NEG_INFINITY } else { x(least) },
+                    hi: if phase { f64::INFINITY } else { x(most) },
+                    smooth: parameter.smooth,
+                });
+                start.push(x(member.values[k]));
+                mean.push(0.5 * (lo + hi));
+                let mut width = 0.5 * (hi - lo);
+                if kind.id == "clock_error"
+                    && let Some((seen, sd)) = base.clock
+                {
+                    *mean.last_mut().expect("just pushed") = seen;
+                    width = sd;
+                }
+                widths.push(if phase { f64::INFINITY } else { width });
+            }
+        }
+        let clock = match base.clock {
+            Some((seen, sd)) if !members.iter().any(|member| member.id() == "clock_error") => {
+                0.5 * (seen / sd).powi(2)
+            }
+            _ => 0.0,
+        };
+        let n = numbers.len();
+        let n_known = covariance.nrows();
+        let known_precision =
+            (covariance.try_inverse()).unwrap_or_else(|| DMatrix::identity(n_known, n_known));
+        let mut precision = DMatrix::zeros(n, n);
+        precision
+            .view_mut((0, 0), (n_known, n_known))
+            .copy_from(&known_precision);
+        for (k, width) in widths.iter().enumerate() {
+            precision[(n_known + k, n_known + k)] = 1.0 / (width * width);
+        }
+        Self {
+            members,
+            parameters: numbers,
+            motor,
+            precision,
+            tolerances,
+            mean: DVector::from_vec(mean),
+            start,
+            scale: scale_variance(base).sqrt(),
+            clock,
+        }
+    }
+
+    pub fn start(&self) -> Vec<f64> {
+        self.start.clone()
+    }
+
+    /// The start with other base numbers: shares of the motor file's, in the order of [`BASE`].
+    pub fn start_with(&self, shares: [f64; BASE.len()]) -> Vec<f64> {
+        let mut start = self.start();
+        for (number, x) in self.parameters.iter().zip(&mut start) {
+            let place = BASE.iter().position(|key| number.id.key() == *key);
+            if let Some(k) = place {
+                *x = shares[k].clamp(number.lo, number.hi);
+            }
+        }
+        start
+    }
+
+    /// The start with the numbers that another model has too taken from there.
+    pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
+        self.taken_from(self.start(), other, x)
+    }
+
+    /// A start with the numbers that another model has too taken from there.
+    pub fn taken_from(&self, mut start: Vec<f64>, other: &Self, x: &[f64]) -> Vec<f64> {
+        for (k, number) in self.parameters.iter().enumerate() {
+            if let Some(j) = other.parameters.iter().position(|n| n.id == number.id) {
+                start[k] = x[j];
+            }
+        }
+        start
+    }
+
+    /// Whether another model differs from this one in nothing but the parameters that are fitted.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.free() == other.free() && {
+            let zero = self.start();
+            self.motor(&zero) == other.motor(&zero)
+        }
+    }
+
+    /// Which numbers are free.
+    pub fn free(&self) -> Vec<ParameterId> {
+        self.parameters.iter().map(|number| number.id).collect()
+    }
+
+    pub fn motor(&self, x: &[f64]) -> Motor {
+        let mut motor = self.motor.clone();
+        for (number, x) in self.parameters.iter().zip(x) {
+            number.id.set(&mut motor, number.value(*x));
+        }
+        motor
+    }
+
+    pub fn clamp(&self, x: &mut [f64]) {
+        for (number, x) in self.parameters.iter().zip(x) {
+            *x = x.clamp(number.lo, number.hi);
+        }
+    }
+
+    /// Nats by which the numbers are off what is plausible, as fits have it.
+    pub fn normal_prior(&self, x: &[f64]) -> f64 {
+        let d = DVector::from_column_slice(x) - &self.mean;
+        self.clock + 0.5 * (&self.precision * &d).dot(&d)
+    }
+
+    /// The same as it counts: what is assumed of the base numbers has long tails.
+    pub fn prior(&self, x: &[f64]) -> f64 {
+        let Some(known) = &self.tolerances else {
+            return self.normal_prior(x);
+        };
+        let off = self.off_file(x);
+        let n = off.len();
+        let rest = DVector::from_fn(x.len() - n, |k, _| x[n + k] - self.mean[n + k]);
+        let of_rest = self.precision.view((n, n), (rest.len(), rest.len()));
+        self.clock + known.cost(&off) + 0.5 * (of_rest * &rest).dot(&rest)
+    }
+
+    /// By how much the base numbers are off the motor file's.
+    fn off_file(&self, x: &[f64]) -> DVector<f64> {
+        let is_base = |number: &&Parameter| matches!(number.id, ParameterId::Nominal(_));
+        let n = self.parameters.iter().take_while(is_base).count();
+        DVector::from_fn(n, |k, _| x[k] - self.mean[k])
+    }
+
+    /// Inverse of the covariance of the normal distribution under which these numbers are as unlikely as they are.
+    pub fn precision_as_unlikely(&self, x: &[f64]) -> DMatrix<f64> {
+        let mut precision = self.precision.clone();
+        if let Some(known) = &self.tolerances {
+            let off = self.off_file(x);
+            let n = off.len();
+            (precision.view_mut((0, 0), (n, n))).copy_from(&known.as_unlikely(&off));
+        }
+        precision
+    }
+
+    /// By how many of its tolerances each base number lies off the motor file's, as unlikely under a normal distribution; 0 of the others.
+    pub fn off(&self, x: &[f64]) -> Vec<f64> {
+        let variance = self.precision.clone().pseudo_inverse(f64::MIN_POSITIVE);
+        let off = |k: usize| {
+            let off = (x[k] - self.mean[k]).abs();
+            match &self.tolerances {
+                Some(known) => known.tolerances_off(k, off),
+                None => (variance.as_ref()).map_or(0.0, |known| off / known[(k, k)].sqrt()),
+            }
+        };
+        let numbers = self.parameters.iter().enumerate();
+        numbers
+            .map(|(k, number)| match number.id {
+                ParameterId::Nominal(_) => off(k),
+                ParameterId::Effect(..) => 0.0,
+            })
+            .collect()
+    }
+
+    /// The base number that a member sets free.
+    pub fn frees(&self, member: &Member) -> Option<usize> {
+        let own = |number: &Parameter| matches!(number.id, ParameterId::Effect(of, _) if of == member.index);
+        freed_by(member.id()).filter(|_| !self.parameters.iter().any(own))
+    }
+
+    /// Ids of its effects, sorted.
+    pub fn ids(&self) -> Vec<&'static str> {
+        let mut ids: Vec<&str> = self.members.iter().map(Member::id).collect();
+        ids.sort_unstable();
+        ids
+    }
+}
+
+/// Values in SI that a fit may reach. What a range is a multiple of is the motor file's number, which is off as well; shares and angles
+/// have no such scale.
+fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64), beyond_range: f64) -> (f64, f64) {
+    if matches!(parameter.scale, Scale::Absolute | Scale::TopRate) {
+        return (lo, hi);
+    }
+    let (least, most) = parameter.plausible();
+    let beyond = |end: f64| (beyond_range * end).clamp(least, most.min(parameter.at_most));
+    (beyond(lo).min(lo), beyond(hi).max(hi))
+}

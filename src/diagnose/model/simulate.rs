@@ -1,0 +1,144 @@
+//! Predictions of a motor for all segments, in counts from each segment's first sample, and their derivatives.
+
+use std::cell::RefCell;
+
+use super::Model;
+use crate::diagnose::segments::{Recording, Segments};
+use crate::motor::Motor;
+use crate::motor::fit::Workspace;
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::default();
+}
+
+/// Share of a parameter's range by which one without analytic derivatives is moved.
+const DIFFERENCE: f64 = 0.01;
+
+/// The prediction; `None` where the motor cannot be simulated.
+pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
+    let mut out = vec![0.0; segments.len];
+    WORKSPACE.with_borrow_mut(|workspace| {
+        for (number, run) in segments.runs.iter().enumerate() {
+            segments.work.add(run.t_s.len(), 0);
+            let mut angles = vec![0.0; run.t_s.len()];
+            (run.simulator)
+                .angles(&on_run(motor, run), workspace, &mut angles)
+                .ok()?;
+            scatter(segments, number, &angles, 1.0 / run.rad, &mut out);
+        }
+        Some(out)
+    })
+}
+
+/// Counts of each run from its first sample, as an encoder at this share of a count would give them for the predicted angle.
+pub(crate) fn simulated_counts(
+    segments: &Segments,
+    motor: &Motor,
+    phase: f64,
+) -> Option<Vec<Vec<f64>>> {
+    WORKSPACE.with_borrow_mut(|workspace| {
+        let of_run = |run: &Recording| {
+            let mut angles = vec![0.0; run.t_s.len()];
+            (run.continuous)
+                .angles(&on_run(motor, run), workspace, &mut angles)
+                .ok()?;
+            let count = |angle: &f64| (angle / run.rad + phase).floor() - run.first_counts;
+            Some(angles.iter().map(count).collect())
+        };
+        segments.runs.iter().map(of_run).collect()
+    })
+}
+
+/// The prediction and its derivatives by a model's parameters, a column each.
+pub(crate) fn sensitivities(
+    segments: &Segments,
+    model: &Model,
+    x: &[f64],
+) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+    let motor = model.motor(x);
+    let ids = model.free();
+    let mut out = vec![0.0; segments.len];
+    let mut columns = vec![vec![0.0; segments.len]; ids.len()];
+    WORKSPACE.with_borrow_mut(|workspace| {
+        for (number, run) in segments.runs.iter().enumerate() {
+            let n = run.t_s.len();
+            segments.work.add(n, ids.len());
+            let mut angles = vec![0.0; n];
+            let mut block = vec![0.0; n * ids.len()];
+            let motor = on_run(&motor, run);
+            (run.simulator)
+                .sensitivities(&motor, &ids, workspace, &mut angles, &mut block)
+                .ok()?;
+            scatter(segments, number, &angles, 1.0 / run.rad, &mut out);
+            for (j, free) in model.parameters.iter().enumerate() {
+                let times = free.slope(x[j]) / run.rad;
+                scatter(
+                    segments,
+                    number,
+                    &block[j * n..(j + 1) * n],
+                    times,
+                    &mut columns[j],
+                );
+            }
+        }
+        Some(())
+    })?;
+    for (j, free) in model.parameters.iter().enumerate() {
+        if free.smooth {
+            continue;
+        }
+        let step = DIFFERENCE * (free.hi - free.lo).min(10.0);
+        let moved = |by: f64| {
+            let mut x = x.to_vec();
+            x[j] = (x[j] + by).clamp(free.lo, free.hi);
+            Some((x[j], predict(segments, &model.motor(&x))?))
+        };
+        let ((a, low), (b, high)) = (moved(-step)?, moved(step)?);
+        if b > a {
+            for ((slot, low), high) in columns[j].iter_mut().zip(low).zip(high) {
+                *slot = (high - low) / (b - a);
+            }
+        }
+    }
+    Some((out, columns))
+}
+
+/// The motor under the supply of a run.
+fn on_run(motor: &Motor, run: &Recording) -> Motor {
+    let mut motor = motor.clone();
+    if let Some(supply_v) = run.supply_v {
+        motor.parameters.supply_v = supply_v;
+    }
+    motor
+}
+
+/// Writes a run's column to its segments, from each segment's first sample on.
+fn scatter(segments: &Segments, run: usize, column: &[f64], times: f64, out: &mut [f64]) {
+    for segment in segments
+        .segments
+        .iter()
+        .filter(|segment| segment.run == run)
+    {
+        let first = column[segment.from];
+        for (slot, value) in
+            (out[segment.range()].iter_mut()).zip(&column[segment.from..segment.to])
+        {
+            *slot = (value - first) * times;
+        }
+    }
+}
+
+/// Scalar product, in eight sums beside each other, so that one does not wait for the other.
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len());
+    let (a, a_rest) = a[..n].as_chunks::<8>();
+    let (b, b_rest) = b[..n].as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, a), b) in sums.iter_mut().zip(a).zip(b) {
+            *sum += a * b;
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
+}

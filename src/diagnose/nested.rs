@@ -1,0 +1,121 @@
+//! The nested models of the error budget: nominal, re-identified parameters, with one identified effect after the other.
+//!
+//! In: segments, the identified effects, fits of the search to start from. Out: one least-squares fit per step, each of which leaves no more
+//! than the one before. They are the only source of reported figures, intervals and motor files.
+
+use super::fit::{Fit, Metric, fit};
+use super::model::{Base, Member, Model};
+use super::search::Found;
+use super::segments::Segments;
+
+/// One step.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    /// `nominal`, `parameters` or the id of an effect.
+    pub name: &'static str,
+    pub fit: Fit,
+}
+
+/// Plain least squares: every sample is an observation, so that the prior decides only what the data do not.
+pub(crate) fn least_squares(
+    segments: &Segments,
+    model: &Model,
+    starts: &[Vec<f64>],
+) -> Option<Fit> {
+    let metric = Metric::ScaleFree(segments.len as f64);
+    let found = fit(segments, model, starts, metric, None)?;
+    // Once more with a new damping: along a valley the first ends early.
+    fit(segments, model, &[found.x], metric, None)
+}
+
+/// The nominal model and the one with re-identified parameters.
+pub(crate) fn without_effects(segments: &Segments, base: &Base, none: &Fit) -> Option<Vec<Step>> {
+    let model = Model::new(base, Vec::new());
+    let nominal = Fit::at(segments, &model, model.start())?;
+    let refitted = least_squares(segments, &model, &[none.x.clone(), model.start()])?;
+    let refitted = smaller(&nominal, refitted);
+    Some(vec![
+        Step {
+            name: "nominal",
+            fit: nominal,
+        },
+        Step {
+            name: "parameters",
+            fit: refitted,
+        },
+    ])
+}
+
+/// The same with these effects, in the order of what they remove; an effect that cannot be fitted ends the list.
+pub(crate) fn with_effects(
+    segments: &Segments,
+    base: &Base,
+    mut steps: Vec<Step>,
+    ids: &[&'static str],
+    found: &Found,
+) -> Vec<Step> {
+    let mut left: Vec<Member> = ids.iter().filter_map(|id| member_of(found, id)).collect();
+    let mut members: Vec<Member> = Vec::new();
+    while !left.is_empty() {
+        let before = steps.last().map(|step| step.fit.clone());
+        let Some(before) = before else { break };
+        let fits = left.iter().enumerate().filter_map(|(k, member)| {
+            let mut with = members.clone();
+            with.push(member.clone());
+            Some((k, extended(segments, base, with, &before, found)?))
+        });
+        let best = fits.min_by(|a, b| a.1.square_sum().total_cmp(&b.1.square_sum()));
+        let Some((k, fit)) = best else { break };
+        members.push(left.remove(k));
+        let name = members.last().map_or("", Member::id);
+        steps.push(Step {
+            name,
+            fit: smaller(&before, fit),
+        });
+    }
+    steps
+}
+
+/// The fit with the smaller error: a larger model is not reported with a larger error than the one it extends.
+fn smaller(before: &Fit, fit: Fit) -> Fit {
+    if fit.square_sum() <= before.square_sum() {
+        fit
+    } else {
+        before.clone()
+    }
+}
+
+/// A model fitted from the step before, and from every fit of the search that has its effects.
+fn extended(
+    segments: &Segments,
+    base: &Base,
+    members: Vec<Member>,
+    before: &Fit,
+    found: &Found,
+) -> Option<Fit> {
+    let model = Model::new(base, members);
+    let ids = model.ids();
+    let mut starts = vec![model.start_from(&before.model, &before.x)];
+    let has_all = |set: &&super::search::Scored| {
+        let own = set.fit.ids();
+        ids.iter().all(|id| own.contains(id))
+    };
+    let others = found.sets.iter().filter(has_all).take(2);
+    starts.extend(others.map(|set| model.start_from(&set.fit.model, &set.fit.x)));
+    least_squares(segments, &model, &starts)
+}
+
+/// An effect as the best set that contains it has it, its discrete values included.
+fn member_of(found: &Found, id: &str) -> Option<Member> {
+    found.sets.iter().find_map(|set| {
+        let members = &set.fit.model.members;
+        let place = members.iter().position(|member| member.id() == id)?;
+        let mut member = members[place].clone();
+        // Fitted values replace the ones that its fit started from.
+        let motor = set.fit.model.motor(&set.fit.x);
+        if let Some(effect) = motor.effects.get(id) {
+            member.values = effect.values[..member.values.len()].to_vec();
+        }
+        Some(member)
+    })
+}

@@ -1,0 +1,195 @@
+//! From runs to fitted sets: the part of a diagnosis that reads data.
+
+use super::error::{DiagnoseError, usable};
+use super::fit::{Fit, Metric, fit};
+use super::inverse::{own_part, shares};
+use super::model::{Base, Model, ReferencePosterior};
+use super::nested::least_squares;
+use super::relevance::{exceeds, noise_floor};
+use super::score::{effective_observations, fitted_time_constant_s};
+use super::search::{Found, search};
+use super::segments::{Recording, Segments, Subset};
+use super::settings::Settings;
+use crate::motor::Motor;
+use crate::motor::catalogue::find;
+use crate::recording::Run;
+
+/// How well the host reads the board's clock at either end of a run in s: earliest arrivals of a tenth of the samples.
+const CLOCK_READING_S: f64 = 0.5e-3;
+
+/// Runs cut into segments, and what all models of them share.
+pub(crate) struct Prepared {
+    /// Segments of the whole runs.
+    pub all: Segments,
+    /// The subset that is searched, where the runs are long.
+    pub subset: Option<Subset>,
+    pub runs: Vec<Run>,
+    pub base: Base,
+}
+
+impl Prepared {
+    pub fn new(runs: &[Run], motor: &Motor, settings: &Settings) -> Result<Self, DiagnoseError> {
+        let kind = usable(runs)?;
+        let mut motor = motor.clone();
+        motor.parameters.counts_per_rev = runs[0].counts_per_rev;
+        motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
+        let all = Segments::new(runs, &motor, settings)?;
+        let subset = Subset::new(
+            &all,
+            runs,
+            &motor,
+            settings.searched_samples,
+            None,
+            settings,
+        )?;
+        let clocks = all.runs.iter().filter_map(|run| run.clock);
+        let longest = clocks.max_by(|a, b| a.1.total_cmp(&b.1));
+        // A reading beyond what a clock errs by is none: rows that were sent faster than real time, or all at once.
+        let longest = longest.filter(|(error, _)| error.abs() < plausible_clock_error(&motor));
+        let base = Base {
+            kind,
+            sample_time_s: all.runs[0].sample_time_s,
+            clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
+            is_host_timed: runs.iter().any(Run::is_host_timed),
+            torque_identifiable: runs.iter().any(|run| run.known.has_torque()),
+            reference: None,
+            dead_time_s: all.runs.iter().map(dead_time_s).fold(0.0, f64::max),
+            settings: *settings,
+            motor,
+        };
+        Ok(Self {
+            all,
+            subset,
+            runs: runs.to_vec(),
+            base,
+        })
+    }
+
+    /// The same with a motor and a prior that reference runs determined.
+    pub fn after(mut self, motor: Motor, reference: ReferencePosterior) -> Self {
+        let own = self.base.motor.parameters;
+        self.base.motor = motor;
+        self.base.motor.parameters.counts_per_rev = own.counts_per_rev;
+        self.base.motor.parameters.supply_v = own.supply_v;
+        self.base.reference = Some(reference);
+        self
+    }
+
+    /// Segments that are searched.
+    pub fn searched(&self) -> &Segments {
+        self.subset
+            .as_ref()
+            .map_or(&self.all, |subset| &subset.segments)
+    }
+
+    fn searched_runs(&self) -> &[Run] {
+        self.subset
+            .as_ref()
+            .map_or(&self.runs, |subset| &subset.runs)
+    }
+}
+
+/// Largest relative error of a clock that the catalogue holds plausible.
+fn plausible_clock_error(motor: &Motor) -> f64 {
+    let parameter = find("clock_error").and_then(|(_, kind)| kind.parameters.first());
+    parameter.map_or(0.0, |parameter| parameter.range(&motor.parameters, 1.0).1)
+}
+
+/// Time in s from the first command of a run that begins at rest to its first motion.
+fn dead_time_s(run: &Recording) -> f64 {
+    let commanded = run.command.iter().position(|u| *u != 0.0);
+    let moved = run.counts.iter().position(|n| n.abs() >= 2.0);
+    match (commanded, moved) {
+        (Some(from), Some(to)) if to > from => run.t_s[to] - run.t_s[from],
+        _ => 0.0,
+    }
+}
+
+/// What the search came to.
+pub(crate) struct Searched {
+    /// The searched segments, initial states corrected for the re-identified motor.
+    pub segments: Segments,
+    /// All segments, corrected likewise.
+    pub all: Segments,
+    /// Maximum posterior fit without effects.
+    pub none: Fit,
+    /// Noise floor in counts RMS: what simulated recordings of the re-identified motor leave.
+    pub quantization: f64,
+    pub found: Found,
+}
+
+/// Fits, tests relevance, searches; the stated floor is what repeats differ by or the user accepts, in counts RMS.
+pub(crate) fn searched(
+    prepared: &Prepared,
+    stated_floor_counts: f64,
+    proposed: &[Motor],
+    progress: &dyn Fn(&str),
+) -> Result<Searched, DiagnoseError> {
+    let Prepared { all, base, .. } = prepared;
+    let settings = &base.settings;
+    let segments = prepared.searched();
+    let model = Model::new(base, Vec::new());
+    progress("re-identifying the parameters");
+    let nominal = Fit::at(segments, &model, model.start()).ok_or(DiagnoseError::NoFit)?;
+    let mut starts = vec![model.start()];
+    starts.extend(own_part(segments).map(|own| model.start_with(shares(base, own))));
+    let n_eff = effective_observations(segments, &nominal.corrected);
+    let first = fit(segments, &model, &starts, Metric::ScaleFree(n_eff), None);
+    let first = first.ok_or(DiagnoseError::NoFit)?;
+    // Initial states are corrected for the motor that is found, once.
+    let tau_s = fitted_time_constant_s(&first);
+    let segments = segments.clone().with_time_constant(tau_s);
+    let all = all.clone().with_time_constant(tau_s);
+    let n_eff = effective_observations(&segments, &first.corrected);
+    let none = fit(
+        &segments,
+        &model,
+        &[first.x],
+        Metric::ScaleFree(n_eff),
+        None,
+    );
+    let none = none.ok_or(DiagnoseError::NoFit)?;
+    starts.push(none.x.clone());
+    let refitted = least_squares(&segments, &model, &starts).ok_or(DiagnoseError::NoFit)?;
+    let floor = noise_floor(&segments, &refitted, settings).ok_or(DiagnoseError::NoFit)?;
+    let n_eff = effective_observations(&segments, &refitted.corrected);
+    let stated_floor = stated_floor_counts.powi(2);
+    let is_relevant = exceeds(
+        refitted.mean_square(),
+        floor.max(stated_floor),
+        n_eff,
+        settings,
+    );
+    // Segments of a slow motor, or of a fast board, are long.
+    let segment = segments.len / segments.segments.len().max(1);
+    let most = settings
+        .screened_samples
+        .max(settings.screened_segments * segment);
+    let coarse = Subset::new(
+        &segments,
+        prepared.searched_runs(),
+        &none.model.motor(&none.x),
+        most,
+        Some(&none.corrected),
+        settings,
+    )?;
+    let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
+    let begun = if is_relevant { &none } else { &refitted };
+    let found = search(
+        &segments,
+        coarse,
+        base,
+        begun,
+        (is_relevant, stated_floor),
+        proposed,
+        progress,
+    );
+    let found = found.ok_or(DiagnoseError::NoFit)?;
+    Ok(Searched {
+        quantization: floor.sqrt(),
+        segments,
+        all,
+        none,
+        found,
+    })
+}

@@ -1,0 +1,229 @@
+//! Then and now: what differs between these runs and reference runs of the same axis.
+//!
+//! The reference runs are diagnosed first. The least-squares fit of their identified set is the nominal motor of these runs and its
+//! covariance their prior: to second order the joint fit of both with every parameter shared, but for those that an effect frees.
+//!
+//! An effect that these runs show may have been there before, where the reference runs do not show it. So each is judged by the joint
+//! score of both groups: once as an effect of these runs alone (free by group), once as an effect of the motor of both (shared). Unless
+//! the first is confidently more probable, the effect belongs to the reference, and these runs are searched anew.
+
+use nalgebra::DMatrix;
+
+use super::budget::stated_floor;
+use super::document::weighed;
+use super::error::{DiagnoseError, name_of, usable};
+use super::fit::Fit;
+use super::intervals::covariance;
+use super::model::{Base, Member, Model, ReferencePosterior};
+use super::nested::{self, least_squares};
+use super::pipeline::{Prepared, Searched, searched};
+use super::report::ReferenceRuns;
+use super::score::scale_free;
+use super::segments::Segments;
+use super::verdict::identified;
+use super::{Options, Settings};
+use crate::motor::Motor;
+use crate::motor::catalogue::catalogue;
+use crate::motor::fit::ParameterId;
+use crate::recording::Run;
+
+/// A group of runs under one base, with the number of observations of its score.
+struct Group<'a> {
+    segments: &'a Segments,
+    base: Base,
+    n_eff: f64,
+}
+
+impl Group<'_> {
+    /// The scale-free score of a fit, and the fit: that of a model with these members from the parameters of other fits.
+    fn fitted(&self, members: Vec<Member>, from: &[&Fit]) -> Option<(f64, Fit)> {
+        let model = Model::new(&self.base, members);
+        let mut starts = vec![model.start()];
+        starts.extend(from.iter().map(|fit| model.start_from(&fit.model, &fit.x)));
+        let fit = least_squares(self.segments, &model, &starts)?;
+        let score = scale_free(&self.base, &fit, self.n_eff).score(f64::NEG_INFINITY);
+        Some((score, fit))
+    }
+}
+
+/// The search of these runs after reference runs, what was prepared for it, and the report of the reference.
+pub(super) fn compared(
+    mut prepared: Prepared,
+    stated_floor_counts: f64,
+    earlier: &[Run],
+    motor: &Motor,
+    options: &Options<'_>,
+) -> Result<(Prepared, Searched, Option<ReferenceRuns>), DiagnoseError> {
+    usable(&[&prepared.runs[..1], &earlier[..1]].concat())?;
+    let settings = &options.settings;
+    let mut then = Prepared::new(earlier, motor, settings)?;
+    // One motor has the same parameters then and now.
+    let torque_identifiable = prepared.base.torque_identifiable || then.base.torque_identifiable;
+    prepared.base.torque_identifiable = torque_identifiable;
+    then.base.torque_identifiable = torque_identifiable;
+    (options.progress)("diagnosing the reference runs");
+    let floor = stated_floor(earlier, &then.all, &[], options.good_enough);
+    let reference = searched(&then, floor.largest(), &[], &|_| ())?;
+    let mut fit = identified_fit(&then, &reference, settings).ok_or(DiagnoseError::NoFit)?;
+    loop {
+        let (motor, posterior) = posterior_of(&reference.segments, &then.base, &fit);
+        prepared = prepared.after(motor, posterior);
+        let found = searched(&prepared, stated_floor_counts, &[], options.progress)?;
+        let both = (&then, &reference, &prepared, &found);
+        if let Some(with) = shared(both, &fit, settings) {
+            (options.progress)("sharing an effect with the reference runs");
+            fit = with;
+            continue;
+        }
+        found
+            .segments
+            .work
+            .add(reference.segments.work.samples() as usize, 0);
+        let names = earlier.iter().enumerate();
+        let report = ReferenceRuns {
+            runs: names.map(|(k, run)| name_of(k, run)).collect(),
+            effects: fit.ids(),
+            rms_counts: fit.rms(),
+        };
+        return Ok((prepared, found, Some(report)));
+    }
+}
+
+/// The least-squares fit of the effects that are identified.
+fn identified_fit(then: &Prepared, found: &Searched, settings: &Settings) -> Option<Fit> {
+    let Searched {
+        segments,
+        none,
+        found,
+        ..
+    } = found;
+    let named = identified(&weighed(&found.sets, settings), settings);
+    let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
+    let steps = nested::without_effects(segments, &then.base, none)?;
+    let steps = nested::with_effects(segments, &then.base, steps, &ids, found);
+    steps.into_iter().next_back().map(|step| step.fit)
+}
+
+/// The fit of the reference with one of the identified effects of these runs more, unless the joint score says that it is in these runs
+/// alone.
+fn shared(
+    (then, reference, now, found): (&Prepared, &Searched, &Prepared, &Searched),
+    fit: &Fit,
+    settings: &Settings,
+) -> Option<Fit> {
+    let named = identified(&weighed(&found.found.sets, settings), settings);
+    let best = found.found.best();
+    let before = Group {
+        segments: &reference.segments,
+        base: then.base.clone(),
+        n_eff: reference.found.judge.n_eff,
+    };
+    let group_now = |base: Base| Group {
+        segments: &found.segments,
+        base,
+        n_eff: found.found.judge.n_eff,
+    };
+    let members = &best.fit.model.members;
+    let own = group_now(now.base.clone()).fitted(members.clone(), &[&best.fit])?;
+    let apart = scale_free(&before.base, fit, before.n_eff).score(f64::NEG_INFINITY) + own.0;
+    let is_new = |member: &&Member| {
+        named.iter().any(|one| one.effect == member.id()) && !fit.ids().contains(&member.id())
+    };
+    let tried = members.iter().filter(is_new).filter_map(|member| {
+        let with = fit.model.members.iter().chain([member]).cloned();
+        let (score, with) = before.fitted(with.collect(), &[fit, &best.fit])?;
+        let (motor, posterior) = posterior_of(before.segments, &before.base, &with);
+        let base = Base {
+            motor,
+            reference: Some(posterior),
+            ..now.base.clone()
+        };
+        let base = base.for_runs_of(&now.base);
+        let rest = members.iter().filter(|other| other.index != member.index);
+        let now = group_now(base).fitted(rest.cloned().collect(), &[&best.fit])?;
+        Some((score + now.0, with))
+    });
+    let best = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    // Only what is confidently of these runs alone is a change.
+    let odds = settings.confident / (1.0 - settings.confident);
+    (apart - best.0 < odds.ln()).then_some(best.1)
+}
+
+/// The motor that reference runs determine, and how well.
+fn posterior_of(segments: &Segments, base: &Base, fit: &Fit) -> (Motor, ReferencePosterior) {
+    let motor = fit.model.motor(&fit.x);
+    let parameters = &fit.model.parameters;
+    let mut covariance: DMatrix<f64> = covariance(segments, base, fit);
+    for (k, parameter) in parameters.iter().enumerate() {
+        // A base parameter is a share of the motor's value, which is now the fitted one.
+        if matches!(parameter.id, ParameterId::Nominal(_)) {
+            covariance.row_mut(k).scale_mut(1.0 / fit.x[k]);
+            covariance.column_mut(k).scale_mut(1.0 / fit.x[k]);
+        }
+    }
+    let effects = motor
+        .effects
+        .iter()
+        .filter(|effect| effect.index() < catalogue().len());
+    let posterior = ReferencePosterior {
+        effects: (effects)
+            .map(|effect| Member {
+                index: effect.index(),
+                values: effect.parameters().map(|(_, value)| value).collect(),
+            })
+            .collect(),
+        parameters: (parameters.iter().zip(&fit.x))
+            .filter(|(parameter, _)| matches!(parameter.id, ParameterId::Effect(..)))
+            .map(|(parameter, x)| (*parameter, *x))
+            .collect(),
+        covariance,
+        mean_square: fit.mean_square(),
+    };
+    (motor, posterior)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{motor_with, recording};
+    use super::super::{Diagnosis, Verdict, diagnose};
+    use super::*;
+
+    fn against(runs: &[Run], reference: &[Run]) -> Diagnosis {
+        let options = Options {
+            reference,
+            ..Options::default()
+        };
+        diagnose(runs, &Motor::default(), &options).expect("a diagnosis")
+    }
+
+    /// A motor whose friction is not the file's, then and now: no change, though the file is wrong. With a dead zone now, that is the
+    /// change, and it is named.
+    #[test]
+    fn what_was_there_before_is_no_change() {
+        let mut then = motor_with(&[("voltage_drop", &[0.6])]);
+        then.parameters.coulomb_friction_nm *= 1.2;
+        let reference = [recording(&then, 1500)];
+        let same = against(&[recording(&then, 1200)], &reference);
+        assert_eq!(same.verdict, Verdict::NoChange, "{}", same.sentence);
+        let report = same.reference.expect("reference runs");
+        assert_eq!(report.effects, ["voltage_drop"], "{report:?}");
+        let mut now = then.clone();
+        now.effects =
+            motor_with(&[("voltage_drop", &[0.6]), ("backlash", &[0.05, 0.5, 0.0])]).effects;
+        let other = against(&[recording(&now, 1200)], &reference);
+        assert_eq!(other.effects, ["backlash"], "{}", other.sentence);
+    }
+
+    /// A reference that stands still shows no effect: what these runs show is shared with it, no change.
+    #[test]
+    fn an_effect_that_the_reference_cannot_show_is_shared() {
+        let motor = motor_with(&[("coast_at_zero", &[])]);
+        let mut forward = recording(&motor, 50);
+        assert!(forward.command.iter().all(|u| *u == 4.5));
+        forward.supply_v = Some(4.5);
+        let found = against(&[recording(&motor, 1500)], &[forward]);
+        assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
+        let effects = found.reference.expect("reference runs").effects;
+        assert_eq!(effects, ["coast_at_zero"]);
+    }
+}

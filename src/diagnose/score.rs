@@ -1,0 +1,366 @@
+//! The score of a set of effects, the effective number of observations, the posterior.
+//!
+//! Two scores of a fit, both Laplace approximations of a log evidence (MacKay 2003, chapter 28):
+//!
+//! - **likelihood**: quantization and a random load torque whose strength is fitted,
+//!   `-1/2 (e'e + ln|S|) - prior + 1/2 ln|P| - 1/2 ln|H| - ln(options) - |S| ln(39)`, `e` the whitened innovations;
+//! - **scale-free**: one unknown variance of the corrected residual and as many observations as it effectively has,
+//!   `-1/2 N ln MSE - prior + 1/2 ln|P| - 1/2 ln|H| - ln(options) - |S| ln(39)` with `H = J'J N/(n MSE) + P`.
+//!
+//! Neither rewards a fit below the noise floor. The likelihood is used where its noise is credible: where the best set leaves a
+//! random load and whitened squares that a bench has. Elsewhere the model is wrong in more than noise, a likelihood is overconfident
+//! (Yang and Zhu 2018), and the scale-free score is used.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::fit::{Fit, gram};
+use super::model::{Base, Member, Model, dot, range_of};
+use super::noise::{LinearPlant, Noise, Whitener, likeliest};
+use super::segments::{Segments, time_constant_s};
+use crate::motor::catalogue::{Prior, catalogue};
+use crate::motor::fit::ParameterId;
+use crate::motor::{CommandKind, Motor};
+use crate::units::ROUNDING_VARIANCE;
+
+/// Refinements of a score's optimum by one linear step each.
+const REFINEMENTS: usize = 2;
+/// Coefficients of a segment's cosine transform that are taken by octaves; all beyond are one band.
+const COEFFICIENTS: usize = 512;
+
+/// Optimum of a score near a fit, in nats.
+#[derive(Debug, Clone)]
+pub(crate) struct Optimum {
+    /// Negative log likelihood.
+    pub data: f64,
+    /// Negative log prior density of the parameters and of the noise.
+    pub prior: f64,
+    /// Log prior odds of the set and volume of its posterior relative to its prior.
+    pub volume: f64,
+    /// `J'J` in units of the noise, plus the precision of the prior.
+    pub hessian: DMatrix<f64>,
+}
+
+impl Optimum {
+    /// The log evidence where no data cost below this is rewarded.
+    pub fn score(&self, least: f64) -> f64 {
+        let score = self.volume - self.data.max(least) - self.prior;
+        if score.is_finite() {
+            score
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+}
+
+/// What the likelihood says of a fit.
+#[derive(Debug, Clone)]
+pub(crate) struct Likelihood {
+    pub optimum: Optimum,
+    pub noise: Noise,
+    pub plant: LinearPlant,
+    /// Whitened squares over their expectation.
+    pub squares: f64,
+}
+
+/// The linearized plant of a motor.
+pub(crate) fn plant_of(segments: &Segments, motor: &Motor, kind: CommandKind) -> LinearPlant {
+    let p = &motor.parameters;
+    let commands = segments.runs.iter().flat_map(|run| &run.command);
+    let largest = commands.fold(1e-9_f64, |most, u| most.max(u.abs()));
+    let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+    let (drag, torque) = match kind {
+        CommandKind::Voltage => (
+            p.viscous_friction_nm_s_per_rad + coupling,
+            p.torque_constant_nm_per_a * largest / p.resistance_ohm,
+        ),
+        CommandKind::Current => (
+            p.viscous_friction_nm_s_per_rad,
+            p.torque_constant_nm_per_a * largest,
+        ),
+        CommandKind::Torque => (p.viscous_friction_nm_s_per_rad, largest),
+    };
+    let number = |id: &str, key: &str| {
+        let number = ParameterId::effect(id, key);
+        number.and_then(|id| id.get(motor)).unwrap_or(0.0)
+    };
+    LinearPlant {
+        time_constant_s: (p.inertia_kg_m2 / drag.max(1e-12)).clamp(1e-4, 100.0),
+        stall_counts_s2: torque / p.inertia_kg_m2 / segments.runs[0].rad,
+        jitter_s: number("sample_jitter", "spread_s").hypot(segments.arrivals_s),
+        loss: number("missed_counts", "probability"),
+    }
+}
+
+/// Log prior odds of a set and log volume of its posterior relative to its prior: `1/2 ln|P| - 1/2 ln|H| - ln(options) - |S| ln(39)`. An angle
+/// anywhere on the circle has the density 1/(2 pi), which is the precision that gives the Laplace approximation this normalization.
+fn log_volume(base: &Base, model: &Model, hessian: &DMatrix<f64>) -> f64 {
+    let (mut prior, mut posterior) = (model.precision.clone(), hessian.clone());
+    for k in 0..prior.nrows() {
+        if prior[(k, k)] <= 0.0 {
+            prior[(k, k)] = 1.0 / TAU;
+            posterior[(k, k)] += 1.0 / TAU;
+        }
+    }
+    let per_effect = (catalogue().len() as f64).ln();
+    let options: f64 = model.members.iter().map(|m| log_options(base, m)).sum();
+    0.5 * (log_det(&prior) - log_det(&posterior))
+        - options
+        - model.members.len() as f64 * per_effect
+}
+
+/// Log of the number of discrete alternatives of an effect: orders of the angle, sides, values of a list.
+pub(crate) fn log_options(base: &Base, member: &Member) -> f64 {
+    let of = |parameter: &crate::motor::catalogue::EffectParameter| match parameter.prior {
+        Prior::OneOf(values) if parameter.key != "max_rate_hz" => (values.len() as f64).ln(),
+        _ if parameter.key == "cycles_per_rev" => {
+            let (lo, hi) = range_of(parameter, base);
+            (hi - lo + 1.0).max(1.0).ln()
+        }
+        _ if parameter.key == "encoder_side" => 2f64.ln(),
+        _ => 0.0,
+    };
+    catalogue()[member.index].parameters.iter().map(of).sum()
+}
+
+/// Log determinant of a positive definite matrix; infinite of any other, which no parameter is determined by.
+fn log_det(matrix: &DMatrix<f64>) -> f64 {
+    let cholesky = matrix.clone().cholesky();
+    let sum = cholesky.map(|c| 2.0 * c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>());
+    sum.filter(|sum| sum.is_finite()).unwrap_or(f64::INFINITY)
+}
+
+/// The scale-free score of a fit for an effective number of observations.
+pub(crate) fn scale_free(base: &Base, fit: &Fit, n_eff: f64) -> Optimum {
+    let floor = ROUNDING_VARIANCE;
+    let n = fit.corrected.len().max(1) as f64;
+    let model = &fit.model;
+    let precision = model.precision_as_unlikely(&fit.x);
+    let distance = DVector::from_column_slice(&fit.x) - &model.mean;
+    let squares = fit.square_sum();
+    let data = |square_sum: f64| 0.5 * n_eff * (square_sum / n).max(floor).ln();
+    let mut best = (data(squares), fit.prior);
+    let mut mean_square = (squares / n).max(floor);
+    for _ in 0..REFINEMENTS {
+        let weight = n_eff / (n * mean_square);
+        let hessian = &fit.gram * weight + &precision;
+        let right = &fit.gradient * weight - &precision * &distance;
+        let Some(step) = hessian.cholesky().map(|c| c.solve(&right)) else {
+            break;
+        };
+        let then = squares - 2.0 * fit.gradient.dot(&step) + (&fit.gram * &step).dot(&step);
+        let found = (
+            data(then),
+            fit.prior + prior_of_step(&precision, &distance, &step),
+        );
+        if found.0 + found.1 >= best.0 + best.1 {
+            break;
+        }
+        best = found;
+        mean_square = (then / n).max(floor);
+    }
+    let hessian = &fit.gram * (n_eff / (n * mean_square)) + &precision;
+    Optimum {
+        data: best.0,
+        prior: best.1,
+        volume: log_volume(base, model, &hessian),
+        hessian,
+    }
+}
+
+/// By how much a step changes a normal prior's negative log density.
+fn prior_of_step(precision: &DMatrix<f64>, distance: &DVector<f64>, step: &DVector<f64>) -> f64 {
+    let off = distance + step;
+    0.5 * ((precision * &off).dot(&off) - (precision * distance).dot(distance))
+}
+
+/// A fit after one linear step under a noise.
+struct Linear {
+    data: f64,
+    prior: f64,
+    noise: Noise,
+    squares: f64,
+    hessian: DMatrix<f64>,
+}
+
+impl Linear {
+    fn cost(&self) -> f64 {
+        self.data + self.prior
+    }
+}
+
+/// The likelihood of a fit, at its optimum by linear steps.
+pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelihood {
+    let model = &fit.model;
+    let usual_load = base.settings.usual_load;
+    let plant = plant_of(segments, &model.motor(&fit.x), base.kind);
+    let precision = model.precision_as_unlikely(&fit.x);
+    let distance = DVector::from_column_slice(&fit.x) - &model.mean;
+    let mut residual = fit.residual.clone();
+    let mut best: Option<Linear> = None;
+    for _ in 0..=REFINEMENTS {
+        let noise = likeliest(segments, &plant, usual_load, &residual);
+        if best.as_ref().is_some_and(|best| best.noise == noise) {
+            break;
+        }
+        let whitener = Whitener::new(segments, &plant, noise);
+        let white = whitener.whiten(&fit.residual);
+        let columns = whitener.whiten_all(&fit.columns);
+        let hessian = gram(&columns) + &precision;
+        let right = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white))
+            - &precision * &distance;
+        let step = (hessian.clone().cholesky()).map_or_else(
+            || DVector::zeros(columns.len()),
+            |cholesky| cholesky.solve(&right),
+        );
+        for step in [&step, &DVector::zeros(columns.len())] {
+            let mut moved = white.clone();
+            for (column, by) in columns.iter().zip(step.iter()) {
+                for (r, c) in moved.iter_mut().zip(column) {
+                    *r -= by * c;
+                }
+            }
+            let found = Linear {
+                data: whitener.cost(&moved),
+                prior: fit.prior
+                    + prior_of_step(&precision, &distance, step)
+                    + noise.prior(usual_load),
+                noise,
+                squares: dot(&moved, &moved),
+                hessian: hessian.clone(),
+            };
+            if best.as_ref().is_none_or(|best| found.cost() < best.cost()) {
+                best = Some(found);
+            }
+        }
+        residual.copy_from_slice(&fit.residual);
+        for (column, by) in fit.columns.iter().zip(step.iter()) {
+            for (r, c) in residual.iter_mut().zip(column) {
+                *r -= by * c;
+            }
+        }
+    }
+    let Linear {
+        data,
+        prior,
+        noise,
+        squares,
+        hessian,
+    } = best.expect("one refinement at least");
+    let expected: f64 = segments.weight.iter().sum::<f64>();
+    Likelihood {
+        optimum: Optimum {
+            data,
+            prior,
+            volume: log_volume(base, model, &hessian),
+            hessian,
+        },
+        noise,
+        plant,
+        squares: squares / expected,
+    }
+}
+
+/// Effective number of independent observations in a corrected residual: by octaves of its cosine transform (Satterthwaite 1946), or by
+/// its autocorrelation (Thiebaux and Zwiers 1984) if that is less.
+pub(crate) fn effective_observations(segments: &Segments, residual: &[f64]) -> f64 {
+    let mut bands: Vec<(f64, f64)> = Vec::new();
+    let mut lagged: Vec<f64> = Vec::new();
+    let mut squares = 0.0;
+    for segment in &segments.segments {
+        let r = &residual[segment.range()];
+        squares += dot(r, r);
+        for (band, power, coefficients) in octaves(r) {
+            if bands.len() <= band {
+                bands.resize(band + 1, (0.0, 0.0));
+            }
+            bands[band].0 += power;
+            bands[band].1 += coefficients;
+        }
+        for lag in 1..r.len() {
+            if lagged.len() < lag {
+                lagged.push(0.0);
+            }
+            lagged[lag - 1] += dot(&r[lag..], r);
+        }
+    }
+    let n = residual.len() as f64;
+    if squares <= 0.0 {
+        return n;
+    }
+    let sum: f64 = bands.iter().map(|(power, _)| power).sum();
+    let spread: f64 = bands
+        .iter()
+        .filter(|(_, n)| *n > 0.0)
+        .map(|(p, n)| p * p / n)
+        .sum();
+    let by_bands = sum * sum / spread;
+    let correlated = lagged
+        .iter()
+        .map(|l| l / squares)
+        .take_while(|rho| *rho > 0.0);
+    let by_lags = n / (1.0 + 2.0 * correlated.sum::<f64>());
+    by_bands.min(by_lags).clamp(1.0, n)
+}
+
+/// Octave, power and number of coefficients of the orthonormal cosine transform (DCT-II) of a segment.
+fn octaves(r: &[f64]) -> Vec<(usize, f64, f64)> {
+    let n = r.len();
+    let mut found: Vec<(usize, f64, f64)> = Vec::new();
+    let mut left = dot(r, r);
+    let most = n.min(COEFFICIENTS);
+    for j in 0..most {
+        // cos(pi j (k + 1/2)/n) by the recurrence of Chebyshev.
+        let angle = std::f64::consts::PI * j as f64 / n as f64;
+        let (twice, mut before, mut now) =
+            (2.0 * angle.cos(), (0.5 * angle).cos(), (0.5 * angle).cos());
+        let mut sum = 0.0;
+        for (k, value) in r.iter().enumerate() {
+            if k > 0 {
+                (before, now) = (
+                    now,
+                    if k == 1 {
+                        (1.5 * angle).cos()
+                    } else {
+                        twice * now - before
+                    },
+                );
+            }
+            sum += value * now;
+        }
+        let power = sum * sum * if j == 0 { 1.0 } else { 2.0 } / n as f64;
+        left -= power;
+        let band = if j == 0 { 0 } else { j.ilog2() as usize + 1 };
+        match found.last_mut() {
+            Some(last) if last.0 == band => {
+                last.1 += power;
+                last.2 += 1.0;
+            }
+            _ => found.push((band, power, 1.0)),
+        }
+    }
+    if n > most {
+        found.push((
+            COEFFICIENTS.ilog2() as usize + 1,
+            left.max(0.0),
+            (n - most) as f64,
+        ));
+    }
+    found
+}
+
+/// Probabilities of scores: `p ~ exp(learning_rate score)`.
+pub(crate) fn posterior(scores: &[f64], learning_rate: f64) -> Vec<f64> {
+    let best = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let odds: Vec<f64> = (scores.iter())
+        .map(|score| (learning_rate * (score - best)).exp())
+        .collect();
+    let sum: f64 = odds.iter().sum();
+    odds.iter().map(|odd| odd / sum).collect()
+}
+
+/// Time constant in s of a fit's motor.
+pub(crate) fn fitted_time_constant_s(fit: &Fit) -> f64 {
+    time_constant_s(&fit.model.motor(&fit.x))
+}

@@ -1,0 +1,198 @@
+//! Columns of all effects: how each, from each of its starts, changes the prediction.
+
+use rayon::prelude::*;
+
+use super::periodic;
+use crate::diagnose::fit::Fit;
+use crate::diagnose::model::{BASE, Base, Member, predict, range_of};
+use crate::diagnose::segments::Segments;
+use crate::motor::ActiveEffect;
+use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
+
+/// Shares of a range from which the first parameter of an effect starts; closer where the prediction does not depend on it smoothly;
+/// of either sign; and further parameters.
+const STARTS: [f64; 3] = [0.15, 0.5, 0.85];
+const CLOSE_STARTS: [f64; 5] = [0.08, 0.25, 0.45, 0.65, 0.85];
+const SIGNED_STARTS: [f64; 4] = [-0.5, -0.12, 0.12, 0.5];
+const FURTHER_STARTS: [f64; 2] = [0.2, 0.7];
+/// Multiples of the motor file's counts per revolution: edges are counted once, twice or four times a line.
+const EDGES_COUNTED: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
+
+/// How an effect changes the prediction.
+#[derive(Debug, Clone)]
+pub(crate) enum Shape {
+    /// By this column in counts, times a coefficient from 0 to about 2.
+    One(Vec<f64>),
+    /// By any sum of these two, sine and cosine, with what turns the coefficients into amplitude and phase.
+    Pair([Vec<f64>; 2], periodic::Wave),
+    /// By the derivative of this base parameter, whose prior it widens to this precision.
+    Widens(usize, f64),
+}
+
+/// An effect with values to start from.
+#[derive(Debug, Clone)]
+pub(crate) struct Candidate {
+    pub member: Member,
+    pub shape: Shape,
+}
+
+/// Values that a parameter of an effect starts from.
+pub(crate) fn starts(parameter: &EffectParameter, kind: &EffectKind, base: &Base) -> Vec<f64> {
+    if let Prior::OneOf(values) = parameter.prior
+        && parameter.key != "max_rate_hz"
+    {
+        let mut values = values.to_vec();
+        if parameter.key == "counts_per_rev" {
+            let own = base.motor.parameters.counts_per_rev;
+            values.extend(EDGES_COUNTED.map(|times| times * own));
+        }
+        return values;
+    }
+    if parameter.key == "encoder_side" {
+        return vec![0.0, 1.0];
+    }
+    if let (Some((seen, _)), "clock_error") = (base.clock, kind.id) {
+        return vec![seen];
+    }
+    let (lo, hi) = range_of(parameter, base);
+    if lo < 0.0 {
+        return SIGNED_STARTS.iter().map(|share| share * hi).collect();
+    }
+    let first = &kind.parameters[0];
+    let is_like_first = parameter.unit == first.unit && parameter.scale == first.scale;
+    if let (false, Some((neutral, _))) = (is_like_first, parameter.neutral(&base.motor.parameters))
+    {
+        return vec![neutral];
+    }
+    let shares: &[f64] = if !is_like_first {
+        &FURTHER_STARTS
+    } else if !parameter.smooth && kind.parameters.len() == 1 {
+        &CLOSE_STARTS
+    } else {
+        &STARTS
+    };
+    let at = |share: &f64| match parameter.prior {
+        Prior::LogUniform => (lo.ln() + share * (hi / lo).ln()).exp(),
+        _ => lo + share * (hi - lo),
+    };
+    let mut starts: Vec<f64> = shares.iter().map(at).collect();
+    if parameter.key == "delay_s" && base.dead_time_s > lo {
+        starts.push(base.dead_time_s);
+    }
+    starts
+}
+
+/// Values to start from, of every parameter of an effect.
+pub(super) fn grid(kind: &EffectKind, base: &Base) -> Vec<Vec<f64>> {
+    let mut grid = vec![Vec::new()];
+    for parameter in kind.parameters {
+        let values = starts(parameter, kind, base);
+        grid = (grid.into_iter())
+            .flat_map(|begun: Vec<f64>| {
+                values.iter().map(move |value| {
+                    let mut all = begun.clone();
+                    all.push(*value);
+                    all
+                })
+            })
+            .collect();
+    }
+    if kind.id == "missed_counts" {
+        let lost: Vec<f64> = starts(&kind.parameters[0], kind, base);
+        let (lo, hi) = range_of(&kind.parameters[1], base);
+        grid = lost.into_iter().map(|p| vec![p, 0.0]).collect();
+        let rates = CLOSE_STARTS
+            .iter()
+            .map(|share| vec![0.0, lo + share * (hi - lo)]);
+        grid.extend(rates);
+    }
+    grid
+}
+
+/// Whether an effect may be added to a fit: it is in no model twice, transmission effects exclude each other, and what the time stamps or
+/// an aliased angle cannot show is left out.
+fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind) -> bool {
+    let is_member = |id: &str| fit.model.members.iter().any(|member| member.id() == id);
+    let is_present = |id: &str| {
+        is_member(id) || (base.reference.is_none() && base.motor.effects.get(id).is_some())
+    };
+    let couples = ["backlash", "compliance"];
+    let is_timed = kind.stage == Stage::Timing || kind.id == "transport_delay";
+    let repeats = (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
+    let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
+    let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
+    // What differs by direction is not identifiable from one.
+    let is_by_direction = kind.id.starts_with("asymmetric_");
+    let is_excluded = is_present(kind.id)
+        || (is_by_direction && !turns_both_ways(segments))
+        || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
+        || (base.is_host_timed && is_timed)
+        || (is_aliased && repeats)
+        || (is_integrated && kind.id == "missed_counts");
+    !is_excluded
+}
+
+/// Whether the shaft turns in both directions, by a tenth of the travel in one.
+fn turns_both_ways(segments: &Segments) -> bool {
+    let (mut forward, mut back) = (0.0, 0.0);
+    for pair in segments.runs.iter().flat_map(|run| run.counts.windows(2)) {
+        let step: f64 = pair[1] - pair[0];
+        forward += step.max(0.0);
+        back += (-step).max(0.0);
+    }
+    forward.min(back) > 0.1 * forward.max(back)
+}
+
+/// Every effect that may be added to a fit, from each of its starts.
+pub(crate) fn candidates(segments: &Segments, base: &Base, fit: &Fit) -> Vec<Candidate> {
+    let motor = fit.model.motor(&fit.x);
+    let mut members = Vec::new();
+    let mut out = Vec::new();
+    for (index, kind) in catalogue().iter().enumerate() {
+        if !is_admissible(segments, base, fit, kind) {
+            continue;
+        }
+        if let Some(number) = base.frees(kind.id) {
+            let place = (fit.model.parameters.iter()).position(|p| p.id.key() == BASE[number]);
+            let own = base.motor.parameters.get(BASE[number]).unwrap_or(1.0);
+            let (lo, hi) = range_of(&kind.parameters[0], base);
+            if let Some(place) = place {
+                out.push(Candidate {
+                    member: Member {
+                        index,
+                        values: vec![0.0],
+                    },
+                    shape: Shape::Widens(place, (0.5 * (hi - lo) / own).powi(-2)),
+                });
+            }
+            continue;
+        }
+        let before = base.reference.as_ref().and_then(|then| then.effect(index));
+        if (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase)) {
+            if before.is_none() {
+                out.extend(periodic::candidates(segments, base, fit, index));
+            }
+            continue;
+        }
+        let grid = grid(kind, base).into_iter();
+        members.extend(grid.map(|values| Member { index, values }));
+    }
+    let Some(without) = predict(segments, &motor) else {
+        return out;
+    };
+    let simulated: Vec<Candidate> = (members.into_par_iter())
+        .filter_map(|member| {
+            let mut with = motor.clone();
+            let effect = ActiveEffect::new(member.id(), &member.values).ok()?;
+            with.effects.set(effect);
+            let mut column = predict(segments, &with)?;
+            column.iter_mut().zip(&without).for_each(|(a, b)| *a -= b);
+            Some(Candidate {
+                member,
+                shape: Shape::One(column),
+            })
+        })
+        .collect();
+    out.extend(simulated);
+    out
+}

@@ -1,0 +1,133 @@
+//! Effects that repeat with the angle: all orders at once, by regression on the recorded angle (a simulated angle loses phase after
+//! some counts of error).
+
+use super::candidates::{Candidate, Shape};
+use crate::diagnose::fit::Fit;
+use crate::diagnose::model::{Base, Member};
+use crate::diagnose::score::fitted_time_constant_s;
+use crate::diagnose::segments::{Segment, Segments};
+use crate::motor::CommandKind;
+use crate::motor::catalogue::{EffectKind, catalogue};
+
+/// Turns coefficients of sine and cosine into an effect's amplitude and phase.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wave {
+    /// The effect's amplitude for a coefficient of 1.
+    pub per_unit: f64,
+}
+
+impl Wave {
+    /// Values of the effect with these coefficients.
+    pub fn values(&self, member: &Member, (sine, cosine): (f64, f64)) -> Vec<f64> {
+        let kind = &catalogue()[member.index];
+        let amplitude = sine.hypot(cosine) * self.per_unit.abs();
+        let turned = if self.per_unit < 0.0 {
+            std::f64::consts::PI
+        } else {
+            0.0
+        };
+        let phase = cosine.atan2(sine) + turned;
+        let mut values = member.values.clone();
+        values[0] = amplitude;
+        let last = kind.parameters.len() - 1;
+        values[last] = phase.rem_euclid(std::f64::consts::TAU);
+        values
+    }
+}
+
+/// Orders of the angle that an effect may have.
+pub(crate) fn orders(kind: &EffectKind) -> Vec<usize> {
+    match kind.parameters.iter().find(|p| p.key == "cycles_per_rev") {
+        Some(order) => (order.lo.ceil() as usize..=order.hi as usize).collect(),
+        None => vec![1],
+    }
+}
+
+/// Candidates of one effect that repeats with the angle, an order each.
+pub(crate) fn candidates(
+    segments: &Segments,
+    base: &Base,
+    fit: &Fit,
+    index: usize,
+) -> Vec<Candidate> {
+    let kind = &catalogue()[index];
+    let motor = fit.model.motor(&fit.x);
+    let p = &motor.parameters;
+    let tau_s = fitted_time_constant_s(fit);
+    let per_rad = 1.0 / segments.runs[0].rad;
+    let mut out = Vec::new();
+    for order in orders(kind) {
+        let wave = |shift: f64| -> Vec<f64> {
+            let mut out = Vec::with_capacity(segments.len);
+            for segment in &segments.segments {
+                let run = &segments.runs[segment.run];
+                let angle = |k: usize| (run.first_counts + run.counts[k]) * run.rad;
+                let at = |k: usize| (order as f64 * angle(k) + shift).sin();
+                match kind.id {
+                    "encoder_eccentricity" => {
+                        let first = at(segment.from);
+                        out.extend((segment.from..segment.to).map(|k| at(k) - first));
+                    }
+                    "torque_ripple" => {
+                        let strength = |k: usize| match base.kind {
+                            CommandKind::Voltage => {
+                                (run.command[k]
+                                    - 2.0 * p.back_emf_v_s_per_rad * run.speed[k] * run.rad)
+                                    * p.torque_constant_nm_per_a
+                                    / p.resistance_ohm
+                            }
+                            CommandKind::Current => run.command[k] * p.torque_constant_nm_per_a,
+                            CommandKind::Torque => run.command[k],
+                        };
+                        filter(segments, segment, tau_s, |k| at(k) * strength(k), &mut out);
+                    }
+                    _ => filter(segments, segment, tau_s, at, &mut out),
+                }
+            }
+            out
+        };
+        let per_unit = match kind.id {
+            "encoder_eccentricity" => 1.0 / per_rad,
+            "gravity_load" => -p.inertia_kg_m2 / per_rad,
+            _ => p.inertia_kg_m2 / per_rad,
+        };
+        let mut values = vec![0.0; kind.parameters.len()];
+        if kind.parameters.len() == 3 {
+            values[1] = order as f64;
+        }
+        out.push(Candidate {
+            member: Member { index, values },
+            shape: Shape::Pair(
+                [wave(0.0), wave(std::f64::consts::FRAC_PI_2)],
+                Wave { per_unit },
+            ),
+        });
+    }
+    out
+}
+
+/// Angle in counts that an acceleration in counts/s^2 makes in a segment: `v' = -v/tau + a`, where the shaft moves.
+pub(crate) fn filter(
+    segments: &Segments,
+    segment: &Segment,
+    time_constant_s: f64,
+    acceleration: impl Fn(usize) -> f64,
+    out: &mut Vec<f64>,
+) {
+    let run = &segments.runs[segment.run];
+    let (mut x, mut v) = (0.0, 0.0);
+    out.push(0.0);
+    for k in segment.from + 1..segment.to {
+        let dt = run.t_s[k] - run.t_s[k - 1];
+        if run.moving[k] {
+            let e = (-dt / time_constant_s).exp();
+            let a = 0.5 * (acceleration(k) + acceleration(k - 1));
+            let f01 = (1.0 - e) * time_constant_s;
+            x += f01 * v + (dt - f01) * time_constant_s * a;
+            v = e * v + f01 * a;
+        } else {
+            v = 0.0;
+        }
+        out.push(x);
+    }
+}

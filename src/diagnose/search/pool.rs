@@ -1,0 +1,348 @@
+//! Fitted sets with their scores, and which of the two scores judges them.
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::fit::{Fit, Metric, fit};
+use crate::diagnose::model::{Base, Member, Model};
+use crate::diagnose::noise::Whitener;
+use crate::diagnose::relevance::{exceeds, noise_floor};
+use crate::diagnose::score::{
+    Likelihood, effective_observations, likelihood, log_options, scale_free,
+};
+use crate::diagnose::segments::Segments;
+use crate::motor::catalogue::catalogue;
+use crate::units::ROUNDING_VARIANCE;
+
+/// Most times that a fit is repeated with the noise that it leaves itself.
+const NOISE_ROUNDS: usize = 2;
+
+/// Steepness of the passage between the two scores.
+const PASSAGE: i32 = 8;
+
+/// How sets are judged.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judge {
+    /// Effective number of observations in the residual of the best set.
+    pub n_eff: f64,
+    /// Weight of the likelihood in the score, from 0 to 1: how credible its noise is.
+    pub credibility: f64,
+    /// Whether sets are fitted in the metric of the likelihood.
+    pub is_likelihood: bool,
+    /// Whether the model without effects leaves more than the noise floor: only then a smaller error is rewarded.
+    pub is_relevant: bool,
+    /// Mean square in counts^2 that repeats or the user say is none.
+    pub stated_floor: f64,
+}
+
+/// A fitted set.
+#[derive(Debug, Clone)]
+pub(crate) struct Scored {
+    pub fit: Fit,
+    pub score: f64,
+    pub likelihood: Likelihood,
+    /// Whether it leaves no more than simulated recordings of itself.
+    pub is_at_floor: bool,
+}
+
+/// Fitted sets by their ids: of each the best.
+pub(crate) struct Pool<'a> {
+    pub segments: &'a Segments,
+    pub base: &'a Base,
+    pub judge: Judge,
+    sets: BTreeMap<Vec<&'static str>, Scored>,
+    fitted: usize,
+    /// Data cost below which nothing is rewarded.
+    least: (f64, f64),
+}
+
+impl<'a> Pool<'a> {
+    pub fn new(segments: &'a Segments, base: &'a Base) -> Self {
+        Self {
+            segments,
+            base,
+            judge: Judge {
+                n_eff: segments.len as f64,
+                credibility: 0.0,
+                is_likelihood: false,
+                is_relevant: true,
+                stated_floor: 0.0,
+            },
+            sets: BTreeMap::new(),
+            fitted: 0,
+            least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
+        }
+    }
+
+    /// Adds a fit where it scores more than one of the same effects.
+    pub fn add(&mut self, fit: Fit) {
+        let likelihood = likelihood(self.segments, self.base, &fit);
+        self.add_with(fit, likelihood);
+    }
+
+    fn add_with(&mut self, fit: Fit, likelihood: Likelihood) {
+        self.fitted += 1;
+        let mut scored = Scored {
+            score: 0.0,
+            likelihood,
+            is_at_floor: self.is_at_floor(&fit),
+            fit,
+        };
+        self.score(&mut scored);
+        let ids = scored.fit.ids();
+        match self.sets.get(&ids) {
+            Some(known) if known.score >= scored.score => {}
+            _ => {
+                self.sets.insert(ids, scored);
+            }
+        }
+    }
+
+    /// Fits a model from these starts, in the metric of the score that judges, and adds it.
+    pub fn add_fitted(&mut self, model: &Model, starts: &[Vec<f64>], extends: Option<&Fit>) {
+        if let Some((found, likelihood)) = self.fitted_from(model, starts, extends) {
+            self.add_with(found, likelihood);
+        }
+    }
+
+    /// Fits a model in the metric of the likelihood, under the noise of its start, and adds it.
+    pub fn add_likeliest(&mut self, model: &Model, start: Vec<f64>) {
+        let Some(begun) = Fit::at(self.segments, model, start) else {
+            return;
+        };
+        let own = likelihood(self.segments, self.base, &begun);
+        let whitener = Whitener::new(self.segments, &own.plant, own.noise);
+        let metric = Metric::Whitened(&whitener);
+        if let Some(found) = fit(self.segments, model, &[begun.x], metric, None) {
+            self.add(found);
+        }
+    }
+
+    fn fitted_from(
+        &self,
+        model: &Model,
+        starts: &[Vec<f64>],
+        extends: Option<&Fit>,
+    ) -> Option<(Fit, Likelihood)> {
+        let (segments, base) = (self.segments, self.base);
+        let with_likelihood = |fit: Fit| {
+            let likelihood = likelihood(segments, base, &fit);
+            (fit, likelihood)
+        };
+        let best = self
+            .sets
+            .values()
+            .max_by(|a, b| a.score.total_cmp(&b.score));
+        let Some(best) = best.filter(|_| self.judge.is_likelihood) else {
+            let metric = Metric::ScaleFree(self.judge.n_eff);
+            return fit(segments, model, starts, metric, extends).map(with_likelihood);
+        };
+        // The noise of the best set first, then the fit's own.
+        let mut noise = best.likelihood.noise;
+        let mut whitener = Whitener::new(segments, &best.likelihood.plant, noise);
+        let found = fit(
+            segments,
+            model,
+            starts,
+            Metric::Whitened(&whitener),
+            extends,
+        )?;
+        let mut found = with_likelihood(found);
+        for _ in 0..NOISE_ROUNDS {
+            let (fit_so_far, own) = &found;
+            if own.noise == noise {
+                break;
+            }
+            noise = own.noise;
+            whitener = Whitener::new(segments, &own.plant, noise);
+            let start = [fit_so_far.x.clone()];
+            found = with_likelihood(fit(
+                segments,
+                model,
+                &start,
+                Metric::Whitened(&whitener),
+                None,
+            )?);
+        }
+        Some(found)
+    }
+
+    fn score(&self, scored: &mut Scored) {
+        let Judge {
+            n_eff, credibility, ..
+        } = self.judge;
+        let likely = &scored.likelihood.optimum;
+        let free = scale_free(self.base, &scored.fit, n_eff);
+        let part = |weight: f64, score: f64| if weight > 0.0 { weight * score } else { 0.0 };
+        // The likelihood overrates a further term by more than its evidence says.
+        let settings = &self.base.settings;
+        let odds = scored.fit.model.members.len() as f64 * settings.effect_log_odds;
+        scored.score = part(
+            credibility,
+            likely.score(self.least.0) + odds / settings.learning_rate,
+        ) + part(1.0 - credibility, free.score(self.least.1));
+    }
+
+    /// Decides which score judges, by what the likelihood's best set leaves, and scores all sets anew.
+    pub fn judge(&mut self) {
+        let was_likelihood = self.judge.is_likelihood;
+        self.decide();
+        if self.judge.is_likelihood && !was_likelihood {
+            // Fitted in the other metric so far.
+            let mut refit = self.near_best(3.0 * self.base.settings.near_best);
+            refit.extend(self.sets.get(&Vec::new()).cloned());
+            for set in refit {
+                self.add_fitted(&set.fit.model, &[set.fit.x], None);
+            }
+            self.decide();
+        }
+    }
+
+    fn decide(&mut self) {
+        let settings = &self.base.settings;
+        let likelihood_of = |set: &Scored| set.likelihood.optimum.score(f64::NEG_INFINITY);
+        let likeliest =
+            (self.sets.values()).max_by(|a, b| likelihood_of(a).total_cmp(&likelihood_of(b)));
+        if let Some(best) = likeliest {
+            let Likelihood { noise, squares, .. } = &best.likelihood;
+            // Half at the limits, by a steep passage.
+            let beyond = (noise.strength / settings.credible_load)
+                .max((squares - 1.0) / (settings.credible_squares - 1.0));
+            self.judge.credibility = 1.0 / (1.0 + beyond.powi(PASSAGE));
+            self.judge.is_likelihood = self.judge.credibility >= 0.5;
+        }
+        // The number of observations is that of the best set's residual, which is best for that number.
+        for _ in 0..2 {
+            self.score_all();
+            let best = self.best();
+            self.judge.n_eff = effective_observations(self.segments, &best.fit.corrected);
+        }
+        self.score_all();
+    }
+
+    /// Whether a fit leaves no more than simulated recordings of itself.
+    fn is_at_floor(&self, fit: &Fit) -> bool {
+        if fit.model.members.is_empty() {
+            return !self.judge.is_relevant;
+        }
+        if fit.mean_square() <= self.judge.stated_floor {
+            return true;
+        }
+        // Simulated recordings leave no more than twice what quantization does, but where starts decide.
+        if fit.mean_square() > 2.0 * ROUNDING_VARIANCE {
+            return false;
+        }
+        let n_eff = effective_observations(self.segments, &fit.corrected);
+        noise_floor(self.segments, fit, &self.base.settings)
+            .is_some_and(|floor| !exceeds(fit.mean_square(), floor, n_eff, &self.base.settings))
+    }
+
+    /// The data costs, under either score, of the best of the smallest sets at the noise floor: less is not rewarded.
+    fn least_data(&self) -> (f64, f64) {
+        let at_floor = || self.sets.values().filter(|set| set.is_at_floor);
+        let smallest = at_floor().map(|set| set.fit.model.members.len()).min();
+        let of_smallest = || at_floor().filter(|set| Some(set.fit.model.members.len()) == smallest);
+        let least = |costs: &mut dyn Iterator<Item = f64>| {
+            let least = costs.fold(f64::INFINITY, f64::min);
+            if least.is_finite() {
+                least
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        let n_eff = self.judge.n_eff;
+        (
+            least(&mut of_smallest().map(|set| set.likelihood.optimum.data)),
+            least(&mut of_smallest().map(|set| scale_free(self.base, &set.fit, n_eff).data)),
+        )
+    }
+
+    fn score_all(&mut self) {
+        self.least = self.least_data();
+        let scored: Vec<Scored> = (self.sets.values())
+            .map(|set| {
+                let mut set = set.clone();
+                self.score(&mut set);
+                set
+            })
+            .collect();
+        self.sets = scored.into_iter().map(|set| (set.fit.ids(), set)).collect();
+    }
+
+    pub fn best(&self) -> &Scored {
+        let sets = self.sets.values();
+        sets.max_by(|a, b| a.score.total_cmp(&b.score))
+            .expect("the model without effects at least")
+    }
+
+    /// The same judge as another pool has.
+    pub fn judged_as(mut self, judge: Judge) -> Self {
+        self.judge = judge;
+        self
+    }
+
+    /// Sets whose score is behind the best by no more than this, best first.
+    pub fn near_best(&self, within: f64) -> Vec<Scored> {
+        let least = self.best().score - within;
+        let near = self.sets.values().filter(|set| set.score >= least);
+        let mut near: Vec<Scored> = near.cloned().collect();
+        near.sort_by(|a, b| b.score.total_cmp(&a.score));
+        near.truncate(self.base.settings.fitted_sets);
+        near
+    }
+
+    pub fn has(&self, ids: &[&'static str]) -> bool {
+        self.sets.contains_key(ids)
+    }
+
+    pub fn fitted(&self) -> usize {
+        self.fitted
+    }
+
+    pub fn likelihood_of(&self, fit: &Fit) -> Likelihood {
+        match self.sets.get(&fit.ids()) {
+            Some(scored) => scored.likelihood.clone(),
+            None => likelihood(self.segments, self.base, fit),
+        }
+    }
+
+    /// A model's start with the base parameters of the fit without effects.
+    pub fn none_start(&self, model: &Model) -> Vec<f64> {
+        match self.sets.get(&Vec::new()) {
+            Some(none) => model.start_from(&none.fit.model, &none.fit.x),
+            None => model.start(),
+        }
+    }
+
+    /// Price of an effect's complexity before it is fitted: the catalogue and its discrete alternatives.
+    pub fn price(&self, member: &Member) -> f64 {
+        (catalogue().len() as f64).ln() + log_options(self.base, member)
+    }
+
+    /// All sets, best first. Of sets that predict the same the one with fewer parameters stands for both: an effect by direction whose two
+    /// directions are alike is the plain one.
+    pub fn sorted(self) -> (Vec<Scored>, Judge) {
+        let same = self.base.settings.unexplained_share.powi(2) * ROUNDING_VARIANCE;
+        let sets = self.sets.into_values();
+        let mut sets: Vec<Scored> = sets.filter(|set| set.score.is_finite()).collect();
+        sets.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let is_implied = |set: &Scored| {
+            sets.iter().any(|other| {
+                other.fit.model.members.len() == set.fit.model.members.len()
+                    && other.fit.x.len() < set.fit.x.len()
+                    && difference(&other.fit.corrected, &set.fit.corrected) < same
+            })
+        };
+        let distinct = sets
+            .iter()
+            .filter(|set| !is_implied(set))
+            .cloned()
+            .collect();
+        (distinct, self.judge)
+    }
+}
+
+/// Mean square of the difference of two residuals.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    squares / a.len().max(1) as f64
+}

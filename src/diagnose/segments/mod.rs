@@ -1,0 +1,263 @@
+//! Runs cut into segments, each predicted from its own measured initial state (multiple shooting; Bock 1983).
+//!
+//! In: runs and a motor (its time constant sets the length of a segment). Out: [`Segments`]. An initial state is the measured angle and
+//! a speed by local regression; hidden states (temperature, current, side of a backlash, delayed command) continue from the past.
+//! The error of the measured initial state is removed from every residual and derivative by one linear operator per segment
+//! ([`correction`]), the same for all models.
+
+mod correction;
+mod recording;
+mod regimes;
+mod subset;
+mod work;
+
+pub(crate) use recording::Recording;
+pub(crate) use regimes::regimes;
+pub(crate) use subset::Subset;
+pub(crate) use work::Work;
+
+use crate::motor::Motor;
+use crate::recording::Run;
+
+use super::error::{DiagnoseError, name_of};
+use super::settings::Settings;
+use correction::Correction;
+
+/// A contiguous part of one run.
+#[derive(Debug, Clone)]
+pub(crate) struct Segment {
+    pub run: usize,
+    pub from: usize,
+    pub to: usize,
+    /// Index of its first sample among those of all segments.
+    pub at: usize,
+    /// Standard deviation of its initial speed in counts/s.
+    pub start_speed_sd: f64,
+}
+
+impl Segment {
+    pub fn len(&self) -> usize {
+        self.to - self.from
+    }
+
+    /// Its samples among those of all segments.
+    pub fn range(&self) -> std::ops::Range<usize> {
+        self.at..self.at + self.len()
+    }
+}
+
+/// A block that is held out as a whole: a segment, or part of one where segments are fewer than folds.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    pub samples: std::ops::Range<usize>,
+    pub fold: usize,
+}
+
+/// All segments of all runs.
+#[derive(Debug, Clone)]
+pub(crate) struct Segments {
+    pub runs: Vec<Recording>,
+    pub segments: Vec<Segment>,
+    pub blocks: Vec<Block>,
+    /// Samples in all.
+    pub len: usize,
+    /// Counts from the segment's first sample, segment after segment.
+    pub counts: Vec<f64>,
+    /// Information of each sample relative to an independent one: samples at rest repeat one observation.
+    pub weight: Vec<f64>,
+    /// Spread in s of arrival times, where times are arrivals at the host.
+    pub arrivals_s: f64,
+    /// Simulation cost of these and of copies of them.
+    pub work: Work,
+    correction: Vec<Correction>,
+}
+
+impl Segments {
+    /// Cuts runs of a motor.
+    pub fn new(runs: &[Run], motor: &Motor, settings: &Settings) -> Result<Self, DiagnoseError> {
+        let mut recordings = Vec::new();
+        for (k, run) in runs.iter().enumerate() {
+            let made = Recording::new(run, settings).map_err(|source| DiagnoseError::Simulation {
+                run: name_of(k, run),
+                source,
+            });
+            recordings.push(made?);
+        }
+        let length_s = settings.segment_s.max(
+            settings.segment_time_constants
+                * time_constant_s(motor).min(settings.longest_time_constant_s),
+        );
+        let mut segments = Vec::new();
+        let mut len = 0;
+        for (number, run) in recordings.iter_mut().enumerate() {
+            let n = run.t_s.len();
+            let least =
+                ((length_s / run.sample_time_s).round() as usize).max(settings.segment_samples);
+            let count = (n / least).max(1);
+            let mut restarts = Vec::new();
+            for j in 0..count {
+                let (from, to) = (j * n / count, (j + 1) * n / count);
+                restarts.push(from);
+                segments.push(Segment {
+                    run: number,
+                    from,
+                    to,
+                    at: len,
+                    start_speed_sd: run.start(from).1,
+                });
+                len += to - from;
+            }
+            run.restart(restarts);
+        }
+        let arrivals_s = (runs.iter().filter(|run| run.is_host_timed()))
+            .map(|run| arrival_spread_s(&run.t_s))
+            .fold(0.0, f64::max);
+        let made = Self::of(recordings, segments, arrivals_s, settings);
+        Ok(made.with_time_constant(time_constant_s(motor)))
+    }
+
+    /// Of segments of recordings, without a correction yet.
+    fn of(
+        recordings: Vec<Recording>,
+        segments: Vec<Segment>,
+        arrivals_s: f64,
+        settings: &Settings,
+    ) -> Self {
+        let len = segments.iter().map(Segment::len).sum();
+        let blocks = blocks(&segments, settings.folds);
+        let mut counts = Vec::with_capacity(len);
+        let mut weight = Vec::with_capacity(len);
+        for segment in &segments {
+            let seen = &recordings[segment.run].counts[segment.from..segment.to];
+            counts.extend(seen.iter().map(|n| n - seen[0]));
+            let mut k = 0;
+            while k < seen.len() {
+                let same = at_rest(&seen[k..]);
+                weight.extend(std::iter::repeat_n(1.0 / same as f64, same));
+                k += same;
+            }
+        }
+        Self {
+            runs: recordings,
+            segments,
+            blocks,
+            len,
+            counts,
+            weight,
+            arrivals_s,
+            work: Work::default(),
+            correction: Vec::new(),
+        }
+    }
+
+    /// The same with the correction of initial states for a motor of this time constant.
+    #[must_use]
+    pub fn with_time_constant(mut self, time_constant_s: f64) -> Self {
+        self.correction = (self.segments.iter())
+            .map(|segment| Correction::new(&self.runs[segment.run], segment, time_constant_s))
+            .collect();
+        self
+    }
+
+    /// The same segments of recordings with other counts (from each run's first sample), for a motor of this time constant.
+    pub fn with_counts(
+        &self,
+        counts: impl IntoIterator<Item = Vec<f64>>,
+        time_constant_s: f64,
+        settings: &Settings,
+    ) -> Self {
+        let pairs = self.runs.iter().zip(counts);
+        let runs: Vec<Recording> = pairs.map(|(run, n)| run.with_counts(n)).collect();
+        let mut segments = self.segments.clone();
+        for segment in &mut segments {
+            segment.start_speed_sd = runs[segment.run].start(segment.from).1;
+        }
+        let mut made = Self::of(runs, segments, self.arrivals_s, settings);
+        made.work = self.work.clone();
+        made.with_time_constant(time_constant_s)
+    }
+
+    /// Removes from a residual or derivative in counts what errors of the initial states make of it.
+    pub fn correct(&self, column: &mut [f64]) {
+        for (segment, correction) in self.segments.iter().zip(&self.correction) {
+            correction.apply(&mut column[segment.range()]);
+        }
+    }
+
+    /// The same of a copy.
+    pub fn corrected(&self, column: &[f64]) -> Vec<f64> {
+        let mut out = column.to_vec();
+        self.correct(&mut out);
+        out
+    }
+
+    /// Measured minus predicted, in counts.
+    pub fn residual(&self, predicted: &[f64]) -> Vec<f64> {
+        (self.counts.iter().zip(predicted))
+            .map(|(seen, p)| seen - p)
+            .collect()
+    }
+}
+
+/// Mechanical time constant of a motor in s.
+pub(crate) fn time_constant_s(motor: &Motor) -> f64 {
+    let p = &motor.parameters;
+    let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
+    p.inertia_kg_m2 / (p.viscous_friction_nm_s_per_rad + coupling).max(f64::MIN_POSITIVE)
+}
+
+/// Segments as blocks, dealt to folds in turn; where segments are fewer than folds, each is cut into as many blocks as there are folds.
+fn blocks(segments: &[Segment], folds: usize) -> Vec<Block> {
+    let parts = if segments.len() < folds { folds } else { 1 };
+    let mut found = Vec::new();
+    for segment in segments {
+        let n = segment.len();
+        for j in 0..parts {
+            found.push(Block {
+                samples: segment.at + j * n / parts..segment.at + (j + 1) * n / parts,
+                fold: found.len() % folds,
+            });
+        }
+    }
+    found
+}
+
+/// How many samples from the first on are one observation of a shaft at rest: those of one count, or of two neighbours between which
+/// the encoder dithers.
+fn at_rest(seen: &[f64]) -> usize {
+    let first = seen[0];
+    let same = seen.iter().take_while(|n| **n == first).count();
+    let Some(&second) = seen.get(same) else {
+        return same;
+    };
+    let mut after = seen[same..].iter().skip_while(|n| **n == second);
+    if (second - first).abs() == 1.0 && after.next() == Some(&first) {
+        let of_both = seen.iter().take_while(|n| **n == first || **n == second);
+        return of_both.count();
+    }
+    same
+}
+
+/// Width in s of a uniform spread of arrivals about even times whose intervals have the measured variance: that of an interval is twice
+/// that of an arrival, and a uniform spread of width 1 has variance 1/12.
+fn arrival_spread_s(t_s: &[f64]) -> f64 {
+    let n = (t_s.len() - 1) as f64;
+    let mean = (t_s[t_s.len() - 1] - t_s[0]) / n;
+    let squares = t_s
+        .windows(2)
+        .map(|pair| (pair[1] - pair[0] - mean).powi(2));
+    (squares.sum::<f64>() / n / 2.0 * 12.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dither_of_one_edge_is_one_observation() {
+        assert_eq!(at_rest(&[4.0, 4.0, 4.0, 9.0]), 3);
+        assert_eq!(at_rest(&[4.0, 5.0, 4.0, 4.0, 5.0, 6.0]), 5);
+        assert_eq!(at_rest(&[4.0, 4.0, 5.0, 5.0, 6.0]), 2);
+        assert_eq!(at_rest(&[4.0, 6.0, 4.0]), 1);
+    }
+}

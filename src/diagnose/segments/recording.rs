@@ -1,0 +1,218 @@
+//! One run prepared for fitting: its columns, smoothed speed, and the simulator that starts where it starts.
+
+use std::f64::consts::TAU;
+
+use crate::check::host_clock::host_clock;
+use crate::diagnose::noise::Noise;
+use crate::diagnose::settings::Settings;
+use crate::least_squares::start_of;
+use crate::motor::fit::{Reset, Simulator};
+use crate::motor::{Drive, KnownDifferences, Model, SimulationError};
+use crate::recording::Run;
+use crate::units::ROUNDING_VARIANCE;
+
+/// One run.
+#[derive(Debug, Clone)]
+pub(crate) struct Recording {
+    pub t_s: Vec<f64>,
+    pub command: Vec<f64>,
+    /// Counts from the first sample.
+    pub counts: Vec<f64>,
+    /// Counts of the first sample.
+    pub first_counts: f64,
+    /// Speed in counts/s, smoothed.
+    pub speed: Vec<f64>,
+    /// Whether the shaft moves.
+    pub moving: Vec<bool>,
+    pub sample_time_s: f64,
+    /// Rad per count.
+    pub rad: f64,
+    /// The supply in V that the run states.
+    pub supply_v: Option<f64>,
+    /// What is known to differ in it.
+    pub known: KnownDifferences,
+    /// Error of the board's clock against the host's, and over how many seconds.
+    pub clock: Option<(f64, f64)>,
+    /// Whether the position is integrated from logged speeds.
+    pub is_integrated: bool,
+    /// Whether the shaft turns by half a turn or more per sample.
+    pub is_aliased: bool,
+    /// Largest speed in counts/s, 1 at least.
+    pub top: f64,
+    /// Initial speeds as the plain fit of the run's first samples gives them, in counts/s with standard deviation.
+    pub first_speed: (f64, f64),
+    /// Starts anew at every segment.
+    pub simulator: Simulator,
+    /// Runs through from the first sample: what a simulated recording comes from.
+    pub continuous: Simulator,
+    /// Samples at which the simulation starts anew.
+    pub restarts: Vec<usize>,
+    /// Half width in s of the regression of initial speeds, and the share of the top speed by which they are uncertain beside it.
+    pub start_window_s: f64,
+    pub start_speed_share: f64,
+    pub speed_window_s: f64,
+}
+
+impl Recording {
+    pub fn new(run: &Run, settings: &Settings) -> Result<Self, SimulationError> {
+        let first = run.counts.first().copied().unwrap_or(0);
+        let counts: Vec<f64> = (run.counts.iter())
+            .map(|&n| (i128::from(n) - i128::from(first)) as f64)
+            .collect();
+        let mut steps: Vec<f64> = run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        let sample_time_s = steps
+            .get(steps.len() / 2)
+            .copied()
+            .unwrap_or(run.sample_time_s);
+        let (speed, moving) = motion(&run.t_s, &counts, sample_time_s, settings.speed_window_s);
+        let command = run.driving_command();
+        let drive = Drive {
+            t_s: &run.t_s,
+            command: &command,
+            kind: run.command_kind,
+        };
+        let simulator = Simulator::new(&drive, Model::SecondOrder)?
+            .knowing(run.known.clone())
+            .filtering_samples(run.is_integrated_backward());
+        let half_turn = 0.5 * run.counts_per_rev;
+        let record = crate::least_squares::Record::from_rest(
+            &run.t_s,
+            &command,
+            &counts,
+            run.counts_per_rev,
+        );
+        let start = start_of(&record);
+        let first_speed = (start.speed_counts_s, start.variance.sqrt());
+        Ok(Self {
+            is_integrated: run.is_integrated(),
+            is_aliased: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
+            top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
+            t_s: run.t_s.clone(),
+            command: command.into_owned(),
+            counts,
+            first_counts: first as f64,
+            speed,
+            moving,
+            sample_time_s,
+            rad: TAU / run.counts_per_rev,
+            supply_v: run.supply_v,
+            known: run.known.clone(),
+            clock: host_clock(run),
+            first_speed,
+            continuous: simulator.clone(),
+            simulator,
+            restarts: Vec::new(),
+            start_window_s: settings.start_window_s,
+            start_speed_share: settings.start_speed_share,
+            speed_window_s: settings.speed_window_s,
+        })
+    }
+
+    /// Restarts the simulation at these samples, the first of which begins it, from the states measured there.
+    pub fn restart(&mut self, samples: Vec<usize>) {
+        let resets: Vec<Reset> = samples.iter().map(|k| self.start(*k).0).collect();
+        let mut resets = resets.into_iter();
+        if let Some(first) = resets.next() {
+            self.continuous =
+                (self.continuous.clone()).starting(first.angle_rad, first.speed_rad_s);
+            let resets: Vec<Reset> = resets.collect();
+            self.simulator = (self.simulator.clone())
+                .starting(first.angle_rad, first.speed_rad_s)
+                .resetting(resets);
+        }
+        self.restarts = samples;
+    }
+
+    /// The same recording with other counts from the first sample, its initial states measured anew.
+    pub fn with_counts(&self, counts: Vec<f64>) -> Self {
+        let (speed, moving) = motion(&self.t_s, &counts, self.sample_time_s, self.speed_window_s);
+        let per_rev = TAU / self.rad;
+        let start = start_of(&crate::least_squares::Record::from_rest(
+            &self.t_s,
+            &self.command,
+            &counts,
+            per_rev,
+        ));
+        let mut other = Self {
+            speed,
+            moving,
+            first_speed: (start.speed_counts_s, start.variance.sqrt()),
+            counts,
+            ..self.clone()
+        };
+        other.restart(self.restarts.clone());
+        other
+    }
+
+    /// Speed at a sample in counts/s, and its standard deviation: by a regression over the samples around, whose bend (the slopes before
+    /// and behind differ) adds to its uncertainty. A run begins as its first samples say.
+    pub fn start_speed(&self, k: usize) -> (f64, f64) {
+        if k == 0 {
+            return self.first_speed;
+        }
+        if !self.moving[k] {
+            return (0.0, 0.0);
+        }
+        let half = ((self.start_window_s / self.sample_time_s).ceil() as usize).max(2);
+        let (from, to) = (
+            k.saturating_sub(half),
+            (k + half).min(self.counts.len() - 1),
+        );
+        let line = |from: usize, to: usize| slope(&self.t_s[from..=to], &self.counts[from..=to]);
+        let share = self.start_speed_share * self.top;
+        match (line(from, to), line(from, k), line(k, to)) {
+            (Some((speed, sd)), Some((before, _)), Some((behind, _))) => {
+                (speed, sd.hypot(share).hypot(0.5 * (behind - before)))
+            }
+            _ => (self.speed[k], (0.5 / self.speed_window_s).hypot(share)),
+        }
+    }
+
+    /// By how many counts (one sigma) the scatter of a logged speed moves the position that is integrated from it, at a sample.
+    pub fn scatter(&self, noise: Noise, k: usize) -> f64 {
+        if !self.is_integrated || !self.moving[k] {
+            return 0.0;
+        }
+        noise.speed_counts_s * (self.t_s[k] - self.t_s[k - 1])
+    }
+
+    /// The initial state at a sample, with the standard deviation of its speed in counts/s.
+    pub fn start(&self, sample: usize) -> (Reset, f64) {
+        let (speed, sd) = self.start_speed(sample);
+        let reset = Reset {
+            sample,
+            angle_rad: (self.first_counts + self.counts[sample]) * self.rad,
+            speed_rad_s: speed * self.rad,
+        };
+        (reset, sd)
+    }
+}
+
+/// Smoothed speed in counts/s, and where the shaft moves by more than the count that an edge dithers by, there and back included.
+fn motion(t_s: &[f64], counts: &[f64], sample_time_s: f64, window_s: f64) -> (Vec<f64>, Vec<bool>) {
+    // More samples than a window of ever finer sampling has would make this quadratic.
+    const MOST_SAMPLES: f64 = 1000.0;
+    let half = (window_s / sample_time_s).round().clamp(1.0, MOST_SAMPLES) as usize;
+    let last = counts.len().saturating_sub(1);
+    (0..counts.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half).min(last));
+            let span_s = (t_s[to] - t_s[from]).max(sample_time_s);
+            let (low, high) = (counts[from..=to].iter())
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), n| {
+                    (a.min(*n), b.max(*n))
+                });
+            ((counts[to] - counts[from]) / span_s, high - low >= 1.5)
+        })
+        .unzip()
+}
+
+/// Slope of a regression line, with its standard deviation by quantization.
+fn slope(t_s: &[f64], y: &[f64]) -> Option<(f64, f64)> {
+    let n = t_s.len() as f64;
+    let (mt, my) = (t_s.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+    let stt: f64 = t_s.iter().map(|t| (t - mt).powi(2)).sum();
+    let sty: f64 = t_s.iter().zip(y).map(|(t, y)| (t - mt) * (y - my)).sum();
+    (stt > 0.0).then(|| (sty / stt, (ROUNDING_VARIANCE / stt).sqrt()))
+}

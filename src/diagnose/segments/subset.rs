@@ -1,0 +1,305 @@
+//! Long recordings are represented by a stratified subset of their segments.
+//!
+//! Strata are the regimes under each quarter of the command range in either direction: each has as many segments as any other as
+//! long as it has any, spread as evenly over time as they allow. The hidden state at a segment's start (delayed command, current, side
+//! of a backlash) comes from a lead that is simulated and not compared; temperatures continue through what is left out by the means of
+//! its squares.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::{Recording, Segment, Segments, regimes, time_constant_s};
+use crate::diagnose::error::{DiagnoseError, name_of};
+use crate::diagnose::report::Regime;
+use crate::diagnose::settings::Settings;
+use crate::motor::fit::{Reset, Simulator, Skipped};
+use crate::motor::{Drive, Model, Motor, SimulationError};
+use crate::recording::Run;
+
+/// A subset of the segments, with the recordings cut to it.
+#[derive(Debug)]
+pub(crate) struct Subset {
+    pub segments: Segments,
+    /// The runs with nothing but that, at times without gaps.
+    pub runs: Vec<Run>,
+}
+
+impl Subset {
+    /// Of at most so many samples of these segments of these runs; none where they have no more. Where a residual is given, half of them
+    /// are the segments that it is largest in.
+    pub fn new(
+        all: &Segments,
+        runs: &[Run],
+        motor: &Motor,
+        most_samples: usize,
+        residual: Option<&[f64]>,
+        settings: &Settings,
+    ) -> Result<Option<Self>, DiagnoseError> {
+        if all.len <= most_samples {
+            return Ok(None);
+        }
+        let first = residual.map_or_else(Vec::new, |r| largest(all, r, most_samples / 2));
+        let drawn = drawn(all, most_samples, settings.command_levels, &first);
+        let (mut recordings, mut segments, mut shorter) = (Vec::new(), Vec::new(), Vec::new());
+        let mut at = 0;
+        for (number, run) in runs.iter().enumerate() {
+            let of_run = drawn.iter().map(|k| &all.segments[*k]);
+            let windows: Vec<&Segment> = of_run.filter(|segment| segment.run == number).collect();
+            if windows.is_empty() {
+                continue;
+            }
+            let cut = Cut::new(run, &all.runs[number], &windows, settings);
+            let cut = cut.map_err(|source| DiagnoseError::Simulation {
+                run: name_of(number, run),
+                source,
+            })?;
+            for (segment, from) in windows.iter().zip(cut.begins) {
+                segments.push(Segment {
+                    run: recordings.len(),
+                    from,
+                    to: from + segment.len(),
+                    at,
+                    ..(*segment).clone()
+                });
+                at += segment.len();
+            }
+            recordings.push(cut.recording);
+            shorter.push(cut.run);
+        }
+        let mut segments = Segments::of(recordings, segments, all.arrivals_s, settings)
+            .with_time_constant(time_constant_s(motor));
+        segments.work = all.work.clone();
+        Ok(Some(Self {
+            segments,
+            runs: shorter,
+        }))
+    }
+}
+
+/// A stratum: what the motor does, and in which part of its range the command is.
+type Cell = (Regime, i32);
+
+/// Numbers of the segments of the subset, in order.
+fn drawn(
+    all: &Segments,
+    most_samples: usize,
+    command_levels: f64,
+    first: &[usize],
+) -> BTreeSet<usize> {
+    let mut cells: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();
+    let commands = all.runs.iter().flat_map(|run| &run.command);
+    let largest = commands.fold(f64::MIN_POSITIVE, |most, u| most.max(u.abs()));
+    let mut of_segment: Vec<Vec<Cell>> = Vec::with_capacity(all.segments.len());
+    let mut segments = all.segments.iter().enumerate().peekable();
+    for (number, run) in all.runs.iter().enumerate() {
+        let regimes = regimes(run);
+        while let Some((k, segment)) = segments.next_if(|(_, segment)| segment.run == number) {
+            let cell = |k: usize| {
+                let level = command_levels * run.command[k] / largest;
+                (
+                    regimes[k],
+                    level.signum() as i32 * level.abs().ceil() as i32,
+                )
+            };
+            let seen: BTreeSet<Cell> = (segment.from..segment.to).map(cell).collect();
+            for cell in &seen {
+                cells.entry(*cell).or_default().push(k);
+            }
+            of_segment.push(seen.into_iter().collect());
+        }
+    }
+    let mut drawn = BTreeSet::new();
+    let mut of_cell: BTreeMap<Cell, BTreeSet<usize>> = BTreeMap::new();
+    let mut samples = 0;
+    for segment in first {
+        drawn.insert(*segment);
+        samples += all.segments[*segment].len();
+        for cell in &of_segment[*segment] {
+            of_cell.entry(*cell).or_default().insert(*segment);
+        }
+    }
+    while samples < most_samples && !cells.is_empty() {
+        let taken = |cell: &Cell| of_cell.get(cell).map_or(0, BTreeSet::len);
+        // Of those with as few, the one that has fewest to give.
+        let fewest = (cells.iter()).min_by_key(|(cell, segments)| (taken(cell), segments.len()));
+        let Some(cell) = fewest.map(|(cell, _)| *cell) else {
+            break;
+        };
+        let others = of_cell.get(&cell);
+        let Some(segment) = farthest(&cells[&cell], others) else {
+            cells.remove(&cell);
+            continue;
+        };
+        drawn.insert(segment);
+        samples += all.segments[segment].to - all.segments[segment].from;
+        for cell in &of_segment[segment] {
+            of_cell.entry(*cell).or_default().insert(segment);
+        }
+    }
+    drawn
+}
+
+/// Segments with the largest mean square of a residual, of at most so many samples together.
+fn largest(all: &Segments, residual: &[f64], most_samples: usize) -> Vec<usize> {
+    let mean_square = |k: &usize| {
+        let r = &residual[all.segments[*k].range()];
+        r.iter().map(|r| r * r).sum::<f64>() / r.len().max(1) as f64
+    };
+    let mut order: Vec<usize> = (0..all.segments.len()).collect();
+    order.sort_by(|a, b| mean_square(b).total_cmp(&mean_square(a)));
+    let mut samples = 0;
+    order
+        .into_iter()
+        .take_while(|k| {
+            let is_room = samples < most_samples;
+            samples += all.segments[*k].len();
+            is_room
+        })
+        .collect()
+}
+
+/// The segment that lies farthest from those that are drawn; the middle one where there are none.
+fn farthest(segments: &[usize], drawn: Option<&BTreeSet<usize>>) -> Option<usize> {
+    let Some(drawn) = drawn else {
+        return segments.get(segments.len() / 2).copied();
+    };
+    let apart = |k: &usize| {
+        let before = drawn.range(..=*k).next_back().map(|other| k - other);
+        let behind = drawn.range(*k..).next().map(|other| other - k);
+        before.into_iter().chain(behind).min().unwrap_or(usize::MAX)
+    };
+    let farthest = (segments.iter()).max_by_key(|k| (apart(k), std::cmp::Reverse(**k)))?;
+    (apart(farthest) > 0).then_some(*farthest)
+}
+
+/// One recording with nothing but some segments and what leads to them.
+struct Cut {
+    recording: Recording,
+    run: Run,
+    /// Where each segment begins.
+    begins: Vec<usize>,
+}
+
+impl Cut {
+    fn new(
+        run: &Run,
+        whole: &Recording,
+        windows: &[&Segment],
+        settings: &Settings,
+    ) -> Result<Self, SimulationError> {
+        let lead = (settings.lead_s / whole.sample_time_s).ceil() as usize;
+        let (mut picked, mut begins) = (Vec::new(), Vec::new());
+        let (mut resets, mut skipped) = (Vec::new(), Vec::new());
+        let mut put = |sample: usize, at: usize| {
+            let (reset, _) = whole.start(at);
+            resets.push(Reset { sample, ..reset });
+        };
+        let (mut t_s, mut end, mut shift_s) = (Vec::new(), 0, whole.t_s[0]);
+        for segment in windows {
+            let from = segment.from.saturating_sub(lead).max(end);
+            if from > end {
+                let block = segment.len();
+                skipped.extend(skips(whole, end..from, block, picked.len()));
+                shift_s += whole.t_s[from] - whole.t_s[end];
+            }
+            if from > end || end == 0 {
+                put(picked.len(), from);
+            }
+            let begins_at = picked.len() + segment.from - from;
+            if segment.from > from || (from == end && end > 0) {
+                put(begins_at, segment.from);
+            }
+            begins.push(begins_at);
+            t_s.extend((from..segment.to).map(|k| whole.t_s[k] - shift_s));
+            picked.extend(from..segment.to);
+            end = segment.to;
+        }
+        let of = |column: &[f64]| -> Vec<f64> { picked.iter().map(|k| column[*k]).collect() };
+        let command = of(&whole.command);
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: run.command_kind,
+        };
+        let first = resets[0];
+        let restarts = resets.iter().map(|reset| reset.sample).collect();
+        let simulator = Simulator::new(&drive, Model::SecondOrder)?
+            .cut_from(&whole.simulator)
+            .starting(first.angle_rad, first.speed_rad_s)
+            .resetting(resets)
+            .skipping(skipped);
+        let recording = Recording {
+            t_s: of(&whole.t_s),
+            counts: of(&whole.counts),
+            speed: of(&whole.speed),
+            moving: picked.iter().map(|k| whole.moving[*k]).collect(),
+            command: command.clone(),
+            continuous: Simulator::new(&drive, Model::SecondOrder)?
+                .cut_from(&whole.continuous)
+                .starting(first.angle_rad, first.speed_rad_s),
+            simulator,
+            restarts,
+            first_counts: whole.first_counts,
+            sample_time_s: whole.sample_time_s,
+            rad: whole.rad,
+            supply_v: whole.supply_v,
+            known: whole.known.clone(),
+            clock: whole.clock,
+            is_integrated: whole.is_integrated,
+            is_aliased: whole.is_aliased,
+            top: whole.top,
+            first_speed: whole.first_speed,
+            start_window_s: whole.start_window_s,
+            start_speed_share: whole.start_speed_share,
+            speed_window_s: whole.speed_window_s,
+        };
+        let shorter = Run {
+            sample_time_s: run.sample_time_s,
+            counts_per_rev: run.counts_per_rev,
+            supply_v: run.supply_v,
+            command_kind: run.command_kind,
+            known: run.known.clone(),
+            counts: picked.iter().map(|k| run.counts[*k]).collect(),
+            t_s,
+            command,
+            ..Run::default()
+        };
+        Ok(Self {
+            recording,
+            run: shorter,
+            begins,
+        })
+    }
+}
+
+/// What is left out of a recording before a sample, in blocks.
+fn skips(
+    whole: &Recording,
+    left_out: std::ops::Range<usize>,
+    block: usize,
+    before: usize,
+) -> impl Iterator<Item = Skipped> {
+    // A speed between samples so far apart that rounding says little of its square.
+    let apart = ((whole.start_window_s / whole.sample_time_s).round() as usize).max(1);
+    let end = left_out.end;
+    left_out.step_by(block).map(move |from| {
+        let to = (from + block).min(end);
+        let turned = |from: usize, to: usize| (whole.counts[to] - whole.counts[from]) * whole.rad;
+        let lasts_s = |from: usize, to: usize| whole.t_s[to] - whole.t_s[from];
+        let mut sums = [0.0; 3];
+        for k in from..to {
+            let u = whole.command[k];
+            sums[0] += u * u * lasts_s(k, k + 1);
+            sums[1] += u * turned(k, k + 1);
+        }
+        for k in (from..to).step_by(apart) {
+            let until = (k + apart).min(to);
+            sums[2] += turned(k, until).powi(2) / lasts_s(k, until);
+        }
+        let span_s = lasts_s(from, to);
+        Skipped {
+            before,
+            span_s,
+            means: sums.map(|sum| sum / span_s),
+        }
+    })
+}

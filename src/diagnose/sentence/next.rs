@@ -1,0 +1,73 @@
+//! Fourth part: what to do next, with a command to copy.
+
+use super::{listed, name};
+use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
+
+/// A command of so many characters is printed whole: three lines of a terminal.
+const COPIED_CHARACTERS: usize = 240;
+
+pub(super) fn next(said: &Diagnosis, asked: &str) -> String {
+    if let Some(next) = &said.next_experiment {
+        return record(said, next, asked);
+    }
+    let (to, flag) = match said.verdict {
+        Verdict::Effect => (
+            "write the motor with the effect, to simulate with",
+            "--model-out diagnosed.toml",
+        ),
+        Verdict::Parameters => (
+            "write the motor with its re-identified parameters",
+            "--model-out fitted.toml",
+        ),
+        Verdict::NoGap if said.nominal_source == NominalSource::Fit => {
+            ("write the motor that was fitted", "--model-out fitted.toml")
+        }
+        Verdict::NoGap | Verdict::NoChange => (
+            "use the model as it is; to see recorded over simulated",
+            "--html diagnosis.html",
+        ),
+        _ => ("see where the error lies", "--html diagnosis.html"),
+    };
+    let command = command(&format!("{asked} {flag}"), flag);
+    match other_means(said) {
+        Some(means) => format!("{means} Next, {to}: {command}."),
+        None => format!("Next, {to}: {command}."),
+    }
+}
+
+/// The recording that separates what is left, and the command that diagnoses it with the others.
+fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
+    let change = next.change.as_ref();
+    let with = change.map_or_else(String::new, |change| {
+        format!(" Record it with {}.", change.words())
+    });
+    let flag = change.and_then(|change| change.flag("next.csv"));
+    let flag = flag.map_or_else(String::new, |flag| format!(" {flag}"));
+    let again = match asked.strip_prefix("motorlab diagnose ") {
+        Some(rest) => format!("motorlab diagnose next.csv {rest}{flag}"),
+        None => format!("motorlab diagnose next.csv RUN...{flag}"),
+    };
+    let names: Vec<String> = (next.tells_apart.iter())
+        .map(|id| match id.as_str() {
+            "none" => "no effect".to_owned(),
+            ids => name(&ids.replace('+', " with ")),
+        })
+        .collect();
+    let what = match (said.verdict, names.len()) {
+        (_, 1) => format!("shows whether {} is present", names[0]),
+        _ => format!("separates {}", listed(&names, "and")),
+    };
+    format!(
+        "Next, record what {what}: `{}`.{with} Then diagnose all runs together: {}.",
+        next.command,
+        command(&again, "next.csv among the runs")
+    )
+}
+
+/// A command to copy; of one too long to be read, what is new in it.
+fn command(line: &str, new: &str) -> String {
+    match line.chars().count() {
+        0..=COPIED_CHARACTERS => format!("`{line}`"),
+        _ => format!("the same command with {new}"),
+    }
+}

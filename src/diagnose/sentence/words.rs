@@ -1,0 +1,83 @@
+//! Figures and names as they are printed.
+
+/// A probability; never rounded up to certainty.
+pub(crate) fn probability(p: f64) -> String {
+    match p {
+        p if p >= 0.999 => "> 0.999".to_owned(),
+        p if p >= 0.99 => format!("= {:.3}", (1000.0 * p).floor() / 1000.0),
+        p => format!("= {p:.2}"),
+    }
+}
+
+/// Counts with as many digits as matter.
+pub(crate) fn counts(counts: f64) -> String {
+    match counts {
+        c if c >= 100.0 => format!("{c:.0}"),
+        c if c >= 10.0 => format!("{c:.1}"),
+        c => format!("{c:.2}"),
+    }
+}
+
+/// A share in percent.
+pub(crate) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        p if p >= 10.0 => format!("{p:.0} %"),
+        p if p >= 0.1 => format!("{p:.1} %"),
+        p if p > 0.0 => "< 0.1 %".to_owned(),
+        _ => "0 %".to_owned(),
+    }
+}
+
+/// An effect's id as words.
+pub(crate) fn name(id: &str) -> String {
+    id.replace('_', " ")
+}
+
+/// A list with its last member behind `last_word`.
+pub(crate) fn listed(all: &[String], last_word: &str) -> String {
+    match all.split_last() {
+        Some((last, others)) if !others.is_empty() => {
+            format!("{} {last_word} {last}", others.join(", "))
+        }
+        _ => all.concat(),
+    }
+}
+
+/// A number with three significant digits.
+pub(crate) fn three(value: f64) -> String {
+    let size = value.abs().max(1e-12).log10().floor() as i32;
+    let decimals = usize::try_from(2 - size).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn certainty_is_never_rounded_up() {
+        assert_eq!(probability(0.934), "= 0.93");
+        assert_eq!(probability(0.9989), "= 0.998");
+        assert_eq!(probability(1.0), "> 0.999");
+    }
+
+    #[test]
+    fn figures_have_the_digits_that_matter() {
+        assert_eq!(percent(0.0004), "< 0.1 %");
+        assert_eq!(percent(0.123), "12 %");
+        assert_eq!(counts(123.4), "123");
+        assert_eq!(three(-0.00456), "-0.00456");
+        assert_eq!(three(1234.6), "1235");
+    }
+
+    #[test]
+    fn lists_read_as_lists() {
+        let all: Vec<String> = ["a", "b", "c"].map(str::to_owned).to_vec();
+        assert_eq!(listed(&all, "and"), "a, b and c");
+        assert_eq!(listed(&all[..1], "or"), "a");
+    }
+}

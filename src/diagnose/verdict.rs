@@ -1,0 +1,221 @@
+//! The verdict: a pure function of the error budget and the posterior.
+
+use super::classes::{class_of, members_of};
+use super::report::Verdict;
+use super::settings::Settings;
+
+/// A set of effects with its posterior probability.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Weighed {
+    pub ids: Vec<&'static str>,
+    pub probability: f64,
+    /// Members whose first parameter is at a bound.
+    pub at_bound: Vec<&'static str>,
+}
+
+/// An identified effect, or a class that stands for one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Identified {
+    /// The effect, or the most probable member of the class.
+    pub effect: &'static str,
+    /// The class, where its members are not separated.
+    pub class: Option<&'static str>,
+    pub probability: f64,
+}
+
+/// Probability that one of some effects is present.
+pub(crate) fn inclusion(sets: &[Weighed], ids: &[&str]) -> f64 {
+    let with = |set: &&Weighed| set.ids.iter().any(|id| ids.contains(id));
+    total(sets.iter().filter(with))
+}
+
+/// Sum of probabilities, which rounding takes neither below 0 nor above 1.
+fn total<'a>(sets: impl Iterator<Item = &'a Weighed>) -> f64 {
+    let sum = sets.fold(0.0, |sum, set| sum + set.probability);
+    f64::min(sum, 1.0)
+}
+
+/// Effects and classes that are identified, by probability.
+pub(crate) fn identified(sets: &[Weighed], settings: &Settings) -> Vec<Identified> {
+    let mut ids: Vec<&'static str> = sets.iter().flat_map(|set| set.ids.clone()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    ids.sort_by(|a, b| inclusion(sets, &[b]).total_cmp(&inclusion(sets, &[a])));
+    let mut found: Vec<Identified> = Vec::new();
+    for effect in ids {
+        let own = inclusion(sets, &[effect]);
+        let class = class_of(effect);
+        let is_counted = |other: &Identified| class.is_some() && class_of(other.effect) == class;
+        if found.iter().any(is_counted) && own < settings.identified {
+            continue;
+        }
+        let of_class = class.map_or(own, |class| inclusion(sets, members_of(class)));
+        let is_separated = own >= settings.confident * of_class || found.iter().any(is_counted);
+        let probability = if is_separated { own } else { of_class };
+        let one = [effect];
+        let counted = match class.filter(|_| !is_separated) {
+            Some(class) => members_of(class),
+            None => &one,
+        };
+        let bounded = probability_at_bound(sets, counted);
+        if probability - bounded < settings.identified {
+            continue;
+        }
+        found.push(Identified {
+            effect,
+            class: class.filter(|_| !is_separated),
+            probability,
+        });
+        // Effects that exclude each other are not named together.
+        if joint(sets, &found) < settings.identified {
+            found.pop();
+        }
+    }
+    found
+}
+
+/// Probability that one of some effects is present with its parameter at a bound.
+fn probability_at_bound(sets: &[Weighed], ids: &[&str]) -> f64 {
+    let bounded = |set: &&Weighed| set.at_bound.iter().any(|id| ids.contains(id));
+    total(sets.iter().filter(bounded))
+}
+
+/// Probability that all identified effects, or members of their classes, are present.
+pub(crate) fn joint(sets: &[Weighed], identified: &[Identified]) -> f64 {
+    let has = |set: &Weighed, one: &Identified| match one.class {
+        Some(class) => set.ids.iter().any(|id| members_of(class).contains(id)),
+        None => set.ids.contains(&one.effect),
+    };
+    total(
+        sets.iter()
+            .filter(|set| identified.iter().all(|one| has(set, one))),
+    )
+}
+
+/// Shares of the nominal reducible squared error, held out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct BudgetShares {
+    /// Whether the nominal model is within the noise floor.
+    pub is_nominal_at_floor: bool,
+    /// Removed by re-identified parameters.
+    pub parameters: f64,
+    /// Removed by the identified effects together.
+    pub effects: f64,
+    /// Left by re-identified parameters.
+    pub beyond_parameters: f64,
+    /// Whether re-identified parameters lie outside their tolerances, and within them beside the identified effects.
+    pub only_parameters_implausible: bool,
+    /// Left.
+    pub unexplained: f64,
+}
+
+/// The verdict of a budget, the identified effects and the probability that no effect is present.
+pub(crate) fn verdict(
+    budget: &BudgetShares,
+    identified: &[Identified],
+    none: f64,
+    settings: &Settings,
+) -> Verdict {
+    if budget.is_nominal_at_floor {
+        return Verdict::NoGap;
+    }
+    // Held-out data choose nothing, but a set that does not reduce their error materially, beyond what plausible parameters do, is no cause
+    // of it.
+    let material = settings.unexplained_share * budget.beyond_parameters;
+    let explains = budget.effects > material
+        || budget.unexplained <= 0.0
+        || (budget.only_parameters_implausible && budget.effects >= -material);
+    if !identified.is_empty() && explains {
+        return match budget.unexplained < settings.unexplained_share {
+            true => Verdict::Effect,
+            false => Verdict::Partial,
+        };
+    }
+    if budget.unexplained > settings.outside_share && none >= settings.identified {
+        return Verdict::OutsideCatalogue;
+    }
+    if none < settings.identified {
+        return Verdict::Ambiguous;
+    }
+    match budget.parameters >= settings.parameters_share {
+        true => Verdict::Parameters,
+        false => Verdict::OutsideCatalogue,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set(ids: &[&'static str], probability: f64) -> Weighed {
+        Weighed {
+            ids: ids.to_vec(),
+            probability,
+            at_bound: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_table_of_verdicts() {
+        let settings = Settings::default();
+        let named = [Identified {
+            effect: "stribeck",
+            class: None,
+            probability: 0.9,
+        }];
+        let shares = |parameters: f64, effects: f64| BudgetShares {
+            is_nominal_at_floor: false,
+            parameters,
+            effects,
+            beyond_parameters: 1.0 - parameters,
+            only_parameters_implausible: false,
+            unexplained: 1.0 - parameters - effects,
+        };
+        let at_floor = BudgetShares {
+            is_nominal_at_floor: true,
+            ..shares(0.0, 0.0)
+        };
+        for (budget, identified, none, expected) in [
+            (at_floor, &named[..], 0.0, Verdict::NoGap),
+            (shares(0.3, 0.65), &named, 0.1, Verdict::Effect),
+            (shares(0.3, 0.5), &named, 0.1, Verdict::Partial),
+            (shares(0.3, -0.1), &named, 0.1, Verdict::Ambiguous),
+            (shares(0.95, 0.0), &[], 0.9, Verdict::Parameters),
+            (shares(0.2, 0.0), &[], 0.9, Verdict::OutsideCatalogue),
+            (shares(0.2, 0.0), &[], 0.2, Verdict::Ambiguous),
+            (shares(0.95, 0.0), &[], 0.2, Verdict::Ambiguous),
+        ] {
+            let found = verdict(&budget, identified, none, &settings);
+            assert_eq!(found, expected, "{budget:?} {none}");
+        }
+    }
+
+    /// Two members of a class that share its probability are named by the class; one that has nearly all of it by itself.
+    #[test]
+    fn a_class_stands_for_members_that_are_not_separated() {
+        let settings = Settings::default();
+        let tied = [
+            set(&["dead_zone"], 0.45),
+            set(&["stribeck"], 0.4),
+            set(&[], 0.15),
+        ];
+        let found = identified(&tied, &settings);
+        assert_eq!(found.len(), 1);
+        assert_eq!(
+            (found[0].effect, found[0].class),
+            ("dead_zone", Some("start"))
+        );
+        assert!((found[0].probability - 0.85).abs() < 1e-12);
+        assert!((joint(&tied, &found) - 0.85).abs() < 1e-12);
+        let clear = [set(&["dead_zone"], 0.95), set(&["stribeck"], 0.05)];
+        let found = identified(&clear, &settings);
+        assert_eq!(found[0].class, None);
+        let mut bounded = clear.to_vec();
+        bounded[0].at_bound = vec!["dead_zone"];
+        assert!(identified(&bounded, &settings).is_empty());
+        let pair = [set(&["inertia", "cogging"], 0.6), set(&["inertia"], 0.4)];
+        let found = identified(&pair, &settings);
+        assert_eq!(found.len(), 2);
+        assert!((joint(&pair, &found) - 0.6).abs() < 1e-12);
+    }
+}
