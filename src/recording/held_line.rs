@@ -17,6 +17,8 @@ const CHATTER_COUNTS: u64 = 16;
 /// Steps that say how the counts move, and how many there must be.
 const STEPS: usize = 16;
 const FEWEST_STEPS: usize = 3;
+/// After so many lines on end that were passed over, the line before them is nothing to go on: the time began anew, or runs backward.
+const MOST_PASSED_OVER: u64 = 8;
 
 /// A line that was read.
 #[derive(Debug, Clone, Copy)]
@@ -44,7 +46,7 @@ pub(super) struct Taken {
     pub write: Vec<Line>,
     /// Lines that were passed over.
     pub passed_over: u64,
-    /// Two lines agree that the board's time began anew.
+    /// Two lines agree that the board's time began anew, or none has gone on for long.
     pub is_reset: bool,
 }
 
@@ -56,6 +58,8 @@ pub(super) struct HeldLine {
     last: Option<(i64, i64)>,
     steps: [u64; STEPS],
     seen: usize,
+    /// Lines that were passed over since the last one that was written.
+    passed_over: u64,
 }
 
 /// What the line after it makes of a line that was held back.
@@ -76,7 +80,14 @@ impl HeldLine {
         if let Some(held) = self.held.take() {
             match self.judge(last, &held, &line, usual) {
                 Judged::Kept => self.accept(held, &mut taken),
-                Judged::PassedOver => taken.passed_over += 1,
+                Judged::PassedOver => {
+                    taken.passed_over += 1;
+                    self.passed_over += 1;
+                    if self.passed_over >= MOST_PASSED_OVER {
+                        taken.is_reset = true;
+                        return taken;
+                    }
+                }
                 Judged::Reset => {
                     taken.is_reset = true;
                     return taken;
@@ -110,6 +121,7 @@ impl HeldLine {
             self.steps[self.seen % STEPS] = counts.abs_diff(line.sample.counts);
             self.seen += 1;
         }
+        self.passed_over = 0;
         taken.write.push(line);
     }
 
@@ -246,6 +258,17 @@ mod tests {
         // A board that begins anew, and a counter that is set to 0.
         let anew = [&sound[..], &[(0, 0), (5, 0)]].concat();
         assert_eq!(written(&anew), (sound.clone(), 0, true));
+        // A time that runs backward, and one that is all over the place.
+        let ends = |odd: &dyn Fn(i64) -> i64| {
+            let lines = [
+                &sound[..],
+                &(0..40).map(|k| (odd(k), 0)).collect::<Vec<_>>(),
+            ]
+            .concat();
+            assert_eq!(written(&lines), (sound.clone(), MOST_PASSED_OVER, true));
+        };
+        ends(&|k| 40 - 5 * k);
+        ends(&|k| 1_000_000 * (1 + 7 * k % 5));
         let set = [&sound[..], &[(50, 2000), (55, 2006), (60, 2012)]].concat();
         assert_eq!(written(&set), (set.clone(), 0, false));
     }

@@ -129,28 +129,65 @@ fn lines_without_a_time_are_timed_over_many_and_nobody_stated_it() {
     );
 }
 
-/// Of 32 frames 31 are lost: in the longer gaps the counter passes half its range.
+#[test]
+fn a_time_that_runs_backward_ends_the_run() {
+    let line = |k: u32| format!("-{},{},200\r\n", k * 5000, 3 * k);
+    let (done, file) = capture_from(line, &GIVEN);
+    assert_eq!(done.status, Some(3), "{}", done.messages);
+    assert!(done.messages.contains("was reset"), "{}", done.messages);
+    assert_eq!(file.expect("a file").rows.len(), 1);
+}
+
+/// A byte in 14 is lost, and with it three frames of four: in the longest gaps the counter passes half its range. The same board whose
+/// counter has 32 bits, on a sound line, says where.
 #[test]
 fn a_counter_of_16_bits_that_can_go_round_in_a_gap_is_flagged() {
     let directory = tempfile::tempdir().expect("a directory");
-    let board = "virtual:?counter_bits=16&counts_per_rev=200000&drop=0.97&seed=5&speed=max";
-    let arguments = ["capture", board, "--duration", "8", "-o", "run.csv"];
-    let done = run(directory.path(), &arguments);
-    let file = RunFile::read(&directory.path().join("run.csv"));
+    let capture = |faults: &str, name: &str| {
+        let board = format!("virtual:?counts_per_rev=700000&speed=max&{faults}");
+        let done = run(
+            directory.path(),
+            &[
+                "capture",
+                &board,
+                "--duration",
+                "8",
+                "--patience",
+                "60",
+                "-o",
+                name,
+            ],
+        );
+        (done, RunFile::read(&directory.path().join(name)))
+    };
+    let (_, sound) = capture("counter_bits=32", "sound.csv");
+    let (done, file) = capture("counter_bits=16&drop=0.07&seed=8", "run.csv");
     assert!(file.summary("counts_leaps") > 0, "{}", done.messages);
     assert_eq!(done.status, Some(1));
-    let (t_s, counts) = (file.column("t_s"), file.column("counts"));
+    let (seq, counts, true_counts) = (
+        file.column("seq"),
+        file.column("counts"),
+        sound.column("counts"),
+    );
     let flags = file
         .columns
         .iter()
         .position(|name| name == "flags")
         .expect("flags");
-    for k in 1..t_s.len() {
-        let rate = (counts[k] - counts[k - 1]) / (t_s[k] - t_s[k - 1]);
+    let (mut gone_round, mut not_flagged) = (0, 0);
+    for k in 1..seq.len() {
+        let moved = true_counts[seq[k] as usize] - true_counts[seq[k - 1] as usize];
         let is_flagged = file.rows[k][flags].contains("counts_leap");
-        assert!(
-            is_flagged || (-1e3..6e5).contains(&rate),
-            "row {k}: {rate} counts/s"
-        );
+        not_flagged += usize::from(!is_flagged);
+        if counts[k] - counts[k - 1] != moved {
+            gone_round += 1;
+            assert!(is_flagged, "row {k}: {moved} counts in truth");
+        }
     }
+    assert!(gone_round > 0);
+    assert!(
+        2 * not_flagged > seq.len(),
+        "{not_flagged} of {}",
+        seq.len()
+    );
 }
