@@ -81,10 +81,12 @@ class Run:
             Names of columns; ``"name:unit"`` says the unit too. ``command="7V@0.95s"`` is 7 V from 0.95 s on.
             Either position or speed; a speed is summed up.
         integrate
-            How a speed is summed up. ``"backward"``, the default: a row's speed held since the row before, as in one
-            made of differences of position; their sum gives the counts back. ``"trapezoid"``: the mean of two rows holds
+            How a speed is summed up. ``"backward"``: a row's speed held since the row before, as in one made of
+            differences of position; their sum gives the counts back. ``"trapezoid"``: the mean of two rows holds
             between them, as in a speed of the instant. ``"forward"``: a row's speed holds until the row after. The wrong
-            one of backward and trapezoid puts each position off by half the way of one sample time.
+            one of backward and trapezoid puts each position off by half the way of one sample time. Without it steps of
+            counts mean backward, and else a first-order motor is fitted both ways and the one that leaves less is taken;
+            where neither does, it is a speed of the instant. The notes say which.
         counts_per_rev
             Counts of the encoder in one turn, all four edges counted.
         supply_v

@@ -108,7 +108,8 @@ def test_units_are_said_by_column_or_with_the_name():
 
 
 @pytest.mark.parametrize("said, rule", [
-    ({}, "backward"),
+    # No motor with a constant command moves like this, so that the motion does not show which speed it is: that of the instant.
+    ({}, "trapezoid"),
     ({"integrate": "backward"}, "backward"),
     ({"integrate": "trapezoid"}, "trapezoid"),
     ({"integrate": "forward"}, "forward"),
@@ -192,10 +193,17 @@ def test_units_are_of_columns_that_are_there_and_fit_them():
 def test_rows_out_of_order_and_several_runs_in_one_frame_are_refused():
     frame = pd.DataFrame({"t_ms": 10 * np.arange(300), "u_v": np.full(300, 4.5), "counts": 3 * np.arange(300)})
     said = {"counts_per_rev": 720, "supply_v": 4.5}
-    with pytest.raises(ml.MotorlabError, match="299 of 300 rows cannot be used"):
+    with pytest.raises(ml.MotorlabError, match="`t_ms` does not rise from row to row, so it is no clock"):
         ml.Run.from_frame(frame[::-1], time="t_ms:ms", **said)
     with pytest.raises(ml.MotorlabError, match="it holds 2 runs"):
         ml.Run.from_frame(pd.concat([frame[:100], frame]), time="t_ms:ms", **said)
+
+
+def test_a_frame_most_of_whose_rows_cannot_be_used_is_refused():
+    counts = np.where(np.arange(300) < 100, 3.0 * np.arange(300), 1e30)
+    frame = {"t_ms": 10 * np.arange(300), "u_v": np.full(300, 4.5), "counts": counts}
+    with pytest.raises(ml.MotorlabError, match="200 of 300 rows cannot be used"):
+        ml.Run.from_frame(frame, counts_per_rev=720, supply_v=4.5)
 
 
 def test_the_motion_of_swapped_wires_is_turned_round():
@@ -210,4 +218,6 @@ def test_wrong_files_are_said_in_the_words_of_the_program(tmp_path, text):
     path.write_text(text)
     with pytest.raises(ml.MotorlabError) as error:
         ml.Run.read(path)
-    assert f"error: {error.value}" in program("compare", path).stderr
+    # A command that takes run files alone: compare, check and diagnose import a log on the way.
+    said = program("export", "matlab", "--run", path, "-o", tmp_path / "matlab").stderr
+    assert f"error: {error.value}" in said
