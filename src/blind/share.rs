@@ -1,8 +1,6 @@
 //! Shares of a number of cases, with what chance makes of them.
 
 use serde::{Deserialize, Serialize};
-use statrs::function::beta::ln_beta;
-use statrs::function::factorial::ln_binomial;
 
 /// So many of so many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -45,14 +43,22 @@ impl Share {
     /// How probable it is to see this share or a lower one, were nothing worse than when `published` was
     /// drawn. What is known of the true share after `published` is Beta(h + 1, n - h + 1), which makes the
     /// hits of a new sample beta-binomial: the chance of both samples is in it.
+    ///
+    /// `P(0) = B(a, b + n) / B(a, b)` is the product of `(b + i) / (a + b + i)` for `i < n`, and
+    /// `P(k + 1) / P(k) = (n - k) (a + k) / ((k + 1) (b + n - k - 1))`; summed as logarithms, which do not underflow.
     pub fn chance_of_so_few(self, published: Self) -> f64 {
         let a = published.hits as f64 + 1.0;
         let b = (published.of - published.hits.min(published.of)) as f64 + 1.0;
-        let probability = |k: u64| {
-            let (k_f, n) = (k as f64, self.of as f64);
-            (ln_binomial(self.of, k) + ln_beta(k_f + a, n - k_f + b) - ln_beta(a, b)).exp()
-        };
-        (0..=self.hits).map(probability).sum::<f64>().min(1.0)
+        let n = self.of as f64;
+        let none = (0..self.of).map(|i| ((b + i as f64) / (a + b + i as f64)).ln());
+        let mut ln_probability: f64 = none.sum();
+        let mut sum = 0.0;
+        for k in 0..=self.hits.min(self.of) {
+            sum += ln_probability.exp();
+            let k = k as f64;
+            ln_probability += ((n - k) * (a + k) / ((k + 1.0) * (b + n - k - 1.0))).ln();
+        }
+        sum.min(1.0)
     }
 
     /// In words: `47 of 54, 87 % (75 to 94)`.
@@ -124,6 +130,15 @@ mod tests {
         assert!((missed - 0.25).abs() < 1e-12);
         let all = Share { hits: 7, of: 7 }.chance_of_so_few(published);
         assert!((all - 1.0).abs() < 1e-12);
+        let impossible = Share {
+            hits: 0,
+            of: 20_000,
+        }
+        .chance_of_so_few(Share {
+            hits: 20_000,
+            of: 20_000,
+        });
+        assert!(impossible < 1e-300, "{impossible}");
         // Summed with Python's math.lgamma.
         let published = Share { hits: 291, of: 300 };
         for (hits, expected) in [(50, 2.173_689_289e-4), (55, 6.443_016_177e-2)] {
