@@ -16,7 +16,7 @@ use super::report::{
     Interval, Place, PredictedRun, SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, posterior};
-use super::search::{Found, Scored};
+use super::search::Scored;
 use super::segments::Segments;
 use super::settings::Settings;
 use super::verdict::{BudgetShares, Identified, Weighed, identified, inclusion, joint, verdict};
@@ -87,14 +87,15 @@ pub(super) fn document(
     let is_at_floor =
         |m: usize| !relevance::exceeds(errors[m].mean_square(), floor * floor, n_eff, settings);
     // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
-    let is_settled_at_floor = is_at_floor(last) || (last == 1 && !found.judge.is_relevant);
+    let (_, least_left, _) = shares.left(last);
+    let is_settled_at_floor = least_left <= 0.0 || (last == 1 && !found.judge.is_relevant);
     let budget_shares = BudgetShares {
         is_nominal_at_floor: is_at_floor(0),
         parameters: shares.removed(1).0,
         effects: shares.between(1, last).0,
         beyond_parameters: shares.left(1).0,
-        only_parameters_implausible: !outside(&steps[1].fit, settings).is_empty()
-            && plausible(found, &named, settings),
+        are_parameters: (named.iter()).all(|one| base.frees(one.effect).is_some())
+            && !outside(&steps[1].fit, settings).is_empty(),
         unexplained: if is_settled_at_floor {
             0.0
         } else {
@@ -109,6 +110,7 @@ pub(super) fn document(
     };
     if let Some(then) = &base.reference {
         said = match said {
+            Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
             Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
             Verdict::OutsideCatalogue
                 if none >= settings.confident || is_as_before(then.mean_square) =>
@@ -187,10 +189,14 @@ pub(super) fn document(
             judged_on,
             &steps,
             &errors,
+            at,
             parts,
             (closed, closed_lo95, closed_hi95),
-            held.is_some(),
-            prepared.subset.is_some(),
+            match (held.is_some(), prepared.subset.is_some()) {
+                (true, _) => "held-out runs",
+                (_, true) => "all segments; a stratified subset of them was fitted",
+                _ => "cross-validation over segments",
+            },
         ),
         base: base_parameters(segments, base, reported),
         effects,
@@ -225,6 +231,7 @@ pub(super) fn document(
         &diagnosis,
         &outside(reported, settings),
         options.is_doubtful,
+        segments.runs.iter().any(|run| run.is_closed_loop),
     );
     diagnosis.parts = sentence::parts(&diagnosis, asked);
     diagnosis.sentence = joined(&diagnosis.parts);
@@ -398,7 +405,8 @@ fn causes(
             })
         })
         .collect();
-    found.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
+    // What is at a bound is no cause.
+    found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
     found
 }
 
@@ -509,12 +517,11 @@ fn gap(
     judged_on: &Segments,
     steps: &[Step],
     errors: &[HeldOut],
+    at: usize,
     parts: FloorParts,
     (closed, closed_lo95, closed_hi95): (f64, f64, f64),
-    is_held_out: bool,
-    is_subset: bool,
+    held_out: &str,
 ) -> Gap {
-    let last = steps.len() - 1;
     let horizon = |segment: &super::segments::Segment| {
         let t_s = &judged_on.runs[segment.run].t_s;
         t_s[segment.to - 1] - t_s[segment.from]
@@ -527,21 +534,16 @@ fn gap(
         travel: travel(judged_on),
         before: errors[0].rms(),
         after_parameters: errors[1].rms(),
-        after_effect: errors[last].rms(),
+        after_effect: errors[at].rms(),
         closed,
         closed_lo95,
         closed_hi95,
         fitted: Fitted {
             before: steps[0].fit.rms(),
             after_parameters: steps[1].fit.rms(),
-            after_effect: steps[last].fit.rms(),
+            after_effect: steps[at].fit.rms(),
         },
-        held_out: match (is_held_out, is_subset) {
-            (true, _) => "held-out runs",
-            (_, true) => "all segments; a stratified subset of them was fitted",
-            _ => "cross-validation over segments",
-        }
-        .to_owned(),
+        held_out: held_out.to_owned(),
     }
 }
 
@@ -576,16 +578,6 @@ fn base_parameters(
             (parameter.id.key(), one)
         })
         .collect()
-}
-
-/// Whether the most probable set with all named effects has its base parameters within their tolerances.
-fn plausible(found: &Found, named: &[Identified], settings: &Settings) -> bool {
-    let has_all = |set: &&Scored| {
-        let ids = set.fit.ids();
-        named.iter().all(|one| ids.contains(&one.effect))
-    };
-    let set = found.sets.iter().find(has_all);
-    set.is_some_and(|set| outside(&set.fit, settings).is_empty())
 }
 
 /// Base parameters outside their tolerances that no effect widens, as shares of the motor file's.

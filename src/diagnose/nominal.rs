@@ -1,7 +1,9 @@
 //! A nominal motor where nothing is known: least squares of the model without effects.
 //!
-//! It starts from the plain fit of whole runs in open loop ([`least_squares`](crate::least_squares)), from the equation-error regression and
-//! from the given motor, and never leaves more than the given motor. What voltage and counts do not determine (`R`, `Kt`) stays as given.
+//! It starts from plain fits of whole runs and of stretches in open loop ([`least_squares`](crate::least_squares)), from the equation-error
+//! regression and from the given motor, and never leaves more than the given motor. What voltage and counts do not determine (`R`, `Kt`) stays as given.
+
+use std::ops::Range;
 
 use super::error::{DiagnoseError, usable};
 use super::fit::Fit;
@@ -9,10 +11,11 @@ use super::inverse::{own_part, shares};
 use super::model::Model;
 use super::nested::least_squares;
 use super::pipeline::Prepared;
+use super::segments::time_constant_s;
 use super::settings::Settings;
 use super::without_named_samples;
-use crate::least_squares::{FirstOrderMotor, columns, plain_fit, records};
-use crate::motor::Motor;
+use crate::least_squares::{FirstOrderMotor, Record, columns, plain_fit, start_of};
+use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
 
 /// Most times that runs are cut anew: the fitted time constant sets the length of segments.
@@ -63,25 +66,33 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let mut given = given.clone();
     given.parameters.counts_per_rev = runs[0].counts_per_rev;
     given.parameters.supply_v = runs[0].supply_v.unwrap_or(given.parameters.supply_v);
-    let starts: Vec<_> = FirstOrderMotor::of(&given, kind).into_iter().collect();
-    let of_runs = columns(runs);
-    let whole = plain_fit(&records(runs, &of_runs), &starts).ok_or(DiagnoseError::NoFit)?;
-    let mut motor = whole.motor.in_place_of(&given, kind);
+    let mut motor = start(runs, &given, kind, &settings)?;
     let mut best: Option<(Motor, f64, Prepared)> = None;
     for _ in 0..CUTS {
-        let tolerant = with_wide_tolerances(&motor, &settings);
+        let tolerant = with_tolerances(&motor, super::model::BASE, settings.largest_factor);
         let prepared = Prepared::new(runs, &tolerant, &settings)?;
         let segments = prepared.searched();
         let model = Model::new(&prepared.base, Vec::new());
         let mut starts = vec![model.start()];
         let own = own_part(segments).map(|own| shares(&prepared.base, own));
-        starts.extend(own.map(|own| model.start_with(own)));
-        let found = least_squares(segments, &model, &starts).ok_or(DiagnoseError::NoFit)?;
+        let own = own.map(|own| model.start_with(own));
+        let is_closed_loop = segments.runs.iter().any(|run| run.is_closed_loop);
+        let found = match own.as_ref().filter(|_| is_closed_loop) {
+            // In closed loop the equation error is the better judge.
+            Some(own) => Fit::at(segments, &model, own.clone()),
+            None => {
+                starts.extend(own);
+                least_squares(segments, &model, &starts)
+            }
+        };
+        let found = found.ok_or(DiagnoseError::NoFit)?;
         let is_settled = best
             .as_ref()
             .is_some_and(|(.., last)| last.all.segments.len() == prepared.all.segments.len());
         motor = found.model.motor(&found.x);
-        motor.tolerance.clone_from(&tolerant.tolerance);
+        motor.tolerance.clone_from(&given.tolerance);
+        let fitted = model.parameters.iter().map(|parameter| parameter.id.key());
+        motor = with_tolerances(&motor, fitted, settings.fitted_tolerance);
         let rms = left_by(&motor, &prepared).ok_or(DiagnoseError::NoFit)?;
         best = Some((motor.clone(), rms, prepared));
         if is_settled {
@@ -110,13 +121,64 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     })
 }
 
-/// A motor whose parameters are known no better than the runs tell.
-fn with_wide_tolerances(motor: &Motor, settings: &Settings) -> Motor {
-    let mut motor = motor.clone();
-    for key in super::model::BASE {
-        let tolerance = settings.fitted_tolerance;
-        motor.tolerance.insert(key.to_owned(), tolerance);
+/// Where the fit starts: of the given motor and of the plain fits to whole runs and to stretches as long as segments, the one that leaves
+/// least over segments.
+fn start(
+    runs: &[Run],
+    given: &Motor,
+    kind: CommandKind,
+    settings: &Settings,
+) -> Result<Motor, DiagnoseError> {
+    let begun: Vec<_> = FirstOrderMotor::of(given, kind).into_iter().collect();
+    let longest_s = settings.segment_time_constants * settings.longest_time_constant_s;
+    let of_runs = columns(runs);
+    let mut candidates = vec![given.clone()];
+    for length_s in [settings.segment_s, longest_s, f64::INFINITY] {
+        let counts: Vec<(usize, Range<usize>, Vec<f64>)> = (runs.iter().enumerate())
+            .flat_map(|(k, run)| cut(run, length_s).map(move |range| (k, range)))
+            .map(|(k, range)| {
+                let counts = &of_runs[k].1[range.clone()];
+                let from_first = counts.iter().map(|n| n - counts[0] + 0.5).collect();
+                (k, range, from_first)
+            })
+            .collect();
+        let stretches: Vec<Record<'_>> = (counts.iter())
+            .map(|(k, range, counts)| {
+                let (t_s, command) = (&runs[*k].t_s[range.clone()], &of_runs[*k].0[range.clone()]);
+                let record = Record::from_rest(t_s, command, counts, runs[*k].counts_per_rev);
+                record.starting(start_of(&record).speed_counts_s)
+            })
+            .collect();
+        let plain = plain_fit(&stretches, &begun);
+        candidates.extend(plain.map(|fit| fit.motor.in_place_of(given, kind)));
     }
+    let slowest = (candidates[1..].iter())
+        .max_by(|a, b| time_constant_s(a).total_cmp(&time_constant_s(b)))
+        .ok_or(DiagnoseError::NoFit)?;
+    let prepared = Prepared::new(runs, slowest, settings)?;
+    let left = candidates
+        .iter()
+        .filter_map(|motor| Some((left_by(motor, &prepared)?, motor)));
+    let best = left.min_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, motor)| motor.clone())
+        .ok_or(DiagnoseError::NoFit)
+}
+
+/// Parts of a run of about so many seconds.
+fn cut(run: &Run, length_s: f64) -> impl Iterator<Item = Range<usize>> {
+    let n = run.t_s.len();
+    let count = ((n as f64 * run.sample_time_s / length_s) as usize).max(1);
+    (0..count).map(move |k| k * n / count..(k + 1) * n / count)
+}
+
+/// A motor with this relative tolerance of some parameters.
+fn with_tolerances(
+    motor: &Motor,
+    keys: impl IntoIterator<Item = &'static str>,
+    tolerance: f64,
+) -> Motor {
+    let mut motor = motor.clone();
+    (motor.tolerance).extend(keys.into_iter().map(|key| (key.to_owned(), tolerance)));
     motor
 }
 

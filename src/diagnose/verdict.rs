@@ -103,8 +103,8 @@ pub(crate) struct BudgetShares {
     pub effects: f64,
     /// Left by re-identified parameters.
     pub beyond_parameters: f64,
-    /// Whether re-identified parameters lie outside their tolerances, and within them beside the identified effects.
-    pub only_parameters_implausible: bool,
+    /// Whether the identified effects are base parameters outside their tolerances, which remove what re-identified parameters do.
+    pub are_parameters: bool,
     /// Left.
     pub unexplained: f64,
 }
@@ -119,25 +119,27 @@ pub(crate) fn verdict(
     if budget.is_nominal_at_floor {
         return Verdict::NoGap;
     }
-    // Held-out data choose nothing, but a set that does not reduce their error materially, beyond what plausible parameters do, is no cause
-    // of it.
+    // Held-out data choose nothing, but a set that does not reduce their error materially is no cause of it.
     let material = settings.unexplained_share * budget.beyond_parameters;
     let explains = budget.effects > material
         || budget.unexplained <= 0.0
-        || (budget.only_parameters_implausible && budget.effects >= -material);
+        || (budget.are_parameters && budget.effects >= -material);
     if !identified.is_empty() && explains {
         return match budget.unexplained < settings.unexplained_share {
             true => Verdict::Effect,
             false => Verdict::Partial,
         };
     }
-    if budget.unexplained > settings.outside_share && none >= settings.identified {
-        return Verdict::OutsideCatalogue;
+    // What re-identified parameters leave is as little as an identified effect may leave.
+    if budget.beyond_parameters < settings.unexplained_share && budget.parameters > 0.0 {
+        return Verdict::Parameters;
     }
     if none < settings.identified {
         return Verdict::Ambiguous;
     }
-    match budget.parameters >= settings.parameters_share {
+    match budget.unexplained <= settings.outside_share
+        && budget.parameters >= settings.parameters_share
+    {
         true => Verdict::Parameters,
         false => Verdict::OutsideCatalogue,
     }
@@ -168,7 +170,7 @@ mod tests {
             parameters,
             effects,
             beyond_parameters: 1.0 - parameters,
-            only_parameters_implausible: false,
+            are_parameters: false,
             unexplained: 1.0 - parameters - effects,
         };
         let at_floor = BudgetShares {
@@ -183,7 +185,8 @@ mod tests {
             (shares(0.95, 0.0), &[], 0.9, Verdict::Parameters),
             (shares(0.2, 0.0), &[], 0.9, Verdict::OutsideCatalogue),
             (shares(0.2, 0.0), &[], 0.2, Verdict::Ambiguous),
-            (shares(0.95, 0.0), &[], 0.2, Verdict::Ambiguous),
+            (shares(0.85, 0.0), &[], 0.2, Verdict::Ambiguous),
+            (shares(0.95, 0.0), &[], 0.2, Verdict::Parameters),
         ] {
             let found = verdict(&budget, identified, none, &settings);
             assert_eq!(found, expected, "{budget:?} {none}");

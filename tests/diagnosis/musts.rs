@@ -132,7 +132,18 @@ static ALL: LazyLock<Vec<Diagnosed>> = LazyLock::new(|| {
     ]
 });
 
+/// In one test, since a runner that gives each a process of its own would diagnose all of them for each.
 #[test]
+fn what_holds_of_every_diagnosis() {
+    the_cases_have_different_verdicts();
+    every_figure_of_a_sentence_is_one_of_the_document();
+    the_written_motor_is_the_documents();
+    the_fitted_error_never_rises_from_one_nested_model_to_the_next();
+    re_identified_parameters_leave_no_more_than_plain_least_squares();
+    probabilities_and_shares_add_up();
+    what_is_identified_is_probable_and_not_at_a_bound();
+}
+
 fn the_cases_have_different_verdicts() {
     let mut verdicts: Vec<String> = (ALL.iter())
         .map(|one| format!("{:?}", one.found.verdict))
@@ -234,7 +245,6 @@ fn unknown_figures(sentence: &str, known: &[f64]) -> Vec<String> {
     unknown
 }
 
-#[test]
 fn every_figure_of_a_sentence_is_one_of_the_document() {
     let mut figures = 0;
     for one in ALL.iter() {
@@ -272,7 +282,6 @@ fn every_figure_of_a_sentence_is_one_of_the_document() {
 }
 
 /// `--model-out` writes the motor of the verdict, with the parameters that the JSON document states.
-#[test]
 fn the_written_motor_is_the_documents() {
     for name in ["dead zone", "dead zone and friction", "other parameters"] {
         let one = ALL.iter().find(|one| one.name == name).expect("a case");
@@ -353,7 +362,6 @@ fn the_written_motor_is_the_documents() {
 }
 
 /// On the data of the fit each model contains the one before.
-#[test]
 fn the_fitted_error_never_rises_from_one_nested_model_to_the_next() {
     for one in ALL.iter() {
         let fitted = one.found.gap.fitted;
@@ -374,7 +382,6 @@ fn the_fitted_error_never_rises_from_one_nested_model_to_the_next() {
 /// Most times what plain least squares of a first-order motor leaves, by the same measure: priors may cost a little.
 const AS_GOOD: f64 = 1.05;
 
-#[test]
 fn re_identified_parameters_leave_no_more_than_plain_least_squares() {
     let cases = [
         "other parameters",
@@ -404,7 +411,6 @@ fn re_identified_parameters_leave_no_more_than_plain_least_squares() {
 /// Sums of shares and probabilities are exact up to the arithmetic of some hundred numbers.
 const SUM: f64 = 1e-9;
 
-#[test]
 fn probabilities_and_shares_add_up() {
     for one in ALL.iter() {
         let (name, found) = (&one.name, &one.found);
@@ -473,7 +479,6 @@ fn probabilities_and_shares_add_up() {
     }
 }
 
-#[test]
 fn what_is_identified_is_probable_and_not_at_a_bound() {
     let least = Settings::default().identified;
     let mut named = 0;

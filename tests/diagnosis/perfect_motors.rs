@@ -43,7 +43,12 @@ fn motors_without_an_effect_are_not_accused() {
                 .map(|cause| cause.class_probability.unwrap_or(cause.inclusion))
                 .any(|probability| probability >= p)
         };
-        let quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
+        // A random load is in no catalogue: that it is outside of it is what is to be said of it.
+        let quiet = match found.verdict {
+            Verdict::NoGap | Verdict::Parameters => true,
+            Verdict::OutsideCatalogue => made.bench.wanders,
+            _ => false,
+        };
         if !quiet || has_effect(settings.identified) {
             accused += 1;
             surely += usize::from(has_effect(settings.confident));

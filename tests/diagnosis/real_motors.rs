@@ -19,8 +19,9 @@ use motorlab::recording::{Run, read_run};
 const ASSERTED: f64 = 0.9;
 /// Most that effects may leave on held-out data, in errors of re-identified parameters.
 const NO_WORSE: f64 = 1.05;
-/// Sets whose documented cause comes first. `micromouse`, `odrive`, `xl330` and `arm_lost_edges` are not among them.
-const NAMED: [&str; 4] = ["ev3", "emps", "sts3250", "l298n"];
+/// Sets whose documented cause comes first. `micromouse`, `odrive`, `xl330` and `arm_lost_edges` are not among them, nor is `l298n`: four
+/// effects fit its five fitted parts and not the five that are held out.
+const NAMED: [&str; 3] = ["ev3", "emps", "sts3250"];
 
 /// A set of `sets.toml`.
 struct Set {
@@ -212,11 +213,12 @@ fn steps_of_a_lego_motor_differ_by_direction() {
     check("steps_of_a_lego_motor_differ_by_direction", "ev3", &logs);
 }
 
+/// A gear motor behind a bridge: its documented drop and delay are not named today. Nothing else may be asserted.
 #[test]
-fn a_staircase_behind_a_bridge_has_a_drop_or_a_delay() {
+fn of_a_staircase_behind_a_bridge_nothing_undocumented_is_asserted() {
     let logs = [log("run_minimal.csv".to_owned(), &[], false)];
     check(
-        "a_staircase_behind_a_bridge_has_a_drop_or_a_delay",
+        "of_a_staircase_behind_a_bridge_nothing_undocumented_is_asserted",
         "l298n",
         &logs,
     );

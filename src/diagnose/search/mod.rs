@@ -27,7 +27,7 @@ use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
 use crate::motor::Motor;
-use crate::motor::catalogue::{Prior, catalogue, find};
+use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
 use crate::units::ROUNDING_VARIANCE;
 
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
@@ -277,13 +277,24 @@ impl Pool<'_> {
         (model, starts)
     }
 
-    /// Fits what is measured without any simulation: a clock error against the host's clock, loads by the equation-error regression.
+    /// Fits what is measured without any simulation: a clock error against the host's clock, loads by the equation-error regression; against
+    /// a reference also each base parameter by itself, which a linear prediction puts behind others when it has changed much.
     fn fit_measured(&mut self, from: &Fit) {
         let base = self.base;
         let mut members = Vec::new();
         if let (Some((seen, _)), Some((index, _))) = (base.clock, find("clock_error")) {
             let values = vec![seen];
             members.push((Member { index, values }, None));
+        }
+        if base.reference.is_some() {
+            for (index, kind) in catalogue().iter().enumerate() {
+                if base.frees(kind.id).is_some() {
+                    let of =
+                        |p: &EffectParameter| p.default(&base.motor.parameters, base.sample_time_s);
+                    let values = kind.parameters.iter().map(of).collect();
+                    members.push((Member { index, values }, None));
+                }
+            }
         }
         for id in ["gravity_load", "constant_load"] {
             let is_given = base.motor.effects.get(id).is_some();

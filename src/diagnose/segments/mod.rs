@@ -6,6 +6,7 @@
 //! ([`correction`]), the same for all models.
 
 mod correction;
+mod feedback;
 mod recording;
 mod regimes;
 mod subset;
@@ -22,6 +23,9 @@ use crate::recording::Run;
 use super::error::{DiagnoseError, name_of};
 use super::settings::Settings;
 use correction::Correction;
+
+/// A cut is moved by at most this part of a segment: all segments have at least half of the mean length. Convention.
+const CUT_REACH: usize = 4;
 
 /// A contiguous part of one run.
 #[derive(Debug, Clone)]
@@ -91,13 +95,17 @@ impl Segments {
         let mut len = 0;
         for (number, run) in recordings.iter_mut().enumerate() {
             let n = run.t_s.len();
-            let least =
-                ((length_s / run.sample_time_s).round() as usize).max(settings.segment_samples);
-            let count = (n / least).max(1);
-            let mut restarts = Vec::new();
-            for j in 0..count {
-                let (from, to) = (j * n / count, (j + 1) * n / count);
-                restarts.push(from);
+            // In closed loop a motor that does not answer to its command predicts best in the long run; a short segment is an equation
+            // error (Ljung 1999, section 13.4).
+            let least = match run.is_closed_loop {
+                true => settings.segment_samples,
+                false => {
+                    ((length_s / run.sample_time_s).round() as usize).max(settings.segment_samples)
+                }
+            };
+            let restarts = cuts(run, (n / least).max(1));
+            for (j, &from) in restarts.iter().enumerate() {
+                let to = restarts.get(j + 1).copied().unwrap_or(n);
                 segments.push(Segment {
                     run: number,
                     from,
@@ -197,6 +205,22 @@ impl Segments {
             .map(|(seen, p)| seen - p)
             .collect()
     }
+}
+
+/// Where a run is cut into so many segments: at even places, but not where the speed bends, if the shaft moves evenly nearby.
+fn cuts(run: &Recording, count: usize) -> Vec<usize> {
+    let n = run.t_s.len();
+    let reach = n / count / CUT_REACH;
+    let is_better = |k: &usize| run.moving[*k] && !run.bends(*k);
+    let cut = |j: usize| {
+        let even = j * n / count;
+        let mut near = (1..=reach).flat_map(|by| [even - by, even + by]);
+        match j > 0 && run.bends(even) {
+            true => near.find(is_better).unwrap_or(even),
+            false => even,
+        }
+    };
+    (0..count).map(cut).collect()
 }
 
 /// Mechanical time constant of a motor in s.

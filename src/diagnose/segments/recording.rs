@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use super::feedback::answers_to_motion;
 use crate::check::host_clock::host_clock;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::settings::Settings;
@@ -37,6 +38,8 @@ pub(crate) struct Recording {
     pub is_integrated: bool,
     /// Whether the shaft turns by half a turn or more per sample.
     pub is_aliased: bool,
+    /// Whether the command answers to the motion.
+    pub is_closed_loop: bool,
     /// Largest speed in counts/s, 1 at least.
     pub top: f64,
     /// Initial speeds as the plain fit of the run's first samples gives them, in counts/s with standard deviation.
@@ -85,6 +88,7 @@ impl Recording {
         let start = start_of(&record);
         let first_speed = (start.speed_counts_s, start.variance.sqrt());
         Ok(Self {
+            is_closed_loop: answers_to_motion(&command, &counts),
             is_integrated: run.is_integrated(),
             is_aliased: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
             top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
@@ -154,19 +158,34 @@ impl Recording {
         if !self.moving[k] {
             return (0.0, 0.0);
         }
+        let share = self.start_speed_share * self.top;
+        match self.slopes(k) {
+            Some([(speed, sd), (before, _), (behind, _)]) => {
+                (speed, sd.hypot(share).hypot(0.5 * (behind - before)))
+            }
+            None => (self.speed[k], (0.5 / self.speed_window_s).hypot(share)),
+        }
+    }
+
+    /// Whether the speed of a moving shaft changes so fast at a sample that this makes most of the uncertainty of its initial state: there a
+    /// command steps.
+    pub fn bends(&self, k: usize) -> bool {
+        let share = self.start_speed_share * self.top;
+        self.moving[k]
+            && (self.slopes(k)).is_some_and(|[(_, sd), (before, _), (behind, _)]| {
+                0.5 * (behind - before).abs() > sd.hypot(share)
+            })
+    }
+
+    /// Speed in counts/s with its standard deviation by a regression over the samples around one, over those before, and over those behind.
+    fn slopes(&self, k: usize) -> Option<[(f64, f64); 3]> {
         let half = ((self.start_window_s / self.sample_time_s).ceil() as usize).max(2);
         let (from, to) = (
             k.saturating_sub(half),
             (k + half).min(self.counts.len() - 1),
         );
         let line = |from: usize, to: usize| slope(&self.t_s[from..=to], &self.counts[from..=to]);
-        let share = self.start_speed_share * self.top;
-        match (line(from, to), line(from, k), line(k, to)) {
-            (Some((speed, sd)), Some((before, _)), Some((behind, _))) => {
-                (speed, sd.hypot(share).hypot(0.5 * (behind - before)))
-            }
-            _ => (self.speed[k], (0.5 / self.speed_window_s).hypot(share)),
-        }
+        Some([line(from, to)?, line(from, k)?, line(k, to)?])
     }
 
     /// By how many counts (one sigma) the scatter of a logged speed moves the position that is integrated from it, at a sample.

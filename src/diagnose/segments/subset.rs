@@ -243,6 +243,7 @@ impl Cut {
             rad: whole.rad,
             supply_v: whole.supply_v,
             known: whole.known.clone(),
+            is_closed_loop: whole.is_closed_loop,
             clock: whole.clock,
             is_integrated: whole.is_integrated,
             is_aliased: whole.is_aliased,

@@ -4,6 +4,8 @@ use super::{listed, name, percent, probability, three};
 use crate::diagnose::classes::members_of;
 use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
 
+/// Inclusion probability of a cause that is identified if it reduces the held-out error (contract).
+const PROBABLE: f64 = 0.5;
 /// Causes that are listed where none is identified.
 const LISTED: usize = 3;
 
@@ -24,8 +26,9 @@ pub(super) fn cause(said: &Diagnosis) -> String {
             candidates(said)
         ),
         Verdict::Ambiguous => format!(
-            "An effect is present, P {p}, but none is identified.{}",
-            candidates(said)
+            "An effect is present, P {p}, but none is identified.{}{}",
+            candidates(said),
+            unconfirmed(said)
         ),
         Verdict::Effect | Verdict::Partial => identified(said, &p),
     }
@@ -46,6 +49,17 @@ fn candidates(said: &Diagnosis) -> String {
     match listed_causes.is_empty() {
         true => String::new(),
         false => format!(" Most probable: {}.", listed(&listed_causes, "and")),
+    }
+}
+
+/// That what is probable does not reduce the held-out error, where that is why it is not identified.
+fn unconfirmed(said: &Diagnosis) -> &'static str {
+    let is_probable = |cause: &Cause| {
+        !cause.at_bound && cause.class_probability.unwrap_or(cause.inclusion) >= PROBABLE
+    };
+    match said.causes.iter().any(is_probable) {
+        true => " They fit the recordings, but do not reduce the held-out error.",
+        false => "",
     }
 }
 

@@ -70,9 +70,20 @@ fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
     super::budget::largest_regime(&said.unexplained.regions)
 }
 
-/// Reservations: base parameters outside their tolerance, parameters at a bound, the score that was used, the source of the nominal motor.
-pub(crate) fn note(said: &Diagnosis, outside: &[(&'static str, f64)], is_doubtful: bool) -> String {
+/// Reservations: a closed loop, base parameters outside their tolerance, parameters at a bound, the score that was used, the source of the nominal motor.
+pub(crate) fn note(
+    said: &Diagnosis,
+    outside: &[(&'static str, f64)],
+    is_doubtful: bool,
+    is_closed_loop: bool,
+) -> String {
     let mut notes: Vec<String> = Vec::new();
+    if is_closed_loop {
+        notes.push(format!(
+            "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",
+            three(said.gap.horizon_s)
+        ));
+    }
     for (key, share) in outside {
         notes.push(format!(
             "{} is {} times the motor file's value, outside its tolerance: it has changed, or the file is wrong.",
