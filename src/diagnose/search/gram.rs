@@ -10,6 +10,9 @@ use super::candidates::{Candidate, Shape};
 use crate::diagnose::fit::{Fit, gram};
 use crate::diagnose::model::dot;
 
+/// Worths that differ by less, in nats, differ by rounding: platforms order them alike.
+const SAME_NATS: f64 = 1e-6;
+
 /// Largest coefficient of a start's column; beyond, another start is nearer.
 const LARGEST: f64 = 2.0;
 /// Share of a column's square that has to be left by the base parameters to be a number.
@@ -203,7 +206,7 @@ impl Screen {
         Some(Screened {
             of,
             coefficients,
-            worth: gain - price,
+            worth: ((gain - price) / SAME_NATS).round() * SAME_NATS,
         })
     }
 }

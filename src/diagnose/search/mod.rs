@@ -79,7 +79,11 @@ pub(crate) fn search(
     let mut steps = Vec::new();
     let mut deepest = if is_relevant { 3 } else { 1 };
     for round in 0..ROUNDS {
-        progress(&format!("searching, round {}", round + 1));
+        progress(&format!(
+            "searching, round {} of {ROUNDS} at most, {} sets of effects fitted",
+            round + 1,
+            pool.fitted()
+        ));
         let best = pool.best().fit.clone();
         let room = settings.most_effects - best.model.members.len();
         let sets = if round == 0 {
@@ -113,7 +117,10 @@ pub(crate) fn search(
         }
         deepest = 1;
     }
-    progress("fitting the likeliest sets to all segments");
+    progress(&format!(
+        "fitting the likeliest of {} sets to all segments",
+        pool.fitted()
+    ));
     let (sets, judge) = if std::ptr::eq(segments, coarse) {
         pool.sorted()
     } else {
@@ -367,20 +374,21 @@ impl Pool<'_> {
         }
     }
 
-    /// Fits the best set with each member exchanged for the others of its class, from the class member's own starts.
+    /// Fits the best set with each member exchanged for the others of its class, and for what does the same in both directions alike.
     fn exchange(&mut self) {
         let best = self.best().fit.clone();
         let is_freed = |member: &Member| self.base.frees(member.id()).is_some();
         let members = best.model.members.clone();
         for (k, member) in members.iter().enumerate().filter(|(_, m)| !is_freed(m)) {
-            let Some(class) = class_of(member.id()) else {
-                continue;
-            };
-            for rival in members_of(class).iter().filter(|id| **id != member.id()) {
+            let of_class = class_of(member.id()).map_or(&[][..], |class| members_of(class));
+            // That of both directions alike.
+            let plain = member.id().strip_prefix("asymmetric_");
+            let rivals = of_class.iter().copied().chain(plain);
+            for rival in rivals.filter(|id| *id != member.id()) {
                 let Some((index, kind)) = find(rival) else {
                     continue;
                 };
-                let is_other = |m: &Member| m.id() == *rival;
+                let is_other = |m: &Member| m.id() == rival;
                 let is_given = self.base.motor.effects.get(rival).is_some();
                 if is_given || members.iter().any(is_other) {
                     continue;

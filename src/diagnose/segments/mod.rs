@@ -276,6 +276,35 @@ fn arrival_spread_s(t_s: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::model::predict;
+    use crate::diagnose::samples::recording;
+    use crate::motor::{CommandKind, Drive, SimulationOptions, simulate};
+
+    /// A command that steps at even places of cuts: beside it the motor itself leaves quantization, 1/sqrt(12) = 0.29 counts, and
+    /// on it 0.45, since no initial speed is measured there.
+    #[test]
+    fn the_motor_itself_leaves_quantization_where_commands_step_at_cuts() {
+        let motor = Motor::default();
+        let command: Vec<f64> = (0..1500)
+            .map(|k| if (k / 250) % 2 == 0 { 4.5 } else { -4.5 })
+            .collect();
+        let mut run = recording(&motor, command.len());
+        let drive = Drive {
+            t_s: &run.t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let made = simulate(&motor, &drive, &SimulationOptions::default());
+        run.counts = made.expect("it can be simulated").counts;
+        run.command = command;
+        let segments = Segments::new(&[run], &motor, &Settings::default()).expect("a run");
+        let steps = |segment: &Segment| segment.from > 0 && segment.from.is_multiple_of(250);
+        assert!(!segments.segments.iter().any(steps));
+        let mut residual = segments.residual(&predict(&segments, &motor).expect("a prediction"));
+        segments.correct(&mut residual);
+        let rms = (residual.iter().map(|r| r * r).sum::<f64>() / segments.len as f64).sqrt();
+        assert!(rms < 0.31, "{rms}");
+    }
 
     #[test]
     fn dither_of_one_edge_is_one_observation() {
