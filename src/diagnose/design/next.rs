@@ -301,10 +301,12 @@ mod tests {
         let prepared = Prepared::new(&[run], &Motor::default(), &settings).expect("a run");
         let found = searched(&prepared, 0.0, &[], &|_| ()).expect("a search");
         let mut posterior = weighed(&found.found.sets, &settings);
-        // As if the two best were equally probable, and nothing else possible.
-        let most = posterior.len();
+        // As if the best and the best without its effect were equally probable, and nothing else possible.
+        let best = posterior[0].ids.clone();
+        let rival = (posterior.iter()).position(|set| best.iter().all(|id| !set.ids.contains(id)));
+        let rival = rival.expect("another explanation");
         for (k, set) in posterior.iter_mut().enumerate() {
-            set.probability = if k < 2.min(most) { 0.5 } else { 0.0 };
+            set.probability = if k == 0 || k == rival { 0.5 } else { 0.0 };
         }
         let next = next_experiment(&prepared, &found, &posterior).expect("an experiment");
         assert!(next.expected_separation >= settings.separable, "{next:?}");
