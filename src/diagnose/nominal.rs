@@ -135,7 +135,9 @@ fn start(
     let mut candidates = vec![given.clone()];
     for length_s in [settings.segment_s, longest_s, f64::INFINITY] {
         let counts: Vec<(usize, Range<usize>, Vec<f64>)> = (runs.iter().enumerate())
-            .flat_map(|(k, run)| cut(run, length_s).map(move |range| (k, range)))
+            .flat_map(|(k, run)| {
+                cut(run, length_s, settings.segment_samples).map(move |range| (k, range))
+            })
             .map(|(k, range)| {
                 let counts = &of_runs[k].1[range.clone()];
                 let from_first = counts.iter().map(|n| n - counts[0] + 0.5).collect();
@@ -164,10 +166,10 @@ fn start(
         .ok_or(DiagnoseError::NoFit)
 }
 
-/// Parts of a run of about so many seconds.
-fn cut(run: &Run, length_s: f64) -> impl Iterator<Item = Range<usize>> {
+/// Parts of a run of about so many seconds, each of so many samples at least.
+fn cut(run: &Run, length_s: f64, least: usize) -> impl Iterator<Item = Range<usize>> + use<> {
     let n = run.t_s.len();
-    let count = ((n as f64 * run.sample_time_s / length_s) as usize).max(1);
+    let count = ((n as f64 * run.sample_time_s / length_s) as usize).clamp(1, (n / least).max(1));
     (0..count).map(move |k| k * n / count..(k + 1) * n / count)
 }
 

@@ -2,8 +2,8 @@
 //!
 //! In open loop a command depends on its own past at most. A controller's depends on the position that it has just read: on what the past
 //! of command and position does not tell of it, with the opposite sign. The share of the command's innovation that this explains (partial
-//! R^2 of a regression; Granger 1969) is above 0.69 for the position loops of the servos that the method was tried on, and below 0.12
-//! for all other recordings.
+//! R^2 of a regression; Granger 1969) is above 0.69 for the position loops of the servos that were looked at, and below 0.12 for other real
+//! recordings.
 
 use nalgebra::{DMatrix, DVector};
 
