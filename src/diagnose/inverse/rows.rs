@@ -6,9 +6,8 @@ use crate::diagnose::segments::{Recording, Segments};
 
 /// What quantization may make of an acceleration, as a share of its own size.
 const NOISE: f64 = 0.1;
-/// Half the narrowest window in samples, and the widest in s. Of a command that a controller computes between two samples a narrower window
-/// has too much that is not in force yet: a torque constant comes out a fifth too large with four.
-const NARROWEST_SAMPLES: f64 = 6.0;
+/// Half the narrowest window in samples, and the widest in s.
+const NARROWEST_SAMPLES: f64 = 4.0;
 const WIDEST_S: f64 = 0.5;
 /// Fewest windows that determine anything: five for each coefficient.
 pub(super) const LEAST_ROWS: usize = 20;
