@@ -1,11 +1,9 @@
 //! Second part: the cause with its probability and parameters.
 
-use super::{listed, name, percent, probability, three};
+use super::{PROBABLE, listed, name, percent, probability, three};
 use crate::diagnose::classes::members_of;
 use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
 
-/// Inclusion probability of a cause that is identified if it reduces the held-out error (contract).
-const PROBABLE: f64 = 0.5;
 /// Causes that are listed where none is identified.
 const LISTED: usize = 3;
 
@@ -54,11 +52,19 @@ fn candidates(said: &Diagnosis) -> String {
 
 /// That what is probable does not reduce the held-out error, where that is why it is not identified.
 fn unconfirmed(said: &Diagnosis) -> &'static str {
+    // A class has what its members have, and is not identified with one of them at a bound.
+    let is_bounded = |cause: &Cause| {
+        (said.causes.iter()).any(|other| {
+            other.at_bound
+                && (other.effect == cause.effect
+                    || other.class.is_some() && other.class == cause.class)
+        })
+    };
     let is_probable = |cause: &Cause| {
-        !cause.at_bound && cause.class_probability.unwrap_or(cause.inclusion) >= PROBABLE
+        cause.class_probability.unwrap_or(cause.inclusion) >= PROBABLE && !is_bounded(cause)
     };
     match said.causes.iter().any(is_probable) {
-        true => " They fit the recordings, but do not reduce the held-out error.",
+        true => " Adding the most probable does not reduce the held-out error.",
         false => "",
     }
 }

@@ -10,6 +10,9 @@ pub(crate) use words::{counts, listed, name, percent, probability, three};
 
 use super::report::{Diagnosis, Regime, Verdict};
 
+/// Inclusion probability of a cause that is identified if it reduces the held-out error (contract).
+const PROBABLE: f64 = 0.5;
+
 /// The four parts.
 pub(crate) fn parts(said: &Diagnosis, asked: &str) -> [String; 4] {
     [
@@ -94,7 +97,7 @@ pub(crate) fn note(
     for cause in said
         .causes
         .iter()
-        .filter(|cause| cause.at_bound && cause.inclusion >= 0.5)
+        .filter(|cause| cause.at_bound && cause.inclusion >= PROBABLE)
     {
         notes.push(format!(
             "The parameter of {} is at the bound of its range, so that it is not identified (inclusion probability {:.2}).",
