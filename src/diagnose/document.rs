@@ -88,14 +88,12 @@ pub(super) fn document(
         |m: usize| !relevance::exceeds(errors[m].mean_square(), floor * floor, n_eff, settings);
     // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
     let (_, least_left, _) = shares.left(last);
-    let is_settled_at_floor = least_left <= 0.0 || (last == 1 && !found.judge.is_relevant);
+    let is_settled_at_floor = least_left <= 0.0 || !found.judge.is_relevant;
     let budget_shares = BudgetShares {
         is_nominal_at_floor: is_at_floor(0),
         parameters: shares.removed(1).0,
         effects: shares.between(1, last).0,
         beyond_parameters: shares.left(1).0,
-        are_parameters: (named.iter()).all(|one| base.frees(one.effect).is_some())
-            && !outside(&steps[1].fit, settings).is_empty(),
         unexplained: if is_settled_at_floor {
             0.0
         } else {

@@ -103,9 +103,7 @@ pub(crate) struct BudgetShares {
     pub effects: f64,
     /// Left by re-identified parameters.
     pub beyond_parameters: f64,
-    /// Whether the identified effects are base parameters outside their tolerances, which remove what re-identified parameters do.
-    pub are_parameters: bool,
-    /// Left.
+    /// Left; 0 within the noise floor.
     pub unexplained: f64,
 }
 
@@ -121,9 +119,7 @@ pub(crate) fn verdict(
     }
     // Held-out data choose nothing, but a set that does not reduce their error materially is no cause of it.
     let material = settings.unexplained_share * budget.beyond_parameters;
-    let explains = budget.effects > material
-        || budget.unexplained <= 0.0
-        || (budget.are_parameters && budget.effects >= -material);
+    let explains = budget.effects > material || budget.unexplained <= 0.0;
     if !identified.is_empty() && explains {
         return match budget.unexplained < settings.unexplained_share {
             true => Verdict::Effect,
@@ -170,7 +166,6 @@ mod tests {
             parameters,
             effects,
             beyond_parameters: 1.0 - parameters,
-            are_parameters: false,
             unexplained: 1.0 - parameters - effects,
         };
         let at_floor = BudgetShares {
