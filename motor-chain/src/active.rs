@@ -13,7 +13,7 @@ pub enum EffectError {
     /// No such effect.
     #[error("there is no effect '{id}'{}; `motorlab effects` lists them", did_you_mean(.nearest))]
     UnknownEffect {
-        /// What was asked for.
+        /// The requested value.
         id: String,
         /// The nearest id there is.
         nearest: Option<&'static str>,
@@ -23,7 +23,7 @@ pub enum EffectError {
     UnknownParameter {
         /// The effect.
         id: &'static str,
-        /// What was asked for.
+        /// The requested value.
         key: String,
         /// The nearest key there is.
         nearest: Option<&'static str>,
@@ -35,7 +35,7 @@ pub enum EffectError {
         id: &'static str,
         /// The key.
         key: &'static str,
-        /// What was asked for.
+        /// The requested value.
         value: f64,
         /// Smallest possible value.
         lo: f64,
@@ -121,12 +121,12 @@ impl ActiveEffect {
         Self::new(id, &values[..kind.parameters.len()])
     }
 
-    /// What there is to know about the effect.
+    /// Description of the effect.
     pub fn kind(&self) -> &'static EffectKind {
         kind(self.index)
     }
 
-    /// Its number in the catalogue, and beyond it of what is there a second time.
+    /// Its number in the catalogue, and beyond the catalogue for a second instance.
     pub fn index(&self) -> usize {
         self.index
     }
@@ -140,7 +140,7 @@ impl ActiveEffect {
 /// Sample time for defaults that are multiples of one, where no run says which.
 const DEFAULT_SAMPLE_TIME_S: f64 = 0.003;
 
-/// The effects that are part of a model: each id at most once, in the catalogue's order, what is there a second time last.
+/// The effects that are part of a model: each id at most once, in the catalogue's order, second instances last.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     active: Vec<ActiveEffect>,

@@ -1,6 +1,6 @@
 //! Names that are meant: what people call an effect or a number of the motor, and slips of the hand.
 
-/// What an effect or a number is called elsewhere: in the handout's script, in books, at the bench; and its name here. Where a word has
+/// Synonyms of effects and parameters: in the handout's script, in books, at the bench; and its name here. Where a word has
 /// several, the first that is asked among counts.
 const ALSO_CALLED: &[(&str, &str)] = &[
     ("friction", "coulomb_friction"),
@@ -74,7 +74,7 @@ const ALSO_CALLED: &[(&str, &str)] = &[
 const ALIKE_FROM: f64 = 0.84;
 
 /// The one of `names` that is meant by `asked`, if any is: what it is also called, the only name that has it as a part, or else the most
-/// alike. What is far from all is no slip, and a wrong guess leads away.
+/// alike. A name far from all others is no typing error; a wrong proposal would mislead.
 pub fn meant<'a>(asked: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let asked = asked.trim().to_lowercase().replace(['-', ' '], "_");
     let names: Vec<&str> = names.into_iter().collect();

@@ -22,7 +22,7 @@ pub const MAX_PARAMETERS: usize = 5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
-    /// What is asked for, and when it arrives.
+    /// Command and its arrival time.
     Command,
     /// The bridge and its supply.
     Driver,
@@ -30,7 +30,7 @@ pub enum Stage {
     Electrical,
     /// Inertia, friction, load.
     Mechanical,
-    /// What lies between the motor and the load.
+    /// Transmission between motor and load.
     Transmission,
     /// The encoder.
     Sensor,
@@ -70,7 +70,7 @@ impl fmt::Display for Stage {
     }
 }
 
-/// What there is to know about an effect.
+/// Description of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectKind {
     /// Its name in files and in JSON.
@@ -83,7 +83,7 @@ pub struct EffectKind {
     pub equation: &'static str,
     /// Where the equation is from.
     pub source: &'static str,
-    /// What it costs to leave it out shows up in.
+    /// Commands that excite it.
     pub excited_by: &'static str,
     /// Ids and names of what looks much the same in a run.
     pub confounded_with: &'static [&'static str],
@@ -95,7 +95,7 @@ pub struct EffectKind {
 
 /// An effect as its stage defines it.
 pub(crate) trait Effect {
-    /// What there is to know about it.
+    /// Description of it.
     const KIND: EffectKind;
 
     /// Puts the effect with these values into the chain.
@@ -160,7 +160,7 @@ registry! {
     sensor::SpeedFilter,
     timing::SampleJitter,
     timing::ClockError;
-    // What repeats with the angle may do so twice, with other orders.
+    // Effects that repeat with the angle can be used twice, with different orders.
     again:
     "torque_ripple#2" = electrical::TorqueRipple,
     "cogging#2" = mechanical::Cogging

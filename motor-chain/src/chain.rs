@@ -17,7 +17,7 @@ use crate::{Model, Parameters};
 /// The stages with their numbers, in the order in which a signal passes them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chain<S> {
-    /// What the command commands.
+    /// Quantity that the command sets.
     pub kind: CommandKind,
     pub command: Command<S>,
     pub driver: Driver<S>,

@@ -1,14 +1,14 @@
-//! What a command is: a voltage, a current or a torque.
+//! Quantity that a command sets: a voltage, a current or a torque.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Parameters;
 
-/// What the command column commands; it names the column in the file.
+/// Quantity that the command column sets; it names the column in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandKind {
-    /// `command_v`: volts asked of the driver.
+    /// `command_v`: voltage set at the driver.
     #[default]
     Voltage,
     /// `command_a`: amperes, of an axis with current control.

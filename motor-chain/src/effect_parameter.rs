@@ -1,9 +1,9 @@
-//! What there is to know about one parameter of an effect: unit, plausible range, prior, default.
+//! Description of one parameter of an effect: unit, plausible range, prior, default.
 
 use crate::Parameters;
 use crate::plausible;
 
-/// What a parameter's plausible range is a multiple of.
+/// Scale of a parameter's plausible range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
     /// The unit itself.
@@ -107,11 +107,11 @@ pub struct EffectParameter {
     /// The value that changes nothing (in multiples of `scale`) and the least plausible distance from it (of the
     /// logarithm where the prior is in the logarithm); less is scatter between motors of a kind, no effect.
     pub neutral: Option<(f64, f64)>,
-    /// What `lo` and `hi` are multiples of.
+    /// Scale of `lo` and `hi`.
     pub scale: Scale,
     /// An upper end in multiples of another scale, in force where it is the larger one.
     pub or_up_to: Option<(f64, Scale)>,
-    /// What the upper end never exceeds, in the parameter's unit.
+    /// Largest upper end, in the parameter's unit.
     pub at_most: f64,
     /// How plausible values spread between them.
     pub prior: Prior,
@@ -123,7 +123,7 @@ pub struct EffectParameter {
     pub smooth: bool,
 }
 
-/// What a motor file that leaves a key out means.
+/// Value where a motor file omits a key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Absent {
     /// This value.
@@ -240,7 +240,7 @@ impl EffectParameter {
         range
     }
 
-    /// What the key means when a file leaves it out.
+    /// Value where a file omits the key.
     pub fn default(&self, parameters: &Parameters, sample_time_s: f64) -> f64 {
         let (lo, hi) = self.range(parameters, sample_time_s);
         match (self.default, self.prior) {

@@ -1,8 +1,8 @@
-//! What encoders say of one motion, sample by sample, as an angle at the motor file's counts per revolution.
+//! Encoder readings of one motion, sample by sample, as an angle at the motor file's counts per revolution.
 
 use crate::chain::Chain;
+use crate::integrator::dense_output::Sample;
 use crate::integrator::engine::Engine;
-use crate::integrator::inside::Sample;
 use crate::integrator::schedule::Reader;
 use crate::reading::{MeanCounts, encoder_shaft};
 use crate::scalar::Scalar;
@@ -14,7 +14,7 @@ pub(crate) struct AngleReading<S> {
     rad_per_count: S,
     is_on_load: bool,
     /// Real seconds for a second of the board's clock, and how late a sample is.
-    stretch: S,
+    clock_scale: S,
     late_s: S,
 }
 
@@ -25,14 +25,14 @@ impl<S: Scalar> AngleReading<S> {
             mean: MeanCounts::new(chain.sensor, S::from(angle_rad), S::from(speed_rad_s)),
             rad_per_count: S::from(std::f64::consts::TAU) / chain.stated_counts_per_rev,
             is_on_load: chain.transmission.encoder_on_load,
-            stretch: chain.timing.stretch,
+            clock_scale: chain.timing.clock_scale,
             late_s: chain.timing.jitter_s * 0.5,
         }
     }
 
     /// Reads on from a shaft that has been put to this angle and speed.
     fn begin_anew(&mut self, angle_rad: S, speed_rad_s: S, board_s: f64) {
-        let at_s = self.stretch * board_s + self.late_s;
+        let at_s = self.clock_scale * board_s + self.late_s;
         self.mean.begin_anew(angle_rad, speed_rad_s, at_s);
     }
 
@@ -40,11 +40,11 @@ impl<S: Scalar> AngleReading<S> {
     fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>, board_s: f64) -> S {
         // A rigid motor has one angle: its place is known when this is compiled.
         let shaft = encoder_shaft::<N>(self.is_on_load);
-        let (stretch, late_s) = (self.stretch, self.late_s);
+        let (clock_scale, late_s) = (self.clock_scale, self.late_s);
         let counts = (self.mean).read(
             sample.angle(shaft),
             || sample.speed(shaft),
-            || stretch * board_s + late_s,
+            || clock_scale * board_s + late_s,
         );
         counts * self.rad_per_count
     }

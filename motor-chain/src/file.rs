@@ -29,7 +29,7 @@ pub struct Motor {
     pub effects: Effects,
 }
 
-/// What is wrong with a motor file.
+/// Error of a motor file.
 #[derive(Debug, thiserror::Error)]
 pub enum MotorFileError {
     /// It cannot be read at all.
@@ -45,7 +45,7 @@ pub enum MotorFileError {
     Syntax {
         /// Line, from 1.
         line: usize,
-        /// What the TOML parser says.
+        /// Message of the TOML parser.
         message: String,
     },
     /// A key that means nothing here.
@@ -65,9 +65,9 @@ pub enum MotorFileError {
         line: usize,
         /// The key.
         key: String,
-        /// What it should be.
+        /// Expected value.
         expected: &'static str,
-        /// What it is.
+        /// Value found.
         found: String,
     },
     /// A value that no motor has.
@@ -79,7 +79,7 @@ pub enum MotorFileError {
         key: String,
         /// Its value.
         value: f64,
-        /// What it can be.
+        /// Possible values.
         range: Range,
     },
     /// A wrong name or value of an effect.
@@ -87,7 +87,7 @@ pub enum MotorFileError {
     Effect {
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// The error.
         error: EffectError,
     },
     /// One of the above, in this file.
@@ -95,7 +95,7 @@ pub enum MotorFileError {
     InFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong in it.
+        /// Error in it.
         error: Box<MotorFileError>,
     },
 }
@@ -304,7 +304,7 @@ fn wrong(line: usize, key: &str, expected: &'static str, found: &toml::Value) ->
     }
 }
 
-/// What a message shows of a text that may be long.
+/// Excerpt of a long text for a message.
 fn shortened(text: &str) -> String {
     let mut short: String = text.chars().take(MOST_SHOWN).collect();
     if short.len() < text.len() {

@@ -87,8 +87,8 @@ impl Simulator {
         self
     }
 
-    /// The same with a shaft that is put elsewhere in between: pieces of a run, each from what was measured at its first
-    /// sample (multiple shooting: Bock, 1983). What cannot be measured goes on: heat, current, the side of a gap, a command under
+    /// The same with a shaft that is put elsewhere in between: segments of a run, each from what was measured at its first
+    /// sample (multiple shooting: Bock, 1983). States that are not measured continue: heat, current, the side of a gap, a command under
     /// way. `resets` are in the order of their samples.
     #[must_use]
     pub fn resetting(mut self, resets: Vec<Reset>) -> Self {
@@ -108,7 +108,7 @@ impl Simulator {
         self
     }
 
-    /// The same of a run of which stretches are left out: what is long against all that happens in a motor but its warming up. The
+    /// The same of a run of which intervals are left out: what is long against all that happens in a motor but its warming up. The
     /// drive goes on after each as if nothing had been before, with a reset there. `skipped` is in the order of the samples.
     #[must_use]
     pub fn skipping(mut self, skipped: Vec<Skipped>) -> Self {
@@ -313,7 +313,7 @@ impl Simulator {
     ) -> Result<(), SimulationError> {
         let longest_s = self
             .schedule
-            .longest_s(machine.chain.timing.stretch.value());
+            .longest_s(machine.chain.timing.clock_scale.value());
         let engine = match slot {
             Some(engine) => {
                 engine.restart(machine, longest_s);
@@ -332,7 +332,7 @@ impl Simulator {
         let late_s = machine.chain.timing.jitter_s * 0.5;
         let most_steps = MOST_STEPS.max(MOST_BY_PACE << engine.floor);
         let measured = self.schedule.run(engine, most_steps, |_| late_s, read);
-        *work += work_of::<S, N>(self.schedule.len(), engine.steps, engine.bent_steps);
+        *work += work_of::<S, N>(self.schedule.len(), engine.steps, engine.curved_steps);
         measured
     }
 

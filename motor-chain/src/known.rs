@@ -1,4 +1,4 @@
-//! What is known to differ in one run from the motor: a disc on the shaft, a load on an arm, another winding.
+//! Known differences of one run from the motor: a disc on the shaft, a load on an arm, another winding.
 //!
 //! Voltage in and counts out alone never tell inertia, torque constant and resistance apart: the equations of motion
 //! hold with all of them times the same number. Runs of one axis with a known inertia or load between them do
@@ -23,7 +23,7 @@ pub enum KnownError {
         .nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
     )]
     UnknownKey {
-        /// What was asked for.
+        /// The requested value.
         key: String,
         /// The nearest key there is.
         nearest: Option<&'static str>,
@@ -35,7 +35,7 @@ pub enum KnownError {
         key: String,
         /// Its value.
         value: f64,
-        /// What would do.
+        /// Accepted values.
         expected: String,
     },
 }
@@ -44,7 +44,7 @@ pub enum KnownError {
 /// before, some hundredths.
 const FIXED_POINT_STEPS: usize = 8;
 
-/// What is known to differ in one run from the motor that all runs share.
+/// Known differences of one run from the motor that all runs share.
 ///
 /// ```
 /// use motor_chain::{KnownDifferences, Motor};
@@ -278,7 +278,7 @@ mod tests {
                 Some(k) => before.values[k],
                 None => 1.0,
             };
-            // What an eccentric encoder shows is not where the shaft stands.
+            // The reading of an eccentric encoder is not the angle of the shaft.
             let stands_rad = if kind.id == "encoder_eccentricity" {
                 let stands_rad = after.values[phase] - 0.5;
                 let shown_rad = stands_rad + before.values[0] * (stands_rad + 0.5).sin();

@@ -1,7 +1,7 @@
-//! What an encoder says where it depends on what was before: edges lost by their rate, and a log of a filtered speed.
+//! Encoder readings that depend on the past: edges lost by their rate, and a log of a filtered speed.
 //!
 //! Between two samples `h` apart, of which angle and speed are known, the edge rate is the parabola with the right ends and the right
-//! integral: `kept x'` is integrated over it by Gauss and Legendre's rule of five points. What it comes to passes the filter: the
+//! integral: `kept x'` is integrated over it by Gauss and Legendre's rule of five points. The result passes the filter: the
 //! integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for the cubic through both ends (Hermite). A filter
 //! that takes a step a sample is exponential smoothing: `q <- x + (q - x) exp(-h/tau)`.
 
@@ -17,18 +17,18 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// What an encoder remembers, in counts, counts/s and s.
+/// State of an encoder, in counts, counts/s and s.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Memory<S> {
     /// When it was last read, in real time.
     at_s: S,
-    /// What it would have said if it remembered nothing, and how fast that went.
+    /// Its reading without memory, and the rate of that.
     unrounded: (S, S),
-    /// What was kept of it, and how fast that went.
+    /// The part that was kept, and its rate.
     kept: (S, S),
     /// The filter's state.
     filtered: S,
-    /// What the filter is behind at a steady speed, at the start.
+    /// Lag of the filter at a steady speed, at the start.
     behind: S,
     /// Whether nothing has been read yet.
     begins: bool,
@@ -59,7 +59,7 @@ impl<S: Scalar> Memory<S> {
         self.at_s = at_s;
     }
 
-    /// What is said when the shaft has come to this angle and speed at `at_s`, before it is rounded.
+    /// Reading at this angle and speed at `at_s`, before quantization.
     #[inline(never)]
     pub(crate) fn read(
         &mut self,

@@ -36,7 +36,7 @@ impl ParameterId {
         }
     }
 
-    /// What there is to know about it, if it is an effect's.
+    /// Its description, if it belongs to an effect.
     pub fn effect_parameter(self) -> Option<&'static EffectParameter> {
         match self {
             Self::Nominal(_) => None,

@@ -17,10 +17,10 @@ pub struct Plant {
     engine: AnyEngine,
     supply_v: f64,
     stated_counts_per_rev: f64,
-    stretch: f64,
+    clock_scale: f64,
     delay_s: f64,
     notes_late_s: f64,
-    /// What is commanded now, on the board's side.
+    /// Present command on the board's side.
     command: f64,
     /// Commands on their way to the driver: real time in s and value.
     on_their_way: VecDeque<(f64, f64)>,
@@ -73,8 +73,8 @@ impl Plant {
             |x| x,
         );
         let machine = Machine::new(chain);
-        let stretch = chain.timing.stretch;
-        let longest_s = LONGEST_STEP_S * stretch;
+        let clock_scale = chain.timing.clock_scale;
+        let longest_s = LONGEST_STEP_S * clock_scale;
         let jitter_s = chain.timing.jitter_s;
         let plant = Self {
             engine: match (machine.two, machine.warms()) {
@@ -85,7 +85,7 @@ impl Plant {
             },
             supply_v: motor.parameters.supply_v,
             stated_counts_per_rev: motor.parameters.counts_per_rev,
-            stretch,
+            clock_scale,
             delay_s: chain.command.delay_s,
             notes_late_s: chain.command.ahead_s,
             command: 0.0,
@@ -115,13 +115,13 @@ impl Plant {
     pub fn hold(&mut self, command: f64, until_s: f64) {
         if command.is_finite() && command != self.command {
             self.command = command;
-            let at_s = self.now_s * self.stretch + self.delay_s;
+            let at_s = self.now_s * self.clock_scale + self.delay_s;
             self.on_their_way.push_back((at_s, command));
         }
         if until_s.is_finite() && until_s > self.now_s {
             self.now_s = until_s;
         }
-        self.shaft = self.at(self.now_s * self.stretch);
+        self.shaft = self.at(self.now_s * self.clock_scale);
     }
 
     /// Angle of the shaft that bears the encoder, in rad.
@@ -157,7 +157,7 @@ impl Plant {
 
     /// Reads the encoder, late by a random time where samples are.
     pub fn counts(&mut self) -> i64 {
-        let mut at_s = self.now_s * self.stretch;
+        let mut at_s = self.now_s * self.clock_scale;
         let (angle, speed, _) = match &mut self.late {
             Some(late) => {
                 // The command may change before the late sample is taken on the next call: look ahead in a copy.

@@ -14,7 +14,7 @@ pub struct Range {
     pub hi: f64,
     /// Unit as it is printed; empty for a pure number.
     pub unit: &'static str,
-    /// What to look at where a value lies outside.
+    /// Advice where a value is outside.
     pub remedy: &'static str,
 }
 
@@ -69,7 +69,7 @@ pub const SCALE: Range = range(
     "it is what one unit of the column is worth",
 );
 
-/// What a mapping file adds to a column, and where its numbers wrap.
+/// Offset of a mapping file's column, and the range at which its values wrap.
 pub const OFFSET: Range = range(-1e19, 1e19, "", "it is in the column's own unit");
 
 const fn range(lo: f64, hi: f64, unit: &'static str, remedy: &'static str) -> Range {

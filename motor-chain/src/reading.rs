@@ -1,4 +1,4 @@
-//! What is read off the shaft: counts edge by edge, their mean, and how late a sample is taken.
+//! Quantity read off the shaft: counts edge by edge, their mean, and how late a sample is taken.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};

@@ -2,14 +2,14 @@
 
 use crate::CommandKind;
 use crate::chain::Chain;
+use crate::integrator::dense_output::Sample;
 use crate::integrator::dynamics::Machine;
 use crate::integrator::engine::Engine;
-use crate::integrator::inside::Sample;
 use crate::integrator::schedule::Schedule;
 use crate::reading::{Encoder, Lateness, MeanCounts, encoder_shaft};
 use crate::{Model, Motor};
 
-/// What is commanded, and when the encoder is read: `command[k]` is in force from `t_s[k]` until `t_s[k + 1]`, and the
+/// Commands and sample times: `command[k]` is in force from `t_s[k]` until `t_s[k + 1]`, and the
 /// samples are taken at `t_s` (zero-order hold).
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
@@ -17,7 +17,7 @@ pub struct Drive<'a> {
     pub t_s: &'a [f64],
     /// Commands in V, A or N m.
     pub command: &'a [f64],
-    /// What `command` commands.
+    /// Quantity that `command` sets.
     pub kind: CommandKind,
 }
 
@@ -51,9 +51,9 @@ pub struct Trajectory {
     pub speed_rad_s: Vec<f64>,
     /// Current in A.
     pub current_a: Vec<f64>,
-    /// What the encoder says.
+    /// Encoder reading.
     pub counts: Vec<i64>,
-    /// What the encoder would say before it rounds, with the effects of sensor and timing, as an angle at the motor
+    /// Encoder reading before quantization, with the effects of sensor and timing, as an angle at the motor
     /// file's counts per revolution; the mean where an effect is random.
     pub measured_angle_rad: Vec<f64>,
 }
@@ -85,7 +85,7 @@ pub enum SimulationError {
         /// The command.
         command: f64,
     },
-    /// The motor's numbers leave the range of floating point.
+    /// The motor's states exceed the range of floating point.
     #[error("sample {sample}: the simulated angle is {angle_rad}; check the motor's parameters")]
     Diverged {
         /// Index of the sample.
@@ -143,7 +143,7 @@ fn trajectory<const N: usize>(
     machine: Machine<f64>,
     options: &SimulationOptions,
 ) -> Result<Trajectory, SimulationError> {
-    let longest_s = schedule.longest_s(machine.chain.timing.stretch);
+    let longest_s = schedule.longest_s(machine.chain.timing.clock_scale);
     let mut engine = Engine::<f64, N>::new(machine, longest_s);
     let shaft = encoder_shaft::<N>(machine.chain.transmission.encoder_on_load);
     let mut out = Trajectory::default();
@@ -152,7 +152,7 @@ fn trajectory<const N: usize>(
     let mut mean = MeanCounts::new(sensor, 0.0, 0.0);
     let mut encoder = Encoder::new(sensor, options.start_count_fraction, options.seed);
     let jitter_s = machine.chain.timing.jitter_s;
-    let (times_s, stretch) = (schedule.times_s(), machine.chain.timing.stretch);
+    let (times_s, clock_scale) = (schedule.times_s(), machine.chain.timing.clock_scale);
     schedule.run(
         &mut engine,
         MOST_STEPS,
@@ -163,7 +163,7 @@ fn trajectory<const N: usize>(
             out.angle_rad.push(angle);
             out.speed_rad_s.push(speed);
             out.current_a.push(engine.machine.current(&engine.mode, &y));
-            let at_s = stretch * times_s[k] + 0.5 * jitter_s;
+            let at_s = clock_scale * times_s[k] + 0.5 * jitter_s;
             out.measured_angle_rad
                 .push(per_count * mean.read(angle, || speed, || at_s));
             if jitter_s == 0.0 {
@@ -181,7 +181,7 @@ fn trajectory<const N: usize>(
             |k| by_s[k],
             |k, _: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
                 let (angle, speed) = (sample.angle(shaft), sample.speed(shaft));
-                let at_s = stretch * times_s[k] + by_s[k];
+                let at_s = clock_scale * times_s[k] + by_s[k];
                 out.counts.push(encoder.read(angle, speed, at_s));
             },
         )?;

@@ -51,11 +51,11 @@ impl<S> Default for Engines<S> {
 pub(crate) fn work_of<S: Scalar, const N: usize>(
     samples: usize,
     steps: u64,
-    bent_steps: u64,
+    curved_steps: u64,
 ) -> u64 {
     let derivatives = S::DERIVATIVES as u64;
     let has_two_bodies = N > ONE_BODY + 1;
-    let (start, straight, bent) = if has_two_bodies {
+    let (start, straight, curved) = if has_two_bodies {
         (
             1700 + 1600 * derivatives,
             24 + 25 * derivatives,
@@ -69,7 +69,7 @@ pub(crate) fn work_of<S: Scalar, const N: usize>(
         )
     };
     let sample = 17 + 5 * derivatives;
-    start + samples as u64 * sample + (steps - bent_steps) * straight + bent_steps * bent
+    start + samples as u64 * sample + (steps - curved_steps) * straight + curved_steps * curved
 }
 
 /// About as many for each encoder more that reads the same motion.

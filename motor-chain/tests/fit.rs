@@ -92,7 +92,7 @@ fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
     }
 }
 
-/// A piece of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
+/// A segment of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
 /// encoder that says something else begins anew; times between the ends of steps, too.
 #[test]
 fn a_reset_is_a_start() {
@@ -177,7 +177,7 @@ fn a_reset_is_a_start() {
     }
 }
 
-/// What is left out warms the winding as it does where it is simulated.
+/// Omitted intervals warm the winding as simulated ones do.
 #[test]
 fn a_winding_goes_on_warming_through_what_is_left_out() {
     let mut motor = Motor::default();
@@ -193,7 +193,7 @@ fn a_winding_goes_on_warming_through_what_is_left_out() {
     };
     let whole = simulate(&motor, &drive(0..8000), &SimulationOptions::default());
     let whole = whole.expect("a motor");
-    // The last piece is all that is simulated, after 24 samples before what is left out.
+    // The last segment is all that is simulated, after 24 samples before what is left out.
     let (until, from) = (24, 7290);
     let shorter: Vec<f64> = (0..until + 8000 - from).map(|k| t_s[k]).collect();
     let their_command = [&command[..until], &command[from..]].concat();
@@ -299,7 +299,7 @@ fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
 }
 
 /// A filter that takes a step a sample is exponential smoothing of what the encoder says without it (by its recursion), with the
-/// derivative by its time constant, and from a piece's start on one that has settled to the speed there.
+/// derivative by its time constant, and from a segment's start on one that has settled to the speed there.
 #[test]
 fn a_filter_by_samples_is_exponential_smoothing() {
     const TS: f64 = 0.02;

@@ -18,6 +18,7 @@ mod design;
 mod diagnose;
 mod diagnose_text;
 mod effects;
+mod explain;
 mod export;
 mod export_run;
 mod failure;
@@ -115,6 +116,7 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Design(design::Design),
     Effects(effects::Effects),
+    Explain(explain::Explain),
     Motor(motor::MotorFile),
     Names(names::Names),
     Export(export::Export),
@@ -316,6 +318,7 @@ impl CommandLine {
             Command::Diagnose(command) => command.run(&output),
             Command::Design(command) => command.run(&output),
             Command::Effects(command) => command.run(&output),
+            Command::Explain(command) => command.run(&output),
             Command::Motor(command) => command.run(&output),
             Command::Names(command) => command.run(&output),
             Command::Export(command) => command.run(&output),

@@ -19,7 +19,7 @@ pub struct Schema {
 }
 
 /// Every document of `--json`, in the order of the alphabet; the files are those of `docs/json`.
-const DOCUMENTS: [(&str, &str); 27] = [
+const DOCUMENTS: [(&str, &str); 28] = [
     ("blind-run", include_str!("../../docs/json/blind-run.json")),
     (
         "blind-score",
@@ -40,6 +40,10 @@ const DOCUMENTS: [(&str, &str); 27] = [
     ("diagnosis", include_str!("../../docs/json/diagnosis.json")),
     ("effects", include_str!("../../docs/json/effects.json")),
     ("error", include_str!("../../docs/json/error.json")),
+    (
+        "explanation",
+        include_str!("../../docs/json/explanation.json"),
+    ),
     ("export", include_str!("../../docs/json/export.json")),
     (
         "export-json",

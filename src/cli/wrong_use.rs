@@ -26,8 +26,8 @@ const COMMANDS: &[(&[&str], &str)] = &[
         "a motor is fitted to recordings by: motorlab diagnose RUN --nominal fit --model-out motor.toml",
     ),
     (
-        &["analyze", "analyse", "explain", "why", "diagnosis"],
-        "a gap is explained by: motorlab diagnose RUN --motor motor.toml",
+        &["analyze", "analyse", "why", "diagnosis"],
+        "the cause of a sim-to-real error is found by: motorlab diagnose RUN --motor motor.toml",
     ),
     (
         &["convert", "csv", "load"],

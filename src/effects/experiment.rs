@@ -1,4 +1,4 @@
-//! The experiment that shows an effect at its default strength, and what hides some effects from every experiment.
+//! The experiment that shows an effect at its default strength, and the effects that no experiment identifies.
 
 use serde::Serialize;
 
@@ -37,8 +37,8 @@ const OTHERS: [(&str, Experiment); 9] = [
     ("sample_jitter", at_3_ms("square", 15.0)),
 ];
 
-/// Effects that do to every run of counts what another number of the motor file does.
-const TWINS: [(&str, &str); 6] = [
+/// Effects with the same response as a change of parameters of the motor file.
+const UNIDENTIFIABLE: [(&str, &str); 6] = [
     (
         "supply_error",
         "other motor constants, inertia and friction in that ratio do the same",
@@ -76,10 +76,10 @@ pub fn experiment(kind: &EffectKind) -> Experiment {
     own.map_or(USUAL, |(_, experiment)| *experiment)
 }
 
-/// Why no experiment with voltage in and counts out parts this effect from other numbers of the motor file; `None`
+/// Why no experiment with voltage in and counts out separates this effect from parameters of the motor file; `None`
 /// where one does.
 pub fn twin(kind: &EffectKind) -> Option<&'static str> {
-    let twin = TWINS.iter().find(|(id, _)| *id == kind.id);
+    let twin = UNIDENTIFIABLE.iter().find(|(id, _)| *id == kind.id);
     twin.map(|(_, why)| *why)
 }
 
@@ -87,5 +87,5 @@ pub fn twin(kind: &EffectKind) -> Option<&'static str> {
 #[cfg(test)]
 pub(super) fn ids() -> impl Iterator<Item = &'static str> {
     let others = OTHERS.iter().map(|(id, _)| *id);
-    others.chain(TWINS.iter().map(|(id, _)| *id))
+    others.chain(UNIDENTIFIABLE.iter().map(|(id, _)| *id))
 }

@@ -1,8 +1,8 @@
-//! The catalogue of effects as people read it: what each is, its numbers for a motor, and the experiment that shows it.
+//! The catalogue of effects as people read it: description, values for a motor, and the experiment that shows it.
 //!
 //! Equation, ranges and what an effect is confused with are the catalogue's (`motor::catalogue`). Here is what belongs
 //! to recordings: [`experiment`] names the profile in which the default strength shows, and [`twin`] says which effects
-//! no recording parts from the motor file's own numbers. `tests/effects/shown.rs` measures both.
+//! no recording separates from parameters of the motor file. `tests/effects/shown.rs` measures both.
 
 mod experiment;
 
@@ -37,7 +37,7 @@ pub struct Entry {
     pub effect: &'static str,
     /// Its stage.
     pub stage: Stage,
-    /// What it is.
+    /// One line of description.
     pub summary: &'static str,
     /// Its equation.
     pub equation: &'static str,
@@ -47,9 +47,9 @@ pub struct Entry {
     pub random: bool,
     /// Its parameters.
     pub parameters: Vec<Number>,
-    /// What shows it.
+    /// Commands that show it.
     pub excited_by: &'static str,
-    /// Effects, and numbers of the motor file, that look much the same.
+    /// Effects and parameters of the motor file with a similar response.
     pub confused_with: &'static [&'static str],
     /// The experiment in which its default strength shows.
     pub experiment: Experiment,

@@ -1,4 +1,4 @@
-"""The page of a breadth set: how its verdicts were, by what was there, by protocol and by motor.
+"""The page of a breadth set: how its verdicts were, by true cause, by protocol and by motor.
 
     python3 tests/blind/breadth.py SCORE.json SET SCORE.html OUT
 
@@ -14,17 +14,17 @@ from pathlib import Path
 SURE = 0.9
 # On an unseen run the diagnosed motor predicts worse than the nominal one beyond this.
 WORSE = 1.1
-WORDS = ("right", "honest tie", "honest unknown or partial", "missed", "wrong", "wrong and sure", "no answer")
+WORDS = ("right", "stated tie", "partial or unknown", "missed", "wrong", "overconfident", "no answer")
 NOTHING = ("no_gap", "parameters")
 WANTED = {
-    "nothing there, said to be something with 0.9 or more": 0.02,
-    "wrong and sure": 0.03,
-    "single effects right or honestly tied": 0.90,
+    "no effect, but one named with 0.9 or more": 0.02,
+    "overconfident": 0.03,
+    "single effects right or in a stated tie": 0.90,
     "single effects right outright on one plain step": 0.60,
     "single effects right outright on reversing runs": 0.85,
     "two or three effects, all or one of them found": 0.70,
-    "outside the catalogue, said to be outside or partial": 0.85,
-    "unseen run predicted worse than by the nominal motor": 0.05,
+    "outside the catalogue, verdict outside or partial": 0.85,
+    "held-out run predicted worse than by the nominal motor": 0.05,
 }
 
 
@@ -39,33 +39,33 @@ def judged(case):
         if verdict in NOTHING:
             return "right"
         if verdict == "ambiguous" and not sure:
-            return "honest unknown or partial"
-        return "wrong and sure" if sure else "wrong"
+            return "partial or unknown"
+        return "overconfident" if sure else "wrong"
     if truth["kind"] == "outside":
         if verdict in ("outside_catalogue", "partial"):
             return "right"
         if verdict in NOTHING:
             return "missed"
-        return "wrong and sure" if sure else "wrong"
+        return "overconfident" if sure else "wrong"
     if case["bearing"] == "named":
         return "right"
     if case["bearing"] == "tied":
-        return "honest tie"
+        return "stated tie"
     if verdict in NOTHING:
-        return "wrong and sure" if sure and shows(case) else "missed"
+        return "overconfident" if sure and shows(case) else "missed"
     said = set(case["said"]) - {"unknown"}
     if verdict == "outside_catalogue" or (verdict == "partial" and (said & there or not said)):
-        return "wrong and sure" if verdict == "outside_catalogue" and sure else "honest unknown or partial"
-    return "wrong and sure" if sure else "wrong"
+        return "overconfident" if verdict == "outside_catalogue" and sure else "partial or unknown"
+    return "overconfident" if sure else "wrong"
 
 
 def shows(case):
-    """Whether what is there leaves a count and more beyond other numbers of the motor."""
+    """Whether the true cause leaves a count or more beyond re-identified parameters."""
     return (case["truth"]["beyond_refit_counts"] or 0.0) >= 1.0
 
 
 def found(case):
-    """Whether one at least of several effects is among what is said."""
+    """Whether one at least of several effects is among those named."""
     there = {effect["id"] for effect in case["truth"]["effects"]}
     return case["bearing"] in ("named", "tied", "partly") or bool(there & set(case["said"]))
 
@@ -113,11 +113,11 @@ def main():
         case["motor"] = family(float(of_header(folder, "counts_per_rev")))
         effects = len(case["truth"]["effects"])
         kind = case["truth"]["kind"]
-        case["hides"] = {"none": "nothing", "outside": "something outside"}.get(kind) or {1: "one effect", 2: "two effects"}.get(effects, "three effects")
+        case["hides"] = {"none": "no effect", "outside": "outside the catalogue"}.get(kind) or {1: "one effect", 2: "two effects"}.get(effects, "three effects")
     singles = [case for case in cases if case["hides"] == "one effect"]
     several = [case for case in cases if case["hides"] in ("two effects", "three effects")]
-    nothing = [case for case in cases if case["hides"] == "nothing"]
-    outside = [case for case in cases if case["hides"] == "something outside"]
+    nothing = [case for case in cases if case["hides"] == "no effect"]
+    outside = [case for case in cases if case["hides"] == "outside the catalogue"]
     unseen = [case["gap"] for case in cases if case.get("gap") and case["gap"].get("before_counts") is not None]
 
     def right(some, *words):
@@ -126,9 +126,9 @@ def main():
     steps = [case for case in singles if case["protocol"] == "step"]
     reversing = [case for case in singles if case["protocol"] in ("reversing", "multi-level", "triangle", "chirp")]
     figures = [
-        (right(nothing, "wrong and sure"), len(nothing)),
-        (right(cases, "wrong and sure"), len(cases)),
-        (right(singles, "right", "honest tie"), len(singles)),
+        (right(nothing, "overconfident"), len(nothing)),
+        (right(cases, "overconfident"), len(cases)),
+        (right(singles, "right", "stated tie"), len(singles)),
         (right(steps, "right"), len(steps)),
         (right(reversing, "right"), len(reversing)),
         (sum(found(case) for case in several), len(several)),
@@ -144,26 +144,26 @@ def main():
         lines.append(f"| {name} | {share(hits, of)} | {bound} {100 * wanted:.0f} % |")
     sure = score["probabilities"]["right_from_90"]
     lines.append(f"| verdicts of 90 % and more, right | {share(sure['hits'], sure['of'])} | 90 % |")
-    lines.append(f"| Brier score of what is said | {score['probabilities']['brier']:.3f} | |")
-    lines += ["", "![Of what is said with a probability, the share that is right, with intervals of 95 %](reliability.svg)", ""]
-    lines += table("what is there", grouped(cases, "hides"))
+    lines.append(f"| Brier score of the verdicts | {score['probabilities']['brier']:.3f} | |")
+    lines += ["", "![Reliability diagram: share of right verdicts against their probability, with 95 % intervals](reliability.svg)", ""]
+    lines += table("true cause", grouped(cases, "hides"))
     lines += table("protocol", grouped(cases, "protocol"))
     lines += table("motor", grouped(cases, "motor"))
     blank = [case for case in singles if not shows(case)]
     unshown = [case for case in cases if case["judged"] == "missed" and case["probability_said"] >= SURE]
     lines += [
-        f"Of the {len(singles)} single effects {len(blank)} leave less than a count beyond other numbers of the motor. "
-        f"Of these {right(blank, 'right', 'honest tie')} are right or tied, of the others {right(singles, 'right', 'honest tie') - right(blank, 'right', 'honest tie')} of {len(singles) - len(blank)}.",
-        f"Missed with {100 * SURE:.0f} % and more are {len(unshown)} that leave less than that: the data have nothing of them but other numbers.",
+        f"Of the {len(singles)} single effects {len(blank)} leave less than a count beyond re-identified parameters. "
+        f"Of these {right(blank, 'right', 'stated tie')} are right or tied, of the others {right(singles, 'right', 'stated tie') - right(blank, 'right', 'stated tie')} of {len(singles) - len(blank)}.",
+        f"Missed with {100 * SURE:.0f} % and more are {len(unshown)} that leave less than that: the data show no more than a parameter mismatch.",
         "",
-        "## What went wrong surely",
+        "## Overconfident verdicts",
         "",
-        "| case | protocol | there | said | probability |",
+        "| case | protocol | true | named | probability |",
         "| --- | --- | --- | --- | --- |",
     ]
     for case in cases:
-        if case["judged"] == "wrong and sure":
-            there = " + ".join(effect["id"] for effect in case["truth"]["effects"]) or "nothing"
+        if case["judged"] == "overconfident":
+            there = " + ".join(effect["id"] for effect in case["truth"]["effects"]) or "no effect"
             said = " + ".join(case["said"]) or case["verdict"]
             lines.append(f"| {case['case'].removeprefix('case-')} | {case['protocol']} | {there} | {said} | {100 * case['probability_said']:.0f} % |")
     out.mkdir(exist_ok=True)

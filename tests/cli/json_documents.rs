@@ -183,6 +183,7 @@ fn what_simulates_checks_compares_and_exports() {
     prints(here, "comparison", "compare run.csv --motor short.toml");
     prints(here, "motor", "motor short.toml");
     prints(here, "effects", "effects");
+    prints(here, "explanation", "explain backlash");
     prints(here, "isolability", "design --duration 0.5 --ts 0.03");
     prints(here, "export-json", "export json --motor short.toml");
     prints(

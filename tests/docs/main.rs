@@ -1,7 +1,9 @@
-//! The documentation holds together.
+//! The documentation is consistent: links, commands, glossary and vocabulary.
 
 #[path = "../support/mod.rs"]
 mod support;
 
+mod glossary;
+mod guarantees;
 mod pages;
-mod promises;
+mod vocabulary;

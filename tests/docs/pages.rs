@@ -17,7 +17,7 @@ use serde_json::Value;
 /// Words of the longest sentence.
 const LONGEST: usize = 25;
 /// Words of the page that says how a gap is diagnosed.
-const METHOD_WORDS: usize = 2200;
+const METHOD_WORDS: usize = 2000;
 /// Lines of the README.
 const README_LINES: usize = 150;
 

@@ -4,6 +4,7 @@
 mod support;
 
 mod command;
+mod explain;
 mod in_commands;
 mod shown;
 mod table;

@@ -132,14 +132,14 @@ fn table() -> String {
          Written from the registry in `motor-chain/src/catalogue.rs`; `UPDATE_DOCS=1 cargo test --test effects table::` writes it anew.\n\n\
          In a motor file an effect is a table `[effects.<id>]` with the parameters below. One that is left out takes the\n\
          middle of its plausible range. On the virtual board it is `virtual:?effect=<id>&<key>=<value>`. Any set of effects\n\
-         can be combined. `motorlab effects ID` says the same in figures, for your motor too. Plausible ranges are priors, in multiples
+         can be combined. Each has a page; `motorlab explain ID` prints it, `motorlab effects ID` has the values for your motor. Plausible ranges are priors, in multiples
 \
-         of the motor's own numbers. Tf, b, J, R and supply are the motor file's, TS is the sample time. w0 is the supply over Kb, stall is
+         of the motor's parameters. Tf, b, J, R and supply are the motor file's, TS is the sample time. w0 is the supply over Kb, stall is
 \
          the supply over R, stall torque is Kt times that. tau is J / (b + Kt Kb / R). A motor of 600 rad/s or 24 V has ranges of its own size.
 
 \
-         What repeats with the angle may be in a motor twice, with other orders: `[effects.\"cogging#2\"]` beside `[effects.cogging]`, and
+         An effect that repeats with the angle can be used twice, with different orders: `[effects.\"cogging#2\"]` beside `[effects.cogging]`, and
 \
          `[effects.\"torque_ripple#2\"]`. How the equations combine and are solved: [simulation.md](../method/simulation.md).
 
@@ -148,7 +148,7 @@ fn table() -> String {
 \
          without the effect makes the same run, whatever its gain, time constant and friction: they differ by D of at least 3
 \
-         (`tests/effects/shown.rs`). Of the effects marked with an asterisk no run of counts tells that much; why is below.
+         (`tests/effects/shown.rs`). Effects marked with an asterisk are not identifiable from counts alone; the reasons are below.
 ",
     );
     for stage in Stage::ALL {
@@ -187,7 +187,7 @@ fn table() -> String {
             }
             let _ = writeln!(
                 out,
-                "| [`{}`](#{}): {} | {} | {} | {} | {} | `{}`, {} s{} |",
+                "| [`{}`](effects/{}.md): {} | {} | {} | {} | {} | `{}`, {} s{} |",
                 kind.id,
                 kind.id,
                 kind.summary,
@@ -205,31 +205,11 @@ fn table() -> String {
             );
         }
     }
-    out.push_str(
-        "\n## What each looks like\n\n\
-         The handout's motor in the experiment of the table, with the effect at its default strength and without it. Above is the speed that the\n\
-         encoder shows over 30 ms, below the gap in counts.\n",
-    );
-    for kind in catalogue() {
-        let plan = experiment(kind);
-        let _ = writeln!(
-            out,
-            "\n### {}\n\n![Speed with and without {} in the profile {}, and the gap in counts between both]({})",
-            kind.id,
-            kind.id,
-            plan.profile,
-            picture(kind),
-        );
-    }
-    out.push_str("\n## What has a twin\n\nVoltage in and counts out do not tell these from other numbers of the motor file. Tolerances do, where they are narrow.\n\n");
+    out.push_str("\n## Not identifiable from voltage and counts\n\nVoltage and counts do not separate these from parameters of the motor file. Narrow tolerances do.\n\n");
     for kind in catalogue() {
         if let Some(why) = twin(kind) {
             let _ = writeln!(out, "- `{}`: {why}.", kind.id);
         }
-    }
-    out.push_str("\n## Sources\n\n");
-    for kind in catalogue() {
-        let _ = writeln!(out, "- `{}`: {}.", kind.id, kind.source);
     }
     out
 }

@@ -1,6 +1,6 @@
 """How far LuGre's bristles and Dahl's are apart in counts, over the drive of `effects.py`.
 
-    python lugre.py        prints the table of docs/decisions/0002-lugre-beside-dahl.md, about 1 min
+    python lugre.py        prints the table behind the decision on LuGre damping (docs/decisions), about 1 min
 
 LuGre (Canudas de Wit, Olsson, Astrom, Lischinsky 1995): z' = w - s0 |w| z / g(w), F = s0 z + s1 z'. With s1 = 0 it is Dahl's law with
 the friction g of steady sliding, which the catalogue has (`presliding`, with `stribeck` where g falls with speed). What is left is s1, the

@@ -1,4 +1,4 @@
-//! What is not exact converges: curved modes with every step held at `H`, `H/2` .. `H/32`, against `H/256`. The order is 4
+//! Convergence of modes that are not solved exactly: curved modes with every step held at `H`, `H/2` .. `H/32`, against `H/256`. The order is 4
 //! where the step is below the winding's time constant (0.4 ms), and 2 to 4 above it.
 
 use crate::CommandKind;
@@ -7,8 +7,8 @@ use crate::integrator::dynamics::Machine;
 use crate::integrator::engine::{Engine, TICKS};
 use crate::{ActiveEffect, Model, Motor};
 
-/// Angle 0.3 s after a step of 4.5 V, every step on this rung.
-fn angle_rad<const N: usize>(motor: &Motor, rung: usize) -> f64 {
+/// Angle 0.3 s after a step of 4.5 V, every step with so many halvings.
+fn angle_rad<const N: usize>(motor: &Motor, halvings: usize) -> f64 {
     let chain = Chain::new(
         &motor.parameters,
         &motor.effects,
@@ -17,7 +17,7 @@ fn angle_rad<const N: usize>(motor: &Motor, rung: usize) -> f64 {
         |x| x,
     );
     let mut engine = Engine::<f64, N>::new(Machine::new(chain), 0.003);
-    engine.hold_step(rung);
+    engine.hold_step(halvings);
     engine.command(4.5, 0.0);
     engine.advance(100 * TICKS);
     engine.y[0]
@@ -36,12 +36,14 @@ fn curved_modes_converge_as_the_step_is_halved() {
     ] {
         let mut motor = Motor::default();
         motor.effects.set(ActiveEffect::new(id, values).unwrap());
-        let angle = |rung| match id {
-            "winding_heating" => angle_rad::<4>(&motor, rung),
-            _ => angle_rad::<3>(&motor, rung),
+        let angle = |halvings| match id {
+            "winding_heating" => angle_rad::<4>(&motor, halvings),
+            _ => angle_rad::<3>(&motor, halvings),
         };
         let exact = angle(8);
-        let errors: Vec<f64> = (0..6).map(|rung| (angle(rung) - exact).abs()).collect();
+        let errors: Vec<f64> = (0..6)
+            .map(|halvings| (angle(halvings) - exact).abs())
+            .collect();
         for (k, halved) in errors.windows(2).enumerate() {
             assert!(halved[1] < halved[0], "{id}, halving {k}: {halved:?} rad");
         }

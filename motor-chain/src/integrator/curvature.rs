@@ -5,7 +5,7 @@
 //! what the linear chain has at the origin, these torques by the inertia, and that back EMF by the inductance.
 
 use crate::integrator::dynamics::{CUR, Flow, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
-use crate::integrator::ladder::{Matrix, apply};
+use crate::integrator::step_table::{Matrix, apply};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {
@@ -63,7 +63,7 @@ impl<S: Scalar> Machine<S> {
         let origin = [S::zero(); N];
         if self.straight::<N>(m) {
             self.rate(m, &origin)
-        } else if self.bent_by_torques {
+        } else if self.curved_by_torques {
             self.linearised().rate(m, &origin)
         } else {
             origin
@@ -72,13 +72,13 @@ impl<S: Scalar> Machine<S> {
 
     /// The part of `n(y)` that changes with the state, of a machine with this matrix.
     #[inline(never)]
-    pub(crate) fn bent<const N: usize>(
+    pub(crate) fn curved<const N: usize>(
         &self,
         m: &Mode<S>,
         matrix: &Matrix<S, N>,
         y: &[S; N],
     ) -> [S; N] {
-        if self.bent_by_torques {
+        if self.curved_by_torques {
             let mut n = [S::zero(); N];
             self.bend(m, y, &mut n);
             return n;
@@ -104,7 +104,7 @@ impl<S: Scalar> Machine<S> {
         if let Some(cogging) = &mechanical.cogging {
             motor += cogging.at(y[TH1]);
         }
-        // What acts on the load acts on a rigid motor as a whole.
+        // Torques on the load act on the total inertia of a rigid motor.
         let driven = if N <= ONE_BODY { &mut motor } else { &mut load };
         if let Some(gravity) = &mechanical.gravity {
             *driven -= gravity.at(angle);
@@ -112,7 +112,7 @@ impl<S: Scalar> Machine<S> {
         if let Some(drag) = mechanical.drag {
             *driven -= drag * speed * speed.abs();
         }
-        if let Some(friction) = self.bent_friction(m, 0, y[TH1], y[W1], y, rippling) {
+        if let Some(friction) = self.curved_friction(m, 0, y[TH1], y[W1], y, rippling) {
             motor -= friction;
         }
         if N <= ONE_BODY {
@@ -121,7 +121,7 @@ impl<S: Scalar> Machine<S> {
             }
             return;
         }
-        if let Some(friction) = self.bent_friction(m, 1, angle, speed, y, rippling) {
+        if let Some(friction) = self.curved_friction(m, 1, angle, speed, y, rippling) {
             load -= friction;
         }
         if self.joined(m) {
@@ -157,9 +157,9 @@ impl<S: Scalar> Machine<S> {
         electrical.torque_constant_nm_per_a * torque
     }
 
-    /// What a side's friction has beyond what is constant or proportional to a current without ripple.
+    /// Part of a side's friction that is neither constant nor proportional to a current without ripple.
     #[inline(always)]
-    fn bent_friction<const N: usize>(
+    fn curved_friction<const N: usize>(
         &self,
         m: &Mode<S>,
         side: usize,

@@ -27,7 +27,7 @@ pub(crate) const HEAT: usize = 3;
 /// A state with more numbers than this ends with angle and speed of the load side.
 pub(crate) const ONE_BODY: usize = 4;
 
-/// What the driver's current does.
+/// Mode of the driver's current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flow {
     /// It follows the voltage.
@@ -115,7 +115,7 @@ pub(crate) struct Anchor<S> {
     pub angle: S,
     /// Friction torque there in N m.
     pub friction: S,
-    /// What it was on its way to there: the friction of steady sliding in N m.
+    /// Value that it approached there: the friction of steady sliding in N m.
     pub sliding: S,
 }
 
@@ -157,8 +157,8 @@ pub(crate) struct Machine<S> {
     pub frictionless: bool,
     /// Within a mode the equations are affine.
     pub affine: bool,
-    /// What bends them otherwise are torques and the back EMF.
-    pub bent_by_torques: bool,
+    /// Other nonlinearities are torques and the back EMF.
+    pub curved_by_torques: bool,
     /// The back EMF does: it bends the current, a state of its own.
     pub bends_current: bool,
     /// It depends on so many numbers of the state, the first ones.
@@ -169,7 +169,7 @@ pub(crate) struct Machine<S> {
     pub command: f64,
     /// Voltage at the bridge.
     pub voltage: S,
-    /// What the supply adds to R at this command.
+    /// Resistance that the supply adds at this command.
     pub added_resistance: S,
 }
 
@@ -197,7 +197,7 @@ impl<S: Scalar> Machine<S> {
         let pulses = chain.driver.freewheel.is_some() && chain.kind == CommandKind::Voltage;
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
-        // What depends on the direction has to know when it changes.
+        // Direction-dependent terms need the instant of reversal.
         let turns = m.viscous_asymmetry.is_some() || m.static_nm.is_some();
         Self {
             inertia,
@@ -220,7 +220,7 @@ impl<S: Scalar> Machine<S> {
                 && !ripples
                 && !warms
                 && !pulses,
-            bent_by_torques: !warms && !pulses,
+            curved_by_torques: !warms && !pulses,
             bends_current: (ripples || pulses) && chain.current_is_state(),
             bends_by: if two || warms || ripples || pulses || m.load_friction.is_some() {
                 ALL
@@ -302,7 +302,7 @@ impl<S: Scalar> Machine<S> {
         self.drive(self.back_emf(y))
     }
 
-    /// What is left to drive the current against this back EMF, in V.
+    /// Voltage that drives the current against this back EMF, in V.
     #[inline(always)]
     fn drive(&self, emf: S) -> S {
         match &self.chain.driver.freewheel {

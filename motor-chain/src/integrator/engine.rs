@@ -1,17 +1,17 @@
 //! Moves a [`Machine`] through time.
 //!
 //! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and starts where one of that length
-//! may, so that its matrices stand on a ladder (`ladder.rs`). Where the mode's equations are affine a step is exact; else `l` is
-//! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a guard is violated is halved down to
+//! may, so that its matrices stand on a table of steps (`step_table.rs`). Where the mode's equations are affine a step is exact; else `l` is
+//! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a event_function is violated is halved down to
 //! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
-//! their alignment allows, and then run many in a row (`cruise.rs`).
+//! their alignment allows, and then run many in a row (`steady_steps.rs`).
 
+use crate::integrator::dense_output::shift;
 use crate::integrator::dynamics::{Anchor, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
-use crate::integrator::guards::Guard;
-use crate::integrator::inside::shift;
-use crate::integrator::ladder::FINEST;
-use crate::integrator::ladders::{Key, Ladders};
+use crate::integrator::event_functions::EventFunction;
 use crate::integrator::schedule::Skipped;
+use crate::integrator::step_table::FINEST;
+use crate::integrator::step_tables::{Key, StepTables};
 use crate::reading::encoder_shaft;
 use crate::scalar::Scalar;
 
@@ -25,7 +25,7 @@ const TOLERANCE: f64 = 2e-5;
 /// Longest step in s inside which samples are read off where a torque repeats with the angle.
 const READ_OFF_S: f64 = 0.006;
 
-/// What there was when a step started.
+/// State at the start of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Before<S, const N: usize> {
     pub(crate) now: u64,
@@ -42,7 +42,7 @@ pub(crate) struct Before<S, const N: usize> {
 pub(crate) struct EndRate<S, const N: usize> {
     pub(crate) now: u64,
     pub(crate) rate: [S; N],
-    pub(crate) bent: [S; N],
+    pub(crate) curved: [S; N],
 }
 
 /// A machine on its way.
@@ -56,21 +56,21 @@ pub(crate) struct Engine<S, const N: usize> {
     /// Where the last step started, and what was there.
     pub(crate) before: Before<S, N>,
     /// The matrices of the modes, those of the mode in force among them.
-    pub(crate) ladders: Ladders<S, N>,
-    /// What `y' = A y + n` has for `n`, or the part of it that is constant.
+    pub(crate) step_tables: StepTables<S, N>,
+    /// `n` of `y' = A y + n`, or its constant part.
     pub(crate) constant: [S; N],
-    /// What that does in a step on each rung, once it has been worked out.
+    /// Its contribution to a step of each length, computed on demand.
     pub(crate) forced: [Option<[S; N]>; FINEST + 2],
     /// Whether `n` is constant.
     pub(crate) straight: bool,
     /// Rate at the end of the last step, where known.
     pub(crate) end_rate: Option<EndRate<S, N>>,
     longest_s: f64,
-    /// Rung that the error estimate allows, and that caution after a change does.
+    /// Halvings of the step that the error estimate allows, and that caution after a change does.
     pub(crate) allowed: usize,
-    /// Rung on which steps start after every change, growing from there.
+    /// Halvings with which steps start after every change, growing from there.
     cautious: usize,
-    /// Rung never exceeded.
+    /// Fewest halvings.
     pub(crate) floor: usize,
     /// Largest error estimate of a step.
     pub(crate) tolerance: f64,
@@ -79,7 +79,7 @@ pub(crate) struct Engine<S, const N: usize> {
     /// Steps after which it stands still: whoever runs it ends there.
     pub(crate) most_steps: u64,
     /// Of these, steps of equations that are not affine.
-    pub(crate) bent_steps: u64,
+    pub(crate) curved_steps: u64,
 }
 
 /// Events looked for within one tick; what is violated beyond is met in the next.
@@ -100,7 +100,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             machine,
             y: [S::zero(); N],
             now: 0,
-            ladders: Ladders::new(longest_s),
+            step_tables: StepTables::new(longest_s),
             constant: [S::zero(); N],
             forced: [None; FINEST + 2],
             straight: true,
@@ -112,7 +112,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             tolerance: TOLERANCE,
             steps: 0,
             most_steps: u64::MAX,
-            bent_steps: 0,
+            curved_steps: 0,
         };
         engine.pace();
         engine.settle(None);
@@ -126,11 +126,11 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.machine = machine;
         self.y = [S::zero(); N];
         self.now = 0;
-        self.ladders.restart(longest_s);
+        self.step_tables.restart(longest_s);
         self.longest_s = longest_s;
         self.allowed = 0;
         self.steps = 0;
-        self.bent_steps = 0;
+        self.curved_steps = 0;
         self.pace();
         self.settle(None);
         self.remember();
@@ -148,29 +148,29 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.remember();
     }
 
-    /// How long steps may be so that nothing happens twice within one: a guard on the current is passed there and back
+    /// How long steps may be so that nothing happens twice within one: a event_function on the current is passed there and back
     /// within the electrical time constant, one on a spring's end within its period.
     fn pace(&mut self) {
         let (machine, longest_s) = (&self.machine, self.longest_s);
-        let rung = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
+        let halvings = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
         let chain = &machine.chain;
-        let guarded = chain.driver.limit_a.is_some()
+        let monitored = chain.driver.limit_a.is_some()
             || chain.driver.drops_v.is_some()
             || chain.mechanical.load_friction.is_some()
             || chain.electrical.ripple.is_some()
             || chain.electrical.heating.is_some()
             || chain.driver.freewheel.is_some()
             || machine.two;
-        self.cautious = if machine.inductive && guarded {
+        self.cautious = if machine.inductive && monitored {
             let electrical = &chain.electrical;
-            rung(0.5 * (electrical.inductance_h / electrical.resistance_ohm).value())
+            halvings(0.5 * (electrical.inductance_h / electrical.resistance_ohm).value())
         } else {
             0
         };
         let repeats = chain.mechanical.cogging.is_some() || chain.electrical.ripple.is_some();
         self.floor = match chain.transmission.spring {
-            Some((frequency_hz, _)) => rung(0.06 / frequency_hz.value()),
-            None if repeats => rung(READ_OFF_S),
+            Some((frequency_hz, _)) => halvings(0.06 / frequency_hz.value()),
+            None if repeats => halvings(READ_OFF_S),
             None => 0,
         };
     }
@@ -180,11 +180,11 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s / TICKS as f64
     }
 
-    /// Takes no step longer than this rung's, and none shorter but for an event.
+    /// Takes no step longer than this, and none shorter but for an event.
     #[cfg(test)]
-    pub(crate) fn hold_step(&mut self, rung: usize) {
+    pub(crate) fn hold_step(&mut self, halvings: usize) {
         self.tolerance = f64::INFINITY;
-        (self.floor, self.cautious, self.allowed) = (rung, rung, rung);
+        (self.floor, self.cautious, self.allowed) = (halvings, halvings, halvings);
     }
 
     /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
@@ -206,14 +206,14 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let (angle_rad, speed_rad_s) =
             (chain.sensor).shaft(chain.stated_counts_per_rev, angle_rad, speed_rad_s);
         // The encoder's speed is by the board's clock.
-        let speed_rad_s = speed_rad_s / chain.timing.stretch;
+        let speed_rad_s = speed_rad_s / chain.timing.clock_scale;
         self.within_tick(offset, |engine| {
             if let Some(heating) = engine.machine.chain.electrical.heating {
                 let chain = engine.machine.chain;
-                for stretch in left_out {
+                for interval in left_out {
                     let before_w = engine.y[HEAT];
-                    let loss_w = (chain.electrical).mean_loss(chain.kind, stretch.means, before_w);
-                    let kept = (S::from(-stretch.span_s) / heating.time_constant_s).exp();
+                    let loss_w = (chain.electrical).mean_loss(chain.kind, interval.means, before_w);
+                    let kept = (S::from(-interval.span_s) / heating.time_constant_s).exp();
                     engine.y[HEAT] = loss_w + (before_w - loss_w) * kept;
                 }
             }
@@ -305,7 +305,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let mut l = (FINEST - aligned.min(fits)).max(self.allowed);
         loop {
             self.steps += 1;
-            self.bent_steps += u64::from(!self.straight);
+            self.curved_steps += u64::from(!self.straight);
             let (next, error) = self.propagate(l);
             if l < FINEST && (!error.is_finite() || error > self.tolerance) {
                 l += 1;
@@ -333,21 +333,21 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Whether a guard is violated in a state, and more so than it was.
+    /// Whether a event_function is violated in a state, and more so than it was.
     #[inline(always)]
     fn violated(&self, next: &[S; N]) -> bool {
         !self.machine.holds(&self.mode, next) && self.machine.falls(&self.mode, &self.y, next)
     }
 
-    /// The guard that falls through 0 first on the straight way to a state, and at which share of it.
+    /// The event_function that falls through 0 first on the straight way to a state, and at which share of it.
     #[cold]
     #[inline(never)]
-    fn first_crossing(&self, next: &[S; N]) -> Option<(Guard, S)> {
-        let now = self.machine.guards(&self.mode, &self.y);
-        let then = self.machine.guards(&self.mode, next);
-        let mut first: Option<(Guard, S)> = None;
+    fn first_crossing(&self, next: &[S; N]) -> Option<(EventFunction, S)> {
+        let now = self.machine.event_functions(&self.mode, &self.y);
+        let then = self.machine.event_functions(&self.mode, next);
+        let mut first: Option<(EventFunction, S)> = None;
         for (now, then) in now.into_iter().zip(then) {
-            let (Some((guard, a)), Some((_, b))) = (now, then) else {
+            let (Some((event_function, a)), Some((_, b))) = (now, then) else {
                 break;
             };
             if b.value() < 0.0 && b.value() < a.value() {
@@ -357,7 +357,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                     a / (a - b)
                 };
                 if first.is_none_or(|(_, s)| share.value() < s.value()) {
-                    first = Some((guard, share));
+                    first = Some((event_function, share));
                 }
             }
         }
@@ -370,16 +370,16 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn cross(&mut self, mut left: S) {
         for _ in 0..MOST_EVENTS_A_TICK {
             self.steps += 1;
-            self.bent_steps += u64::from(!self.straight);
+            self.curved_steps += u64::from(!self.straight);
             let (mut end, _) = self.propagate(FINEST);
             for (end, y) in end.iter_mut().zip(self.y) {
                 *end = y + (*end - y) * left.value();
             }
-            let Some((guard, share)) = self.first_crossing(&end) else {
+            let Some((event_function, share)) = self.first_crossing(&end) else {
                 break;
             };
             self.drift(left * share);
-            self.settle(Some(guard));
+            self.settle(Some(event_function));
             left = left * (-share + 1.0);
         }
         self.drift(left);
@@ -408,7 +408,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
 
     /// Picks the mode that follows, and its matrices.
     #[inline(never)]
-    fn settle(&mut self, fired: Option<Guard>) {
+    fn settle(&mut self, fired: Option<EventFunction>) {
         self.before.mode.get_or_insert(self.mode);
         self.end_rate = None;
         self.machine.settle(&mut self.mode, &mut self.y, fired);
@@ -437,7 +437,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         };
         // All modes under a key are straight, or none is.
         self.straight = self.machine.straight::<N>(m);
-        self.ladders
+        self.step_tables
             .take_up(key, self.straight, || self.machine.matrix(m));
         self.constant = self.machine.constant(m);
         self.forced = [None; FINEST + 2];

@@ -3,15 +3,15 @@
 
 #[cfg(test)]
 mod convergence;
-mod cruise;
 mod curvature;
+pub(crate) mod dense_output;
 pub(crate) mod dynamics;
 pub(crate) mod engine;
-mod guards;
-pub(crate) mod inside;
-mod ladder;
-mod ladders;
+mod event_functions;
 mod propagate;
 mod read_off;
 pub(crate) mod schedule;
+mod steady_steps;
+mod step_table;
+mod step_tables;
 mod transitions;

@@ -2,14 +2,13 @@
 //!
 //! Where they are affine, `y(h) = E y + h phi1 n` is exact; else Krogstad's scheme of order 4. Products leave out what is
 //! 0 or 1 by the equations' structure: nothing in the linear part of a rigid motor depends on its angle, the angle's
-//! own row has no `n`, and torques bend the rows of speeds alone, the back EMF that of the current. What the constant part
-//! of `n` does is worked out once a mode, and stages within a step have only the numbers that what bends it depends on.
+//! own row has no `n`, and torques bend the rows of speeds alone, the back EMF that of the current. The contribution of the constant part of `n` is computed once per mode; stages within a step hold only the states that nonlinear terms depend on.
 //!
 //! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 
 use crate::integrator::dynamics::{CUR, ONE_BODY, TH1, W1};
 use crate::integrator::engine::Engine;
-use crate::integrator::ladder::{Matrix, add, apply};
+use crate::integrator::step_table::{Matrix, add, apply};
 use crate::scalar::Scalar;
 
 /// `E y`.
@@ -52,31 +51,31 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     /// The rate of change of the state now, `A y + n`, and the part of `n` that changes with the state.
     #[inline(always)]
     pub(crate) fn rate_in_parts(&self) -> ([S; N], [S; N]) {
-        let a = &self.ladders.in_force().a;
+        let a = &self.step_tables.in_force().a;
         let straight = add(linear(a, &self.y), &self.constant);
         if self.straight {
             return (straight, [S::zero(); N]);
         }
-        let bent = self.machine.bent(&self.mode, a, &self.y);
-        (add(straight, &bent), bent)
+        let curved = self.machine.curved(&self.mode, a, &self.y);
+        (add(straight, &curved), curved)
     }
 
-    /// What the constant part of `n` does in a step on rung `l`, worked out once for each mode.
+    /// Contribution of the constant part of `n` in a step with `l` halvings, computed once for each mode.
     #[inline(always)]
     pub(crate) fn forced(&mut self, l: usize) -> &[S; N] {
-        let (ladder, constant) = (self.ladders.in_force(), &self.constant);
-        self.forced[l].get_or_insert_with(|| push(&ladder.rung(l).p1, constant))
+        let (step_table, constant) = (self.step_tables.in_force(), &self.constant);
+        self.forced[l].get_or_insert_with(|| push(&step_table.matrices(l).p1, constant))
     }
 
-    /// The state after a step on rung `l`, and an estimate of its error.
+    /// The state after a step with `l` halvings, and an estimate of its error.
     #[inline(always)]
     pub(crate) fn propagate(&mut self, l: usize) -> ([S; N], f64) {
         if !self.straight {
             return self.propagate_curved(l);
         }
         let forced = *self.forced(l);
-        let rung = self.ladders.in_force().rung(l);
-        (add(advance(&rung.e, &self.y), &forced), 0.0)
+        let matrices = self.step_tables.in_force().matrices(l);
+        (add(advance(&matrices.e, &self.y), &forced), 0.0)
     }
 
     /// The same where the mode's equations are not affine, which bends the rows of these numbers of the state.
@@ -97,13 +96,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     fn curve(&mut self, l: usize, bends: &[usize]) -> ([S; N], f64) {
         let half_forced = *self.forced(l + 1);
         let forced = *self.forced(l);
-        let ladder = self.ladders.in_force();
-        let bent = |y: &[S; N]| self.machine.bent(&self.mode, &ladder.a, y);
-        let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
+        let step_table = self.step_tables.in_force();
+        let curved = |y: &[S; N]| self.machine.curved(&self.mode, &step_table.a, y);
+        let (matrices, half) = (step_table.matrices(l), step_table.matrices(l + 1));
         let y = &self.y;
         let n0 = match self.end_rate_now() {
-            Some(end) => &end.bent,
-            None => &bent(y),
+            Some(end) => &end.curved,
+            None => &curved(y),
         };
         // Stages need no more of the state than what bends the equations depends on.
         let read = self.machine.bends_by;
@@ -112,7 +111,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             let by = along(&half.p1, n0, row, bends);
             *stage = onto(y, row, moved(&half.e, y, row) + half_forced[row] + by);
         }
-        let n2 = bent(&stage);
+        let n2 = curved(&stage);
         let mut d = [S::zero(); N];
         for &k in bends {
             d[k] = (n2[k] - n0[k]) * 2.0;
@@ -120,18 +119,18 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         for (row, stage) in stage.iter_mut().enumerate().filter(|(row, _)| *row < read) {
             *stage += along(&half.p2, &d, row, bends);
         }
-        let n3 = bent(&stage);
+        let n3 = curved(&stage);
         for &k in bends {
             d[k] = (n3[k] - n0[k]) * 2.0;
         }
         let mut next = *y;
         for (row, next) in next.iter_mut().enumerate() {
-            *next = moved(&rung.e, y, row) + forced[row] + along(&rung.p1, n0, row, bends);
+            *next = moved(&matrices.e, y, row) + forced[row] + along(&matrices.p1, n0, row, bends);
             if row < read {
-                stage[row] = onto(y, row, *next + along(&rung.p2, &d, row, bends));
+                stage[row] = onto(y, row, *next + along(&matrices.p2, &d, row, bends));
             }
         }
-        let n4 = bent(&stage);
+        let n4 = curved(&stage);
         let mut bend = [S::zero(); N];
         for &k in bends {
             let middle = n2[k] + n3[k];
@@ -140,12 +139,16 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
         let mut error = 0.0_f64;
         for (row, next) in next.iter_mut().enumerate() {
-            let curved = along(&rung.p3, &bend, row, bends);
-            *next = onto(y, row, *next + (along(&rung.p2, &d, row, bends) + curved));
+            let curved = along(&matrices.p3, &bend, row, bends);
+            *next = onto(
+                y,
+                row,
+                *next + (along(&matrices.p2, &d, row, bends) + curved),
+            );
             if row >= W1 {
                 let mut gap = 0.0;
                 for &k in bends {
-                    gap += rung.p2[row][k].value() * (n3[k].value() - n2[k].value());
+                    gap += matrices.p2[row][k].value() * (n3[k].value() - n2[k].value());
                 }
                 error = error.max(curved.value().abs()).max(gap.abs());
             }
@@ -203,37 +206,37 @@ mod tests {
 
     /// The scheme with whole products and `n(y) = y' - A y`.
     fn plain<const N: usize>(engine: &Engine<Dual<4>, N>, l: usize) -> [Dual<4>; N] {
-        let ladder = engine.ladders.in_force();
-        let (rung, half) = (ladder.rung(l), ladder.rung(l + 1));
+        let step_table = engine.step_tables.in_force();
+        let (matrices, half) = (step_table.matrices(l), step_table.matrices(l + 1));
         let sum =
             |a: [Dual<4>; N], by: f64, b: [Dual<4>; N]| std::array::from_fn(|k| a[k] + b[k] * by);
         let n = |y: &[Dual<4>; N]| {
             let rate = engine.machine.rate(&engine.mode, y);
-            sum(rate, -1.0, apply(&ladder.a, y))
+            sum(rate, -1.0, apply(&step_table.a, y))
         };
         let y = &engine.y;
         let n0 = n(y);
         let u2 = sum(apply(&half.e, y), 1.0, apply(&half.p1, &n0));
         let n2 = n(&u2);
         let n3 = n(&sum(u2, 2.0, apply(&half.p2, &sum(n2, -1.0, n0))));
-        let base = sum(apply(&rung.e, y), 1.0, apply(&rung.p1, &n0));
-        let n4 = n(&sum(base, 2.0, apply(&rung.p2, &sum(n3, -1.0, n0))));
+        let base = sum(apply(&matrices.e, y), 1.0, apply(&matrices.p1, &n0));
+        let n4 = n(&sum(base, 2.0, apply(&matrices.p2, &sum(n3, -1.0, n0))));
         let middle = sum(n2, 1.0, n3);
         let d = sum(sum(n0, -2.0 / 3.0, middle), 1.0 / 3.0, n4);
         let bend = sum(sum(n0, -1.0, middle), 1.0, n4);
-        let next = sum(base, -3.0, apply(&rung.p2, &d));
-        sum(next, 4.0, apply(&rung.p3, &bend))
+        let next = sum(base, -3.0, apply(&matrices.p2, &d));
+        sum(next, 4.0, apply(&matrices.p3, &bend))
     }
 
-    /// The largest difference of a step in values and derivatives, and how many bent steps there were.
+    /// The largest difference of a step in values and derivatives, and how many curved steps there were.
     fn apart<const N: usize>(machine: Machine<Dual<4>>) -> (f64, usize) {
         let mut engine = Engine::<Dual<4>, N>::new(machine, 0.006);
-        let (mut largest, mut bent) = (0.0_f64, 0);
+        let (mut largest, mut curved) = (0.0_f64, 0);
         for (n, level) in [4.5, -1.0, 0.1, -4.0].into_iter().enumerate() {
             engine.command(level, Dual::from(0.0));
             for k in 1..=30 {
                 engine.go_to((30 * n as u64 + k) * TICKS);
-                bent += usize::from(!engine.straight);
+                curved += usize::from(!engine.straight);
                 if engine.straight {
                     continue;
                 }
@@ -247,12 +250,12 @@ mod tests {
                 }
             }
         }
-        (largest, bent)
+        (largest, curved)
     }
 
     #[test]
     fn what_a_step_leaves_out_is_nought() {
-        let mut bent = 0;
+        let mut curved = 0;
         let sets = catalogue().iter().flat_map(|kind| {
             ["cogging", "backlash", "load_friction", "torque_ripple"].map(|other| [kind.id, other])
         });
@@ -279,8 +282,8 @@ mod tests {
                 (true, true) => apart::<6>(machine),
             };
             assert!(largest < 1e-10, "{set:?}: {largest}");
-            bent += steps;
+            curved += steps;
         }
-        assert!(bent > 1000, "{bent} steps");
+        assert!(curved > 1000, "{curved} steps");
     }
 }

@@ -3,8 +3,8 @@
 //! Rates at both ends of a step are worked out once, however many samples lie inside it, and only if there are any; the one
 //! at its end is what the next step begins with.
 
+use crate::integrator::dense_output::{DenseOutput, Sample, shift};
 use crate::integrator::engine::{EndRate, Engine};
-use crate::integrator::inside::{Inside, Sample, shift};
 use crate::scalar::Scalar;
 
 impl<S: Scalar, const N: usize> Engine<S, N> {
@@ -30,13 +30,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             self.before.rate = Some(self.machine.rate(mode, &self.before.y));
         }
         if self.end_rate_now().is_none() {
-            let (rate, bent) = self.rate_in_parts();
+            let (rate, curved) = self.rate_in_parts();
             let now = self.now;
-            self.end_rate = Some(EndRate { now, rate, bent });
+            self.end_rate = Some(EndRate { now, rate, curved });
         }
     }
 
-    /// What a sample at `tick + offset` ticks finds, once it has been reached.
+    /// State at a sample at `tick + offset` ticks, once it is reached.
     #[inline]
     pub(crate) fn sample(&self, tick: u64, offset: S) -> Sample<'_, S, N> {
         let at_end = self.is_at_end(tick, offset);
@@ -63,11 +63,11 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
         let ticks = (self.now - start.now) as f64;
         let at = offset + (tick - start.now) as f64;
-        let place = Inside::at(at.value() / ticks, ticks * self.tick_s());
+        let place = DenseOutput::at(at.value() / ticks, ticks * self.tick_s());
         let (start, end) = ((&start.y, start_rate), (&self.y, &end.rate));
         let by = at - at.value();
         if by.is_nought() {
-            Sample::Inside(place, start, end)
+            Sample::DenseOutput(place, start, end)
         } else {
             Sample::Moved(place.moved(start, end, by * self.tick_s()))
         }

@@ -1,7 +1,7 @@
 //! How a run's time is divided: samples, changes of the command, and the engine's steps between them.
 
+use crate::integrator::dense_output::Sample;
 use crate::integrator::engine::{Engine, TICKS};
-use crate::integrator::inside::Sample;
 use crate::scalar::Scalar;
 use crate::simulate::{Drive, SimulationError};
 
@@ -39,7 +39,7 @@ pub struct Reset {
     pub speed_rad_s: f64,
 }
 
-/// A stretch of a run that is left out of the drive, just before a [`Reset`]: the winding alone goes on through it.
+/// An interval of a run that is left out of the drive, just before a [`Reset`]: the winding alone goes on through it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skipped {
     /// Number of the sample that comes after it: that of a reset.
@@ -75,7 +75,7 @@ pub(crate) struct Schedule {
     places: Vec<(u64, f64)>,
     /// Where the shaft is put in between, by sample.
     resets: Vec<Reset>,
-    /// What is left out before some of them, in order.
+    /// Intervals omitted before some of them, in order.
     skipped: Vec<Skipped>,
 }
 
@@ -185,24 +185,27 @@ impl Schedule {
     }
 
     /// Longest step in real time, by a clock that is off.
-    pub(crate) fn longest_s(&self, stretch: f64) -> f64 {
-        self.step_s * stretch
+    pub(crate) fn longest_s(&self, clock_scale: f64) -> f64 {
+        self.step_s * clock_scale
     }
 
     /// Where `time of sample k + later_s` lies in ticks: whole ticks and the rest. Time on the board's clock times
-    /// `stretch` is real time; `later_s` is real. What lies before the start is at the start.
-    fn tick<S: Scalar>(&self, k: usize, stretch: S, later_s: S) -> (u64, S) {
+    /// `clock_scale` is real time; `later_s` is real. Times before the start are set to the start.
+    fn tick<S: Scalar>(&self, k: usize, clock_scale: S, later_s: S) -> (u64, S) {
         if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
             return (k as u64 * self.steps_per_sample * TICKS, S::zero());
         }
-        let tick_s = self.longest_s(stretch.value()) / TICKS as f64;
+        let tick_s = self.longest_s(clock_scale.value()) / TICKS as f64;
         let (whole, rest_s) = if self.steps_per_sample > 0 {
             let whole = k as u64 * self.steps_per_sample * TICKS;
-            // Derivatives of the stretch remain.
+            // Derivatives of the clock_scale remain.
             let board_s = k as f64 * self.steps_per_sample as f64 * self.step_s;
-            (whole, (stretch - stretch.value()) * board_s + later_s)
+            (
+                whole,
+                (clock_scale - clock_scale.value()) * board_s + later_s,
+            )
         } else {
-            (0, stretch * self.times_s[k] + later_s)
+            (0, clock_scale * self.times_s[k] + later_s)
         };
         let rest = rest_s / tick_s;
         let mut floor = rest.value().floor();
@@ -236,21 +239,21 @@ impl Schedule {
             .saturating_mul(self.base_steps())
             .min(MOST_BY_LENGTH * self.base_steps() + MOST_BESIDE);
         engine.most_steps = budget;
-        let stretch = engine.machine.chain.timing.stretch;
+        let clock_scale = engine.machine.chain.timing.clock_scale;
         let command = &engine.machine.chain.command;
         let delay_s = command.delay_s - command.ahead_s;
         let mut changes = self
             .changes
             .iter()
-            .map(|&(k, command)| (self.tick(k, stretch, delay_s), command))
+            .map(|&(k, command)| (self.tick(k, clock_scale, delay_s), command))
             .peekable();
         // Samples that lie on a step's end, whatever the parameters.
         let regular = self.steps_per_sample > 0
-            && (stretch - stretch.value()).is_nought()
+            && (clock_scale - clock_scale.value()).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
         // Samples whose time no parameter moves, wherever it lies.
         let known = self.steps_per_sample == 0
-            && (stretch - 1.0).is_nought()
+            && (clock_scale - 1.0).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
         let mut resets = self.resets.iter().peekable();
         let mut skipped = self.skipped.as_slice();
@@ -259,7 +262,7 @@ impl Schedule {
             let (tick, offset) = if known {
                 (self.places[k].0, S::from(self.places[k].1))
             } else {
-                self.tick(k, stretch, late_s(k))
+                self.tick(k, clock_scale, late_s(k))
             };
             while let Some(&((at, after), command)) = changes.peek() {
                 if (at, after.value()) > (tick, offset.value()) {
@@ -271,7 +274,7 @@ impl Schedule {
             }
             if let Some(reset) = resets.next_if(|reset| reset.sample == k) {
                 engine.go_to(tick);
-                let until = skipped.partition_point(|stretch| stretch.before <= k);
+                let until = skipped.partition_point(|interval| interval.before <= k);
                 let (left_out, others) = skipped.split_at(until);
                 let (angle_rad, speed_rad_s) =
                     engine.put(reset.angle_rad, reset.speed_rad_s, offset, left_out);
@@ -294,7 +297,7 @@ impl Schedule {
                     None => self.len(),
                 };
                 let most = until.min(free).saturating_sub(k);
-                k += engine.cruise(self.steps_per_sample, most, |n, engine, y| {
+                k += engine.steady_steps(self.steps_per_sample, most, |n, engine, y| {
                     reader.read(k + n, engine, &Sample::At(y))
                 });
             } else if known {
@@ -304,7 +307,7 @@ impl Schedule {
                     let place = self.places[..free].get(first + n).copied();
                     place.filter(|place| change.is_none_or(|change| *place < change))
                 };
-                k += engine.cruise_between(at, |n, engine, sample| {
+                k += engine.steady_steps_between(at, |n, engine, sample| {
                     reader.read(first + n, engine, sample)
                 });
             }
@@ -331,7 +334,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_piece_of_a_run_takes_the_steps_of_the_run() {
+    fn a_segment_takes_the_steps_of_its_run() {
         let late_s = |k: u32| f64::from(k * 7919 % 7) * 1e-6;
         let even: Vec<f64> = (0..2000_u32).map(|k| f64::from(k) * 0.003).collect();
         let uneven: Vec<f64> = (0..2000_u32)
@@ -351,22 +354,22 @@ mod tests {
             assert!((run.step_s - step_s).abs() < 1e-8, "{}", run.step_s);
             let mut differ = false;
             for (from, to) in [(0, 333), (333, 666), (1801, 1951)] {
-                let piece = schedule(&t_s[from..to]);
-                differ |= piece.step_s != run.step_s;
-                let piece = piece.stepping_as(&run);
-                assert_eq!(piece.step_s, run.step_s);
-                assert_eq!(piece.steps_per_sample, run.steps_per_sample);
+                let segment = schedule(&t_s[from..to]);
+                differ |= segment.step_s != run.step_s;
+                let segment = segment.stepping_as(&run);
+                assert_eq!(segment.step_s, run.step_s);
+                assert_eq!(segment.steps_per_sample, run.steps_per_sample);
                 let tick_s = run.step_s / TICKS as f64;
-                for (place, t) in piece.places.iter().zip(&piece.times_s) {
+                for (place, t) in segment.places.iter().zip(&segment.times_s) {
                     assert!(((place.0 as f64 + place.1) * tick_s - t).abs() < 1e-12);
                 }
             }
             assert!(differ, "nothing to take over");
         }
-        // A piece that is even, of a run that is not.
-        let piece = schedule(&even[..100]);
-        let step_s = piece.step_s;
-        assert_eq!(piece.stepping_as(&schedule(&uneven)).step_s, step_s);
+        // A segment that is even, of a run that is not.
+        let segment = schedule(&even[..100]);
+        let step_s = segment.step_s;
+        assert_eq!(segment.stepping_as(&schedule(&uneven)).step_s, step_s);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! When a mode ends, and which one follows.
 //!
-//! A guard is positive while its mode holds. The laws: a side sticks when its speed is 0 and the net torque without
+//! A event_function is positive while its mode holds. The laws: a side sticks when its speed is 0 and the net torque without
 //! friction is within the breakaway level, and leaves when it is not; current that reaches 0 stays there while the
 //! voltage drop exceeds what drives it; current at its limit stays there while it would be driven further; flanks meet
 //! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side; a clutch gives when it
@@ -8,18 +8,18 @@
 
 use crate::CommandKind;
 use crate::integrator::dynamics::{CUR, Contact, Flow, LARGEST, Machine, Mode, ONE_BODY, TH1, W1};
-use crate::integrator::guards::{BREAKAWAY_SLACK, Guard, Holder};
+use crate::integrator::event_functions::{BREAKAWAY_SLACK, EventFunction, Holder};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {
-    /// Changes mode and state after a guard fell through 0, or after a change of the command.
-    pub(crate) fn settle(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    /// Changes mode and state after a event_function fell through 0, or after a change of the command.
+    pub(crate) fn settle(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         if self.follows_sliding() {
             self.anchor(m, y);
         }
         let before = *m;
         self.settle_current(m, y, fired);
-        if fired == Some(Guard::TorqueZero) {
+        if fired == Some(EventFunction::TorqueZero) {
             m.torque_sign = -m.torque_sign;
         } else {
             let current = self.current(m, y);
@@ -51,12 +51,12 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_rigid(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    fn settle_rigid(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         if self.frictionless && !self.presliding() {
             m.slip[0] = 1.0;
             return;
         }
-        if fired == Some(Guard::Stop(0)) {
+        if fired == Some(EventFunction::Stop(0)) {
             y[W1] = S::zero();
         }
         let net = self.sum_of_torques(m, y);
@@ -72,7 +72,7 @@ impl<S: Scalar> Machine<S> {
         angle: S,
         speed: S,
         net: S,
-        fired: Option<Guard>,
+        fired: Option<EventFunction>,
         y: &[S],
     ) -> f64 {
         if speed.value() != 0.0 {
@@ -80,7 +80,7 @@ impl<S: Scalar> Machine<S> {
         }
         if let Some(break_in) = self.chain.mechanical.break_in_angle_rad {
             // Friction builds up from here: the side never sticks.
-            if fired == Some(Guard::Stop(side)) {
+            if fired == Some(EventFunction::Stop(side)) {
                 return -m.slip[side];
             }
             let friction = if m.slip[side] == 0.0 {
@@ -95,7 +95,7 @@ impl<S: Scalar> Machine<S> {
                 self.excess(y).sign()
             };
         }
-        if fired == Some(Guard::Break(side)) {
+        if fired == Some(EventFunction::Break(side)) {
             return net.sign();
         }
         let (up, down) = self.levels(m, side, y);
@@ -105,7 +105,7 @@ impl<S: Scalar> Machine<S> {
         } else {
             -down - net
         };
-        let stopped = fired == Some(Guard::Stop(side));
+        let stopped = fired == Some(EventFunction::Stop(side));
         if !stopped && m.slip[side] != 0.0 && edge.value().abs() < 1e-13 {
             return m.slip[side];
         }
@@ -119,38 +119,38 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_two(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    fn settle_two(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         let (th2, w2) = (y.len() - 2, y.len() - 1);
         match fired {
-            Some(Guard::TouchUpper | Guard::TouchLower) => {
-                m.contact = if fired == Some(Guard::TouchUpper) {
+            Some(EventFunction::TouchUpper | EventFunction::TouchLower) => {
+                m.contact = if fired == Some(EventFunction::TouchUpper) {
                     Contact::Upper
                 } else {
                     Contact::Lower
                 };
             }
-            Some(Guard::Part) if !self.welds => m.contact = Contact::Apart,
+            Some(EventFunction::Part) if !self.welds => m.contact = Contact::Apart,
             _ => {}
         }
         match fired {
-            Some(Guard::TouchUpper | Guard::TouchLower) if self.welds => {
+            Some(EventFunction::TouchUpper | EventFunction::TouchLower) if self.welds => {
                 let speed = self.mass_share[0] * y[W1] + self.mass_share[1] * y[w2];
                 (y[W1], y[w2]) = (speed, speed);
                 let gap = self.chain.transmission.gap_rad.unwrap_or_else(S::zero);
                 y[th2] = y[TH1] - gap * (0.5 * m.contact.sign());
             }
-            Some(Guard::Grip) => {
+            Some(EventFunction::Grip) => {
                 let speed = self.mass_share[0] * y[W1] + self.mass_share[1] * y[w2];
                 (y[W1], y[w2]) = (speed, speed);
                 m.contact = Contact::Gripped;
             }
-            Some(Guard::StopJoint) => (y[W1], y[w2]) = (S::zero(), S::zero()),
-            Some(Guard::Stop(0)) => y[W1] = S::zero(),
-            Some(Guard::Stop(1)) => y[w2] = S::zero(),
+            Some(EventFunction::StopJoint) => (y[W1], y[w2]) = (S::zero(), S::zero()),
+            Some(EventFunction::Stop(0)) => y[W1] = S::zero(),
+            Some(EventFunction::Stop(1)) => y[w2] = S::zero(),
             _ => {}
         }
         let rests = y[W1].value() == 0.0 && y[w2].value() == 0.0;
-        if m.contact.slips() != 0.0 && rests && !matches!(fired, Some(Guard::Break(_))) {
+        if m.contact.slips() != 0.0 && rests && !matches!(fired, Some(EventFunction::Break(_))) {
             m.contact = Contact::Gripped;
         }
         if self.joined(m) {
@@ -163,28 +163,28 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    fn settle_contact(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    fn settle_contact(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         if y[W1].value() != 0.0 || self.presliding() {
             let direction = if y[W1].value() != 0.0 {
                 y[W1].sign()
-            } else if fired == Some(Guard::StopJoint) {
+            } else if fired == Some(EventFunction::StopJoint) {
                 -m.slip[0]
             } else {
                 self.sum_of_torques(m, y).sign()
             };
             m.slip = [direction; 2];
-            if fired == Some(Guard::Give) {
+            if fired == Some(EventFunction::Give) {
                 m.contact = slipping(self.flank_torque(m, y).sign());
             } else if m.contact == Contact::Gripped {
                 self.give(m, y);
-            } else if fired == Some(Guard::Part) || self.parts(m, y) {
+            } else if fired == Some(EventFunction::Part) || self.parts(m, y) {
                 m.contact = Contact::Apart;
             }
             return;
         }
         let ((low, low_by), (high, high_by)) = self.stuck_flank_range(m, y);
         m.slip = [0.0; 2];
-        if fired != Some(Guard::BreakJoint) && low.value() <= high.value() {
+        if fired != Some(EventFunction::BreakJoint) && low.value() <= high.value() {
             return;
         }
         // The two binding limits say what gives way. A flank cannot pull, nor a clutch carry more than it can: a side bound against
@@ -230,7 +230,7 @@ impl<S: Scalar> Machine<S> {
         push < 0.0
     }
 
-    fn settle_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    fn settle_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         let driver = &self.chain.driver;
         if self.chain.kind != CommandKind::Voltage {
             let mut current = self.voltage;
@@ -251,14 +251,14 @@ impl<S: Scalar> Machine<S> {
             self.settle_algebraic_current(m, y, fired);
             return;
         }
-        if fired == Some(Guard::Limit) {
+        if fired == Some(EventFunction::Limit) {
             let limit = driver.limit_a.unwrap_or_else(S::zero);
             (m.flow, m.flow_sign) = (Flow::Held, y[CUR].sign());
             y[CUR] = limit * m.flow_sign;
             return;
         }
         if m.flow == Flow::Held {
-            if fired == Some(Guard::Unlimit) || self.pull(m, y).value() < 0.0 {
+            if fired == Some(EventFunction::Unlimit) || self.pull(m, y).value() < 0.0 {
                 m.flow = Flow::Free;
                 if driver.drops_v.is_none() {
                     m.flow_sign = 0.0;
@@ -270,17 +270,17 @@ impl<S: Scalar> Machine<S> {
             (m.flow, m.flow_sign) = (Flow::Free, 0.0);
             return;
         }
-        if fired == Some(Guard::CurrentZero) {
+        if fired == Some(EventFunction::CurrentZero) {
             y[CUR] = S::zero();
         }
         let excess = self.excess(y);
-        if fired == Some(Guard::Unblock) {
+        if fired == Some(EventFunction::Unblock) {
             (m.flow, m.flow_sign) = (Flow::Free, excess.sign());
         } else if y[CUR].value() != 0.0 {
             (m.flow, m.flow_sign) = (Flow::Free, y[CUR].sign());
         } else if m.flow == Flow::Free
             && m.flow_sign != 0.0
-            && !matches!(fired, None | Some(Guard::CurrentZero))
+            && !matches!(fired, None | Some(EventFunction::CurrentZero))
         {
             // Current has just begun to flow: still 0 at this instant.
         } else if excess.value().abs() > driver.drop(excess.sign()).value() {
@@ -291,21 +291,21 @@ impl<S: Scalar> Machine<S> {
     }
 
     /// Without inductance the current follows at once: which branch holds is read off the voltages.
-    fn settle_algebraic_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<Guard>) {
+    fn settle_algebraic_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         let driver = &self.chain.driver;
         let excess = self.excess(y);
         let sign = excess.sign();
         let over = excess.value().abs() - driver.drop(sign).value();
         let limit = driver.limit_a;
         let blocked = match fired {
-            Some(Guard::CurrentZero) => true,
-            Some(Guard::Unblock) => false,
+            Some(EventFunction::CurrentZero) => true,
+            Some(EventFunction::Unblock) => false,
             _ => driver.drops_v.is_some() && over <= 0.0,
         };
         let limited = match (fired, limit) {
             (_, None) => false,
-            (Some(Guard::Limit), _) => true,
-            (Some(Guard::Unlimit), _) => false,
+            (Some(EventFunction::Limit), _) => true,
+            (Some(EventFunction::Unlimit), _) => false,
             (_, Some(limit)) => over > limit.value() * self.resistance(y).value(),
         };
         (m.flow, m.flow_sign, y[CUR]) = if blocked {

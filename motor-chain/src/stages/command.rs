@@ -6,7 +6,7 @@ use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prio
 use crate::chain::Chain;
 use crate::scalar::Scalar;
 
-/// What happens to the command on its way to the driver.
+/// Changes of the command on its way to the driver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Command<S> {
     /// Time from the board's clock tick to the driver, in s.
@@ -29,7 +29,7 @@ impl<S: Scalar> Command<S> {
         }
     }
 
-    /// What reaches the driver when `command` is asked for.
+    /// Command at the driver for `command`.
     pub(crate) fn pass(&self, command: f64) -> f64 {
         let within = |threshold: &S| command.abs() <= threshold.value();
         let zone = |zones: &[S; 2]| within(&zones[usize::from(command < 0.0)]);
@@ -80,7 +80,7 @@ impl Effect for CommandOffset {
     const KIND: EffectKind = EffectKind {
         id: "command_offset",
         stage: Stage::Command,
-        summary: "the column of the commands is late: the motor moves before it",
+        summary: "the command column is late: the motor moves before it",
         equation: "u(t + offset_s), from the start on what stands offset_s later",
         source: "logs that note a command when it is confirmed, or beside the next sample",
         excited_by: "steps and reversals",
@@ -108,7 +108,7 @@ impl Effect for DeadZone {
     const KIND: EffectKind = EffectKind {
         id: "dead_zone",
         stage: Stage::Command,
-        summary: "small commands do nothing",
+        summary: "small commands have no effect",
         equation: "u -> 0 where |u| <= threshold_v, else u unchanged",
         source: "H-bridges with a minimum pulse width",
         excited_by: "slow ramps, low levels",
@@ -129,14 +129,14 @@ impl Effect for DeadZone {
     }
 }
 
-/// Small commands do nothing, of another size in each direction.
+/// Small commands have no effect, with a threshold that differs by direction.
 pub(crate) struct AsymmetricDeadZone;
 
 impl Effect for AsymmetricDeadZone {
     const KIND: EffectKind = EffectKind {
         id: "asymmetric_dead_zone",
         stage: Stage::Command,
-        summary: "small commands do nothing, of another size in each direction",
+        summary: "small commands have no effect, with a threshold that differs by direction",
         equation: "u -> 0 where -negative_v <= u <= positive_v, else u unchanged",
         source: "dead zones with left and right break points (Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996)",
         excited_by: "slow ramps and low levels, both directions",

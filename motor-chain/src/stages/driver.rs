@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 /// The bridge and its supply.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Driver<S> {
-    /// What the duty is relative to, in V.
+    /// Reference voltage of the duty, in V.
     pub supply_v: S,
     /// Volts at the bridge for a volt asked for.
     pub gain: S,
@@ -52,7 +52,7 @@ impl<S: Scalar> Driver<S> {
         }
     }
 
-    /// What drives the mean current of a bridge that freewheels, against this back EMF, in V: the resistance times that current.
+    /// Voltage that drives the mean current of a bridge that freewheels, against this back EMF, in V: the resistance times that current.
     ///
     /// In the pulse, `d` of a period `p` (in units of L/R), current heads for `a = v - e`, between pulses for `b = -e` or `b = -v - e`
     /// (all times 1/R), with `v` and `e` counted in the command's direction. Where it lasts, the mean is `d a + (1 - d) b`. Where it
@@ -135,7 +135,7 @@ impl Effect for VoltageDrop {
     const KIND: EffectKind = EffectKind {
         id: "voltage_drop",
         stage: Stage::Driver,
-        summary: "bridge and brushes take a constant voltage",
+        summary: "bridge and brushes drop a constant voltage",
         equation: "v = u - drop_v sgn(i); i stays 0 while |u - Kb w| <= drop_v",
         source: "brush drop (Fitzgerald, Electric Machinery); saturation voltage of bipolar bridges",
         excited_by: "several levels, braking and reversing",
@@ -155,14 +155,14 @@ impl Effect for VoltageDrop {
     }
 }
 
-/// Bridge and brushes take another voltage in each direction.
+/// The voltage drop of bridge and brushes differs by direction.
 pub(crate) struct AsymmetricVoltageDrop;
 
 impl Effect for AsymmetricVoltageDrop {
     const KIND: EffectKind = EffectKind {
         id: "asymmetric_voltage_drop",
         stage: Stage::Driver,
-        summary: "bridge and brushes take another voltage in each direction",
+        summary: "the voltage drop of bridge and brushes differs by direction",
         equation: "v = u - positive_v for i > 0, u + negative_v for i < 0; i stays 0 while -negative_v <= u - Kb w <= positive_v",
         source: "saturation voltages of a bipolar bridge's upper and lower transistors (ST L298 data sheet), which differ by half bridge",
         excited_by: "several levels, both directions",
@@ -220,14 +220,14 @@ impl Effect for SupplySag {
     }
 }
 
-/// The supply is another than the one that the duty is computed with.
+/// The supply voltage differs from the one that the duty is computed with.
 pub(crate) struct SupplyError;
 
 impl Effect for SupplyError {
     const KIND: EffectKind = EffectKind {
         id: "supply_error",
         stage: Stage::Driver,
-        summary: "the supply is another than assumed",
+        summary: "the supply voltage differs from the assumed one",
         equation: "v = gain u",
         source: "duty = u / assumed supply",
         excited_by: "any command",
@@ -257,7 +257,7 @@ impl Effect for AsymmetricGain {
     const KIND: EffectKind = EffectKind {
         id: "asymmetric_gain",
         stage: Stage::Driver,
-        summary: "the driver gives more volts in one direction than in the other",
+        summary: "the gain of the driver differs by direction",
         equation: "v = u (1 + ratio sgn(u))",
         source: "half bridges or pulse-width channels that differ",
         excited_by: "both directions",
@@ -336,7 +336,7 @@ impl Effect for PwmFreewheel {
     const KIND: EffectKind = EffectKind {
         id: "pwm_freewheel",
         stage: Stage::Driver,
-        summary: "between pulses current decays through diodes: at low duty it runs dry, and speed over duty is concave",
+        summary: "between pulses the current decays through diodes: discontinuous at low duty, so that speed over duty is concave",
         equation: "mean current of a period: d a + (1 - d) b where it lasts, else d a + b t0 / p; d = |u| / supply_v, p = period_ratio, a = (V - Kb w) / R, b = (-V - Kb w) / R, or -Kb w / R with into_supply = 0, t0 = ln(1 - a (1 - exp(-d p)) / b); u = 0 -> i = 0",
         source: "discontinuous conduction of a chopper (Mohan, Undeland, Robbins, Power Electronics, 1995); decay modes of bridges (TI DRV8833 data sheet)",
         excited_by: "duty from low to high",

@@ -46,7 +46,7 @@ impl<S: Scalar> Wave<S> {
     }
 }
 
-/// What repeats with the angle: a wave, or two of other orders.
+/// Effects that repeat with the angle: a wave, or two of other orders.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Waves<S> {
     first: Wave<S>,
@@ -98,13 +98,13 @@ impl<S: Scalar> Electrical<S> {
         }
     }
 
-    /// What a warm magnet leaves of both motor constants.
+    /// Factor of a warm magnet on both motor constants.
     #[inline(always)]
     pub(crate) fn left_when_warm(&self, per_w: S, loss_w: S) -> S {
         -(per_w * loss_w) + 1.0
     }
 
-    /// Mean copper loss in W, as heat counts it, over a stretch with these means of the squared command, of the command times the speed
+    /// Mean copper loss in W, as heat counts it, over an interval with these means of the squared command, of the command times the speed
     /// and of the squared speed, at a filtered loss before it.
     pub(crate) fn mean_loss(&self, kind: CommandKind, means: [f64; 3], before_w: S) -> S {
         let [command, both, speed] = means;
@@ -138,14 +138,14 @@ impl<S: Scalar> Electrical<S> {
     }
 }
 
-/// The winding has another inductance than the file's.
+/// The winding's inductance differs from the motor file.
 pub(crate) struct Inductance;
 
 impl Effect for Inductance {
     const KIND: EffectKind = EffectKind {
         id: "inductance",
         stage: Stage::Electrical,
-        summary: "the winding's inductance is another than the file's",
+        summary: "the winding's inductance differs from the motor file",
         equation: "L di/dt = v - R i - Kb w",
         source: "lab handout, second-order model",
         excited_by: "steps, at a short sample time",

@@ -117,14 +117,14 @@ impl<S: Scalar> Mechanical<S> {
     }
 }
 
-/// Coulomb friction is another than the file's.
+/// Coulomb friction differs from the motor file.
 pub(crate) struct CoulombFriction;
 
 impl Effect for CoulombFriction {
     const KIND: EffectKind = EffectKind {
         id: "coulomb_friction",
         stage: Stage::Mechanical,
-        summary: "Coulomb friction is another than the file's",
+        summary: "Coulomb friction differs from the motor file",
         equation: "Tf sgn(w), holds the shaft up to Tf",
         source: "Coulomb; lab handout",
         excited_by: "any command",
@@ -145,14 +145,14 @@ impl Effect for CoulombFriction {
     }
 }
 
-/// Viscous friction is another than the file's.
+/// Viscous friction differs from the motor file.
 pub(crate) struct ViscousFriction;
 
 impl Effect for ViscousFriction {
     const KIND: EffectKind = EffectKind {
         id: "viscous_friction",
         stage: Stage::Mechanical,
-        summary: "viscous friction is another than the file's",
+        summary: "viscous friction differs from the motor file",
         equation: "b w",
         source: "lab handout",
         excited_by: "coasting, several levels",
@@ -203,14 +203,14 @@ impl Effect for AsymmetricViscous {
     }
 }
 
-/// The inertia is another than the file's.
+/// The inertia differs from the motor file.
 pub(crate) struct Inertia;
 
 impl Effect for Inertia {
     const KIND: EffectKind = EffectKind {
         id: "inertia",
         stage: Stage::Mechanical,
-        summary: "the inertia is another than the file's",
+        summary: "the inertia differs from the motor file",
         equation: "J dw/dt",
         source: "lab handout",
         excited_by: "steps",
@@ -309,7 +309,7 @@ impl Effect for StaticFriction {
     const KIND: EffectKind = EffectKind {
         id: "static_friction",
         stage: Stage::Mechanical,
-        summary: "friction holds more than it brakes",
+        summary: "static friction exceeds sliding friction",
         equation: "holds the shaft up to torque_nm, brakes with Tf as soon as it moves; nothing beside presliding, which never holds",
         source: "Karnopp, Computer simulation of stick-slip friction (1985)",
         excited_by: "starts from rest at low levels",
@@ -470,7 +470,7 @@ impl Effect for ConstantLoad {
     const KIND: EffectKind = EffectKind {
         id: "constant_load",
         stage: Stage::Mechanical,
-        summary: "a load torque that depends on nothing",
+        summary: "a constant load torque",
         equation: "torque_nm against positive rotation, at rest too",
         source: "a weight on a drum, a constant-force spring",
         excited_by: "both directions",

@@ -3,7 +3,7 @@
 //! `counts = floor(N (theta + e sin(theta + phi)) / 2 pi + start)`, each edge possibly lost.
 //!
 //! Where a share of the edges is lost by their rate, `x = N (..) / 2 pi` counts as the integral of `kept(|x'|) x'`; where the log holds
-//! a filtered speed, its integral is rounded. What remembers lives in `memory.rs`.
+//! a filtered speed, its integral is rounded. Sensors with memory are in `memory.rs`.
 
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
@@ -94,7 +94,7 @@ impl<S: Scalar> Sensor<S> {
         self.rate_loss.is_some() || self.filter_s.is_some()
     }
 
-    /// What the encoder reads before it rounds, in counts, when the shaft is at this angle and no edge is lost.
+    /// Encoder reading before quantization, in counts, at this angle if no edge is lost.
     #[inline(always)]
     pub(crate) fn unrounded(&self, angle_rad: S) -> S {
         let seen = match &self.eccentricity {
@@ -121,7 +121,7 @@ impl<S: Scalar> Sensor<S> {
                     if off.abs() < NEAR_RAD {
                         break;
                     }
-                    // What is read grows with the angle.
+                    // The reading grows with the angle.
                     *(if off > 0.0 { &mut high } else { &mut low }) = angle;
                     let next = angle - off / slope(S::from(angle)).value();
                     angle = if low < next && next < high {
@@ -182,14 +182,14 @@ const COMMON_RESOLUTIONS: &[f64] = &[
     1440.0, 2000.0, 2048.0, 2400.0, 4000.0, 4096.0,
 ];
 
-/// Counts a revolution, or the gear ratio, is another.
+/// Counts per revolution, or the gear ratio, differ from the motor file.
 pub(crate) struct ResolutionError;
 
 impl Effect for ResolutionError {
     const KIND: EffectKind = EffectKind {
         id: "resolution_error",
         stage: Stage::Sensor,
-        summary: "counts a revolution, or the gear ratio, is another",
+        summary: "counts per revolution, or the gear ratio, differ from the motor file",
         equation: "counts_per_rev replaces the file's",
         source: "encoders of the lab's motors",
         excited_by: "any command, with a prior on the motor constant",
@@ -217,7 +217,7 @@ impl Effect for MissedCounts {
     const KIND: EffectKind = EffectKind {
         id: "missed_counts",
         stage: Stage::Sensor,
-        summary: "edges of the encoder are lost",
+        summary: "edges of the encoder are lost at random",
         equation: "each edge lost with probability p; edges above max_rate_hz lost (0: none)",
         source: "software-decoded encoders at high edge rates",
         excited_by: "high speed, return to a mark",
@@ -258,7 +258,7 @@ impl Effect for EdgeRateLoss {
         id: "edge_rate_loss",
         stage: Stage::Sensor,
         summary: "a share of the edges is lost that grows with their rate",
-        equation: "share lost 1 - 1 / (1 + (f / rate_hz)^exponent), f the edge rate |w| N / 2 pi; no chance in it",
+        equation: "share lost 1 - 1 / (1 + (f / rate_hz)^exponent), f the edge rate |w| N / 2 pi; deterministic",
         source: "interrupt-driven decoding near its limit: 9, 41 and 87 % lost at 46, 51 and 55 thousand edges/s",
         excited_by: "top speed, return to a mark",
         confounded_with: &["quadratic_drag", "current_limit"],

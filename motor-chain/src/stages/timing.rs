@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Timing<S> {
     /// Real seconds for a second of the board's clock.
-    pub stretch: S,
+    pub clock_scale: S,
     /// Largest lateness of a sample, in s.
     pub jitter_s: S,
 }
@@ -19,7 +19,7 @@ pub(crate) struct Timing<S> {
 impl<S: Scalar> Timing<S> {
     pub(crate) fn nominal() -> Self {
         Self {
-            stretch: S::from(1.0),
+            clock_scale: S::from(1.0),
             jitter_s: S::zero(),
         }
     }
@@ -59,7 +59,7 @@ impl Effect for ClockError {
     const KIND: EffectKind = EffectKind {
         id: "clock_error",
         stage: Stage::Timing,
-        summary: "the board's clock is off",
+        summary: "the board's clock runs at a wrong rate",
         equation: "real time = t_s (1 + relative), of samples and commands",
         source: "ceramic resonators and wrong timer settings",
         excited_by: "host time stamps",
@@ -78,6 +78,6 @@ impl Effect for ClockError {
     };
 
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
-        chain.timing.stretch = values[0] + 1.0;
+        chain.timing.clock_scale = values[0] + 1.0;
     }
 }

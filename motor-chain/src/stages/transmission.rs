@@ -14,7 +14,7 @@ use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prio
 use crate::chain::Chain;
 use crate::scalar::Scalar;
 
-/// What lies between motor and load.
+/// Transmission between motor and load.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Transmission<S> {
     /// Free angle between the flanks, in rad.
@@ -92,7 +92,7 @@ impl Effect for Backlash {
     const KIND: EffectKind = EffectKind {
         id: "backlash",
         stage: Stage::Transmission,
-        summary: "the transmission has play",
+        summary: "the transmission has clearance",
         equation: "free while |theta1 - theta2| < gap_rad / 2, plastic contact at the flanks; the load starts mid-gap",
         source: "Nordin, Gutman, Automatica 2002",
         excited_by: "small reversals",
@@ -175,7 +175,7 @@ impl Effect for SlippingClutch {
     const KIND: EffectKind = EffectKind {
         id: "slipping_clutch",
         stage: Stage::Transmission,
-        summary: "the coupling slips where it would have to carry more than it can",
+        summary: "the coupling slips above its torque limit",
         equation: "motor and load move as one while |tau| <= torque_nm, else tau = torque_nm sgn(w1 - w2); nothing beside backlash or compliance",
         source: "Coulomb friction clutch (Karnopp 1985), overload clutches of small gear motors",
         excited_by: "hard starts and reversals",

@@ -2,7 +2,7 @@
 //!
 //! `y' = A y + n(t)` has the solution `y(h) = E y + h phi1 n` for a constant `n`, and with
 //! `phi0(z) = e^z, phi_k(z) = int_0^1 e^((1-s) z) s^(k-1) / (k-1)! ds` terms in `phi2`, `phi3` for an `n` that changes.
-//! The series is summed at a step so short that it converges at once; each longer rung follows by doubling:
+//! The series is summed at a step so short that it converges at once; each longer step follows by doubling:
 //!
 //! ```text
 //! e^(2z)   = e^z e^z
@@ -13,7 +13,7 @@
 
 use crate::scalar::Scalar;
 
-/// Rungs below the longest step: events are located to within `H / 2^FINEST`.
+/// Steps below the longest step: events are located to within `H / 2^FINEST`.
 pub(crate) const FINEST: usize = 10;
 
 /// A square matrix.
@@ -21,7 +21,7 @@ pub(crate) type Matrix<S, const N: usize> = [[S; N]; N];
 
 /// The linear part over one step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Rung<S, const N: usize> {
+pub(crate) struct StepMatrices<S, const N: usize> {
     /// `e^(A h)`.
     pub e: Matrix<S, N>,
     /// `h phi1(A h)`.
@@ -97,7 +97,7 @@ fn plus_identity<S: Scalar, const N: usize>(mut a: Matrix<S, N>, factor: f64) ->
     a
 }
 
-impl<S: Scalar, const N: usize> Rung<S, N> {
+impl<S: Scalar, const N: usize> StepMatrices<S, N> {
     /// By the series, for a step with `|A h|` well below 1.
     fn by_series(a: &Matrix<S, N>, step_s: f64) -> Self {
         let z = scaled(*a, step_s);
@@ -140,18 +140,18 @@ impl<S: Scalar, const N: usize> Rung<S, N> {
     }
 }
 
-/// Every rung from `H` (number 0) to `H / 2^(FINEST + 1)`.
+/// The matrices of every step from `H` (number 0) to `H / 2^(FINEST + 1)`.
 #[derive(Debug, Clone)]
-pub(crate) struct Ladder<S, const N: usize> {
+pub(crate) struct StepTable<S, const N: usize> {
     /// `A` itself.
     pub a: Matrix<S, N>,
     /// Whether it is of affine equations.
     pub is_affine: bool,
     /// Shortest step first.
-    rungs: Vec<Rung<S, N>>,
+    steps: Vec<StepMatrices<S, N>>,
 }
 
-impl<S: Scalar, const N: usize> Ladder<S, N> {
+impl<S: Scalar, const N: usize> StepTable<S, N> {
     /// For equations that are affine or not: those that are need `e^(A h)` and `h phi1` alone, the others are not made.
     pub(crate) fn new(a: &Matrix<S, N>, longest_s: f64, is_affine: bool) -> Self {
         let norm = a
@@ -160,26 +160,26 @@ impl<S: Scalar, const N: usize> Ladder<S, N> {
             .fold(0.0, f64::max);
         let finest_s = longest_s / f64::from(1_u32 << (FINEST + 1));
         let extra = (norm * finest_s / 0.05).log2().ceil().clamp(0.0, 60.0) as i32;
-        let mut rung = Rung::by_series(a, finest_s * 0.5_f64.powi(extra));
+        let mut matrices = StepMatrices::by_series(a, finest_s * 0.5_f64.powi(extra));
         for _ in 0..extra {
-            rung = rung.doubled(!is_affine);
+            matrices = matrices.doubled(!is_affine);
         }
-        let mut rungs = Vec::with_capacity(FINEST + 2);
-        rungs.push(rung);
+        let mut steps = Vec::with_capacity(FINEST + 2);
+        steps.push(matrices);
         for l in 0..=FINEST {
-            rungs.push(rungs[l].doubled(!is_affine));
+            steps.push(steps[l].doubled(!is_affine));
         }
         Self {
             a: *a,
             is_affine,
-            rungs,
+            steps,
         }
     }
 
-    /// The rung of step `H / 2^l`.
+    /// The matrices of step `H / 2^l`.
     #[inline(always)]
-    pub(crate) fn rung(&self, l: usize) -> &Rung<S, N> {
-        &self.rungs[FINEST + 1 - l]
+    pub(crate) fn matrices(&self, l: usize) -> &StepMatrices<S, N> {
+        &self.steps[FINEST + 1 - l]
     }
 }
 
@@ -188,25 +188,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_rung_is_the_exponential_and_its_integrals() {
-        // y' = -1000 y + n: e^-z, (1 - e^-z)/z, ... at h = 0.003 and three rungs down, also when stiff
+    fn step_matrices_are_the_exponential_and_its_integrals() {
+        // y' = -1000 y + n: e^-z, (1 - e^-z)/z, ... at h = 0.003 and three halvings down, also when stiff
         for rate in [1.0, 1000.0, 3e6] {
-            let ladder = Ladder::new(&[[-rate]], 0.003, false);
+            let step_table = StepTable::new(&[[-rate]], 0.003, false);
             for l in [0_usize, 3, FINEST + 1] {
                 let h = 0.003 / f64::from(1_u32 << l);
                 let z: f64 = -rate * h;
-                let rung = ladder.rung(l);
+                let matrices = step_table.matrices(l);
                 let p1 = if z.abs() < 1e-3 {
                     1.0 + z / 2.0 + z * z / 6.0
                 } else {
                     z.exp_m1() / z
                 };
-                assert!((rung.e[0][0] - z.exp()).abs() < 1e-12);
-                assert!((rung.p1[0][0] / h - p1).abs() < 1e-9);
+                assert!((matrices.e[0][0] - z.exp()).abs() < 1e-12);
+                assert!((matrices.p1[0][0] / h - p1).abs() < 1e-9);
                 if z.abs() > 1.0 {
                     let p2 = (p1 - 1.0) / z;
-                    assert!((rung.p2[0][0] / h - p2).abs() < 1e-12);
-                    assert!((rung.p3[0][0] / h - (p2 - 0.5) / z).abs() < 1e-12);
+                    assert!((matrices.p2[0][0] / h - p2).abs() < 1e-12);
+                    assert!((matrices.p3[0][0] / h - (p2 - 0.5) / z).abs() < 1e-12);
                 }
             }
         }

@@ -19,13 +19,13 @@ pub(crate) type End<'a, S, const N: usize> = (&'a [S; N], &'a [S; N]);
 
 /// A place inside a step.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Inside {
+pub(crate) struct DenseOutput {
     /// Share of the step.
     x: f64,
     span_s: f64,
 }
 
-impl Inside {
+impl DenseOutput {
     /// At a share `x` of a step of `span_s`.
     #[inline(always)]
     pub(crate) fn at(x: f64, span_s: f64) -> Self {
@@ -107,13 +107,13 @@ impl Inside {
     }
 }
 
-/// What a sample finds, of which only what is asked for is worked out.
+/// State at a sample; each quantity is computed on demand.
 #[derive(Debug)]
 pub(crate) enum Sample<'a, S, const N: usize> {
     /// The end of a step.
     At(&'a [S; N]),
     /// A place between two ends.
-    Inside(Inside, End<'a, S, N>, End<'a, S, N>),
+    DenseOutput(DenseOutput, End<'a, S, N>, End<'a, S, N>),
     /// A place that parameters move.
     Moved([S; N]),
 }
@@ -124,7 +124,7 @@ impl<S: Scalar, const N: usize> Sample<'_, S, N> {
     pub(crate) fn state(&self) -> [S; N] {
         match self {
             Self::At(y) => **y,
-            Self::Inside(place, start, end) => place.state(*start, *end),
+            Self::DenseOutput(place, start, end) => place.state(*start, *end),
             Self::Moved(y) => *y,
         }
     }
@@ -134,7 +134,7 @@ impl<S: Scalar, const N: usize> Sample<'_, S, N> {
     pub(crate) fn angle(&self, k: usize) -> S {
         match self {
             Self::At(y) => y[k],
-            Self::Inside(place, start, end) => place.angle(k, *start, *end),
+            Self::DenseOutput(place, start, end) => place.angle(k, *start, *end),
             Self::Moved(y) => y[k],
         }
     }
@@ -144,7 +144,7 @@ impl<S: Scalar, const N: usize> Sample<'_, S, N> {
     pub(crate) fn speed(&self, k: usize) -> S {
         match self {
             Self::At(y) => y[k + 1],
-            Self::Inside(place, start, end) => place.other(k + 1, *start, *end),
+            Self::DenseOutput(place, start, end) => place.other(k + 1, *start, *end),
             Self::Moved(y) => y[k + 1],
         }
     }
@@ -175,7 +175,7 @@ mod tests {
         for x in [0.0, 0.001, 0.3, 0.77, 1.0] {
             let by_s = Dual { v: 0.0, d: [1.0] };
             let t = x * span_s;
-            let found = Inside::at(x, span_s).moved((&y0, &rate0), (&y1, &rate1), by_s);
+            let found = DenseOutput::at(x, span_s).moved((&y0, &rate0), (&y1, &rate1), by_s);
             let expected = [(angle(t), speed(t)), (speed(t), acceleration(t))];
             for (found, (value, slope)) in found.iter().zip(expected) {
                 assert!((found.v - value).abs() < 1e-12, "{x}: {found:?}");

@@ -1,12 +1,12 @@
-//! What a mode can end with: guards, positive while it holds, and the torques they are made of.
+//! Events that end a mode: event_functions, positive while it holds, and the torques they are made of.
 
 use crate::CommandKind;
 use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
 use crate::scalar::Scalar;
 
-/// What a mode can end with.
+/// Events that end a mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Guard {
+pub(crate) enum EventFunction {
     CurrentZero,
     Unblock,
     Limit,
@@ -28,11 +28,11 @@ pub(crate) enum Guard {
     BreakJoint,
 }
 
-/// The guards of a mode with their values, `None` beyond the last.
-pub(crate) type Guards<S> = [Option<(Guard, S)>; MOST_GUARDS];
+/// The event_functions of a mode with their values, `None` beyond the last.
+pub(crate) type EventFunctions<S> = [Option<(EventFunction, S)>; MOST_EVENTS];
 
-/// Most guards that a mode has.
-const MOST_GUARDS: usize = 8;
+/// Most event_functions that a mode has.
+const MOST_EVENTS: usize = 8;
 
 /// By how much of its level a load must exceed static friction to break away. A body that creeps into its equilibrium
 /// comes to rest exactly on the level, where rounding alone would make it stick and slip for ever.
@@ -46,7 +46,7 @@ fn max<S: Scalar>(a: S, b: S) -> S {
     if b.value() > a.value() { b } else { a }
 }
 
-/// What holds a limit of the torque between two sides at rest: a side's friction, or what a flank or a clutch can carry.
+/// Torque limit between two sides at rest: a side's friction, or what a flank or a clutch can carry.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Holder {
     Motor,
@@ -55,73 +55,82 @@ pub(crate) enum Holder {
 }
 
 impl<S: Scalar> Machine<S> {
-    /// The guards of the mode in force.
+    /// The event_functions of the mode in force.
     #[inline(never)]
-    pub(crate) fn guards(&self, m: &Mode<S>, y: &[S]) -> Guards<S> {
-        let (mut guards, mut len) = ([None; MOST_GUARDS], 0);
-        self.each_guard(m, y, &mut |guard, value| {
-            guards[len] = Some((guard, value));
+    pub(crate) fn event_functions(&self, m: &Mode<S>, y: &[S]) -> EventFunctions<S> {
+        let (mut event_functions, mut len) = ([None; MOST_EVENTS], 0);
+        self.each_event_function(m, y, &mut |event_function, value| {
+            event_functions[len] = Some((event_function, value));
             len += 1;
         });
-        guards
+        event_functions
     }
 
-    /// Whether every guard is positive: the derivatives are not asked for, and not computed.
+    /// Whether every event_function is positive: the derivatives are not asked for, and not computed.
     #[inline(never)]
     pub(crate) fn holds(&self, m: &Mode<S>, y: &[S]) -> bool {
         let mut holds = true;
-        self.each_guard(m, y, &mut |_, value| holds &= value.value() >= 0.0);
+        self.each_event_function(m, y, &mut |_, value| holds &= value.value() >= 0.0);
         holds
     }
 
-    /// Whether a guard is negative in `next`, and more so than in `y`.
+    /// Whether a event_function is negative in `next`, and more so than in `y`.
     #[cold]
     #[inline(never)]
     pub(crate) fn falls(&self, m: &Mode<S>, y: &[S], next: &[S]) -> bool {
-        let (now, then) = (self.guards(m, y), self.guards(m, next));
+        let (now, then) = (self.event_functions(m, y), self.event_functions(m, next));
         now.into_iter().zip(then).any(|pair| match pair {
             (Some((_, now)), Some((_, then))) => then.value() < 0.0 && then.value() < now.value(),
             _ => false,
         })
     }
 
-    /// Shows each guard of the mode in force to `see`.
+    /// Shows each event_function of the mode in force to `see`.
     #[inline(always)]
-    fn each_guard(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(Guard, S)) {
-        self.current_guards(m, y, see);
+    fn each_event_function(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(EventFunction, S)) {
+        self.current_event_functions(m, y, see);
         if y.len() <= ONE_BODY {
             if self.frictionless && !self.presliding() {
                 return;
             }
-            self.side_guard(m, 0, y[W1], || self.sum_of_torques(m, y), y, see);
+            self.side_event_function(m, 0, y[W1], || self.sum_of_torques(m, y), y, see);
         } else if self.joined(m) {
             if m.slip[0] != 0.0 {
-                see(Guard::StopJoint, y[W1] * m.slip[0]);
+                see(EventFunction::StopJoint, y[W1] * m.slip[0]);
                 let carried = self.flank_torque(m, y);
                 match self.chain.transmission.clutch_nm {
-                    Some(most) => see(Guard::Give, most - carried.abs()),
-                    None => see(Guard::Part, carried * m.contact.sign()),
+                    Some(most) => see(EventFunction::Give, most - carried.abs()),
+                    None => see(EventFunction::Part, carried * m.contact.sign()),
                 }
             } else {
                 let (low, high) = self.stuck_flank_range(m, y);
-                see(Guard::BreakJoint, high.0 - low.0);
+                see(EventFunction::BreakJoint, high.0 - low.0);
             }
         } else {
             if let Some(gap) = self.chain.transmission.gap_rad {
-                self.play_guards(m, gap, y, see);
+                self.play_event_functions(m, gap, y, see);
             } else if m.contact.slips() != 0.0 {
-                see(Guard::Grip, (y[W1] - y[y.len() - 1]) * m.contact.slips());
+                see(
+                    EventFunction::Grip,
+                    (y[W1] - y[y.len() - 1]) * m.contact.slips(),
+                );
             }
-            self.side_guard(m, 0, y[W1], || self.torques(m, y).0, y, see);
-            self.side_guard(m, 1, y[y.len() - 1], || self.torques(m, y).1, y, see);
+            self.side_event_function(m, 0, y[W1], || self.torques(m, y).0, y, see);
+            self.side_event_function(m, 1, y[y.len() - 1], || self.torques(m, y).1, y, see);
         }
     }
 
     #[inline(always)]
-    fn play_guards(&self, m: &Mode<S>, gap: S, y: &[S], see: &mut impl FnMut(Guard, S)) {
+    fn play_event_functions(
+        &self,
+        m: &Mode<S>,
+        gap: S,
+        y: &[S],
+        see: &mut impl FnMut(EventFunction, S),
+    ) {
         if m.contact.sign() != 0.0 {
             let push = self.spring_torque(m.contact, y) * m.contact.sign();
-            see(Guard::Part, push);
+            see(EventFunction::Part, push);
             return;
         }
         let apart = y[TH1] - y[y.len() - 2];
@@ -131,12 +140,17 @@ impl<S: Scalar> Machine<S> {
             upper = max(upper, -self.spring_torque(Contact::Upper, y));
             lower = max(lower, self.spring_torque(Contact::Lower, y));
         }
-        see(Guard::TouchUpper, upper);
-        see(Guard::TouchLower, lower);
+        see(EventFunction::TouchUpper, upper);
+        see(EventFunction::TouchLower, lower);
     }
 
     #[inline(always)]
-    fn current_guards(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(Guard, S)) {
+    fn current_event_functions(
+        &self,
+        m: &Mode<S>,
+        y: &[S],
+        see: &mut impl FnMut(EventFunction, S),
+    ) {
         if self.chain.kind == CommandKind::Voltage {
             let driver = &self.chain.driver;
             match m.flow {
@@ -147,18 +161,18 @@ impl<S: Scalar> Machine<S> {
                         } else {
                             self.excess(y) * m.flow_sign - driver.drop(m.flow_sign)
                         };
-                        see(Guard::CurrentZero, through);
+                        see(EventFunction::CurrentZero, through);
                     }
                     if let Some(limit) = driver.limit_a {
-                        see(Guard::Limit, limit - self.current(m, y).abs());
+                        see(EventFunction::Limit, limit - self.current(m, y).abs());
                     }
                 }
                 Flow::Blocked => {
                     let excess = self.excess(y);
                     let slack = min(driver.drop(1.0) - excess, driver.drop(-1.0) + excess);
-                    see(Guard::Unblock, slack);
+                    see(EventFunction::Unblock, slack);
                 }
-                Flow::Held => see(Guard::Unlimit, self.pull(m, y)),
+                Flow::Held => see(EventFunction::Unlimit, self.pull(m, y)),
                 Flow::Open => {}
             }
         }
@@ -166,26 +180,32 @@ impl<S: Scalar> Machine<S> {
             && m.flow == Flow::Free
             && (m.slip[0] != 0.0 || m.slip[1] != 0.0)
         {
-            see(Guard::TorqueZero, self.current(m, y) * m.torque_sign);
+            see(
+                EventFunction::TorqueZero,
+                self.current(m, y) * m.torque_sign,
+            );
         }
     }
 
     #[inline(always)]
-    fn side_guard(
+    fn side_event_function(
         &self,
         m: &Mode<S>,
         side: usize,
         speed: S,
         net: impl Fn() -> S,
         y: &[S],
-        see: &mut impl FnMut(Guard, S),
+        see: &mut impl FnMut(EventFunction, S),
     ) {
         if m.slip[side] != 0.0 {
-            see(Guard::Stop(side), speed * m.slip[side]);
+            see(EventFunction::Stop(side), speed * m.slip[side]);
         } else {
             let (net, (up, down)) = (net(), self.levels(m, side, y));
             let slack = (up + down) * BREAKAWAY_SLACK;
-            see(Guard::Break(side), min(up - net, down + net) + slack);
+            see(
+                EventFunction::Break(side),
+                min(up - net, down + net) + slack,
+            );
         }
     }
 

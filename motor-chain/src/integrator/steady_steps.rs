@@ -1,20 +1,20 @@
 //! Whole steps in one mode, many in a row: what a run does nearly all the time.
 //!
 //! Where the equations are affine and nothing has happened for a while, every step is the longest one and the command's
-//! part of it is the same, `y <- E y + P n`. This loop takes such steps as long as every guard stays positive and leaves
+//! part of it is the same, `y <- E y + P n`. This loop takes such steps as long as every event_function stays positive and leaves
 //! the one at whose end something has happened to [`Engine::step`]. It computes exactly what that would have, bit by bit,
 //! without asking at every step how long it may be, what to return to and which mode is in force. Samples that a clock took
-//! between the ends of steps are read off inside them (`inside.rs`).
+//! between the ends of steps are read off inside them (`dense_output.rs`).
 
+use crate::integrator::dense_output::{DenseOutput, Sample};
 use crate::integrator::dynamics::{Machine, Mode, ONE_BODY, W1};
 use crate::integrator::engine::{EndRate, Engine, TICKS};
-use crate::integrator::guards::Guard;
-use crate::integrator::inside::{Inside, Sample};
-use crate::integrator::ladder::add;
+use crate::integrator::event_functions::EventFunction;
 use crate::integrator::propagate::{advance, linear};
+use crate::integrator::step_table::add;
 use crate::scalar::Scalar;
 
-/// What ends a mode.
+/// Events that end a mode.
 enum Watch {
     /// Nothing.
     Nothing,
@@ -22,15 +22,15 @@ enum Watch {
     Speed { direction: f64 },
     /// Breakaway, of a rigid motor at rest.
     Rest,
-    /// Whatever the guards say.
-    Guards,
+    /// Whatever the event_functions say.
+    EventFunctions,
 }
 
 impl<S: Scalar, const N: usize> Engine<S, N> {
     /// Takes up to `most` samples, `longest_steps` of the longest step apart, and gives each state to `emit` with its
     /// number; returns how many were taken before something happened or steps had to be shorter.
     #[inline]
-    pub(crate) fn cruise(
+    pub(crate) fn steady_steps(
         &mut self,
         longest_steps: u64,
         most: usize,
@@ -42,21 +42,25 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let steps_per_sample = longest_steps << self.allowed;
         let holds = |machine: &Machine<S>, m: &Mode<S>, y: &[S; N]| machine.holds(m, y);
         match self.watch() {
-            Watch::Nothing => self.stroll(steps_per_sample, most, |_, _, _| true, false, &mut emit),
+            Watch::Nothing => {
+                self.repeat_steps(steps_per_sample, most, |_, _, _| true, false, &mut emit)
+            }
             Watch::Speed { direction } => {
                 let slips =
                     |_: &Machine<S>, _: &Mode<S>, y: &[S; N]| y[W1].value() * direction >= 0.0;
-                self.stroll(steps_per_sample, most, slips, false, &mut emit)
+                self.repeat_steps(steps_per_sample, most, slips, false, &mut emit)
             }
-            Watch::Rest => self.stroll(steps_per_sample, most, holds, true, &mut emit),
-            Watch::Guards => self.stroll(steps_per_sample, most, holds, false, &mut emit),
+            Watch::Rest => self.repeat_steps(steps_per_sample, most, holds, true, &mut emit),
+            Watch::EventFunctions => {
+                self.repeat_steps(steps_per_sample, most, holds, false, &mut emit)
+            }
         }
     }
 
     /// The same for samples anywhere between the ends of steps: number `n` is `at(n)`, in ticks and the rest, none when there
     /// are no more or the command is about to change. Their times do not depend on parameters.
     #[inline]
-    pub(crate) fn cruise_between(
+    pub(crate) fn steady_steps_between(
         &mut self,
         at: impl Fn(usize) -> Option<(u64, f64)>,
         mut emit: impl FnMut(usize, &Self, &Sample<'_, S, N>),
@@ -74,23 +78,23 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         !matches!(N, 4 | 6) && steady && self.now.is_multiple_of(TICKS)
     }
 
-    /// Which guards there are to watch in the mode in force.
+    /// Which event_functions there are to watch in the mode in force.
     fn watch(&self) -> Watch {
-        let guards = self.machine.guards(&self.mode, &self.y);
-        match (guards[0], guards[1]) {
+        let event_functions = self.machine.event_functions(&self.mode, &self.y);
+        match (event_functions[0], event_functions[1]) {
             (None, _) => Watch::Nothing,
-            (Some((Guard::Stop(0), _)), None) if N <= ONE_BODY => Watch::Speed {
+            (Some((EventFunction::Stop(0), _)), None) if N <= ONE_BODY => Watch::Speed {
                 direction: self.mode.slip[0],
             },
-            (Some((Guard::Break(0), _)), None) if N <= ONE_BODY => Watch::Rest,
-            _ => Watch::Guards,
+            (Some((EventFunction::Break(0), _)), None) if N <= ONE_BODY => Watch::Rest,
+            _ => Watch::EventFunctions,
         }
     }
 
     /// The loop, for one way to see whether the mode still `holds`. A state that is its own successor (`may_rest`)
     /// stays.
     #[inline(always)]
-    fn stroll(
+    fn repeat_steps(
         &mut self,
         steps_per_sample: u64,
         most: usize,
@@ -98,14 +102,14 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         may_rest: bool,
         emit: &mut impl FnMut(usize, &Self, &[S; N]),
     ) -> usize {
-        let rung = *self.ladders.in_force().rung(self.allowed);
+        let matrices = *self.step_tables.in_force().matrices(self.allowed);
         let forced = *self.forced(self.allowed);
         let mut y = self.y;
         let (mut samples, mut steps, mut at_rest) = (0, 0, false);
         'samples: while samples < most {
             if !at_rest {
                 for _ in 0..steps_per_sample {
-                    let next = add(advance(&rung.e, &y), &forced);
+                    let next = add(advance(&matrices.e, &y), &forced);
                     if !holds(&self.machine, &self.mode, &next) {
                         break 'samples;
                     }
@@ -133,8 +137,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         watch: Watch,
         emit: &mut impl FnMut(usize, &Self, &Sample<'_, S, N>),
     ) -> usize {
-        let rung = *self.ladders.in_force().rung(self.allowed);
-        let a = self.ladders.in_force().a;
+        let matrices = *self.step_tables.in_force().matrices(self.allowed);
+        let a = self.step_tables.in_force().a;
         let forced = *self.forced(self.allowed);
         let constant = self.constant;
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);
@@ -149,11 +153,11 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 break;
             }
             while now < tick || (now == tick && rest > 0.0) {
-                let next = add(advance(&rung.e, &ends[last].0), &forced);
+                let next = add(advance(&matrices.e, &ends[last].0), &forced);
                 let holds = match watch {
                     Watch::Nothing => true,
                     Watch::Speed { direction } => next[W1].value() * direction >= 0.0,
-                    Watch::Rest | Watch::Guards => self.machine.holds(&self.mode, &next),
+                    Watch::Rest | Watch::EventFunctions => self.machine.holds(&self.mode, &next),
                 };
                 if !holds {
                     break 'samples;
@@ -164,9 +168,9 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 steps += 1;
             }
             let place = (tick + step - now) as f64 + rest;
-            let place = Inside::at(place / step as f64, span_s);
+            let place = DenseOutput::at(place / step as f64, span_s);
             let ((y0, rate0), (y1, rate1)) = (&ends[1 - last], &ends[last]);
-            let sample = Sample::Inside(place, (y0, rate0), (y1, rate1));
+            let sample = Sample::DenseOutput(place, (y0, rate0), (y1, rate1));
             emit(samples, self, &sample);
             samples += 1;
         }
@@ -178,7 +182,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             self.end_rate = Some(EndRate {
                 now,
                 rate: ends[last].1,
-                bent: [S::zero(); N],
+                curved: [S::zero(); N],
             });
             self.steps += steps;
         }
@@ -208,7 +212,8 @@ mod tests {
                 states.push(y.map(f64::to_bits));
                 if cruising {
                     let left = (90 - k) as usize;
-                    let taken = engine.cruise(2, left, |_, _, y| states.push(y.map(f64::to_bits)));
+                    let taken =
+                        engine.steady_steps(2, left, |_, _, y| states.push(y.map(f64::to_bits)));
                     k += taken as u64;
                 }
             }
@@ -263,7 +268,8 @@ mod tests {
                 k += 1;
                 if cruising {
                     let at = |n: usize| place(k + n);
-                    k += engine.cruise_between(at, |_, _, sample| angles.push(sample.angle(0)));
+                    k += engine
+                        .steady_steps_between(at, |_, _, sample| angles.push(sample.angle(0)));
                 }
             }
         }

@@ -1,0 +1,155 @@
+//! StepTables that were made, kept from mode to mode and from machine to machine.
+//!
+//! A [`StepTable`] hangs on a matrix, on whether the equations are affine, and on the longest step. Within one machine a [`Key`] of the
+//! mode tells which one it is. The next machine's modes have the same matrices where it differs in what a matrix does not hold, as the
+//! segments of a cut recording do, each simulated by itself: then they serve again.
+
+use crate::integrator::dynamics::Flow;
+use crate::integrator::step_table::{Matrix, StepTable};
+use crate::scalar::Scalar;
+
+/// Most step_tables kept; beyond, the oldest go.
+const MOST: usize = 24;
+
+/// Dependencies of the matrices of one machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Key {
+    pub flow: Flow,
+    pub touching: bool,
+    pub sticks: [bool; 2],
+    /// Sign of the torque and both directions of slip, where a matrix depends on them.
+    pub directions: [f64; 3],
+    pub added_resistance: f64,
+}
+
+/// A step_table, and the key under which the machine in force knows it.
+#[derive(Debug, Clone)]
+struct Known<S, const N: usize> {
+    key: Option<Key>,
+    step_table: StepTable<S, N>,
+}
+
+/// StepTables for one longest step, and the one in force.
+#[derive(Debug, Clone)]
+pub(crate) struct StepTables<S, const N: usize> {
+    longest_s: f64,
+    /// Those made or taken over last stand last; without a key those of machines before.
+    known: Vec<Known<S, N>>,
+    at: usize,
+}
+
+impl<S: Scalar, const N: usize> StepTables<S, N> {
+    /// None yet, for steps of this length and shorter ones.
+    pub fn new(longest_s: f64) -> Self {
+        Self {
+            longest_s,
+            known: Vec::with_capacity(MOST),
+            at: 0,
+        }
+    }
+
+    /// For another machine.
+    pub fn restart(&mut self, longest_s: f64) {
+        if self.longest_s != longest_s {
+            self.known.clear();
+            self.longest_s = longest_s;
+        }
+        for known in &mut self.known {
+            known.key = None;
+        }
+    }
+
+    /// Takes up the step_table under this key, of equations that are affine or not; `matrix` is asked for where the machine has not had it.
+    pub fn take_up(&mut self, key: Key, is_affine: bool, matrix: impl FnOnce() -> Matrix<S, N>) {
+        if let Some(at) = self.known.iter().position(|known| known.key == Some(key)) {
+            self.at = at;
+            return;
+        }
+        let a = matrix();
+        let serves = |known: &Known<S, N>| {
+            known.key.is_none()
+                && known.step_table.is_affine == is_affine
+                && known.step_table.a == a
+        };
+        let step_table = match self.known.iter().position(serves) {
+            Some(place) => self.known.remove(place).step_table,
+            None => StepTable::new(&a, self.longest_s, is_affine),
+        };
+        if self.known.len() == MOST {
+            self.known.remove(0);
+        }
+        let key = Some(key);
+        self.known.push(Known { key, step_table });
+        self.at = self.known.len() - 1;
+    }
+
+    /// The one in force.
+    #[inline(always)]
+    pub fn in_force(&self) -> &StepTable<S, N> {
+        &self.known[self.at].step_table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(added_resistance: f64) -> Key {
+        Key {
+            flow: Flow::Free,
+            touching: true,
+            sticks: [false; 2],
+            directions: [0.0; 3],
+            added_resistance,
+        }
+    }
+
+    #[test]
+    fn a_machine_takes_over_step_tables_of_the_same_matrices_and_steps_and_no_others() {
+        let mut step_tables = StepTables::<f64, 1>::new(0.003);
+        let mut made = Vec::new();
+        let mut take_up =
+            |step_tables: &mut StepTables<f64, 1>, r: f64, rate: f64, is_affine: bool| {
+                step_tables.take_up(key(r), is_affine, || [[-rate]]);
+                let step_table = step_tables.in_force();
+                assert_eq!(step_table.a, [[-rate]]);
+                let place: *const _ = step_table.matrices(0);
+                let is_new = !made.contains(&place);
+                made.push(place);
+                is_new
+            };
+        assert!(take_up(&mut step_tables, 0.0, 5.0, true));
+        assert!(take_up(&mut step_tables, 1.0, 7.0, true));
+        assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
+        // The same numbers under other keys.
+        step_tables.restart(0.003);
+        assert!(!take_up(&mut step_tables, 0.5, 7.0, true));
+        assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
+        assert!(take_up(&mut step_tables, 2.0, 5.0, false));
+        assert_eq!(step_tables.known.len(), 3);
+        // The same key with different values, and different steps.
+        step_tables.restart(0.003);
+        assert!(take_up(&mut step_tables, 0.0, 6.0, true));
+        step_tables.restart(0.03);
+        assert!(step_tables.known.is_empty());
+        step_tables.take_up(key(0.0), true, || [[-6.0]]);
+        let e = step_tables.in_force().matrices(0).e[0][0];
+        assert!((e - (-0.18_f64).exp()).abs() < 1e-12, "{e}");
+    }
+
+    #[test]
+    fn the_oldest_go_first() {
+        let mut step_tables = StepTables::<f64, 1>::new(0.003);
+        for k in 0..=MOST {
+            step_tables.take_up(key(k as f64), true, || [[-1.0 - k as f64]]);
+        }
+        assert_eq!(step_tables.known.len(), MOST);
+        assert!(
+            step_tables
+                .known
+                .iter()
+                .all(|known| known.step_table.a != [[-1.0]])
+        );
+        assert_eq!(step_tables.in_force().a, [[-1.0 - MOST as f64]]);
+    }
+}
