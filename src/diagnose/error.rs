@@ -1,15 +1,12 @@
 //! Why runs cannot be diagnosed, and the looks that find it out before anything is fitted.
 
+use super::settings::conventions::{MOST_APART_S, PAUSE};
 use crate::motor::{CommandKind, SimulationError};
 use crate::plain::shown;
 use crate::recording::Run;
 
 /// Fewest samples of a run: five for a gain, a time constant, a start and an end.
 const LEAST_SAMPLES: usize = crate::check::FEWEST_SAMPLES;
-/// Longest mean sample interval in s: tables of steady speeds have a row a second.
-const MOST_APART_S: f64 = 3.0;
-/// A sample interval of so many medians is a pause.
-const PAUSE: f64 = 10.0;
 
 /// Why runs cannot be diagnosed.
 #[derive(Debug, thiserror::Error)]

@@ -4,7 +4,7 @@ use super::fit::Fit;
 use super::intervals::{covariance, interval_of};
 use super::model::Base;
 use super::report::{Identifiable, KnownTorque, NominalSource};
-use super::segments::{Segments, time_constant_s};
+use super::segments::{Segments, drag};
 use crate::motor::{CommandKind, Parameters};
 
 /// Speed per unit of the command, time constant, friction in units of the command, L/R, with intervals.
@@ -26,27 +26,14 @@ pub(crate) fn identifiable(
         CommandKind::Current => ("rad/s/A", "A"),
         CommandKind::Torque => ("rad/s/(N m)", "N m"),
     };
-    let back_emf = |p: &Parameters| match base.kind {
-        CommandKind::Voltage => p.back_emf_v_s_per_rad,
-        _ => 0.0,
-    };
-    let per_speed = move |p: &Parameters| back_emf(p) + p.viscous_friction_nm_s_per_rad * per_nm(p);
-    let tau_unit = |x: &[f64]| {
-        let motor = fit.model.motor(x);
-        match base.kind {
-            CommandKind::Voltage => time_constant_s(&motor),
-            _ => {
-                let p = &motor.parameters;
-                p.inertia_kg_m2 / p.viscous_friction_nm_s_per_rad.max(f64::MIN_POSITIVE)
-            }
-        }
-    };
+    let drag = |p: &Parameters| drag(p, base.kind);
+    let least = f64::MIN_POSITIVE;
     let electrical = |p: &Parameters| p.inductance_h / p.resistance_ohm;
     let has_torque = base.torque_identifiable || source == NominalSource::Given;
     let motor = fit.model.motor(&fit.x);
     Identifiable {
-        speed_per_volt: of(speed_unit, &|p| 1.0 / per_speed(p).max(f64::MIN_POSITIVE)),
-        time_constant_s: interval_of(fit, &covariance, "s", tau_unit),
+        speed_per_volt: of(speed_unit, &|p| 1.0 / (drag(p) * per_nm(p)).max(least)),
+        time_constant_s: of("s", &|p| p.inertia_kg_m2 / drag(p).max(least)),
         friction_v: of(command_unit, &|p| p.coulomb_friction_nm * per_nm(p)),
         electrical_time_constant_s: (base.kind == CommandKind::Voltage)
             .then(|| of("s", &electrical)),

@@ -3,15 +3,13 @@
 use nalgebra::DMatrix;
 
 use super::fit::Fit;
-use super::model::{Base, Parameter, dot, predict};
+use super::model::{Base, Parameter, corrected_residual, dot};
 use super::report::Interval;
 use super::score::{effective_observations, scale_free};
 use super::segments::Segments;
+use super::settings::{conventions::WITHIN_95, solver};
 use crate::motor::catalogue::kind;
 use crate::motor::fit::ParameterId;
-
-/// Half width of a 95 % interval in standard deviations.
-const WITHIN_95: f64 = 1.96;
 
 /// A fit's posterior covariance.
 pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix<f64> {
@@ -20,7 +18,7 @@ pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix
     let n = hessian.nrows();
     let ridged = || {
         let mut ridged = hessian.clone();
-        (0..n).for_each(|k| ridged[(k, k)] *= 1.0 + 1e-9);
+        (0..n).for_each(|k| ridged[(k, k)] *= 1.0 + solver::LAST_DIGITS);
         ridged.try_inverse()
     };
     (hessian.clone().try_inverse())
@@ -71,19 +69,16 @@ fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64)
     let is_beyond = |at: f64| {
         let mut x = fit.x.clone();
         x[k] = at;
-        let Some(predicted) = predict(segments, &fit.model.motor(&x)) else {
-            return true;
-        };
-        let mut residual = segments.residual(&predicted);
-        segments.correct(&mut residual);
-        let rise = 0.5 * n_eff * (dot(&residual, &residual) / least.max(f64::MIN_POSITIVE)).ln();
-        rise > 0.5 * WITHIN_95 * WITHIN_95
+        corrected_residual(segments, &fit.model.motor(&x)).is_none_or(|residual| {
+            let risen = dot(&residual, &residual) / least.max(f64::MIN_POSITIVE);
+            n_eff * risen.ln() > WITHIN_95 * WITHIN_95
+        })
     };
     let from = fit.x[k];
     let at = |share: f64| from + share * (limit - from);
     let (mut inside, mut beyond) = (0.0, 1.0);
     // From a thousandth of the range outwards, then between the last two.
-    let mut share = 1e-3;
+    let mut share = solver::PROFILE_FIRST;
     while share < 1.0 {
         if is_beyond(at(share)) {
             beyond = share;
@@ -92,7 +87,7 @@ fn profile_end(segments: &Segments, fit: &Fit, k: usize, limit: f64, n_eff: f64)
         inside = share;
         share *= 2.0;
     }
-    for _ in 0..8 {
+    for _ in 0..solver::BISECTIONS {
         let middle = 0.5 * (inside + beyond);
         if is_beyond(at(middle)) {
             beyond = middle;
@@ -125,8 +120,6 @@ pub(crate) fn interval_of(
     unit: &'static str,
     of: impl Fn(&[f64]) -> f64,
 ) -> Interval {
-    // A step that is small beside what a number changes by and large beside what floating point leaves.
-    const STEP: f64 = 1e-5;
     let value = of(&fit.x);
     let gradient: Vec<f64> = (0..fit.x.len())
         .map(|k| {
@@ -135,7 +128,8 @@ pub(crate) fn interval_of(
                 x[k] += by;
                 of(&x)
             };
-            (moved(STEP) - moved(-STEP)) / (2.0 * STEP)
+            (moved(solver::FORMULA_STEP) - moved(-solver::FORMULA_STEP))
+                / (2.0 * solver::FORMULA_STEP)
         })
         .collect();
     let mut variance = 0.0;

@@ -13,13 +13,11 @@ use super::nested::least_squares;
 use super::pipeline::Prepared;
 use super::segments::time_constant_s;
 use super::settings::Settings;
+use super::settings::solver::CUTS;
 use super::without_named_samples;
 use crate::least_squares::{FirstOrderMotor, Record, columns, plain_fit, start_of};
 use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
-
-/// Most times that runs are cut anew: the fitted time constant sets the length of segments.
-const CUTS: usize = 3;
 
 /// A motor that was fitted to runs.
 #[derive(Debug, Clone)]
@@ -130,7 +128,7 @@ fn start(
     settings: &Settings,
 ) -> Result<Motor, DiagnoseError> {
     let begun: Vec<_> = FirstOrderMotor::of(given, kind).into_iter().collect();
-    let longest_s = settings.segment_time_constants * settings.longest_time_constant_s;
+    let longest_s = settings.segment_time_constants * settings.segment_s;
     let of_runs = columns(runs);
     let mut candidates = vec![given.clone()];
     for length_s in [settings.segment_s, longest_s, f64::INFINITY] {

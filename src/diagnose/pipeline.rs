@@ -3,19 +3,17 @@
 use super::error::{DiagnoseError, usable};
 use super::fit::{Fit, Metric, fit};
 use super::inverse::{own_part, shares};
-use super::model::{Base, Model, ReferencePosterior};
+use super::model::{Base, Model};
 use super::nested::least_squares;
 use super::relevance::{exceeds, noise_floor};
 use super::score::{effective_observations, fitted_time_constant_s};
 use super::search::{Found, search};
 use super::segments::{Recording, Segments, Subset};
 use super::settings::Settings;
+use super::settings::conventions::MOVED_COUNTS;
 use crate::motor::Motor;
 use crate::motor::catalogue::find;
 use crate::recording::Run;
-
-/// How well the host reads the board's clock at either end of a run in s: earliest arrivals of a tenth of the samples.
-const CLOCK_READING_S: f64 = 0.5e-3;
 
 /// Runs cut into segments, and what all models of them share.
 pub(crate) struct Prepared {
@@ -34,14 +32,7 @@ impl Prepared {
         motor.parameters.counts_per_rev = runs[0].counts_per_rev;
         motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
         let all = Segments::new(runs, &motor, settings)?;
-        let subset = Subset::new(
-            &all,
-            runs,
-            &motor,
-            settings.searched_samples,
-            None,
-            settings,
-        )?;
+        let subset = Subset::new(&all, runs, &motor, settings.searched_samples, None)?;
         let clocks = all.runs.iter().filter_map(|run| run.clock);
         let longest = clocks.max_by(|a, b| a.1.total_cmp(&b.1));
         // A reading beyond what a clock errs by is none: rows that were sent faster than real time, or all at once.
@@ -49,7 +40,7 @@ impl Prepared {
         let base = Base {
             kind,
             sample_time_s: all.runs[0].sample_time_s,
-            clock: longest.map(|(error, span_s)| (error, CLOCK_READING_S / span_s)),
+            clock: longest.map(|(error, span_s)| (error, settings.clock_reading_s / span_s)),
             is_host_timed: runs.iter().any(Run::is_host_timed),
             torque_identifiable: runs.iter().any(|run| run.known.has_torque()),
             reference: None,
@@ -63,16 +54,6 @@ impl Prepared {
             runs: runs.to_vec(),
             base,
         })
-    }
-
-    /// The same with a motor and a prior that reference runs determined.
-    pub fn after(mut self, motor: Motor, reference: ReferencePosterior) -> Self {
-        let own = self.base.motor.parameters;
-        self.base.motor = motor;
-        self.base.motor.parameters.counts_per_rev = own.counts_per_rev;
-        self.base.motor.parameters.supply_v = own.supply_v;
-        self.base.reference = Some(reference);
-        self
     }
 
     /// Segments that are searched.
@@ -98,7 +79,7 @@ fn plausible_clock_error(motor: &Motor) -> f64 {
 /// Time in s from the first command of a run that begins at rest to its first motion.
 fn dead_time_s(run: &Recording) -> f64 {
     let commanded = run.command.iter().position(|u| *u != 0.0);
-    let moved = run.counts.iter().position(|n| n.abs() >= 2.0);
+    let moved = run.counts.iter().position(|n| n.abs() > MOVED_COUNTS);
     match (commanded, moved) {
         (Some(from), Some(to)) if to > from => run.t_s[to] - run.t_s[from],
         _ => 0.0,
@@ -151,7 +132,7 @@ pub(crate) fn searched(
     let none = none.ok_or(DiagnoseError::NoFit)?;
     starts.push(none.x.clone());
     let refitted = least_squares(&segments, &model, &starts).ok_or(DiagnoseError::NoFit)?;
-    let floor = noise_floor(&segments, &refitted, settings).ok_or(DiagnoseError::NoFit)?;
+    let floor = noise_floor(&segments, &refitted).ok_or(DiagnoseError::NoFit)?;
     let n_eff = effective_observations(&segments, &refitted.corrected);
     let stated_floor = stated_floor_counts.powi(2);
     let is_relevant = exceeds(
@@ -171,7 +152,6 @@ pub(crate) fn searched(
         &none.model.motor(&none.x),
         most,
         Some(&none.corrected),
-        settings,
     )?;
     let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
     let begun = if is_relevant { &none } else { &refitted };

@@ -67,7 +67,7 @@ pub(super) fn compared(
     let mut fit = identified_fit(&then, &reference, settings).ok_or(DiagnoseError::NoFit)?;
     loop {
         let (motor, posterior) = posterior_of(&reference.segments, &then.base, &fit);
-        prepared = prepared.after(motor, posterior);
+        prepared.base = prepared.base.after(motor, posterior);
         let found = searched(&prepared, stated_floor_counts, &[], options.progress)?;
         let both = (&then, &reference, &prepared, &found);
         if let Some(with) = shared(both, &fit, settings) {
@@ -133,12 +133,7 @@ fn shared(
         let with = fit.model.members.iter().chain([member]).cloned();
         let (score, with) = before.fitted(with.collect(), &[fit, &best.fit])?;
         let (motor, posterior) = posterior_of(before.segments, &before.base, &with);
-        let base = Base {
-            motor,
-            reference: Some(posterior),
-            ..now.base.clone()
-        };
-        let base = base.for_runs_of(&now.base);
+        let base = now.base.after(motor, posterior);
         let rest = members.iter().filter(|other| other.index != member.index);
         let now = group_now(base).fitted(rest.cloned().collect(), &[&best.fit])?;
         Some((score + now.0, with))
@@ -212,18 +207,5 @@ mod tests {
             motor_with(&[("voltage_drop", &[0.6]), ("backlash", &[0.05, 0.5, 0.0])]).effects;
         let other = against(&[recording(&now, 1200)], &reference);
         assert_eq!(other.effects, ["backlash"], "{}", other.sentence);
-    }
-
-    /// A reference that stands still shows no effect: what these runs show is shared with it, no change.
-    #[test]
-    fn an_effect_that_the_reference_cannot_show_is_shared() {
-        let motor = motor_with(&[("coast_at_zero", &[])]);
-        let mut forward = recording(&motor, 50);
-        assert!(forward.command.iter().all(|u| *u == 4.5));
-        forward.supply_v = Some(4.5);
-        let found = against(&[recording(&motor, 1500)], &[forward]);
-        assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
-        let effects = found.reference.expect("reference runs").effects;
-        assert_eq!(effects, ["coast_at_zero"]);
     }
 }

@@ -18,16 +18,12 @@ use nalgebra::{DMatrix, DVector};
 use super::fit::{Fit, gram};
 use super::model::{Base, Member, Model, dot, range_of};
 use super::noise::{LinearPlant, Noise, Whitener, likeliest};
-use super::segments::{Segments, time_constant_s};
+use super::segments::{Segments, drag, time_constant_s};
+use super::settings::solver::{COEFFICIENTS, LAST_DIGITS, REFINEMENTS, TIME_CONSTANTS_S};
 use crate::motor::catalogue::{Prior, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{CommandKind, Motor};
 use crate::units::ROUNDING_VARIANCE;
-
-/// Refinements of a score's optimum by one linear step each.
-const REFINEMENTS: usize = 2;
-/// Coefficients of a segment's cosine transform that are taken by octaves; all beyond are one band.
-const COEFFICIENTS: usize = 512;
 
 /// Optimum of a score near a fit, in nats.
 #[derive(Debug, Clone)]
@@ -68,26 +64,15 @@ pub(crate) struct Likelihood {
 pub(crate) fn plant_of(segments: &Segments, motor: &Motor, kind: CommandKind) -> LinearPlant {
     let p = &motor.parameters;
     let commands = segments.runs.iter().flat_map(|run| &run.command);
-    let largest = commands.fold(1e-9_f64, |most, u| most.max(u.abs()));
-    let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
-    let (drag, torque) = match kind {
-        CommandKind::Voltage => (
-            p.viscous_friction_nm_s_per_rad + coupling,
-            p.torque_constant_nm_per_a * largest / p.resistance_ohm,
-        ),
-        CommandKind::Current => (
-            p.viscous_friction_nm_s_per_rad,
-            p.torque_constant_nm_per_a * largest,
-        ),
-        CommandKind::Torque => (p.viscous_friction_nm_s_per_rad, largest),
-    };
+    let largest = commands.fold(LAST_DIGITS, |most, u| most.max(u.abs()));
     let number = |id: &str, key: &str| {
         let number = ParameterId::effect(id, key);
         number.and_then(|id| id.get(motor)).unwrap_or(0.0)
     };
     LinearPlant {
-        time_constant_s: (p.inertia_kg_m2 / drag.max(1e-12)).clamp(1e-4, 100.0),
-        stall_counts_s2: torque / p.inertia_kg_m2 / segments.runs[0].rad,
+        time_constant_s: (p.inertia_kg_m2 / drag(p, kind).max(f64::MIN_POSITIVE))
+            .clamp(TIME_CONSTANTS_S.0, TIME_CONSTANTS_S.1),
+        stall_counts_s2: largest / kind.per_nm(p) / p.inertia_kg_m2 / segments.runs[0].rad,
         jitter_s: number("sample_jitter", "spread_s").hypot(segments.arrivals_s),
         loss: number("missed_counts", "probability"),
     }
@@ -313,21 +298,11 @@ fn octaves(r: &[f64]) -> Vec<(usize, f64, f64)> {
     for j in 0..most {
         // cos(pi j (k + 1/2)/n) by the recurrence of Chebyshev.
         let angle = std::f64::consts::PI * j as f64 / n as f64;
-        let (twice, mut before, mut now) =
-            (2.0 * angle.cos(), (0.5 * angle).cos(), (0.5 * angle).cos());
-        let mut sum = 0.0;
-        for (k, value) in r.iter().enumerate() {
-            if k > 0 {
-                (before, now) = (
-                    now,
-                    if k == 1 {
-                        (1.5 * angle).cos()
-                    } else {
-                        twice * now - before
-                    },
-                );
-            }
+        let (twice, first) = (2.0 * angle.cos(), (0.5 * angle).cos());
+        let (mut before, mut now, mut sum) = (first, first, 0.0);
+        for value in r {
             sum += value * now;
+            (before, now) = (now, twice * now - before);
         }
         let power = sum * sum * if j == 0 { 1.0 } else { 2.0 } / n as f64;
         left -= power;

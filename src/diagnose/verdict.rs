@@ -133,7 +133,7 @@ pub(crate) fn verdict(
     if none < settings.identified {
         return Verdict::Ambiguous;
     }
-    match budget.unexplained <= settings.outside_share
+    match budget.unexplained <= settings.parameters_share
         && budget.parameters >= settings.parameters_share
     {
         true => Verdict::Parameters,

@@ -2,12 +2,8 @@
 
 use crate::diagnose::report::{FloorParts, GoodEnough};
 use crate::diagnose::segments::{Recording, Segments};
+use crate::diagnose::settings::conventions::{REPEATED_SHARE, SAME_COMMAND};
 use crate::recording::Run;
-
-/// Commands within this share of the largest are the same: what a file's decimals leave. Convention.
-const SAME_COMMAND: f64 = 1e-3;
-/// Runs repeat each other where the shorter has this share of the longer's samples. Convention.
-const REPEATED_SHARE: f64 = 0.9;
 
 /// The parts of the floor of these runs, which the segments are of, before quantization is known.
 pub(crate) fn stated_floor(

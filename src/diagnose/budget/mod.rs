@@ -17,72 +17,49 @@ use rand_distr::{Distribution, Exp1};
 use rand_pcg::Pcg64Mcg;
 
 use super::fit::{Fit, gram};
-use super::model::{dot, predict};
+use super::model::{Base, dot, mean_square};
 use super::score::{effective_observations, scale_free};
 use super::segments::Segments;
 use super::settings::Settings;
-use crate::motor::Motor;
+use super::settings::conventions::ENDS_95;
+use super::settings::solver::{DRAWS, SAME};
 
-/// Corrected residuals of a model on data that it was not fitted to.
-#[derive(Debug, Clone)]
-pub(crate) struct HeldOut {
-    pub residual: Vec<f64>,
-}
-
-impl HeldOut {
-    /// Of a motor on segments that it was not fitted to; `None` where it cannot be simulated.
-    pub fn on(segments: &Segments, motor: &Motor) -> Option<Self> {
-        let mut residual = segments.residual(&predict(segments, motor)?);
-        segments.correct(&mut residual);
-        Some(Self { residual })
-    }
-
-    /// Of a fit by cross-validation: each block predicted from the fit on the other folds, to first order.
-    pub fn cross_validated(segments: &Segments, base: &super::model::Base, fit: &Fit) -> Self {
-        let mut out = fit.corrected.clone();
-        let n_eff = effective_observations(segments, &fit.corrected);
-        let weight = n_eff / fit.square_sum().max(f64::MIN_POSITIVE);
-        let hessian = scale_free(base, fit, n_eff).hessian;
-        let columns: Vec<Vec<f64>> = fit.columns.iter().map(|c| segments.corrected(c)).collect();
-        let gradient = &fit.gradient * weight;
-        let Some(whole) = hessian.clone().cholesky().map(|c| c.solve(&gradient)) else {
-            return Self { residual: out };
+/// Corrected residual of a fit by cross-validation: each block predicted from the fit on the other folds, to first order.
+pub(crate) fn cross_validated(segments: &Segments, base: &Base, fit: &Fit) -> Vec<f64> {
+    let mut out = fit.corrected.clone();
+    let n_eff = effective_observations(segments, &fit.corrected);
+    let weight = n_eff / fit.square_sum().max(f64::MIN_POSITIVE);
+    let hessian = scale_free(base, fit, n_eff).hessian;
+    let columns: Vec<Vec<f64>> = fit.columns.iter().map(|c| segments.corrected(c)).collect();
+    let gradient = &fit.gradient * weight;
+    let Some(whole) = hessian.clone().cholesky().map(|c| c.solve(&gradient)) else {
+        return out;
+    };
+    for fold in 0..base.settings.folds {
+        let blocks = || segments.blocks.iter().filter(|block| block.fold == fold);
+        let mut without = hessian.clone();
+        let mut right = gradient.clone();
+        for block in blocks() {
+            let range = block.samples.clone();
+            let own: Vec<Vec<f64>> = columns.iter().map(|c| c[range.clone()].to_vec()).collect();
+            without -= gram(&own) * weight;
+            let r = &fit.corrected[range];
+            right -= DVector::from_fn(own.len(), |i, _| weight * dot(&own[i], r));
+        }
+        for k in 0..without.nrows() {
+            without[(k, k)] += SAME * hessian[(k, k)];
+        }
+        let Some(step) = without.cholesky().map(|c| c.solve(&right) - &whole) else {
+            continue;
         };
-        for fold in 0..base.settings.folds {
-            let blocks = || segments.blocks.iter().filter(|block| block.fold == fold);
-            let mut without = hessian.clone();
-            let mut right = gradient.clone();
-            for block in blocks() {
-                let range = block.samples.clone();
-                let own: Vec<Vec<f64>> =
-                    columns.iter().map(|c| c[range.clone()].to_vec()).collect();
-                without -= gram(&own) * weight;
-                let r = &fit.corrected[range];
-                right -= DVector::from_fn(own.len(), |i, _| weight * dot(&own[i], r));
-            }
-            for k in 0..without.nrows() {
-                without[(k, k)] += 1e-6 * hessian[(k, k)];
-            }
-            let Some(step) = without.cholesky().map(|c| c.solve(&right) - &whole) else {
-                continue;
-            };
-            for block in blocks() {
-                for k in block.samples.clone() {
-                    let moved = columns.iter().zip(step.iter()).map(|(c, s)| c[k] * s);
-                    out[k] -= moved.sum::<f64>();
-                }
+        for block in blocks() {
+            for k in block.samples.clone() {
+                let moved = columns.iter().zip(step.iter()).map(|(c, s)| c[k] * s);
+                out[k] -= moved.sum::<f64>();
             }
         }
-        Self { residual: out }
     }
-
-    pub fn mean_square(&self) -> f64 {
-        dot(&self.residual, &self.residual) / self.residual.len().max(1) as f64
-    }
-
-    pub fn rms(&self) -> f64 {
-        self.mean_square().sqrt()
-    }
+    out
 }
 
 /// Shares of the nominal reducible error of nested models, with bootstrap draws.
@@ -97,8 +74,8 @@ pub(crate) struct Shares {
 
 impl Shares {
     /// Of nested models on segments, nominal first, above a floor in counts RMS.
-    pub fn new(segments: &Segments, models: &[HeldOut], floor: f64, settings: &Settings) -> Self {
-        let is_by_run = segments.runs.len() >= settings.clustered_runs;
+    pub fn new(segments: &Segments, models: &[Vec<f64>], floor: f64, settings: &Settings) -> Self {
+        let is_by_run = segments.runs.len() >= settings.folds;
         let units = if is_by_run {
             segments.runs.len()
         } else {
@@ -110,7 +87,7 @@ impl Shares {
             let unit = if is_by_run { segment.run } else { k };
             samples[unit] += segment.len() as f64;
             for (m, model) in models.iter().enumerate() {
-                let r = &model.residual[segment.range()];
+                let r = &model[segment.range()];
                 squares[unit][m] += dot(r, r);
             }
         }
@@ -132,14 +109,14 @@ impl Shares {
             (0..models.len()).map(relative).collect()
         };
         let mut random = Pcg64Mcg::seed_from_u64(1);
-        let draws = (0..settings.draws)
+        let draws = (0..DRAWS)
             .map(|_| {
                 let weights: Vec<f64> = (0..units).map(|_| Exp1.sample(&mut random)).collect();
                 left(&weights)
             })
             .collect();
         Self {
-            rms: models.iter().map(HeldOut::rms).collect(),
+            rms: models.iter().map(|r| mean_square(r).sqrt()).collect(),
             left: left(&vec![1.0; units]),
             draws,
         }
@@ -150,25 +127,9 @@ impl Shares {
         self.interval(|left| left[m])
     }
 
-    /// What step `m` removes, with its 95 % interval.
-    pub fn removed(&self, m: usize) -> (f64, f64, f64) {
-        self.interval(|left| {
-            if m == 0 {
-                left[0]
-            } else {
-                left[m - 1] - left[m]
-            }
-        })
-    }
-
     /// What is removed from model `from` to model `to`.
     pub fn between(&self, from: usize, to: usize) -> (f64, f64, f64) {
         self.interval(|left| left[from] - left[to])
-    }
-
-    /// What is removed by all models up to `m`.
-    pub fn closed(&self, m: usize) -> (f64, f64, f64) {
-        self.interval(|left| left[0] - left[m])
     }
 
     fn interval(&self, of: impl Fn(&[f64]) -> f64) -> (f64, f64, f64) {
@@ -179,6 +140,7 @@ impl Shares {
             drawn.get(k).copied().unwrap_or(f64::NAN)
         };
         let value = of(&self.left);
-        (value, at(0.025).min(value), at(0.975).max(value))
+        let [lo, hi] = ENDS_95.map(at);
+        (value, lo.min(value), hi.max(value))
     }
 }

@@ -1,11 +1,8 @@
 //! Where the error lies: time intervals of one regime with their shares of the squared error above the noise floor.
 
-/// Shares below this are not listed, nor more intervals than this. Convention.
-const LEAST_REGION: f64 = 0.02;
-const MOST_REGIONS: usize = 16;
-
 use crate::diagnose::report::{Regime, Region};
 use crate::diagnose::segments::{Segments, regimes};
+use crate::diagnose::settings::conventions::{LEAST_REGION, MOST_REGIONS};
 
 /// The intervals with the largest shares; all together have 1. `floor` in counts RMS. The segments are those of whole runs.
 pub(crate) fn regions(

@@ -91,7 +91,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         counts_per_rev: motor.parameters.counts_per_rev,
         supply_v: motor.parameters.supply_v,
     };
-    let errors = Errors::Noise(Noise::of_a_clean_bench(settings.usual_load));
+    let errors = Errors::Noise(Noise::of_a_clean_bench(&settings));
     let planned = Planned::new(&base, motor, &plan.profile, at, errors, None)?;
     let none = with(&base, None);
     let mut truths = vec![none.clone()];

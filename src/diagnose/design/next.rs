@@ -16,6 +16,8 @@ use crate::diagnose::pipeline::{Prepared, Searched};
 use crate::diagnose::report::{KnownChange, NextExperiment};
 use crate::diagnose::score::scale_free;
 use crate::diagnose::search::Scored;
+use crate::diagnose::settings::conventions::LISTED_FROM;
+use crate::diagnose::settings::solver::{CHANGED_PROFILES, PLANNED_SAMPLES, SETS_TO_SEPARATE};
 use crate::diagnose::verdict::Weighed;
 use crate::motor::CommandKind;
 use crate::plain::quoted;
@@ -36,8 +38,6 @@ const FAMILY: [&str; 12] = [
     "chirp",
     "brakes",
 ];
-/// Profiles that are tried with changes on the bench, the best without one.
-const CHANGED: usize = 3;
 
 /// An experiment that was simulated.
 #[derive(Debug, Clone)]
@@ -68,7 +68,7 @@ pub(crate) fn next_experiment(
         all, base, runs, ..
     } = prepared;
     let settings = &base.settings;
-    let sets = in_play(&searched.found.sets, posterior, settings.sets_to_separate);
+    let sets = in_play(&searched.found.sets, posterior);
     if sets.len() < 2 || base.kind != CommandKind::Voltage {
         return None;
     }
@@ -84,7 +84,7 @@ pub(crate) fn next_experiment(
         .max(settings.folds as f64 * settings.segment_s)
         .min(settings.longest_experiment_s);
     // A coarser sample time is simulated where the recording is long: the separation is that at least.
-    let planned_s = sample_time_s.max(duration_s / settings.planned_samples as f64);
+    let planned_s = sample_time_s.max(duration_s / PLANNED_SAMPLES as f64);
     let bench = Bench {
         prepared,
         searched,
@@ -118,15 +118,14 @@ pub(crate) fn next_experiment(
     })
 }
 
-/// Sets with at least a fiftieth of the most probable one's probability, the most probable first.
-fn in_play<'a>(sets: &'a [Scored], posterior: &[Weighed], most: usize) -> Vec<(&'a Scored, f64)> {
+/// The sets to separate, the most probable first.
+fn in_play<'a>(sets: &'a [Scored], posterior: &[Weighed]) -> Vec<(&'a Scored, f64)> {
     let mut found: Vec<(&Scored, f64)> = (sets.iter())
         .zip(posterior.iter().map(|set| set.probability))
         .collect();
     found.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let least = found.first().map_or(0.0, |set| set.1 / 50.0);
-    found.retain(|set| set.1 >= least);
-    found.truncate(most);
+    found.retain(|set| set.1 >= LISTED_FROM);
+    found.truncate(SETS_TO_SEPARATE);
     found
 }
 
@@ -159,7 +158,7 @@ impl Bench<'_> {
             let mut motor = best.model.motor(&best.x);
             motor.parameters.supply_v = self.at.supply_v;
             let changes = known_changes(&motor, self.prepared.base.settings.other_supply);
-            let words = plain.iter().take(CHANGED).map(|one| one.word);
+            let words = plain.iter().take(CHANGED_PROFILES).map(|one| one.word);
             let all = words.flat_map(|word| changes.iter().map(move |c| (word, Some(c.clone()))));
             let changed = self.tried(all.collect()).into_iter();
             let best = changed.max_by(|a, b| self.value(a).total_cmp(&self.value(b)));
@@ -233,7 +232,7 @@ impl Bench<'_> {
         let best: &Scored = self.sets[0].0;
         if found.judge.is_likelihood {
             // A short run does not show the random load.
-            let least = Noise::of_a_clean_bench(self.prepared.base.settings.usual_load);
+            let least = Noise::of_a_clean_bench(&self.prepared.base.settings);
             let own = best.likelihood.noise;
             return Errors::Noise(if own.strength < least.strength {
                 least

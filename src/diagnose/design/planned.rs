@@ -10,13 +10,9 @@ use crate::diagnose::noise::{LinearPlant, Noise, Whitener};
 use crate::diagnose::report::KnownChange;
 use crate::diagnose::score::plant_of;
 use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::solver::{DIFFERENCE, LEAST_PRECISION};
 use crate::motor::{CommandKind, Drive, Motor, SimulationOptions, simulate};
 use crate::recording::Run;
-
-/// Precision in `1/x^2` of a parameter that no sample shows, so that the sum of squares is positive definite.
-const LEAST_PRECISION: f64 = 1e-12;
-/// Half the step of the central difference by which a known torque is moved, as a share.
-const STEP: f64 = 0.01;
 
 /// A planned recording.
 #[derive(Debug, Clone, Copy)]
@@ -148,8 +144,8 @@ impl Planned {
             (&mut precision, &self.new_torque, model.scale > 0.0)
         {
             let moved = |by: f64| predict(&self.with_torque(torque, by)?, &motor);
-            let pairs = moved(-STEP)?.into_iter().zip(moved(STEP)?);
-            columns.push(pairs.map(|(a, b)| (b - a) / (2.0 * STEP)).collect());
+            let pairs = moved(-DIFFERENCE)?.into_iter().zip(moved(DIFFERENCE)?);
+            columns.push(pairs.map(|(a, b)| (b - a) / (2.0 * DIFFERENCE)).collect());
             let n = known.nrows();
             *known = known.clone().resize(n + 1, n + 1, 0.0);
             known[(n, n)] = model.scale.powi(-2);
@@ -257,7 +253,7 @@ mod tests {
         let motor = Motor::default();
         let base = base_of(&motor, 0.01, &Settings::default());
         let profile = Profile::built_in("reversing", 4.5, 6.0).expect("built in");
-        let errors = Errors::Noise(Noise::of_a_clean_bench(base.settings.usual_load));
+        let errors = Errors::Noise(Noise::of_a_clean_bench(&base.settings));
         let planned = Planned::new(&base, &motor, &profile, at, errors, Some(&disc));
         let planned = planned.expect("a motor");
         let mut other = motor.clone();

@@ -5,23 +5,11 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::model::{Model, dot, predict, sensitivities};
+use super::model::{Model, dot, mean_square, predict, sensitivities};
 use super::noise::Whitener;
 use super::segments::Segments;
+use super::settings::solver;
 use crate::units::ROUNDING_VARIANCE;
-
-/// Most steps of a fit; one that converges takes six.
-const MOST_STEPS: usize = 15;
-/// Most attempts at one step.
-const ATTEMPTS: usize = 8;
-/// Steps after which a fit is given up that costs more than the model that it extends.
-const PATIENCE: usize = 5;
-/// A step that lowers the cost by less, in nats, is the last.
-const CONVERGED: f64 = 0.1;
-/// Share of the variance of quantization below which a mean square is none: what keeps its logarithm finite.
-const LEAST: f64 = 0.01;
-/// Places in its range at which a parameter is tried that the prediction does not depend on smoothly.
-const PLACES: usize = 16;
 
 /// A model fitted to segments.
 #[derive(Debug, Clone)]
@@ -77,7 +65,7 @@ impl Fit {
 
     /// Their mean.
     pub fn mean_square(&self) -> f64 {
-        self.square_sum() / self.corrected.len().max(1) as f64
+        mean_square(&self.corrected)
     }
 
     /// Their root mean square in counts.
@@ -113,7 +101,7 @@ impl Metric<'_> {
         match self {
             Self::ScaleFree(n_eff) => {
                 let mean = square_sum / n.max(1) as f64;
-                0.5 * n_eff * mean.max(LEAST * ROUNDING_VARIANCE).ln()
+                0.5 * n_eff * mean.max(solver::LEAST_SQUARE * ROUNDING_VARIANCE).ln()
             }
             Self::Whitened(_) => 0.5 * square_sum,
         }
@@ -123,7 +111,7 @@ impl Metric<'_> {
     fn weight(&self, square_sum: f64, n: usize) -> f64 {
         match self {
             Self::ScaleFree(n_eff) => {
-                n_eff / square_sum.max(LEAST * ROUNDING_VARIANCE * n.max(1) as f64)
+                n_eff / square_sum.max(solver::LEAST_SQUARE * ROUNDING_VARIANCE * n.max(1) as f64)
             }
             Self::Whitened(_) => 1.0,
         }
@@ -216,8 +204,8 @@ impl Problem<'_> {
         let tried: Vec<Vec<f64>> = parameters
             .filter(|(_, parameter)| !parameter.smooth)
             .flat_map(|(k, parameter)| {
-                (0..PLACES).map(move |place| {
-                    let share = (place as f64 + 0.5) / PLACES as f64;
+                (0..solver::PLACES).map(move |place| {
+                    let share = (place as f64 + 0.5) / solver::PLACES as f64;
                     let mut x = x.to_vec();
                     x[k] = parameter.lo + share * (parameter.hi - parameter.lo);
                     x
@@ -228,7 +216,7 @@ impl Problem<'_> {
             .into_par_iter()
             .filter_map(|x| Some((self.cost_at(&x)?, x)));
         let (cost, x) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (cost < found - CONVERGED).then_some(x)
+        (cost < found - solver::CONVERGED).then_some(x)
     }
 
     /// Steps of Levenberg and Marquardt with bounds; the prior is replaced at each step by the normal distribution that is as unlikely.
@@ -239,10 +227,10 @@ impl Problem<'_> {
             metric,
             least,
         } = self;
-        let mut damping = 1e-3;
+        let mut damping = solver::DAMPING;
         let mut before = self.cost_at(&x)?;
-        for step in 0..MOST_STEPS {
-            if step >= PATIENCE && before > *least {
+        for step in 0..solver::FIT_STEPS {
+            if step >= solver::PATIENCE && before > *least {
                 return None;
             }
             let (predicted, columns) = sensitivities(segments, model, &x)?;
@@ -259,29 +247,29 @@ impl Problem<'_> {
             let hessian = gram(&columns) * weight + &precision;
             let held = held(model, &x, &gradient);
             let mut next = None;
-            for _ in 0..ATTEMPTS {
+            for _ in 0..solver::ATTEMPTS {
                 let Some(step) = solved(&hessian, &gradient, &held, damping) else {
-                    damping *= 10.0;
+                    damping *= solver::DAMPING_MORE;
                     continue;
                 };
                 let mut moved: Vec<f64> = (x.iter().zip(step.iter()))
-                    .map(|(x, s)| x + s.clamp(-1.5, 1.5))
+                    .map(|(x, s)| x + s.clamp(-solver::LONGEST_STEP, solver::LONGEST_STEP))
                     .collect();
                 model.clamp(&mut moved);
                 let cost = self.cost_at(&moved);
                 if let Some(cost) = cost.filter(|cost| *cost < before) {
                     next = Some((cost, moved));
-                    damping = (damping * 0.2).max(1e-9);
+                    damping = (damping * solver::DAMPING_LESS).max(solver::LAST_DIGITS);
                     break;
                 }
-                damping *= 6.0;
+                damping *= solver::DAMPING_MORE;
             }
             let Some((cost, moved)) = next else {
                 break;
             };
             let gained = before - cost;
             (before, x) = (cost, moved);
-            if gained < CONVERGED {
+            if gained < solver::CONVERGED {
                 break;
             }
         }
@@ -306,7 +294,7 @@ fn solved(
     let mut damped = hessian.clone();
     let mut right = gradient.clone();
     for k in 0..held.len() {
-        damped[(k, k)] += damping * hessian[(k, k)].max(1e-9);
+        damped[(k, k)] += damping * hessian[(k, k)].max(solver::LAST_DIGITS);
         if held[k] {
             damped.row_mut(k).fill(0.0);
             damped.column_mut(k).fill(0.0);

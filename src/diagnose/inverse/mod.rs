@@ -9,10 +9,11 @@ mod rows;
 
 use super::model::{BASE, Base};
 use super::segments::Segments;
+use super::settings::solver::LEAST_ROWS;
 use crate::motor::CommandKind;
 use crate::motor::catalogue::EffectKind;
 use regression::{Normal, robust_weights};
-use rows::{LEAST_ROWS, Row, rows};
+use rows::{Row, rows};
 
 /// The motor's own part: volts (or amperes, or newton metres) per rad/s^2, per rad/s, against friction, and per N m of a known torque.
 pub(crate) type Own = [f64; OWN];

@@ -3,6 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::rows::Row;
+use crate::diagnose::settings::conventions::MEDIAN_SIZE;
+use crate::diagnose::settings::solver::{LAST_DIGITS, REWEIGHTED, WEIGHTS_FREEDOM};
 
 /// Normal equations of weighted least squares.
 pub(super) struct Normal {
@@ -41,7 +43,7 @@ impl Normal {
             let xy = DVector::from_fn(n, |i, _| self.xy[active[i]]);
             let scale = DVector::from_fn(n, |i, _| xx[(i, i)].sqrt().max(f64::MIN_POSITIVE));
             let scaled = DMatrix::from_fn(n, n, |i, j| {
-                xx[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-9 } else { 0.0 }
+                xx[(i, j)] / (scale[i] * scale[j]) + if i == j { LAST_DIGITS } else { 0.0 }
             });
             let right = xy.component_div(&scale);
             let solution = scaled.lu().solve(&right).unwrap_or_else(|| right.clone());
@@ -74,16 +76,15 @@ fn left_by(columns: &[Vec<f64>], rows: &[Row], coefficients: &[f64]) -> Vec<f64>
 /// Weights by which few rows do not decide, from what the motor alone leaves (Student's with 3 degrees of freedom, reweighted).
 pub(super) fn robust_weights(rows: &[Row], alone: &[Vec<f64>]) -> Vec<f64> {
     let mut weight = vec![1.0; rows.len()];
-    for _ in 0..5 {
+    for _ in 0..REWEIGHTED {
         let coefficients = Normal::of(alone, rows, &weight).solved(&vec![true; alone[0].len()]);
         let left = left_by(alone, rows, &coefficients);
         let mut sizes: Vec<f64> = left.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        // The median of a normal law's size is 0.6745 of its sigma.
-        let sigma = sizes[sizes.len() / 2] / 0.6745 + f64::MIN_POSITIVE;
+        let sigma = sizes[sizes.len() / 2] / MEDIAN_SIZE + f64::MIN_POSITIVE;
         weight = left
             .iter()
-            .map(|r| 4.0 / (3.0 + (r / sigma).powi(2)))
+            .map(|r| (1.0 + WEIGHTS_FREEDOM) / (WEIGHTS_FREEDOM + (r / sigma).powi(2)))
             .collect();
     }
     weight

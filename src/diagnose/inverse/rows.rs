@@ -4,15 +4,11 @@ use std::f64::consts::TAU;
 
 use crate::diagnose::segments::{Recording, Segments};
 
-/// What quantization may make of an acceleration, as a share of its own size.
-const NOISE: f64 = 0.1;
-/// Half the narrowest window in samples, and the widest in s.
-const NARROWEST_SAMPLES: f64 = 4.0;
-const WIDEST_S: f64 = 0.5;
-/// Fewest windows that determine anything: five for each coefficient.
-pub(super) const LEAST_ROWS: usize = 20;
-/// A sample interval of so many medians is a pause.
-const PAUSE: f64 = 10.0;
+use crate::diagnose::settings::conventions::{MOVED_COUNTS, PAUSE};
+use crate::diagnose::settings::solver::{
+    ACCELERATION_NOISE, LEAST_ROWS, NARROWEST_SAMPLES, WIDEST_S,
+};
+use crate::units::ROUNDING_VARIANCE;
 
 /// One window of one run in which the shaft turns throughout.
 #[derive(Debug)]
@@ -36,7 +32,7 @@ pub(super) fn rows(segments: &Segments) -> Vec<Row> {
     loop {
         let (rows, noise) = rows_at(segments, half);
         let squares = rows.iter().map(|row| row.acceleration.powi(2)).sum::<f64>();
-        let is_quiet = noise < NOISE * (squares / rows.len().max(1) as f64).sqrt();
+        let is_quiet = noise < ACCELERATION_NOISE * (squares / rows.len().max(1) as f64).sqrt();
         if rows.len() < LEAST_ROWS || is_quiet || half > WIDEST_S {
             return rows;
         }
@@ -85,7 +81,6 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         return None;
     }
     let at = |k: usize| (run.t_s[k] - middle) / half;
-    let angle = |k: usize| (run.first_counts + run.counts[k]) * run.rad;
     let (mut command, mut speed, mut mean_angle, mut acceleration) = (0.0, 0.0, 0.0, 0.0);
     let mut noise = 0.0;
     let slope =
@@ -95,7 +90,7 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         let share = integral(at(k + 1)) - integral(at(k));
         command += share * run.command[k];
         speed += share * slope(k);
-        mean_angle += share * 0.5 * (angle(k) + angle(k + 1));
+        mean_angle += share * 0.5 * (run.angle(k) + run.angle(k + 1));
         if k > from {
             acceleration += bell(at(k)) / half * (slope(k) - slope(k - 1));
             // What one count at sample k changes the acceleration by.
@@ -112,14 +107,14 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         angle: mean_angle.rem_euclid(TAU),
         known_nm: run.known.torque_nm(mean_angle, acceleration),
     };
-    Some((row, run.rad * (noise / 12.0).sqrt()))
+    Some((row, run.rad * (noise * ROUNDING_VARIANCE).sqrt()))
 }
 
 /// Whether each third of a window goes on in the same direction by more than the count that an edge dithers by.
 fn turns_throughout(run: &Recording, from: usize, to: usize) -> bool {
     let at = |third: usize| run.counts[from + third * (to - from) / 3];
     let travelled = [at(1) - at(0), at(2) - at(1), at(3) - at(2)];
-    travelled.iter().all(|d| *d >= 1.5) || travelled.iter().all(|d| *d <= -1.5)
+    travelled.iter().all(|d| *d > MOVED_COUNTS) || travelled.iter().all(|d| *d < -MOVED_COUNTS)
 }
 
 /// The kernel, of integral 1 over -1 to 1.

@@ -46,15 +46,15 @@ pub(crate) struct Base {
 }
 
 impl Base {
-    /// The same motor in the runs of another base.
-    pub fn for_runs_of(self, other: &Self) -> Self {
-        let mut motor = self.motor;
-        motor.parameters.counts_per_rev = other.motor.parameters.counts_per_rev;
-        motor.parameters.supply_v = other.motor.parameters.supply_v;
+    /// The same runs with a motor and a prior that reference runs determined.
+    pub fn after(&self, mut motor: Motor, reference: ReferencePosterior) -> Self {
+        let own = self.motor.parameters;
+        motor.parameters.counts_per_rev = own.counts_per_rev;
+        motor.parameters.supply_v = own.supply_v;
         Self {
             motor,
-            reference: self.reference,
-            ..other.clone()
+            reference: Some(reference),
+            ..self.clone()
         }
     }
 

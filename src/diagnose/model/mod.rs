@@ -12,4 +12,6 @@ pub(crate) use base::{BASE, Base, range_of};
 pub(crate) use member::{Member, Parameter};
 pub(crate) use parameters::Model;
 pub(crate) use reference::ReferencePosterior;
-pub(crate) use simulate::{dot, predict, sensitivities, simulated_counts};
+pub(crate) use simulate::{
+    corrected_residual, dot, mean_square, predict, sensitivities, simulated_counts,
+};

@@ -94,7 +94,13 @@ impl Model {
                 let (lo, hi) = range_of(parameter, base);
                 let log = matches!(parameter.prior, Prior::LogUniform);
                 let phase = matches!(parameter.prior, Prior::Phase);
-                let x = |value: f64| if log { value.max(1e-300).ln() } else { value };
+                let x = |value: f64| {
+                    if log {
+                        value.max(f64::MIN_POSITIVE).ln()
+                    } else {
+                        value
+                    }
+                };
                 let (least, most) = limits_of(parameter, (lo, hi), base.settings.beyond_range);
                 let (lo, hi) = (x(lo), x(hi));
                 let id = ParameterId::Effect(member.index, k);
@@ -176,11 +182,7 @@ impl Model {
 
     /// The start with the numbers that another model has too taken from there.
     pub fn start_from(&self, other: &Self, x: &[f64]) -> Vec<f64> {
-        self.taken_from(self.start(), other, x)
-    }
-
-    /// A start with the numbers that another model has too taken from there.
-    pub fn taken_from(&self, mut start: Vec<f64>, other: &Self, x: &[f64]) -> Vec<f64> {
+        let mut start = self.start();
         for (k, number) in self.parameters.iter().enumerate() {
             if let Some(j) = other.parameters.iter().position(|n| n.id == number.id) {
                 start[k] = x[j];
@@ -216,22 +218,16 @@ impl Model {
         }
     }
 
-    /// Nats by which the numbers are off what is plausible, as fits have it.
-    pub fn normal_prior(&self, x: &[f64]) -> f64 {
-        let d = DVector::from_column_slice(x) - &self.mean;
-        self.clock + 0.5 * (&self.precision * &d).dot(&d)
-    }
-
-    /// The same as it counts: what is assumed of the base numbers has long tails.
+    /// Nats by which the numbers are off what is plausible: what is assumed of the base numbers has long tails.
     pub fn prior(&self, x: &[f64]) -> f64 {
-        let Some(known) = &self.tolerances else {
-            return self.normal_prior(x);
-        };
         let off = self.off_file(x);
-        let n = off.len();
+        let (n, of_base) = match &self.tolerances {
+            Some(known) => (off.len(), known.cost(&off)),
+            None => (0, 0.0),
+        };
         let rest = DVector::from_fn(x.len() - n, |k, _| x[n + k] - self.mean[n + k]);
         let of_rest = self.precision.view((n, n), (rest.len(), rest.len()));
-        self.clock + known.cost(&off) + 0.5 * (of_rest * &rest).dot(&rest)
+        self.clock + of_base + 0.5 * (of_rest * &rest).dot(&rest)
     }
 
     /// By how much the base numbers are off the motor file's.

@@ -4,15 +4,13 @@ use std::cell::RefCell;
 
 use super::Model;
 use crate::diagnose::segments::{Recording, Segments};
+use crate::diagnose::settings::solver;
 use crate::motor::Motor;
 use crate::motor::fit::Workspace;
 
 thread_local! {
     static WORKSPACE: RefCell<Workspace> = RefCell::default();
 }
-
-/// Share of a parameter's range by which one without analytic derivatives is moved.
-const DIFFERENCE: f64 = 0.01;
 
 /// The prediction; `None` where the motor cannot be simulated.
 pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
@@ -28,6 +26,13 @@ pub(crate) fn predict(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
         }
         Some(out)
     })
+}
+
+/// Measured minus predicted in counts, initial states corrected; `None` where the motor cannot be simulated.
+pub(crate) fn corrected_residual(segments: &Segments, motor: &Motor) -> Option<Vec<f64>> {
+    let mut residual = segments.residual(&predict(segments, motor)?);
+    segments.correct(&mut residual);
+    Some(residual)
 }
 
 /// Counts of each run from its first sample, as an encoder at this share of a count would give them for the predicted angle.
@@ -87,7 +92,7 @@ pub(crate) fn sensitivities(
         if free.smooth {
             continue;
         }
-        let step = DIFFERENCE * (free.hi - free.lo).min(10.0);
+        let step = solver::DIFFERENCE * (free.hi - free.lo).min(solver::DIFFERENCE_RANGE);
         let moved = |by: f64| {
             let mut x = x.to_vec();
             x[j] = (x[j] + by).clamp(free.lo, free.hi);
@@ -126,6 +131,11 @@ fn scatter(segments: &Segments, run: usize, column: &[f64], times: f64, out: &mu
             *slot = (value - first) * times;
         }
     }
+}
+
+/// Mean of the squares; 0 of none.
+pub(crate) fn mean_square(a: &[f64]) -> f64 {
+    dot(a, a) / a.len().max(1) as f64
 }
 
 /// Scalar product, in eight sums beside each other, so that one does not wait for the other.

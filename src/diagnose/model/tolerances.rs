@@ -7,10 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Steps until the least cost stands still, at most. No verdict depends on it.
-const STEPS: usize = 200;
-/// Nats by which the last step lowers the cost.
-const ENOUGH: f64 = 1e-9;
+use crate::diagnose::settings::solver::{PRIOR_CONVERGED, PRIOR_STEPS};
 
 /// What moves the base numbers: each number of the motor file by itself, independent of the others.
 #[derive(Debug, Clone)]
@@ -95,7 +92,7 @@ impl Tolerances {
                     cost += 0.5 * square;
                 }
             }
-            if last - cost < ENOUGH || step >= STEPS {
+            if last - cost < PRIOR_CONVERGED || step >= PRIOR_STEPS {
                 let as_unlikely = (self.scaled(&chords) * self.ways.transpose()).try_inverse()?;
                 return Some(Likeliest { cost, as_unlikely });
             }

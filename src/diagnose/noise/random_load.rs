@@ -3,10 +3,10 @@
 use super::{LinearPlant, Whitener};
 use crate::diagnose::segments::Segments;
 
-/// Correlation times in s that are tried: a tooth, a revolution, a breath of the supply, drift.
-const TIMES_S: [f64; 4] = [0.05, 0.2, 0.6, 2.0];
-/// Strengths that are tried: doublings from a hundredth of the usual load.
-const LEVELS: i32 = 12;
+use crate::diagnose::settings::Settings;
+use crate::diagnose::settings::solver::{
+    LEAST_LOAD, LOAD_FACTORS, LOAD_LEVELS, LOAD_TIMES_S, SCATTER_LEVELS,
+};
 
 /// A random load torque (Ornstein-Uhlenbeck process), and scatter of speeds where a log has no position.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -23,14 +23,14 @@ impl Noise {
     /// Quantization alone.
     pub const NONE: Self = Self {
         strength: 0.0,
-        time_s: TIMES_S[1],
+        time_s: LOAD_TIMES_S[1],
         speed_counts_s: 0.0,
     };
 
-    /// The load that is assumed of a bench without a recording: a tenth of the usual one.
-    pub fn of_a_clean_bench(usual_load: f64) -> Self {
+    /// The load that is assumed of a bench without a recording: an immaterial share of the usual one.
+    pub fn of_a_clean_bench(settings: &Settings) -> Self {
         Self {
-            strength: 0.1 * usual_load,
+            strength: settings.unexplained_share * settings.usual_load,
             ..Self::NONE
         }
     }
@@ -63,8 +63,7 @@ pub(crate) fn likeliest(
     let top = integrated.fold(0.0, |most, run| f64::max(most, run.top));
     let scatter = |best: &mut (f64, Noise)| {
         let found = best.1;
-        // From what ten bits of the top speed resolve to a sixteenth of it.
-        for level in 4..=10 {
+        for level in SCATTER_LEVELS {
             if top > 0.0 {
                 let speed_counts_s = top / f64::from(1 << level);
                 look(
@@ -79,20 +78,20 @@ pub(crate) fn likeliest(
     };
     scatter(&mut best);
     let begun = best.1;
-    for level in (0..LEVELS).step_by(2) {
-        let strength = 0.01 * usual_load * 2f64.powi(level);
+    for level in (0..LOAD_LEVELS).step_by(2) {
+        let strength = LEAST_LOAD * usual_load * 2f64.powi(level);
         look(Noise { strength, ..begun }, &mut best);
     }
     if best.1.strength == 0.0 {
         return best.1;
     }
     let begun = best.1;
-    for time_s in TIMES_S {
+    for time_s in LOAD_TIMES_S {
         look(Noise { time_s, ..begun }, &mut best);
     }
     scatter(&mut best);
     let found = best.1;
-    for factor in [0.5, 0.7, 1.4, 2.0] {
+    for factor in LOAD_FACTORS {
         let strength = found.strength * factor;
         look(Noise { strength, ..found }, &mut best);
     }

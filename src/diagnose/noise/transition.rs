@@ -1,5 +1,7 @@
 //! State transition of the prediction error between two samples, and its covariance (Kalman 1960).
 
+use crate::diagnose::settings::solver::LAST_DIGITS;
+
 /// From one sample to the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Transition {
@@ -32,9 +34,7 @@ impl Transitions {
     }
 
     pub fn step(&mut self, dt: f64, is_moving: bool) -> Transition {
-        // Even times differ by what floating point leaves of them.
-        const SAME: f64 = 1e-9;
-        let is_same = (dt - self.dt).abs() <= SAME * dt;
+        let is_same = (dt - self.dt).abs() <= LAST_DIGITS * dt;
         if !is_same {
             let a = 1.0 / self.time_constant_s;
             let e = (-a * dt).exp();
@@ -103,36 +103,5 @@ impl Covariance {
         self.vd -= gain[1] * by[2];
         self.dd -= gain[2] * by[2];
         gain
-    }
-}
-
-/// Logarithm of a product, of several factors at a time.
-pub(super) struct LogProduct {
-    sum: f64,
-    product: f64,
-}
-
-impl Default for LogProduct {
-    fn default() -> Self {
-        Self {
-            sum: 0.0,
-            product: 1.0,
-        }
-    }
-}
-
-impl LogProduct {
-    pub fn times(&mut self, factor: f64) {
-        // Far from the ends of floating point, whatever the next factor is.
-        const FAR: std::ops::Range<f64> = 1e-100..1e100;
-        self.product *= factor;
-        if !FAR.contains(&self.product) {
-            self.sum += self.product.ln();
-            self.product = 1.0;
-        }
-    }
-
-    pub fn sum(&self) -> f64 {
-        self.sum + self.product.ln()
     }
 }

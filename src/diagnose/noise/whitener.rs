@@ -5,7 +5,7 @@
 //! variance 1/12 (Widrow and Kollar 2008).
 
 use super::Noise;
-use super::transition::{Covariance, LogProduct, Transition, Transitions};
+use super::transition::{Covariance, Transition, Transitions};
 use crate::diagnose::model::dot;
 use crate::diagnose::segments::Segments;
 use crate::units::ROUNDING_VARIANCE;
@@ -37,7 +37,7 @@ impl Whitener {
     pub fn new(segments: &Segments, plant: &LinearPlant, noise: Noise) -> Self {
         let mut steps = Vec::with_capacity(segments.len);
         let mut starts = Vec::new();
-        let mut log = LogProduct::default();
+        let mut log_det = 0.0;
         let sigma = noise.strength * plant.stall_counts_s2;
         let mut transitions = Transitions::new(plant.time_constant_s, noise.time_s);
         for segment in &segments.segments {
@@ -68,17 +68,17 @@ impl Whitener {
                 }
                 let late = run.speed[k] * plant.jitter_s;
                 let weight = segments.weight[segment.at + k - segment.from];
-                let s = p.xx + ROUNDING_VARIANCE / weight + late * late / 12.0;
+                let s = p.xx + ROUNDING_VARIANCE / weight + late * late * ROUNDING_VARIANCE;
                 step.gain = p.update(s);
                 step.scale = 1.0 / s.sqrt();
-                log.times(s);
+                log_det += s.ln();
                 steps.push(step);
             }
         }
         Self {
             steps,
             starts,
-            log_det: log.sum(),
+            log_det,
         }
     }
 

@@ -17,63 +17,44 @@ pub struct BadRecording {
     pub sentence: String,
     /// Probability of what the verdict says: a finding is read off the recording.
     pub probability: f64,
-    /// No effect is identified.
-    pub effects: [&'static str; 0],
-    /// No class is identified.
-    pub classes: [&'static str; 0],
-    /// No error is measured.
-    pub budget: [&'static str; 0],
-    /// No error is measured.
-    pub unexplained: Option<()>,
-    /// No effect has a probability.
-    pub causes: [&'static str; 0],
-    /// No set has a probability.
-    pub sets: [&'static str; 0],
-    /// Nothing is determined of the motor.
-    pub identifiable: Option<()>,
-    /// Nothing is located.
-    #[serde(rename = "where")]
-    pub place: Option<()>,
-    /// No error is measured.
-    pub gap: Option<()>,
     /// Every finding, the fatal ones first.
     pub data: Vec<Finding>,
-    /// The next experiment is the same one, mended.
-    pub next_experiment: Option<()>,
-    /// Nothing was fitted.
-    pub steps: [&'static str; 0],
-    /// Nothing was scored.
-    pub scoring: Option<()>,
     /// How long the diagnosis took in s.
     pub elapsed_s: f64,
+    #[serde(flatten)]
+    nothing: Nothing,
+}
+
+/// Nothing is identified, measured, fitted, scored or located; the next experiment is the same one, mended.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+struct Nothing {
+    effects: [(); 0],
+    classes: [(); 0],
+    budget: [(); 0],
+    causes: [(); 0],
+    sets: [(); 0],
+    steps: [(); 0],
+    unexplained: Option<()>,
+    identifiable: Option<()>,
+    r#where: Option<()>,
+    gap: Option<()>,
+    next_experiment: Option<()>,
+    scoring: Option<()>,
 }
 
 impl BadRecording {
     /// The document of these findings, of which one at least is fatal.
     pub fn of(findings: Vec<Finding>) -> Self {
-        let fatal: Vec<&Finding> = findings
-            .iter()
-            .filter(|finding| finding.severity == Severity::Fatal)
-            .collect();
+        let is_fatal = |finding: &&Finding| finding.severity == Severity::Fatal;
+        let fatal: Vec<&Finding> = findings.iter().filter(is_fatal).collect();
         Self {
             shape: SHAPE,
             verdict: Verdict::BadRecording,
             sentence: sentence(&fatal),
             probability: 1.0,
-            effects: [],
-            classes: [],
-            budget: [],
-            unexplained: None,
-            causes: [],
-            sets: [],
-            identifiable: None,
-            place: None,
-            gap: None,
             data: findings,
-            next_experiment: None,
-            steps: [],
-            scoring: None,
             elapsed_s: 0.0,
+            nothing: Nothing::default(),
         }
     }
 }

@@ -4,8 +4,7 @@ use std::fmt;
 
 use super::Diagnosis;
 
-/// Sets below this probability are left out. Convention.
-const SHOWN_FROM: f64 = 1e-3;
+use crate::diagnose::settings::conventions::LISTED_FROM;
 
 impl fmt::Display for Diagnosis {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -18,7 +17,11 @@ impl fmt::Display for Diagnosis {
             "score: {}, {:.0} effective observations, random load {:.4} of stall",
             scoring.score, scoring.effective_observations, scoring.random_load_share
         )?;
-        for set in self.sets.iter().filter(|set| set.probability >= SHOWN_FROM) {
+        for set in self
+            .sets
+            .iter()
+            .filter(|set| set.probability >= LISTED_FROM)
+        {
             let name = match set.effects.is_empty() {
                 true => "none".to_owned(),
                 false => set.effects.join("+"),

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::diagnose::settings::conventions::SCREENED_SHOWN;
+
 /// One round of the search.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SearchStep {
@@ -21,9 +23,6 @@ pub struct SearchStep {
     pub fitted: usize,
 }
 
-/// Screened sets that are printed.
-const SHOWN: usize = 8;
-
 impl fmt::Display for SearchStep {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let named = |set: &[&str]| match set {
@@ -31,7 +30,7 @@ impl fmt::Display for SearchStep {
             _ => set.join("+"),
         };
         writeln!(f, "beside {}:", named(&self.from))?;
-        for (set, worth) in self.screened.iter().take(SHOWN) {
+        for (set, worth) in self.screened.iter().take(SCREENED_SHOWN) {
             writeln!(f, "  screened {worth:9.1}  {}", named(set))?;
         }
         writeln!(

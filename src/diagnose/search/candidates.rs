@@ -6,25 +6,18 @@ use super::periodic;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::model::{BASE, Base, Member, predict, range_of};
 use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::conventions::EDGES_COUNTED;
+use crate::diagnose::settings::solver::{CLOSE_STARTS, FURTHER_STARTS, SIGNED_STARTS, STARTS};
 use crate::motor::ActiveEffect;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
-
-/// Shares of a range from which the first parameter of an effect starts; closer where the prediction does not depend on it smoothly;
-/// of either sign; and further parameters.
-const STARTS: [f64; 3] = [0.15, 0.5, 0.85];
-const CLOSE_STARTS: [f64; 5] = [0.08, 0.25, 0.45, 0.65, 0.85];
-const SIGNED_STARTS: [f64; 4] = [-0.5, -0.12, 0.12, 0.5];
-const FURTHER_STARTS: [f64; 2] = [0.2, 0.7];
-/// Multiples of the motor file's counts per revolution: edges are counted once, twice or four times a line.
-const EDGES_COUNTED: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
 /// How an effect changes the prediction.
 #[derive(Debug, Clone)]
 pub(crate) enum Shape {
     /// By this column in counts, times a coefficient from 0 to about 2.
     One(Vec<f64>),
-    /// By any sum of these two, sine and cosine, with what turns the coefficients into amplitude and phase.
-    Pair([Vec<f64>; 2], periodic::Wave),
+    /// By any sum of these two, sine and cosine, with the effect's amplitude for a coefficient of 1.
+    Pair([Vec<f64>; 2], f64),
     /// By the derivative of this base parameter, whose prior it widens to this precision.
     Widens(usize, f64),
 }
@@ -124,7 +117,7 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     // What differs by direction is not identifiable from one.
     let is_by_direction = kind.id.starts_with("asymmetric_");
     let is_excluded = is_present(kind.id)
-        || (is_by_direction && !turns_both_ways(segments))
+        || (is_by_direction && !turns_both_ways(segments, base.settings.unexplained_share))
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
         || (is_aliased && repeats)
@@ -132,15 +125,15 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     !is_excluded
 }
 
-/// Whether the shaft turns in both directions, by a tenth of the travel in one.
-fn turns_both_ways(segments: &Segments) -> bool {
+/// Whether the shaft turns in both directions, by more than an immaterial share of the travel in one.
+fn turns_both_ways(segments: &Segments, immaterial: f64) -> bool {
     let (mut forward, mut back) = (0.0, 0.0);
     for pair in segments.runs.iter().flat_map(|run| run.counts.windows(2)) {
         let step: f64 = pair[1] - pair[0];
         forward += step.max(0.0);
         back += (-step).max(0.0);
     }
-    forward.min(back) > 0.1 * forward.max(back)
+    forward.min(back) > immaterial * forward.max(back)
 }
 
 /// Every effect that may be added to a fit, from each of its starts.

@@ -10,15 +10,7 @@ use super::candidates::{Candidate, Shape};
 use crate::diagnose::fit::{Fit, gram};
 use crate::diagnose::model::dot;
 
-/// Worths that differ by less, in nats, differ by rounding: platforms order them alike.
-const SAME_NATS: f64 = 1e-6;
-
-/// Largest coefficient of a start's column; beyond, another start is nearer.
-const LARGEST: f64 = 2.0;
-/// Share of a column's square that has to be left by the base parameters to be a number.
-const LAST_DIGITS: f64 = 1e-9;
-/// Pairs that are extended to triples.
-const EXTENDED: usize = 8;
+use crate::diagnose::settings::solver::{EXTENDED, LARGEST_COEFFICIENT, LAST_DIGITS, SAME};
 
 /// A set of candidates with the coefficients of their columns.
 #[derive(Debug, Clone)]
@@ -179,8 +171,8 @@ impl Screen {
                 if a[at] <= 0.0 {
                     return None;
                 }
-                if a[at] > LARGEST {
-                    a[at] = LARGEST;
+                if a[at] > LARGEST_COEFFICIENT {
+                    a[at] = LARGEST_COEFFICIENT;
                 }
             }
             at += self.blocks[*k].1;
@@ -190,7 +182,7 @@ impl Screen {
             return None;
         }
         let gain = match self.n_eff {
-            Some(n_eff) => -0.5 * n_eff * (1.0 - 2.0 * gain / n_eff).max(1e-9).ln(),
+            Some(n_eff) => -0.5 * n_eff * (1.0 - 2.0 * gain / n_eff).max(LAST_DIGITS).ln(),
             None => gain,
         };
         let mut coefficients = Vec::new();
@@ -206,7 +198,7 @@ impl Screen {
         Some(Screened {
             of,
             coefficients,
-            worth: ((gain - price) / SAME_NATS).round() * SAME_NATS,
+            worth: ((gain - price) / SAME).round() * SAME,
         })
     }
 }

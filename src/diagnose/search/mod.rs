@@ -16,6 +16,7 @@ use nalgebra::DVector;
 
 use candidates::grid;
 use gram::{Screen, Screened, distinct};
+use periodic::with_wave;
 use pool::Pool;
 
 use super::classes::{class_of, members_of};
@@ -26,18 +27,10 @@ use super::noise::Whitener;
 use super::report::SearchStep;
 use super::score::effective_observations;
 use super::segments::Segments;
+use super::settings::solver::{FITTED_ANYWAY, LAST_DIGITS, ROUNDS, SIMPLIFIED, STARTS_PER_SET};
 use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue, find};
 use crate::units::ROUNDING_VARIANCE;
-
-/// Rounds of adding, dropping and exchanging; the best set stays after two or three.
-const ROUNDS: usize = 5;
-/// Sets that are fitted though screening promises nothing.
-const FITTED_ANYWAY: usize = 4;
-/// Sets near the best that are fitted without each of their members.
-const SIMPLIFIED: usize = 2;
-/// Starts of one set that are fitted.
-const STARTS_PER_SET: usize = 2;
 
 /// Fitted sets, best score first, and how they were judged.
 #[derive(Debug, Clone)]
@@ -82,7 +75,7 @@ pub(crate) fn search(
         progress(&format!(
             "searching, round {} of {ROUNDS} at most, {} sets of effects fitted",
             round + 1,
-            pool.fitted()
+            pool.fitted
         ));
         let best = pool.best().fit.clone();
         let room = settings.most_effects - best.model.members.len();
@@ -110,7 +103,7 @@ pub(crate) fn search(
             best: now.fit.ids(),
             score: now.score,
             rms_counts: now.fit.rms(),
-            fitted: pool.fitted(),
+            fitted: pool.fitted,
         });
         if now.fit.ids() == best.ids() {
             break;
@@ -119,13 +112,14 @@ pub(crate) fn search(
     }
     progress(&format!(
         "fitting the likeliest of {} sets to all segments",
-        pool.fitted()
+        pool.fitted
     ));
     let (sets, judge) = if std::ptr::eq(segments, coarse) {
         pool.sorted()
     } else {
         let near = pool.near_best(2.0 * settings.near_best);
-        let mut all = Pool::new(segments, base).judged_as(pool.judge);
+        let mut all = Pool::new(segments, base);
+        all.judge = pool.judge;
         all.add_fitted(&model, std::slice::from_ref(&none.x), None);
         for scored in near {
             if !scored.fit.model.members.is_empty() {
@@ -138,8 +132,13 @@ pub(crate) fn search(
     Some(Found { sets, judge, steps })
 }
 
-/// Whether the base parameters imitate a candidate, but for a twentieth of its squares: it may be present where they leave nothing.
-fn is_like_parameters(segments: &Segments, from: &Fit, candidate: &Candidate) -> bool {
+/// Whether the base parameters imitate a candidate, but for half an immaterial share of its squares: it may be present where they leave nothing.
+fn is_like_parameters(
+    segments: &Segments,
+    from: &Fit,
+    candidate: &Candidate,
+    immaterial: f64,
+) -> bool {
     let Shape::One(column) = &candidate.shape else {
         return matches!(candidate.shape, Shape::Widens(..));
     };
@@ -147,12 +146,12 @@ fn is_like_parameters(segments: &Segments, from: &Fit, candidate: &Candidate) ->
     let own: Vec<Vec<f64>> = from.columns.iter().map(|c| segments.corrected(c)).collect();
     let along = DVector::from_fn(own.len(), |i, _| dot(&own[i], &column));
     let mut ridge = from.gram.clone();
-    (0..own.len()).for_each(|k| ridge[(k, k)] *= 1.0 + 1e-9);
+    (0..own.len()).for_each(|k| ridge[(k, k)] *= 1.0 + LAST_DIGITS);
     let square = dot(&column, &column);
     let explained = ridge
         .cholesky()
         .map_or(0.0, |c| c.solve(&along).dot(&along));
-    square > 0.0 && explained >= 0.95 * square
+    square > 0.0 && explained >= (1.0 - 0.5 * immaterial) * square
 }
 
 /// The best sets of each size, by turns.
@@ -204,7 +203,9 @@ impl Pool<'_> {
         let (segments, base) = (self.segments, self.base);
         let mut all = candidates(segments, base, from);
         if !self.judge.is_relevant {
-            all.retain(|candidate| is_like_parameters(segments, from, candidate));
+            all.retain(|candidate| {
+                is_like_parameters(segments, from, candidate, base.settings.unexplained_share)
+            });
         }
         if all.is_empty() {
             return Vec::new();
@@ -267,10 +268,7 @@ impl Pool<'_> {
             let added = set.of.iter().zip(&set.coefficients).map(|(k, (a, b))| {
                 let Candidate { member, shape } = &all[*k];
                 match shape {
-                    Shape::Pair(_, wave) => Member {
-                        values: wave.values(member, (*a, *b)),
-                        ..member.clone()
-                    },
+                    Shape::Pair(_, per_unit) => with_wave(member, *per_unit, (*a, *b)),
                     Shape::One(_) if is_scaled => scaled(base, member, *a),
                     _ => member.clone(),
                 }

@@ -1,6 +1,8 @@
 //! Effects that repeat with the angle: all orders at once, by regression on the recorded angle (a simulated angle loses phase after
 //! some counts of error).
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use super::candidates::{Candidate, Shape};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::model::{Base, Member};
@@ -9,34 +11,18 @@ use crate::diagnose::segments::{Segment, Segments};
 use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
 
-/// Turns coefficients of sine and cosine into an effect's amplitude and phase.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Wave {
-    /// The effect's amplitude for a coefficient of 1.
-    pub per_unit: f64,
-}
-
-impl Wave {
-    /// Values of the effect with these coefficients.
-    pub fn values(&self, member: &Member, (sine, cosine): (f64, f64)) -> Vec<f64> {
-        let kind = &catalogue()[member.index];
-        let amplitude = sine.hypot(cosine) * self.per_unit.abs();
-        let turned = if self.per_unit < 0.0 {
-            std::f64::consts::PI
-        } else {
-            0.0
-        };
-        let phase = cosine.atan2(sine) + turned;
-        let mut values = member.values.clone();
-        values[0] = amplitude;
-        let last = kind.parameters.len() - 1;
-        values[last] = phase.rem_euclid(std::f64::consts::TAU);
-        values
-    }
+/// Values of an effect with these coefficients of sine and cosine, of which a coefficient of 1 is `per_unit` of its amplitude.
+pub(super) fn with_wave(member: &Member, per_unit: f64, (sine, cosine): (f64, f64)) -> Member {
+    let mut member = member.clone();
+    let turned = if per_unit < 0.0 { PI } else { 0.0 };
+    member.values[0] = sine.hypot(cosine) * per_unit.abs();
+    let last = member.values.len() - 1;
+    member.values[last] = (cosine.atan2(sine) + turned).rem_euclid(TAU);
+    member
 }
 
 /// Orders of the angle that an effect may have.
-pub(crate) fn orders(kind: &EffectKind) -> Vec<usize> {
+fn orders(kind: &EffectKind) -> Vec<usize> {
     match kind.parameters.iter().find(|p| p.key == "cycles_per_rev") {
         Some(order) => (order.lo.ceil() as usize..=order.hi as usize).collect(),
         None => vec![1],
@@ -44,7 +30,7 @@ pub(crate) fn orders(kind: &EffectKind) -> Vec<usize> {
 }
 
 /// Candidates of one effect that repeats with the angle, an order each.
-pub(crate) fn candidates(
+pub(super) fn candidates(
     segments: &Segments,
     base: &Base,
     fit: &Fit,
@@ -61,8 +47,7 @@ pub(crate) fn candidates(
             let mut out = Vec::with_capacity(segments.len);
             for segment in &segments.segments {
                 let run = &segments.runs[segment.run];
-                let angle = |k: usize| (run.first_counts + run.counts[k]) * run.rad;
-                let at = |k: usize| (order as f64 * angle(k) + shift).sin();
+                let at = |k: usize| (order as f64 * run.angle(k) + shift).sin();
                 match kind.id {
                     "encoder_eccentricity" => {
                         let first = at(segment.from);
@@ -97,17 +82,14 @@ pub(crate) fn candidates(
         }
         out.push(Candidate {
             member: Member { index, values },
-            shape: Shape::Pair(
-                [wave(0.0), wave(std::f64::consts::FRAC_PI_2)],
-                Wave { per_unit },
-            ),
+            shape: Shape::Pair([wave(0.0), wave(FRAC_PI_2)], per_unit),
         });
     }
     out
 }
 
 /// Angle in counts that an acceleration in counts/s^2 makes in a segment: `v' = -v/tau + a`, where the shaft moves.
-pub(crate) fn filter(
+fn filter(
     segments: &Segments,
     segment: &Segment,
     time_constant_s: f64,

@@ -3,21 +3,16 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::fit::{Fit, Metric, fit};
-use crate::diagnose::model::{Base, Member, Model};
+use crate::diagnose::model::{Base, Member, Model, mean_square};
 use crate::diagnose::noise::Whitener;
 use crate::diagnose::relevance::{exceeds, noise_floor};
 use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
 };
 use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::solver::{FLOOR_WITHIN, REFINEMENTS};
 use crate::motor::catalogue::catalogue;
 use crate::units::ROUNDING_VARIANCE;
-
-/// Most times that a fit is repeated with the noise that it leaves itself.
-const NOISE_ROUNDS: usize = 2;
-
-/// Steepness of the passage between the two scores.
-const PASSAGE: i32 = 8;
 
 /// How sets are judged.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +45,8 @@ pub(crate) struct Pool<'a> {
     pub base: &'a Base,
     pub judge: Judge,
     sets: BTreeMap<Vec<&'static str>, Scored>,
-    fitted: usize,
+    /// Sets fitted so far.
+    pub fitted: usize,
     /// Data cost below which nothing is rewarded.
     least: (f64, f64),
 }
@@ -74,12 +70,7 @@ impl<'a> Pool<'a> {
     }
 
     /// Adds a fit where it scores more than one of the same effects.
-    pub fn add(&mut self, fit: Fit) {
-        let likelihood = likelihood(self.segments, self.base, &fit);
-        self.add_with(fit, likelihood);
-    }
-
-    fn add_with(&mut self, fit: Fit, likelihood: Likelihood) {
+    fn add(&mut self, fit: Fit, likelihood: Likelihood) {
         self.fitted += 1;
         let mut scored = Scored {
             score: 0.0,
@@ -100,7 +91,7 @@ impl<'a> Pool<'a> {
     /// Fits a model from these starts, in the metric of the score that judges, and adds it.
     pub fn add_fitted(&mut self, model: &Model, starts: &[Vec<f64>], extends: Option<&Fit>) {
         if let Some((found, likelihood)) = self.fitted_from(model, starts, extends) {
-            self.add_with(found, likelihood);
+            self.add(found, likelihood);
         }
     }
 
@@ -113,7 +104,8 @@ impl<'a> Pool<'a> {
         let whitener = Whitener::new(self.segments, &own.plant, own.noise);
         let metric = Metric::Whitened(&whitener);
         if let Some(found) = fit(self.segments, model, &[begun.x], metric, None) {
-            self.add(found);
+            let likelihood = likelihood(self.segments, self.base, &found);
+            self.add(found, likelihood);
         }
     }
 
@@ -124,46 +116,35 @@ impl<'a> Pool<'a> {
         extends: Option<&Fit>,
     ) -> Option<(Fit, Likelihood)> {
         let (segments, base) = (self.segments, self.base);
-        let with_likelihood = |fit: Fit| {
-            let likelihood = likelihood(segments, base, &fit);
-            (fit, likelihood)
-        };
-        let best = self
-            .sets
-            .values()
-            .max_by(|a, b| a.score.total_cmp(&b.score));
+        let best = (self.sets.values()).max_by(|a, b| a.score.total_cmp(&b.score));
         let Some(best) = best.filter(|_| self.judge.is_likelihood) else {
             let metric = Metric::ScaleFree(self.judge.n_eff);
-            return fit(segments, model, starts, metric, extends).map(with_likelihood);
+            let found = fit(segments, model, starts, metric, extends)?;
+            let own = likelihood(segments, base, &found);
+            return Some((found, own));
         };
-        // The noise of the best set first, then the fit's own.
-        let mut noise = best.likelihood.noise;
-        let mut whitener = Whitener::new(segments, &best.likelihood.plant, noise);
-        let found = fit(
-            segments,
-            model,
-            starts,
-            Metric::Whitened(&whitener),
-            extends,
-        )?;
-        let mut found = with_likelihood(found);
-        for _ in 0..NOISE_ROUNDS {
-            let (fit_so_far, own) = &found;
-            if own.noise == noise {
-                break;
-            }
-            noise = own.noise;
-            whitener = Whitener::new(segments, &own.plant, noise);
-            let start = [fit_so_far.x.clone()];
-            found = with_likelihood(fit(
+        // Under the noise of the best set first, then under the fit's own.
+        let mut before = best.likelihood.clone();
+        let mut starts = starts.to_vec();
+        let mut round = 0;
+        loop {
+            let whitener = Whitener::new(segments, &before.plant, before.noise);
+            let extends = extends.filter(|_| round == 0);
+            let found = fit(
                 segments,
                 model,
-                &start,
+                &starts,
                 Metric::Whitened(&whitener),
-                None,
-            )?);
+                extends,
+            )?;
+            let own = likelihood(segments, base, &found);
+            if own.noise == before.noise || round == REFINEMENTS {
+                return Some((found, own));
+            }
+            starts = vec![found.x];
+            before = own;
+            round += 1;
         }
-        Some(found)
     }
 
     fn score(&self, scored: &mut Scored) {
@@ -207,7 +188,7 @@ impl<'a> Pool<'a> {
             // Half at the limits, by a steep passage.
             let beyond = (noise.strength / settings.credible_load)
                 .max((squares - 1.0) / (settings.credible_squares - 1.0));
-            self.judge.credibility = 1.0 / (1.0 + beyond.powi(PASSAGE));
+            self.judge.credibility = 1.0 / (1.0 + beyond.powi(settings.passage as i32));
             self.judge.is_likelihood = self.judge.credibility >= 0.5;
         }
         // The number of observations is that of the best set's residual, which is best for that number.
@@ -228,56 +209,42 @@ impl<'a> Pool<'a> {
             return true;
         }
         // Simulated recordings leave no more than twice what quantization does, but where starts decide.
-        if fit.mean_square() > 2.0 * ROUNDING_VARIANCE {
+        if fit.mean_square() > FLOOR_WITHIN * ROUNDING_VARIANCE {
             return false;
         }
         let n_eff = effective_observations(self.segments, &fit.corrected);
-        noise_floor(self.segments, fit, &self.base.settings)
+        noise_floor(self.segments, fit)
             .is_some_and(|floor| !exceeds(fit.mean_square(), floor, n_eff, &self.base.settings))
     }
 
     /// The data costs, under either score, of the best of the smallest sets at the noise floor: less is not rewarded.
     fn least_data(&self) -> (f64, f64) {
         let at_floor = || self.sets.values().filter(|set| set.is_at_floor);
-        let smallest = at_floor().map(|set| set.fit.model.members.len()).min();
-        let of_smallest = || at_floor().filter(|set| Some(set.fit.model.members.len()) == smallest);
-        let least = |costs: &mut dyn Iterator<Item = f64>| {
-            let least = costs.fold(f64::INFINITY, f64::min);
-            if least.is_finite() {
-                least
-            } else {
-                f64::NEG_INFINITY
-            }
-        };
+        let size = |set: &&Scored| set.fit.model.members.len();
+        let smallest = at_floor().map(|set| size(&set)).min();
         let n_eff = self.judge.n_eff;
-        (
-            least(&mut of_smallest().map(|set| set.likelihood.optimum.data)),
-            least(&mut of_smallest().map(|set| scale_free(self.base, &set.fit, n_eff).data)),
-        )
+        let costs = at_floor()
+            .filter(|set| Some(size(set)) == smallest)
+            .map(|set| {
+                let free = scale_free(self.base, &set.fit, n_eff);
+                (set.likelihood.optimum.data, free.data)
+            });
+        let costs = costs.filter(|(likely, free)| likely.is_finite() && free.is_finite());
+        let least = costs.reduce(|a, b| (a.0.min(b.0), a.1.min(b.1)));
+        least.unwrap_or((f64::NEG_INFINITY, f64::NEG_INFINITY))
     }
 
     fn score_all(&mut self) {
         self.least = self.least_data();
-        let scored: Vec<Scored> = (self.sets.values())
-            .map(|set| {
-                let mut set = set.clone();
-                self.score(&mut set);
-                set
-            })
-            .collect();
-        self.sets = scored.into_iter().map(|set| (set.fit.ids(), set)).collect();
+        let mut sets = std::mem::take(&mut self.sets);
+        sets.values_mut().for_each(|set| self.score(set));
+        self.sets = sets;
     }
 
     pub fn best(&self) -> &Scored {
         let sets = self.sets.values();
         sets.max_by(|a, b| a.score.total_cmp(&b.score))
             .expect("the model without effects at least")
-    }
-
-    /// The same judge as another pool has.
-    pub fn judged_as(mut self, judge: Judge) -> Self {
-        self.judge = judge;
-        self
     }
 
     /// Sets whose score is behind the best by no more than this, best first.
@@ -292,10 +259,6 @@ impl<'a> Pool<'a> {
 
     pub fn has(&self, ids: &[&'static str]) -> bool {
         self.sets.contains_key(ids)
-    }
-
-    pub fn fitted(&self) -> usize {
-        self.fitted
     }
 
     pub fn likelihood_of(&self, fit: &Fit) -> Likelihood {
@@ -325,11 +288,15 @@ impl<'a> Pool<'a> {
         let sets = self.sets.into_values();
         let mut sets: Vec<Scored> = sets.filter(|set| set.score.is_finite()).collect();
         sets.sort_by(|a, b| b.score.total_cmp(&a.score));
+        let differ = |a: &Fit, b: &Fit| {
+            let pairs = a.corrected.iter().zip(&b.corrected);
+            mean_square(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>()) >= same
+        };
         let is_implied = |set: &Scored| {
             sets.iter().any(|other| {
                 other.fit.model.members.len() == set.fit.model.members.len()
                     && other.fit.x.len() < set.fit.x.len()
-                    && difference(&other.fit.corrected, &set.fit.corrected) < same
+                    && !differ(&other.fit, &set.fit)
             })
         };
         let distinct = sets
@@ -339,10 +306,4 @@ impl<'a> Pool<'a> {
             .collect();
         (distinct, self.judge)
     }
-}
-
-/// Mean square of the difference of two residuals.
-fn difference(a: &[f64], b: &[f64]) -> f64 {
-    let squares: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
-    squares / a.len().max(1) as f64
 }

@@ -7,6 +7,7 @@
 //! products, linear, and the same for every model (generalized least squares; marginalized nuisance parameters).
 
 use super::{Recording, Segment};
+use crate::diagnose::settings::solver::LAST_DIGITS;
 use crate::units::ROUNDING_VARIANCE;
 
 /// The operator `W` of one segment.
@@ -31,7 +32,7 @@ impl Correction {
             along * across * speed,
             across * across * speed,
         ];
-        if across <= 1e-9 || speed <= 0.0 {
+        if across <= LAST_DIGITS || speed <= 0.0 {
             return Self {
                 directions: vec![(shrinkage(n), first)],
             };

@@ -9,28 +9,24 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fit::gram;
 use crate::diagnose::model::dot;
-
-/// Samples of the past that are regressed on.
-const PAST: usize = 3;
-/// Share of the innovation's variance from which on a command answers to the motion: the larger part.
-const ANSWERS: f64 = 0.5;
-/// Ridge relative to a column's square sum, for commands that their past determines.
-const RIDGE: f64 = 1e-9;
+use crate::diagnose::settings::Settings;
+use crate::diagnose::settings::solver::LAST_DIGITS;
 
 /// Whether a command answers to the counts that are read at the same sample.
-pub(super) fn answers_to_motion(command: &[f64], counts: &[f64]) -> bool {
+pub(super) fn answers_to_motion(command: &[f64], counts: &[f64], settings: &Settings) -> bool {
+    let past_samples = settings.feedback_samples;
     let n = command.len().min(counts.len());
-    if n <= 4 * PAST {
+    if n <= 4 * past_samples {
         return false;
     }
-    let rows = PAST..n;
+    let rows = past_samples..n;
     let moved = |k: usize| counts[k] - counts[k - 1];
     let column = |of: &dyn Fn(usize) -> f64| -> Vec<f64> { rows.clone().map(of).collect() };
     let mut past = vec![column(&|_| 1.0)];
-    for lag in 1..=PAST {
+    for lag in 1..=past_samples {
         past.push(column(&|k| command[k - lag]));
     }
-    for lag in 1..PAST {
+    for lag in 1..past_samples {
         past.push(column(&|k| moved(k - lag)));
     }
     let (Some(command), Some(motion)) = (
@@ -41,14 +37,14 @@ pub(super) fn answers_to_motion(command: &[f64], counts: &[f64]) -> bool {
     };
     let both = dot(&command, &motion);
     let (of_command, of_motion) = (dot(&command, &command), dot(&motion, &motion));
-    both < 0.0 && both * both > ANSWERS * of_command * of_motion
+    both < 0.0 && both * both > settings.feedback_share * of_command * of_motion
 }
 
 /// What a regression on some columns leaves of another; `None` where that is nothing.
 fn innovation(columns: &[Vec<f64>], of: &[f64]) -> Option<Vec<f64>> {
     let mut normal: DMatrix<f64> = gram(columns);
     for k in 0..normal.nrows() {
-        normal[(k, k)] += RIDGE * normal[(k, k)].max(f64::MIN_POSITIVE);
+        normal[(k, k)] += LAST_DIGITS * normal[(k, k)].max(f64::MIN_POSITIVE);
     }
     let right = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, of)));
     let solved = normal.cholesky()?.solve(&right);
@@ -56,7 +52,7 @@ fn innovation(columns: &[Vec<f64>], of: &[f64]) -> Option<Vec<f64>> {
     for (column, by) in columns.iter().zip(solved.iter()) {
         left.iter_mut().zip(column).for_each(|(x, c)| *x -= by * c);
     }
-    (dot(&left, &left) > RIDGE * dot(of, of)).then_some(left)
+    (dot(&left, &left) > LAST_DIGITS * dot(of, of)).then_some(left)
 }
 
 #[cfg(test)]
@@ -81,6 +77,7 @@ mod tests {
     /// for another motor.
     #[test]
     fn a_position_loop_answers_and_a_profile_does_not() {
+        let settings = Settings::default();
         let mut command: Vec<f64> = Vec::new();
         for k in 0..600 {
             let goal = 300.0 * (0.002 * f64::from(k)).sin();
@@ -88,13 +85,13 @@ mod tests {
             let now = *counts_of(&command).last().expect("a sample");
             *command.last_mut().expect("a sample") = (0.05 * (goal - now)).clamp(-4.5, 4.5);
         }
-        assert!(answers_to_motion(&command, &counts_of(&command)));
+        assert!(answers_to_motion(&command, &counts_of(&command), &settings));
         let run = recording(&Motor::default(), 1500);
         let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
-        assert!(!answers_to_motion(&run.command, &counts));
+        assert!(!answers_to_motion(&run.command, &counts, &settings));
         let chirp: Vec<f64> = (0..1500)
             .map(|k| 4.0 * (1e-5 * f64::from(k).powi(2)).sin())
             .collect();
-        assert!(!answers_to_motion(&chirp, &counts_of(&chirp)));
+        assert!(!answers_to_motion(&chirp, &counts_of(&chirp), &settings));
     }
 }

@@ -17,15 +17,13 @@ pub(crate) use regimes::regimes;
 pub(crate) use subset::Subset;
 pub(crate) use work::Work;
 
-use crate::motor::Motor;
+use crate::motor::{CommandKind, Motor, Parameters};
 use crate::recording::Run;
 
 use super::error::{DiagnoseError, name_of};
 use super::settings::Settings;
+use super::settings::conventions::CUT_REACH;
 use correction::Correction;
-
-/// A cut is moved by at most this part of a segment: all segments have at least half of the mean length. Convention.
-const CUT_REACH: usize = 4;
 
 /// A contiguous part of one run.
 #[derive(Debug, Clone)]
@@ -87,10 +85,9 @@ impl Segments {
             });
             recordings.push(made?);
         }
-        let length_s = settings.segment_s.max(
-            settings.segment_time_constants
-                * time_constant_s(motor).min(settings.longest_time_constant_s),
-        );
+        let length_s = settings
+            .segment_s
+            .max(settings.segment_time_constants * time_constant_s(motor).min(settings.segment_s));
         let mut segments = Vec::new();
         let mut len = 0;
         for (number, run) in recordings.iter_mut().enumerate() {
@@ -120,19 +117,14 @@ impl Segments {
         let arrivals_s = (runs.iter().filter(|run| run.is_host_timed()))
             .map(|run| arrival_spread_s(&run.t_s))
             .fold(0.0, f64::max);
-        let made = Self::of(recordings, segments, arrivals_s, settings);
+        let made = Self::of(recordings, segments, arrivals_s);
         Ok(made.with_time_constant(time_constant_s(motor)))
     }
 
     /// Of segments of recordings, without a correction yet.
-    fn of(
-        recordings: Vec<Recording>,
-        segments: Vec<Segment>,
-        arrivals_s: f64,
-        settings: &Settings,
-    ) -> Self {
+    fn of(recordings: Vec<Recording>, segments: Vec<Segment>, arrivals_s: f64) -> Self {
         let len = segments.iter().map(Segment::len).sum();
-        let blocks = blocks(&segments, settings.folds);
+        let blocks = blocks(&segments, recordings[0].settings.folds);
         let mut counts = Vec::with_capacity(len);
         let mut weight = Vec::with_capacity(len);
         for segment in &segments {
@@ -172,7 +164,6 @@ impl Segments {
         &self,
         counts: impl IntoIterator<Item = Vec<f64>>,
         time_constant_s: f64,
-        settings: &Settings,
     ) -> Self {
         let pairs = self.runs.iter().zip(counts);
         let runs: Vec<Recording> = pairs.map(|(run, n)| run.with_counts(n)).collect();
@@ -180,7 +171,7 @@ impl Segments {
         for segment in &mut segments {
             segment.start_speed_sd = runs[segment.run].start(segment.from).1;
         }
-        let mut made = Self::of(runs, segments, self.arrivals_s, settings);
+        let mut made = Self::of(runs, segments, self.arrivals_s);
         made.work = self.work.clone();
         made.with_time_constant(time_constant_s)
     }
@@ -225,9 +216,19 @@ fn cuts(run: &Recording, count: usize) -> Vec<usize> {
 
 /// Mechanical time constant of a motor in s.
 pub(crate) fn time_constant_s(motor: &Motor) -> f64 {
-    let p = &motor.parameters;
-    let coupling = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
-    p.inertia_kg_m2 / (p.viscous_friction_nm_s_per_rad + coupling).max(f64::MIN_POSITIVE)
+    let drag = drag(&motor.parameters, CommandKind::Voltage);
+    motor.parameters.inertia_kg_m2 / drag.max(f64::MIN_POSITIVE)
+}
+
+/// Torque against the speed in N m s/rad: viscous friction, and the back-EMF of a motor that is driven by a voltage.
+pub(crate) fn drag(p: &Parameters, kind: CommandKind) -> f64 {
+    let coupling = match kind {
+        CommandKind::Voltage => {
+            p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm
+        }
+        _ => 0.0,
+    };
+    p.viscous_friction_nm_s_per_rad + coupling
 }
 
 /// Segments as blocks, dealt to folds in turn; where segments are fewer than folds, each is cut into as many blocks as there are folds.
@@ -278,7 +279,7 @@ mod tests {
     use super::*;
     use crate::diagnose::model::predict;
     use crate::diagnose::samples::recording;
-    use crate::motor::{CommandKind, Drive, SimulationOptions, simulate};
+    use crate::motor::{Drive, SimulationOptions, simulate};
 
     /// A command that steps at even places of cuts: beside it the motor itself leaves quantization, 1/sqrt(12) = 0.29 counts, and
     /// on it 0.45, since no initial speed is measured there.

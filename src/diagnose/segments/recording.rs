@@ -6,7 +6,9 @@ use super::feedback::answers_to_motion;
 use crate::check::host_clock::host_clock;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::settings::Settings;
-use crate::least_squares::start_of;
+use crate::diagnose::settings::conventions::MOVED_COUNTS;
+use crate::diagnose::settings::solver::WINDOW_SAMPLES;
+use crate::least_squares::{Record, start_of};
 use crate::motor::fit::{Reset, Simulator};
 use crate::motor::{Drive, KnownDifferences, Model, SimulationError};
 use crate::recording::Run;
@@ -42,7 +44,7 @@ pub(crate) struct Recording {
     pub is_closed_loop: bool,
     /// Largest speed in counts/s, 1 at least.
     pub top: f64,
-    /// Initial speeds as the plain fit of the run's first samples gives them, in counts/s with standard deviation.
+    /// Initial speed in counts/s with its standard deviation.
     pub first_speed: (f64, f64),
     /// Starts anew at every segment.
     pub simulator: Simulator,
@@ -50,10 +52,7 @@ pub(crate) struct Recording {
     pub continuous: Simulator,
     /// Samples at which the simulation starts anew.
     pub restarts: Vec<usize>,
-    /// Half width in s of the regression of initial speeds, and the share of the top speed by which they are uncertain beside it.
-    pub start_window_s: f64,
-    pub start_speed_share: f64,
-    pub speed_window_s: f64,
+    pub settings: Settings,
 }
 
 impl Recording {
@@ -68,7 +67,7 @@ impl Recording {
             .get(steps.len() / 2)
             .copied()
             .unwrap_or(run.sample_time_s);
-        let (speed, moving) = motion(&run.t_s, &counts, sample_time_s, settings.speed_window_s);
+        let (speed, moving) = motion(&run.t_s, &counts, sample_time_s, settings.speed_window_s());
         let command = run.driving_command();
         let drive = Drive {
             t_s: &run.t_s,
@@ -79,16 +78,9 @@ impl Recording {
             .knowing(run.known.clone())
             .filtering_samples(run.is_integrated_backward());
         let half_turn = 0.5 * run.counts_per_rev;
-        let record = crate::least_squares::Record::from_rest(
-            &run.t_s,
-            &command,
-            &counts,
-            run.counts_per_rev,
-        );
-        let start = start_of(&record);
-        let first_speed = (start.speed_counts_s, start.variance.sqrt());
+        let first_speed = first_speed(&run.t_s, &command, &counts, run.counts_per_rev);
         Ok(Self {
-            is_closed_loop: answers_to_motion(&command, &counts),
+            is_closed_loop: answers_to_motion(&command, &counts, settings),
             is_integrated: run.is_integrated(),
             is_aliased: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
             top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
@@ -107,9 +99,7 @@ impl Recording {
             continuous: simulator.clone(),
             simulator,
             restarts: Vec::new(),
-            start_window_s: settings.start_window_s,
-            start_speed_share: settings.start_speed_share,
-            speed_window_s: settings.speed_window_s,
+            settings: *settings,
         })
     }
 
@@ -130,18 +120,17 @@ impl Recording {
 
     /// The same recording with other counts from the first sample, its initial states measured anew.
     pub fn with_counts(&self, counts: Vec<f64>) -> Self {
-        let (speed, moving) = motion(&self.t_s, &counts, self.sample_time_s, self.speed_window_s);
-        let per_rev = TAU / self.rad;
-        let start = start_of(&crate::least_squares::Record::from_rest(
+        let (speed, moving) = motion(
             &self.t_s,
-            &self.command,
             &counts,
-            per_rev,
-        ));
+            self.sample_time_s,
+            self.settings.speed_window_s(),
+        );
+        let first_speed = first_speed(&self.t_s, &self.command, &counts, TAU / self.rad);
         let mut other = Self {
             speed,
             moving,
-            first_speed: (start.speed_counts_s, start.variance.sqrt()),
+            first_speed,
             counts,
             ..self.clone()
         };
@@ -158,19 +147,22 @@ impl Recording {
         if !self.moving[k] {
             return (0.0, 0.0);
         }
-        let share = self.start_speed_share * self.top;
+        let share = self.settings.start_speed_share * self.top;
         match self.slopes(k) {
             Some([(speed, sd), (before, _), (behind, _)]) => {
                 (speed, sd.hypot(share).hypot(0.5 * (behind - before)))
             }
-            None => (self.speed[k], (0.5 / self.speed_window_s).hypot(share)),
+            None => (
+                self.speed[k],
+                (0.5 / self.settings.speed_window_s()).hypot(share),
+            ),
         }
     }
 
     /// Whether the speed of a moving shaft changes so fast at a sample that this makes most of the uncertainty of its initial state: there a
     /// command steps.
     pub fn bends(&self, k: usize) -> bool {
-        let share = self.start_speed_share * self.top;
+        let share = self.settings.start_speed_share * self.top;
         self.moving[k]
             && (self.slopes(k)).is_some_and(|[(_, sd), (before, _), (behind, _)]| {
                 0.5 * (behind - before).abs() > sd.hypot(share)
@@ -179,7 +171,7 @@ impl Recording {
 
     /// Speed in counts/s with its standard deviation by a regression over the samples around one, over those before, and over those behind.
     fn slopes(&self, k: usize) -> Option<[(f64, f64); 3]> {
-        let half = ((self.start_window_s / self.sample_time_s).ceil() as usize).max(2);
+        let half = ((self.settings.start_window_s / self.sample_time_s).ceil() as usize).max(2);
         let (from, to) = (
             k.saturating_sub(half),
             (k + half).min(self.counts.len() - 1),
@@ -196,23 +188,34 @@ impl Recording {
         noise.speed_counts_s * (self.t_s[k] - self.t_s[k - 1])
     }
 
+    /// The angle at a sample in rad.
+    pub fn angle(&self, sample: usize) -> f64 {
+        (self.first_counts + self.counts[sample]) * self.rad
+    }
+
     /// The initial state at a sample, with the standard deviation of its speed in counts/s.
     pub fn start(&self, sample: usize) -> (Reset, f64) {
         let (speed, sd) = self.start_speed(sample);
         let reset = Reset {
             sample,
-            angle_rad: (self.first_counts + self.counts[sample]) * self.rad,
+            angle_rad: self.angle(sample),
             speed_rad_s: speed * self.rad,
         };
         (reset, sd)
     }
 }
 
+/// Initial speed in counts/s as the plain fit of the first samples gives it, with its standard deviation.
+fn first_speed(t_s: &[f64], command: &[f64], counts: &[f64], per_rev: f64) -> (f64, f64) {
+    let start = start_of(&Record::from_rest(t_s, command, counts, per_rev));
+    (start.speed_counts_s, start.variance.sqrt())
+}
+
 /// Smoothed speed in counts/s, and where the shaft moves by more than the count that an edge dithers by, there and back included.
 fn motion(t_s: &[f64], counts: &[f64], sample_time_s: f64, window_s: f64) -> (Vec<f64>, Vec<bool>) {
-    // More samples than a window of ever finer sampling has would make this quadratic.
-    const MOST_SAMPLES: f64 = 1000.0;
-    let half = (window_s / sample_time_s).round().clamp(1.0, MOST_SAMPLES) as usize;
+    let half = (window_s / sample_time_s)
+        .round()
+        .clamp(1.0, WINDOW_SAMPLES) as usize;
     let last = counts.len().saturating_sub(1);
     (0..counts.len())
         .map(|k| {
@@ -222,7 +225,10 @@ fn motion(t_s: &[f64], counts: &[f64], sample_time_s: f64, window_s: f64) -> (Ve
                 .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), n| {
                     (a.min(*n), b.max(*n))
                 });
-            ((counts[to] - counts[from]) / span_s, high - low >= 1.5)
+            (
+                (counts[to] - counts[from]) / span_s,
+                high - low > MOVED_COUNTS,
+            )
         })
         .unzip()
 }

@@ -3,12 +3,12 @@
 use super::Recording;
 use crate::diagnose::report::Regime;
 
-/// A change of speed, or a speed, below this share of the top speed is none, or slow. Convention of the words alone.
-const SLOW: f64 = 0.1;
+use crate::diagnose::settings::conventions::SLOW;
 
 /// The regime of each sample: changes are looked for over the speed window to either side, breakaway lasts two windows.
 pub(crate) fn regimes(run: &Recording) -> Vec<Regime> {
-    let half = ((run.speed_window_s / run.sample_time_s).round() as usize).max(1);
+    let window_s = run.settings.speed_window_s();
+    let half = ((window_s / run.sample_time_s).round() as usize).max(1);
     let last = run.t_s.len().saturating_sub(1);
     let mut rested_s = f64::NEG_INFINITY;
     (0..run.t_s.len())
@@ -25,7 +25,7 @@ pub(crate) fn regimes(run: &Recording) -> Vec<Regime> {
                     Regime::Reversal
                 }
                 () if run.command[k] == 0.0 => Regime::Coasting,
-                () if run.t_s[k] - rested_s < 2.0 * run.speed_window_s => Regime::Breakaway,
+                () if run.t_s[k] - rested_s < 2.0 * window_s => Regime::Breakaway,
                 () if change > SLOW * run.top => Regime::Accelerating,
                 () if -change > SLOW * run.top => Regime::Braking,
                 () if run.speed[k].abs() < SLOW * run.top => Regime::LowSpeed,

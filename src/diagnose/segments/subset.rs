@@ -10,7 +10,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::{Recording, Segment, Segments, regimes, time_constant_s};
 use crate::diagnose::error::{DiagnoseError, name_of};
 use crate::diagnose::report::Regime;
-use crate::diagnose::settings::Settings;
 use crate::motor::fit::{Reset, Simulator, Skipped};
 use crate::motor::{Drive, Model, Motor, SimulationError};
 use crate::recording::Run;
@@ -32,13 +31,12 @@ impl Subset {
         motor: &Motor,
         most_samples: usize,
         residual: Option<&[f64]>,
-        settings: &Settings,
     ) -> Result<Option<Self>, DiagnoseError> {
         if all.len <= most_samples {
             return Ok(None);
         }
         let first = residual.map_or_else(Vec::new, |r| largest(all, r, most_samples / 2));
-        let drawn = drawn(all, most_samples, settings.command_levels, &first);
+        let drawn = drawn(all, most_samples, &first);
         let (mut recordings, mut segments, mut shorter) = (Vec::new(), Vec::new(), Vec::new());
         let mut at = 0;
         for (number, run) in runs.iter().enumerate() {
@@ -47,7 +45,7 @@ impl Subset {
             if windows.is_empty() {
                 continue;
             }
-            let cut = Cut::new(run, &all.runs[number], &windows, settings);
+            let cut = Cut::new(run, &all.runs[number], &windows);
             let cut = cut.map_err(|source| DiagnoseError::Simulation {
                 run: name_of(number, run),
                 source,
@@ -65,7 +63,7 @@ impl Subset {
             recordings.push(cut.recording);
             shorter.push(cut.run);
         }
-        let mut segments = Segments::of(recordings, segments, all.arrivals_s, settings)
+        let mut segments = Segments::of(recordings, segments, all.arrivals_s)
             .with_time_constant(time_constant_s(motor));
         segments.work = all.work.clone();
         Ok(Some(Self {
@@ -79,12 +77,7 @@ impl Subset {
 type Cell = (Regime, i32);
 
 /// Numbers of the segments of the subset, in order.
-fn drawn(
-    all: &Segments,
-    most_samples: usize,
-    command_levels: f64,
-    first: &[usize],
-) -> BTreeSet<usize> {
+fn drawn(all: &Segments, most_samples: usize, first: &[usize]) -> BTreeSet<usize> {
     let mut cells: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();
     let commands = all.runs.iter().flat_map(|run| &run.command);
     let largest = commands.fold(f64::MIN_POSITIVE, |most, u| most.max(u.abs()));
@@ -94,7 +87,7 @@ fn drawn(
         let regimes = regimes(run);
         while let Some((k, segment)) = segments.next_if(|(_, segment)| segment.run == number) {
             let cell = |k: usize| {
-                let level = command_levels * run.command[k] / largest;
+                let level = run.settings.command_levels * run.command[k] / largest;
                 (
                     regimes[k],
                     level.signum() as i32 * level.abs().ceil() as i32,
@@ -110,29 +103,26 @@ fn drawn(
     let mut drawn = BTreeSet::new();
     let mut of_cell: BTreeMap<Cell, BTreeSet<usize>> = BTreeMap::new();
     let mut samples = 0;
-    for segment in first {
-        drawn.insert(*segment);
-        samples += all.segments[*segment].len();
-        for cell in &of_segment[*segment] {
-            of_cell.entry(*cell).or_default().insert(*segment);
-        }
-    }
+    let mut first = first.iter().copied();
     while samples < most_samples && !cells.is_empty() {
-        let taken = |cell: &Cell| of_cell.get(cell).map_or(0, BTreeSet::len);
-        // Of those with as few, the one that has fewest to give.
-        let fewest = (cells.iter()).min_by_key(|(cell, segments)| (taken(cell), segments.len()));
-        let Some(cell) = fewest.map(|(cell, _)| *cell) else {
-            break;
-        };
-        let others = of_cell.get(&cell);
-        let Some(segment) = farthest(&cells[&cell], others) else {
-            cells.remove(&cell);
-            continue;
-        };
-        drawn.insert(segment);
-        samples += all.segments[segment].to - all.segments[segment].from;
-        for cell in &of_segment[segment] {
-            of_cell.entry(*cell).or_default().insert(segment);
+        let segment = first.next().or_else(|| {
+            let taken = |cell: &Cell| of_cell.get(cell).map_or(0, BTreeSet::len);
+            // Of those with as few, the one that has fewest to give.
+            let fewest = cells
+                .iter()
+                .min_by_key(|(cell, of)| (taken(cell), of.len()));
+            let cell = *fewest?.0;
+            let found = farthest(&cells[&cell], of_cell.get(&cell));
+            if found.is_none() {
+                cells.remove(&cell);
+            }
+            found
+        });
+        if let Some(segment) = segment.filter(|segment| drawn.insert(*segment)) {
+            samples += all.segments[segment].len();
+            for cell in &of_segment[segment] {
+                of_cell.entry(*cell).or_default().insert(segment);
+            }
         }
     }
     drawn
@@ -180,13 +170,8 @@ struct Cut {
 }
 
 impl Cut {
-    fn new(
-        run: &Run,
-        whole: &Recording,
-        windows: &[&Segment],
-        settings: &Settings,
-    ) -> Result<Self, SimulationError> {
-        let lead = (settings.lead_s / whole.sample_time_s).ceil() as usize;
+    fn new(run: &Run, whole: &Recording, windows: &[&Segment]) -> Result<Self, SimulationError> {
+        let lead = (whole.settings.lead_s / whole.sample_time_s).ceil() as usize;
         let (mut picked, mut begins) = (Vec::new(), Vec::new());
         let (mut resets, mut skipped) = (Vec::new(), Vec::new());
         let mut put = |sample: usize, at: usize| {
@@ -249,9 +234,7 @@ impl Cut {
             is_aliased: whole.is_aliased,
             top: whole.top,
             first_speed: whole.first_speed,
-            start_window_s: whole.start_window_s,
-            start_speed_share: whole.start_speed_share,
-            speed_window_s: whole.speed_window_s,
+            settings: whole.settings,
         };
         let shorter = Run {
             sample_time_s: run.sample_time_s,
@@ -280,7 +263,7 @@ fn skips(
     before: usize,
 ) -> impl Iterator<Item = Skipped> {
     // A speed between samples so far apart that rounding says little of its square.
-    let apart = ((whole.start_window_s / whole.sample_time_s).round() as usize).max(1);
+    let apart = ((whole.settings.start_window_s / whole.sample_time_s).round() as usize).max(1);
     let end = left_out.end;
     left_out.step_by(block).map(move |from| {
         let to = (from + block).min(end);

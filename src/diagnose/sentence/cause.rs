@@ -1,13 +1,11 @@
 //! Second part: the cause with its probability and parameters.
 
-use super::{PROBABLE, listed, name, percent, probability, three};
+use super::{listed, name, percent, probability, three};
 use crate::diagnose::classes::members_of;
 use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
+use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_FROM};
 
-/// Causes that are listed where none is identified.
-const LISTED: usize = 3;
-
-pub(super) fn cause(said: &Diagnosis) -> String {
+pub(super) fn cause(said: &Diagnosis, probable: f64) -> String {
     let p = probability(said.probability);
     match said.verdict {
         Verdict::BadRecording => String::new(),
@@ -26,7 +24,7 @@ pub(super) fn cause(said: &Diagnosis) -> String {
         Verdict::Ambiguous => format!(
             "An effect is present, P {p}, but none is identified.{}{}",
             candidates(said),
-            unconfirmed(said)
+            unconfirmed(said, probable)
         ),
         Verdict::Effect | Verdict::Partial => identified(said, &p),
     }
@@ -40,8 +38,8 @@ fn share_of(said: &Diagnosis, step: &str) -> f64 {
 /// The most probable causes where none is identified.
 fn candidates(said: &Diagnosis) -> String {
     let listed_causes: Vec<String> = (said.causes.iter())
-        .filter(|cause| cause.inclusion >= 0.05)
-        .take(LISTED)
+        .filter(|cause| cause.inclusion >= MENTIONED_FROM)
+        .take(MENTIONED)
         .map(|cause| format!("{} ({:.2})", name(cause.effect), cause.inclusion))
         .collect();
     match listed_causes.is_empty() {
@@ -51,7 +49,7 @@ fn candidates(said: &Diagnosis) -> String {
 }
 
 /// That what is probable does not reduce the held-out error, where that is why it is not identified.
-fn unconfirmed(said: &Diagnosis) -> &'static str {
+fn unconfirmed(said: &Diagnosis, probable: f64) -> &'static str {
     // A class has what its members have, and is not identified with one of them at a bound.
     let is_bounded = |cause: &Cause| {
         (said.causes.iter()).any(|other| {
@@ -61,7 +59,7 @@ fn unconfirmed(said: &Diagnosis) -> &'static str {
         })
     };
     let is_probable = |cause: &Cause| {
-        cause.class_probability.unwrap_or(cause.inclusion) >= PROBABLE && !is_bounded(cause)
+        cause.class_probability.unwrap_or(cause.inclusion) >= probable && !is_bounded(cause)
     };
     match said.causes.iter().any(is_probable) {
         true => " Adding the most probable does not reduce the held-out error.",

@@ -10,14 +10,11 @@ pub(crate) use words::{counts, listed, name, percent, probability, three};
 
 use super::report::{Diagnosis, Regime, Verdict};
 
-/// Inclusion probability of a cause that is identified if it reduces the held-out error (contract).
-const PROBABLE: f64 = 0.5;
-
-/// The four parts.
-pub(crate) fn parts(said: &Diagnosis, asked: &str) -> [String; 4] {
+/// The four parts; an effect from `probable` on is identified if it reduces the held-out error.
+pub(crate) fn parts(said: &Diagnosis, asked: &str, probable: f64) -> [String; 4] {
     [
         size(said),
-        cause::cause(said),
+        cause::cause(said, probable),
         remaining(said),
         next::next(said, asked),
     ]
@@ -79,6 +76,7 @@ pub(crate) fn note(
     outside: &[(&'static str, f64)],
     is_doubtful: bool,
     is_closed_loop: bool,
+    probable: f64,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
     if is_closed_loop {
@@ -97,7 +95,7 @@ pub(crate) fn note(
     for cause in said
         .causes
         .iter()
-        .filter(|cause| cause.at_bound && cause.inclusion >= PROBABLE)
+        .filter(|cause| cause.at_bound && cause.inclusion >= probable)
     {
         notes.push(format!(
             "The parameter of {} is at the bound of its range, so that it is not identified (inclusion probability {:.2}).",

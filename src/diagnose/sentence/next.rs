@@ -3,8 +3,7 @@
 use super::{listed, name};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
 
-/// A command of so many characters is printed whole: three lines of a terminal.
-const COPIED_CHARACTERS: usize = 240;
+use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
 pub(super) fn next(said: &Diagnosis, asked: &str) -> String {
     if let Some(next) = &said.next_experiment {

@@ -1,0 +1,232 @@
+//! What the posterior and the fits say of each effect and of each parameter.
+
+use std::collections::BTreeMap;
+
+use crate::diagnose::classes::{class_of, members_of};
+use crate::diagnose::fit::Fit;
+use crate::diagnose::intervals::{covariance, interval};
+use crate::diagnose::model::{BASE, Base};
+use crate::diagnose::report::{Alternative, Cause, EffectClass, EffectSet, Interval};
+use crate::diagnose::score::posterior;
+use crate::diagnose::search::Scored;
+use crate::diagnose::segments::Segments;
+use crate::diagnose::settings::Settings;
+use crate::diagnose::settings::conventions::LISTED_FROM;
+use crate::diagnose::settings::solver::SAME;
+use crate::diagnose::verdict::{Identified, Weighed, inclusion};
+use crate::motor::catalogue::{EffectParameter, find, kind};
+use crate::motor::fit::ParameterId;
+
+/// Sets with their posterior probabilities.
+pub(crate) fn weighed(sets: &[Scored], settings: &Settings) -> Vec<Weighed> {
+    let scores: Vec<f64> = sets.iter().map(|set| set.score).collect();
+    let probabilities = posterior(&scores, settings.learning_rate);
+    (sets.iter().zip(probabilities))
+        .map(|(set, probability)| Weighed {
+            ids: set.fit.ids(),
+            probability,
+            at_bound: at_bound(&set.fit),
+        })
+        .collect()
+}
+
+/// Effects with a parameter at a bound of its range.
+pub(super) fn at_bound(fit: &Fit) -> Vec<&'static str> {
+    let parameters = fit.model.parameters.iter().zip(&fit.x);
+    parameters
+        .filter_map(|(parameter, x)| {
+            let ParameterId::Effect(index, _) = parameter.id else {
+                return None;
+            };
+            let near = SAME * (parameter.hi - parameter.lo).abs();
+            let is_at = *x <= parameter.lo + near || *x >= parameter.hi - near;
+            is_at.then(|| kind(index).id)
+        })
+        .collect()
+}
+
+/// Members of an effect's class that have a probability.
+pub(super) fn alternatives(id: &str, weighed: &[Weighed]) -> Vec<Alternative> {
+    let members = class_of(id).map_or(&[][..], members_of);
+    let mut found: Vec<Alternative> = (members.iter().filter(|member| **member != id))
+        .map(|member| Alternative {
+            effect: member,
+            probability: inclusion(weighed, &[member]),
+        })
+        .filter(|one| one.probability >= LISTED_FROM)
+        .collect();
+    found.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    found
+}
+
+pub(super) fn classes(weighed: &[Weighed], named: &[Identified]) -> Vec<EffectClass> {
+    let of = |one: &Identified| {
+        let class = one.class?;
+        let mut members: Vec<&'static str> = members_of(class)
+            .iter()
+            .copied()
+            .filter(|id| inclusion(weighed, &[id]) >= LISTED_FROM)
+            .collect();
+        members.sort_by(|a, b| inclusion(weighed, &[b]).total_cmp(&inclusion(weighed, &[a])));
+        Some(EffectClass {
+            class,
+            probability: one.probability,
+            members,
+        })
+    };
+    named.iter().filter_map(of).collect()
+}
+
+/// All effects with a probability, their parameters from the reported fit where it has them, else from the most probable set.
+pub(super) fn causes(
+    segments: &Segments,
+    base: &Base,
+    sets: &[Scored],
+    weighed: &[Weighed],
+    reported: Option<&Fit>,
+    named: &[&'static str],
+) -> Vec<Cause> {
+    let mut ids: Vec<&'static str> = weighed.iter().flat_map(|set| set.ids.clone()).collect();
+    ids.sort_unstable();
+    ids.dedup();
+    let mut found: Vec<Cause> = (ids.into_iter())
+        .filter_map(|id| {
+            let own = inclusion(weighed, &[id]);
+            if own < LISTED_FROM && !named.contains(&id) {
+                return None;
+            }
+            let class = class_of(id);
+            let of_class = class.map_or(own, |class| inclusion(weighed, members_of(class)));
+            let is_separated = own >= base.settings.confident * of_class;
+            let from = reported.filter(|_| named.contains(&id));
+            let from = from.or_else(|| {
+                let set = sets.iter().find(|set| set.fit.ids().contains(&id));
+                set.map(|set| &set.fit)
+            })?;
+            Some(Cause {
+                effect: id,
+                stage: find(id).map_or("", |(_, kind)| kind.stage.id()),
+                inclusion: own,
+                class: class.filter(|_| !is_separated),
+                class_probability: (!is_separated).then_some(of_class),
+                at_bound: at_bound(from).contains(&id),
+                parameters: parameters(segments, base, from, id),
+            })
+        })
+        .collect();
+    // What is at a bound is no cause.
+    found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
+    found
+}
+
+/// Parameters of one effect of a fit; of an effect that widens a base parameter, that parameter in SI.
+fn parameters(
+    segments: &Segments,
+    base: &Base,
+    fit: &Fit,
+    id: &'static str,
+) -> BTreeMap<&'static str, Interval> {
+    let covariance = covariance(segments, base, fit);
+    let Some((index, kind)) = find(id) else {
+        return BTreeMap::new();
+    };
+    let reference = |parameter: ParameterId, own: &EffectParameter| {
+        let then = base.reference.as_ref()?;
+        let known = then
+            .parameters
+            .iter()
+            .find(|(known, _)| known.id == parameter);
+        // What the reference does not have changes nothing there.
+        let neutral = || own.neutral(&base.motor.parameters).map(|(value, _)| value);
+        known.map(|(known, x)| known.value(*x)).or_else(neutral)
+    };
+    let mut found = BTreeMap::new();
+    for (k, parameter) in fit.model.parameters.iter().enumerate() {
+        match parameter.id {
+            ParameterId::Effect(of, which) if of == index => {
+                let mut one = interval(segments, fit, &covariance, k);
+                one.reference = reference(parameter.id, &kind.parameters[which]);
+                found.insert(kind.parameters[which].key, one);
+            }
+            ParameterId::Nominal(_)
+                if base
+                    .frees(id)
+                    .is_some_and(|number| BASE[number] == parameter.id.key()) =>
+            {
+                let mut one = interval(segments, fit, &covariance, k);
+                one.unit = kind.parameters[0].unit;
+                one.reference = base.reference.as_ref().map(|_| parameter.unit);
+                found.insert(kind.parameters[0].key, one);
+            }
+            _ => {}
+        }
+    }
+    // Discrete values have no interval.
+    let motor = fit.model.motor(&fit.x);
+    for (parameter, value) in motor
+        .effects
+        .get(id)
+        .iter()
+        .flat_map(|effect| effect.parameters())
+    {
+        found.entry(parameter.key).or_insert(Interval {
+            value,
+            lo95: value,
+            hi95: value,
+            unit: parameter.unit,
+            reference: None,
+        });
+    }
+    found
+}
+
+pub(super) fn sets(sets: &[Scored], weighed: &[Weighed]) -> Vec<EffectSet> {
+    (sets.iter().zip(weighed))
+        .map(|(set, weighed)| EffectSet {
+            effects: weighed.ids.clone(),
+            probability: weighed.probability,
+            score: set.score,
+            rms_counts: set.fit.rms(),
+        })
+        .collect()
+}
+
+/// Base parameters as shares of the motor file's, with intervals.
+pub(super) fn base_parameters(
+    segments: &Segments,
+    base: &Base,
+    fit: &Fit,
+) -> BTreeMap<&'static str, Interval> {
+    let covariance = covariance(segments, base, fit);
+    let parameters = fit.model.parameters.iter().enumerate();
+    parameters
+        .filter(|(_, parameter)| matches!(parameter.id, ParameterId::Nominal(_)))
+        .map(|(k, parameter)| {
+            let mut one = interval(segments, fit, &covariance, k);
+            for end in [&mut one.value, &mut one.lo95, &mut one.hi95] {
+                *end /= parameter.unit;
+            }
+            (parameter.id.key(), one)
+        })
+        .collect()
+}
+
+/// Base parameters outside their tolerances that no effect widens, as shares of the motor file's.
+pub(super) fn outside(fit: &Fit, settings: &Settings) -> Vec<(&'static str, f64)> {
+    let model = &fit.model;
+    let freed: Vec<usize> = model
+        .members
+        .iter()
+        .filter_map(|m| model.frees(m))
+        .collect();
+    let is_freed = |key: &str| freed.iter().any(|k| BASE[*k] == key);
+    let off = model.off(&fit.x);
+    (model.parameters.iter().zip(off).enumerate())
+        .filter(|(_, (parameter, off))| {
+            matches!(parameter.id, ParameterId::Nominal(_))
+                && *off > settings.separable
+                && !is_freed(parameter.id.key())
+        })
+        .map(|(k, (parameter, _))| (parameter.id.key(), fit.x[k]))
+        .collect()
+}

@@ -1,0 +1,364 @@
+//! The document of a diagnosis, assembled from the search, the nested fits and the budget.
+
+mod causes;
+
+pub(crate) use causes::weighed;
+
+use super::budget::{Shares, cross_validated, median, regions, travel};
+use super::error::name_of;
+use super::identifiable::identifiable;
+use super::model::{Base, corrected_residual, mean_square};
+use super::nested::{self, Step};
+use super::pipeline::{Prepared, Searched};
+use super::report::{
+    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, Place, PredictedRun, SHAPE, Scoring,
+    Unexplained, Verdict,
+};
+use super::score::{effective_observations, likelihood};
+use super::search::Scored;
+use super::segments::{Segment, Segments};
+use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
+use super::{Options, design, relevance, sentence};
+use crate::motor::catalogue::{Stage, catalogue, find};
+use causes::{alternatives, at_bound, base_parameters, causes, classes, outside, sets};
+
+/// What is measured.
+const METRIC: &str = "multi-step prediction error of the position over segments, initial states corrected, in counts RMS";
+
+/// Assembles the document; `None` where a model cannot be simulated.
+pub(super) fn document(
+    prepared: &Prepared,
+    searched: &Searched,
+    stated: FloorParts,
+    held: Option<&Segments>,
+    options: &Options<'_>,
+    asked: &str,
+) -> Option<Diagnosis> {
+    let Prepared { base, runs, .. } = prepared;
+    let Searched {
+        segments,
+        all,
+        found,
+        ..
+    } = searched;
+    let settings = &base.settings;
+    let weighed = weighed(&found.sets, settings);
+    let mut named = identified(&weighed, settings);
+    let empty = weighed.iter().find(|set| set.ids.is_empty());
+    let none = empty.map_or(0.0, |set| set.probability);
+    (options.progress)("fitting the nested models");
+    let without = nested::without_effects(segments, base, &searched.none)?;
+    let steps = loop {
+        let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
+        let steps = nested::with_effects(segments, base, without.clone(), &ids, found);
+        // A parameter at a bound of its range in the reported fit is not identified.
+        match at_bound(&steps[steps.len() - 1].fit).first() {
+            Some(bounded) if ids.contains(bounded) => named.retain(|one| one.effect != *bounded),
+            _ => break steps,
+        }
+    };
+    (options.progress)("measuring the held-out error");
+    let judged_on = held.or(prepared.subset.as_ref().map(|_| all));
+    let errors = errors(base, segments, &steps, judged_on)?;
+    let judged_on = judged_on.unwrap_or(segments);
+    let parts = FloorParts {
+        rounding: searched.quantization,
+        ..stated
+    };
+    let floor = parts.largest();
+    let shares = Shares::new(judged_on, &errors, floor, settings);
+    let last = steps.len() - 1;
+    let n_eff = effective_observations(judged_on, &errors[0]);
+    let is_within = |m: usize, floor_square: f64| {
+        !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
+    };
+    // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
+    let (_, least_left, _) = shares.left(last);
+    let is_settled_at_floor = least_left <= 0.0 || !found.judge.is_relevant;
+    let budget_shares = BudgetShares {
+        is_nominal_at_floor: is_within(0, floor * floor),
+        parameters: shares.between(0, 1).0,
+        effects: shares.between(1, last).0,
+        beyond_parameters: shares.left(1).0,
+        unexplained: if is_settled_at_floor {
+            0.0
+        } else {
+            shares.left(last).0
+        },
+    };
+    let mut said = verdict(&budget_shares, &named, none, settings);
+    let is_named = matches!(said, Verdict::Effect | Verdict::Partial);
+    if let Some(then) = &base.reference {
+        said = match said {
+            Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
+            Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
+            // What the reference runs leave unexplained is no change either.
+            Verdict::OutsideCatalogue
+                if none >= settings.confident || is_within(1, then.mean_square) =>
+            {
+                Verdict::NoChange
+            }
+            other => other,
+        };
+    }
+    let probability = match said {
+        Verdict::Effect | Verdict::Partial => joint(&weighed, &named),
+        Verdict::Ambiguous => 1.0 - none,
+        _ => none,
+    };
+    let best = &steps[last].fit;
+    // The step whose motor is reported.
+    let shown = match said {
+        Verdict::NoGap | Verdict::NoChange => 0,
+        Verdict::Effect | Verdict::Partial => last,
+        _ => 1,
+    };
+    let reported = &steps[shown].fit;
+    let noise = likelihood(segments, base, best).noise;
+    let at = if is_named { last } else { 1 };
+    let (left, lo95, hi95) = shares.left(at);
+    let unexplained = Unexplained {
+        rms_counts: (mean_square(&errors[at]) - floor * floor).max(0.0).sqrt(),
+        share: left,
+        lo95,
+        hi95,
+        equivalent_torque_share: noise.strength,
+        regions: regions(
+            judged_on,
+            &|run| {
+                name_of(
+                    run,
+                    options
+                        .held_out
+                        .get(run)
+                        .unwrap_or(&runs[run.min(runs.len() - 1)]),
+                )
+            },
+            &errors[at],
+            floor,
+        ),
+    };
+    let of_named: Vec<&'static str> = (steps[2..].iter().map(|step| step.name)).collect();
+    let effects = if is_named { of_named } else { Vec::new() };
+    let model = reported.model.motor(&reported.x);
+    let place = place(&weighed, &unexplained, said, &effects);
+    let mut diagnosis = Diagnosis {
+        shape: SHAPE,
+        verdict: said,
+        sentence: String::new(),
+        parts: Default::default(),
+        probability,
+        classes: if is_named {
+            classes(&weighed, &named)
+        } else {
+            Vec::new()
+        },
+        budget: budget(&steps[..=at], &shares, &weighed, &unexplained),
+        causes: causes(
+            segments,
+            base,
+            &found.sets,
+            &weighed,
+            is_named.then_some(best),
+            &effects,
+        ),
+        sets: sets(&found.sets, &weighed),
+        identifiable: identifiable(segments, base, reported, options.nominal_source),
+        place,
+        gap: gap(
+            judged_on,
+            &steps,
+            &errors,
+            at,
+            parts,
+            shares.between(0, shown),
+            match (held.is_some(), prepared.subset.is_some()) {
+                (true, _) => "held-out runs",
+                (_, true) => "all segments; a stratified subset of them was fitted",
+                _ => "cross-validation over segments",
+            },
+        ),
+        base: base_parameters(segments, base, reported),
+        effects,
+        unexplained,
+        note: String::new(),
+        data: Vec::new(),
+        next_experiment: None,
+        steps: found.steps.clone(),
+        scoring: scoring(found.best(), found.judge.is_likelihood, found.judge.n_eff),
+        elapsed_s: 0.0,
+        simulated_samples: 0,
+        reference: None,
+        nominal_source: options.nominal_source,
+        predicted: predicted(judged_on, &errors),
+        command_kind: base.kind,
+        nominal: base.motor.clone(),
+        model,
+        refitted: steps[1].fit.model.motor(&steps[1].fit.x),
+    };
+    let is_settled = match said {
+        Verdict::NoGap | Verdict::NoChange => true,
+        Verdict::Effect | Verdict::Parameters => {
+            probability >= settings.confident && diagnosis.classes.is_empty()
+        }
+        _ => false,
+    };
+    if !is_settled {
+        (options.progress)("choosing what to record next");
+        diagnosis.next_experiment = design::next_experiment(prepared, searched, &weighed);
+    }
+    diagnosis.note = sentence::note(
+        &diagnosis,
+        &outside(reported, settings),
+        options.is_doubtful,
+        segments.runs.iter().any(|run| run.is_closed_loop),
+        settings.identified,
+    );
+    diagnosis.parts = sentence::parts(&diagnosis, asked, settings.identified);
+    let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
+    diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
+    Some(diagnosis)
+}
+
+/// Held-out residuals of each step: on other segments, or by cross-validation.
+fn errors(
+    base: &Base,
+    segments: &Segments,
+    steps: &[Step],
+    others: Option<&Segments>,
+) -> Option<Vec<Vec<f64>>> {
+    let of = |(k, Step { fit, .. }): (usize, &Step)| match (others, k) {
+        (Some(others), _) => corrected_residual(others, &fit.model.motor(&fit.x)),
+        (None, 0) => Some(fit.corrected.clone()),
+        (None, _) => Some(cross_validated(segments, base, fit)),
+    };
+    steps.iter().enumerate().map(of).collect()
+}
+
+fn budget(
+    steps: &[Step],
+    shares: &Shares,
+    weighed: &[Weighed],
+    unexplained: &Unexplained,
+) -> Vec<BudgetStep> {
+    let mut budget: Vec<BudgetStep> = (steps.iter().enumerate())
+        .map(|(m, step)| {
+            let (share, lo95, hi95) = match m {
+                0 => shares.left(0),
+                _ => shares.between(m - 1, m),
+            };
+            BudgetStep {
+                step: step.name,
+                rms_counts: shares.rms[m],
+                share,
+                lo95,
+                hi95,
+                alternatives: alternatives(step.name, weighed),
+            }
+        })
+        .collect();
+    budget.push(BudgetStep {
+        step: "unexplained",
+        rms_counts: shares.rms[steps.len() - 1],
+        share: unexplained.share,
+        lo95: unexplained.lo95,
+        hi95: unexplained.hi95,
+        alternatives: Vec::new(),
+    });
+    budget
+}
+
+fn place(
+    weighed: &[Weighed],
+    unexplained: &Unexplained,
+    said: Verdict,
+    effects: &[&'static str],
+) -> Place {
+    let probability = |stage: Stage| -> f64 {
+        let of_stage = catalogue().iter().filter(|kind| kind.stage == stage);
+        inclusion(weighed, &of_stage.map(|kind| kind.id).collect::<Vec<_>>())
+    };
+    let mut stages: Vec<&'static str> = (effects.iter())
+        .filter_map(|id| find(id).map(|(_, kind)| kind.stage.id()))
+        .collect();
+    stages.dedup();
+    Place {
+        stage: (!stages.is_empty()).then(|| stages.join("+")),
+        stage_probabilities: Stage::ALL
+            .into_iter()
+            .map(|stage| (stage.id(), probability(stage)))
+            .collect(),
+        regions: match said {
+            Verdict::NoGap | Verdict::NoChange => Vec::new(),
+            _ => unexplained.regions.clone(),
+        },
+    }
+}
+
+fn gap(
+    judged_on: &Segments,
+    steps: &[Step],
+    errors: &[Vec<f64>],
+    at: usize,
+    parts: FloorParts,
+    (closed, closed_lo95, closed_hi95): (f64, f64, f64),
+    held_out: &str,
+) -> Gap {
+    let horizon = |segment: &Segment| {
+        let t_s = &judged_on.runs[segment.run].t_s;
+        t_s[segment.to - 1] - t_s[segment.from]
+    };
+    let rms = |m: usize| mean_square(&errors[m]).sqrt();
+    Gap {
+        metric: METRIC,
+        horizon_s: median(judged_on.segments.iter().map(horizon).collect()),
+        floor: parts.largest(),
+        floor_parts: parts,
+        travel: travel(judged_on),
+        before: rms(0),
+        after_parameters: rms(1),
+        after_effect: rms(at),
+        closed,
+        closed_lo95,
+        closed_hi95,
+        fitted: Fitted {
+            before: steps[0].fit.rms(),
+            after_parameters: steps[1].fit.rms(),
+            after_effect: steps[at].fit.rms(),
+        },
+        held_out: held_out.to_owned(),
+    }
+}
+
+fn scoring(best: &Scored, is_likelihood: bool, n_eff: f64) -> Scoring {
+    Scoring {
+        score: if is_likelihood {
+            "likelihood"
+        } else {
+            "scale_free"
+        },
+        effective_observations: n_eff,
+        random_load_share: best.likelihood.noise.strength,
+        whitened_squares: best.likelihood.squares,
+    }
+}
+
+fn predicted(judged_on: &Segments, errors: &[Vec<f64>]) -> Vec<PredictedRun> {
+    let shown = [0, 1, errors.len() - 1].map(|m| &errors[m]);
+    (judged_on.runs.iter().enumerate())
+        .map(|(number, run)| {
+            let own = || judged_on.segments.iter().filter(move |s| s.run == number);
+            let mut gap_counts = [(); 3].map(|()| vec![f64::NAN; run.t_s.len()]);
+            for segment in own() {
+                for (gaps, residual) in gap_counts.iter_mut().zip(shown) {
+                    gaps[segment.from..segment.to].copy_from_slice(&residual[segment.range()]);
+                }
+            }
+            PredictedRun {
+                run: number,
+                gap_counts,
+                starts: own().map(|segment| segment.from).collect(),
+            }
+        })
+        .collect()
+}
