@@ -4,11 +4,14 @@
 mod support;
 
 mod cases;
+mod figures;
 mod hold_out;
+mod more_data;
 mod musts;
 mod perfect_motors;
 mod plain_fit;
 mod real_motors;
+mod recorded;
 mod reference_runs;
 mod report;
 mod right_model;

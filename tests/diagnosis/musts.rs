@@ -5,56 +5,17 @@ use std::sync::LazyLock;
 use case_generator::generate;
 use motorlab::diagnose::{Diagnosis, Options, Settings, Verdict, diagnose, nominal_fit};
 use motorlab::least_squares::fit_runs;
-use motorlab::motor::{
-    ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, read_motor, simulate,
-};
+use motorlab::motor::{CommandKind, Motor, read_motor};
 use motorlab::recording::{Run, read_run_from, write_run};
 use serde_json::Value;
 
+use crate::figures::{printable, unknown_figures};
+use crate::recorded::{Effects, LEVELS, recorded, with};
 use crate::support::command::run;
 
-/// Ids with the values of their parameters.
-type Effects<'a> = &'a [(&'a str, &'a [f64])];
-
-fn with(effects: Effects<'_>) -> Motor {
-    let mut motor = Motor::default();
-    for (id, values) in effects {
-        let effect = ActiveEffect::new(id, values).expect("an effect of the catalogue");
-        motor.effects.set(effect);
-    }
-    motor
-}
-
-/// Levels of 0.5 s both ways, in V: some below any dead zone.
-const LEVELS: [f64; 10] = [3.0, -3.0, 4.5, -4.5, 1.0, -1.0, 2.0, -2.0, 0.5, -4.5];
-/// The same backwards.
+/// The levels of [`LEVELS`] backwards.
 const OTHER_LEVELS: [f64; 10] = [-4.5, 0.5, -2.0, 2.0, -1.0, 1.0, -4.5, 4.5, -3.0, 3.0];
 const STEP: [f64; 1] = [4.5];
-
-fn recorded(motor: &Motor, levels: &[f64], sample_time_s: f64, duration_s: f64) -> Run {
-    let samples = (duration_s / sample_time_s).round() as usize;
-    let each = (0.5 / sample_time_s).round() as usize;
-    let t_s: Vec<f64> = (0..samples).map(|k| k as f64 * sample_time_s).collect();
-    let command: Vec<f64> = (0..samples)
-        .map(|k| levels[k / each % levels.len()])
-        .collect();
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let simulated = simulate(motor, &drive, &SimulationOptions::default());
-    Run {
-        sample_time_s,
-        counts_per_rev: motor.parameters.counts_per_rev,
-        supply_v: Some(4.5),
-        complete: true,
-        counts: simulated.expect("a motor").counts,
-        t_s,
-        command,
-        ..Run::default()
-    }
-}
 
 /// One recording, the motor that it is compared with, and the diagnosis.
 struct Diagnosed {
@@ -154,95 +115,6 @@ fn the_cases_have_different_verdicts() {
     verdicts.sort();
     verdicts.dedup();
     assert!(verdicts.len() >= 4, "{verdicts:?}");
-}
-
-/// Numbers of the document that a sentence may print: not those of the search, which are so many that any number is near one.
-fn printable(document: &Value) -> Vec<f64> {
-    let mut document = document.clone();
-    let map = document.as_object_mut().expect("an object");
-    for key in [
-        "steps",
-        "sets",
-        "elapsed_s",
-        "simulated_samples",
-        "sentence",
-    ] {
-        assert!(map.remove(key).is_some(), "{key}");
-    }
-    let mut found = Vec::new();
-    numbers(&document, &mut found);
-    // Two sums of the document: what named effects remove together, and the share of the regime that has most of the rest.
-    let effects = document["effects"].as_array().expect("a list");
-    let share = |step: &Value| step["share"].as_f64().expect("a share");
-    let steps = document["budget"].as_array().expect("a list").iter();
-    found.push(
-        steps
-            .filter(|one| effects.contains(&one["step"]))
-            .map(share)
-            .sum(),
-    );
-    let regions = document["unexplained"]["regions"]
-        .as_array()
-        .expect("a list");
-    for region in regions {
-        let alike = regions
-            .iter()
-            .filter(|other| other["regime"] == region["regime"]);
-        found.push(alike.map(share).sum());
-    }
-    // How many members a class has.
-    for class in document["classes"].as_array().expect("a list") {
-        found.push(class["members"].as_array().expect("a list").len() as f64);
-    }
-    found
-}
-
-fn numbers(value: &Value, into: &mut Vec<f64>) {
-    match value {
-        Value::Number(number) => into.extend(number.as_f64()),
-        Value::Array(values) => values.iter().for_each(|value| numbers(value, into)),
-        Value::Object(map) => map.values().for_each(|value| numbers(value, into)),
-        _ => (),
-    }
-}
-
-/// Figures of a sentence, its commands left out, that are no rounded number of the document.
-fn unknown_figures(sentence: &str, known: &[f64]) -> Vec<String> {
-    let text: Vec<&str> = sentence.split('`').step_by(2).collect();
-    let text = text.join(" ").replace("95 %", "");
-    let words: Vec<&str> = text.split_whitespace().collect();
-    let mut unknown = Vec::new();
-    for (k, word) in words.iter().enumerate() {
-        let trimmed = word.trim_matches(|c: char| "(),.;:%".contains(c));
-        let Ok(number) = trimmed.parse::<f64>() else {
-            continue;
-        };
-        let is_percent = word.ends_with('%')
-            || words.get(k + 1).is_some_and(|next| next.starts_with('%'))
-            || words.get(k + 1) == Some(&"to")
-                && words.get(k + 3).is_some_and(|w| w.starts_with('%'));
-        let decimals = trimmed.split_once('.').map_or(0, |(_, after)| after.len());
-        let step = 10f64.powi(-i32::try_from(decimals).expect("few digits"));
-        let before = if k > 0 { words[k - 1] } else { "" };
-        let is_known = |known: &&f64| {
-            let value = if is_percent { 100.0 * **known } else { **known };
-            match before {
-                ">" => (number..=1.0).contains(&value),
-                "<" => value > 0.0 && value < number,
-                // A probability near 1 is never rounded up.
-                _ if (0.99..1.0).contains(&number) => (number..number + step).contains(&value),
-                // Three digits of a large number, and bounds of a share that are cut at nothing.
-                _ => {
-                    (value.max(0.0) - number.abs()).abs() <= 0.5001 * step
-                        || (value - number).abs() <= 0.5001 * step
-                }
-            }
-        };
-        if !known.iter().any(|known| is_known(&known)) {
-            unknown.push((*word).to_owned());
-        }
-    }
-    unknown
 }
 
 fn every_figure_of_a_sentence_is_one_of_the_document() {
@@ -510,85 +382,4 @@ fn what_is_identified_is_probable_and_not_at_a_bound() {
         );
     }
     assert!(named >= 5, "{named}");
-}
-
-/// The host's times judge the board's clock and nothing else: without them, or with a column that says nothing, the answer is the same.
-#[test]
-fn a_host_time_that_says_nothing_changes_nothing() {
-    for effects in [&[("dead_zone", &[0.8][..])][..], &[]] {
-        let run = recorded(&with(effects), &LEVELS, 0.01, 8.0);
-        let samples = run.len();
-        // Arrivals of a quiet host: 1000 s after the board's origin, and 0.3 to 0.5 ms late.
-        let late = |k: usize| 0.0003 + 0.0002 * ((k * k) as f64 * std::f64::consts::PI).fract();
-        let arrivals = (0..samples)
-            .map(|k| 1000.0 + run.t_s[k] + late(k))
-            .collect();
-        let hosts = [None, Some(vec![0.0; samples]), Some(arrivals)];
-        let found = hosts.map(|host_t_s| {
-            let run = Run {
-                host_t_s,
-                ..run.clone()
-            };
-            diagnose(&[run], &Motor::default(), &Options::default()).expect("a diagnosis")
-        });
-        for (other, what) in found[1..].iter().zip(["constant", "in real time"]) {
-            assert_eq!(
-                other.verdict, found[0].verdict,
-                "{what}: {}",
-                other.sentence
-            );
-            assert_eq!(
-                other.effects, found[0].effects,
-                "{what}: {}",
-                other.sentence
-            );
-        }
-    }
-}
-
-/// Seconds of the recordings that are cut out of one.
-const CUTS_S: [f64; 3] = [4.0, 8.0, 15.0];
-/// Falls of a probability that are no step back: the posterior is of another choice of segments.
-const SLACK: f64 = 0.05;
-
-/// More data is never worse: the inclusion probability of what is there (or of its class) does not fall.
-#[test]
-fn an_effect_is_no_less_probable_with_more_data() {
-    let cases: [(&str, &[f64]); 5] = [
-        ("dead_zone", &[0.8]),
-        ("backlash", &[0.03, 0.5, 0.0]),
-        ("gravity_load", &[0.02, 0.4]),
-        ("voltage_drop", &[0.3]),
-        ("transport_delay", &[0.02]),
-    ];
-    let (mut falls, mut last) = (Vec::new(), Vec::new());
-    for (id, values) in cases {
-        let whole = recorded(&with(&[(id, values)]), &LEVELS, 0.01, 15.0);
-        let probability = CUTS_S.map(|duration_s| {
-            let samples = (duration_s / 0.01).round() as usize;
-            let part = Run {
-                t_s: whole.t_s[..samples].to_vec(),
-                command: whole.command[..samples].to_vec(),
-                counts: whole.counts[..samples].to_vec(),
-                ..whole.clone()
-            };
-            let found = diagnose(&[part], &Motor::default(), &Options::default());
-            let found = found.expect("a diagnosis");
-            let cause = found.causes.iter().find(|cause| cause.effect == id);
-            cause.map_or(0.0, |cause| {
-                cause.class_probability.unwrap_or(cause.inclusion)
-            })
-        });
-        println!("{id}: {probability:.3?}");
-        falls.extend(
-            (!probability.is_sorted_by(|a, b| b + SLACK >= *a)).then_some((id, probability)),
-        );
-        last.push(probability[CUTS_S.len() - 1]);
-    }
-    assert!(falls.is_empty(), "{falls:?}");
-    // Of the whole recording all are identified: a probability that is always 0 does not fall either.
-    assert!(
-        last.iter().all(|p| *p >= Settings::default().identified),
-        "{last:?}"
-    );
 }

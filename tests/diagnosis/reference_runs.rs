@@ -1,9 +1,10 @@
 //! `diagnose --reference`: what has changed between two sets of runs of one motor, and nothing where nothing has.
 
+use crate::recorded::driven;
 use crate::support::command::run;
 use case_generator::generate;
 use motorlab::diagnose::{Diagnosis, Options, Verdict, diagnose};
-use motorlab::motor::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, simulate};
+use motorlab::motor::{ActiveEffect, Motor};
 use motorlab::recording::{Run, read_run_from};
 
 const SAMPLE_TIME_S: f64 = 0.01;
@@ -32,7 +33,6 @@ fn since(now: &Run, then: &Run, motor: &Motor) -> Diagnosis {
 
 /// A motor under levels of 0.1 to 0.35 s, which differ by the seed.
 fn recorded(motor: &Motor, seed: u32) -> Run {
-    let t_s: Vec<f64> = (0..SAMPLES).map(|k| k as f64 * SAMPLE_TIME_S).collect();
     // A linear congruence: any order of levels will do.
     let mut state = seed.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let mut next = || {
@@ -46,23 +46,7 @@ fn recorded(motor: &Motor, seed: u32) -> Run {
         command.extend(std::iter::repeat_n(level, hold as usize));
     }
     command.truncate(SAMPLES);
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let counts = simulate(motor, &drive, &SimulationOptions::default())
-        .expect("a motor")
-        .counts;
-    Run {
-        sample_time_s: SAMPLE_TIME_S,
-        counts_per_rev: motor.parameters.counts_per_rev,
-        t_s,
-        command,
-        counts,
-        complete: true,
-        ..Run::default()
-    }
+    driven(motor, command, SAMPLE_TIME_S)
 }
 
 /// The handout's motor with its numbers off by what a tolerance of 5 % has them off.
@@ -232,16 +216,10 @@ fn the_command_says_both_values_in_every_form() {
 #[test]
 fn what_the_reference_does_not_tell_is_not_said_to_have_changed() {
     let motor = with(motor(), "dead_zone", &[1.1]);
-    let mut step = recorded(&motor, 1);
-    step.command = vec![4.5; SAMPLES];
-    let drive = Drive {
-        t_s: &step.t_s,
-        command: &step.command,
-        kind: CommandKind::Voltage,
-    };
-    step.counts = simulate(&motor, &drive, &SimulationOptions::default())
-        .expect("a motor")
-        .counts;
+    let step = driven(&motor, vec![4.5; SAMPLES], SAMPLE_TIME_S);
     let found = since(&recorded(&motor, 2), &step, &Motor::default());
     assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
+    // What these runs show is shared with the reference.
+    let effects = found.reference.expect("reference runs").effects;
+    assert_eq!(effects, ["dead_zone"]);
 }

@@ -4,39 +4,19 @@ use std::fmt::Write as _;
 
 use motorlab::diagnose::{Options, Verdict, diagnose};
 use motorlab::motor::catalogue::catalogue;
-use motorlab::motor::{ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, simulate};
+use motorlab::motor::{ActiveEffect, Motor};
 use motorlab::recording::Run;
+
+use crate::recorded::{LEVELS, recorded};
 
 /// Draw their samples at random: no model repeats what they did.
 const RANDOM: [&str; 2] = ["missed_counts", "sample_jitter"];
 /// Largest share of the noise floor by which the true model may exceed it: the floor is of other start fractions of a count.
 const ABOVE_FLOOR: f64 = 1.25;
-const SAMPLE_TIME_S: f64 = 0.01;
-const SAMPLES: usize = 800;
-/// Levels of 0.5 s both ways, in V: some below any dead zone.
-const LEVELS: [f64; 10] = [3.0, -3.0, 4.5, -4.5, 1.0, -1.0, 2.0, -2.0, 0.5, -4.5];
 
-fn recorded(motor: &Motor) -> Run {
-    let t_s: Vec<f64> = (0..SAMPLES).map(|k| k as f64 * SAMPLE_TIME_S).collect();
-    let command: Vec<f64> = (0..SAMPLES)
-        .map(|k| LEVELS[k / 50 % LEVELS.len()])
-        .collect();
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let simulated = simulate(motor, &drive, &SimulationOptions::default());
-    Run {
-        sample_time_s: SAMPLE_TIME_S,
-        counts_per_rev: motor.parameters.counts_per_rev,
-        supply_v: Some(4.5),
-        complete: true,
-        counts: simulated.expect("a motor").counts,
-        t_s,
-        command,
-        ..Run::default()
-    }
+/// Eight seconds at 10 ms.
+fn recording(motor: &Motor) -> Run {
+    recorded(motor, &LEVELS, 0.01, 8.0)
 }
 
 /// Each deterministic effect of the catalogue, in the motor file with the values that made the recording.
@@ -47,8 +27,8 @@ fn the_true_model_is_within_the_noise_floor() {
         let mut motor = Motor::default();
         let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters);
         motor.effects.set(effect.expect("its defaults"));
-        let run = recorded(&motor);
-        visible += usize::from(run.counts != recorded(&Motor::default()).counts);
+        let run = recording(&motor);
+        visible += usize::from(run.counts != recording(&Motor::default()).counts);
         let found = diagnose(&[run], &motor, &Options::default()).expect("a diagnosis");
         let is_quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
         let is_small = found.gap.before <= ABOVE_FLOOR * found.gap.floor;
@@ -68,7 +48,7 @@ fn without_the_effect_the_same_recording_is_above_the_noise_floor() {
         let mut motor = Motor::default();
         let effect = ActiveEffect::from_keys(id, [], &motor.parameters);
         motor.effects.set(effect.expect("its defaults"));
-        let found = diagnose(&[recorded(&motor)], &Motor::default(), &Options::default());
+        let found = diagnose(&[recording(&motor)], &Motor::default(), &Options::default());
         let found = found.expect("a diagnosis");
         assert_ne!(found.verdict, Verdict::NoGap, "{id}: {}", found.sentence);
         assert!(found.gap.before > ABOVE_FLOOR * found.gap.floor, "{id}");

@@ -3,8 +3,10 @@
 use case_generator::{Case, generate};
 use motorlab::board::Profile;
 use motorlab::diagnose::{DiagnoseError, Diagnosis, Options, Verdict, diagnose};
-use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
-use motorlab::recording::{CommandKind, Run, read_run_from};
+use motorlab::motor::Motor;
+use motorlab::recording::{Run, read_run_from};
+
+use crate::recorded::{driven, with};
 
 fn runs(case: &Case) -> Vec<Run> {
     let texts = case.runs.iter().map(|run| run.to_csv());
@@ -57,27 +59,9 @@ fn runs_that_say_nothing_are_errors() {
 /// What the simulator's encoder counts of a motor through a profile of the board.
 fn simulated(motor: &Motor, profile: &str, sample_time_s: f64, duration_s: f64) -> Run {
     let samples = (duration_s / sample_time_s).round() as u32;
-    let t_s: Vec<f64> = (0..samples).map(|k| f64::from(k) * sample_time_s).collect();
     let profile = Profile::named(profile, 4.5, duration_s).unwrap();
-    let command: Vec<f64> = t_s.iter().map(|&t_s| profile.command_at(t_s)).collect();
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let counts = simulate(motor, &drive, &SimulationOptions::default())
-        .unwrap()
-        .counts;
-    Run {
-        sample_time_s,
-        counts_per_rev: 720.0,
-        supply_v: Some(4.5),
-        complete: true,
-        t_s,
-        command,
-        counts,
-        ..Run::default()
-    }
+    let at = |k: u32| profile.command_at(f64::from(k) * sample_time_s);
+    driven(motor, (0..samples).map(at).collect(), sample_time_s)
 }
 
 /// A run of the lab handout's motor as a host sees it that has only arrivals to time it by: late by 1 to 3 ms,
@@ -154,15 +138,12 @@ fn stribeck_friction_is_identified_and_removes_the_error() {
 /// Beside the best pair every other effect is tried.
 #[test]
 fn a_third_effect_is_identified_where_two_leave_much() {
-    let mut motor = Motor::default();
     let truth: [(&str, &[f64]); 3] = [
         ("coast_at_zero", &[]),
         ("cogging", &[0.01, 12.0, 1.0]),
         ("inductance", &[0.1]),
     ];
-    for (id, values) in truth {
-        motor.effects.set(ActiveEffect::new(id, values).unwrap());
-    }
+    let motor = with(&truth);
     let runs = [
         ("step", 0.03, 4.0),
         ("step", 0.003, 4.0),

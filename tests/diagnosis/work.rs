@@ -1,10 +1,9 @@
 //! The cost of a diagnosis on any machine: samples simulated, a derivative counted as many again, as the document states them.
 
 use motorlab::diagnose::{Options, diagnose};
-use motorlab::motor::{
-    ActiveEffect, CommandKind, Drive, Motor, SimulationOptions, catalogue, simulate,
-};
-use motorlab::recording::Run;
+use motorlab::motor::{Motor, catalogue};
+
+use crate::recorded::{Effects, LEVELS, recorded, with};
 
 /// Samples of each recording: five seconds at 10 ms.
 const SAMPLES: usize = 500;
@@ -18,43 +17,9 @@ const LEAST: f64 = 20.0;
 /// Relative growth that is none: another machine's exponentials end a fit a step later.
 const CHANGED: f64 = 0.15;
 
-/// Levels of 0.5 s, both ways.
-const LEVELS: [f64; 10] = [3.0, -3.0, 4.5, -4.5, 1.0, -1.0, 2.0, -2.0, 0.5, -4.5];
-
-fn recording(effects: Effects<'_>, samples: usize) -> Run {
-    let mut motor = Motor::default();
-    for (id, values) in effects {
-        let effect = ActiveEffect::new(id, values).expect("an effect");
-        motor.effects.set(effect);
-    }
-    let t_s: Vec<f64> = (0..samples).map(|k| 0.01 * k as f64).collect();
-    let command: Vec<f64> = (0..samples)
-        .map(|k| LEVELS[k / 50 % LEVELS.len()])
-        .collect();
-    let drive = Drive {
-        t_s: &t_s,
-        command: &command,
-        kind: CommandKind::Voltage,
-    };
-    let counts = simulate(&motor, &drive, &SimulationOptions::default())
-        .expect("a motor")
-        .counts;
-    Run {
-        sample_time_s: 0.01,
-        counts_per_rev: 720.0,
-        t_s,
-        command,
-        counts,
-        ..Run::default()
-    }
-}
-
-/// Ids with the values of their parameters.
-type Effects<'a> = &'a [(&'a str, &'a [f64])];
-
 /// Samples simulated for each sample recorded.
 fn work(effects: Effects<'_>, samples: usize) -> f64 {
-    let run = recording(effects, samples);
+    let run = recorded(&with(effects), &LEVELS, 0.01, 0.01 * samples as f64);
     let found = diagnose(&[run], &Motor::default(), &Options::default()).expect("a diagnosis");
     found.simulated_samples as f64 / samples as f64
 }
