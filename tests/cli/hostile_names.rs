@@ -226,6 +226,7 @@ const CALLS: &[&str] = &[
     "effects {gone}",
     "effects --motor {gone}",
     "effects stribeck --motor {motor}",
+    "explain {gone}",
     "motor {gone}",
     "motor {bad}",
     "motor {motor}",

@@ -8,11 +8,12 @@ use crate::support::command::run;
 use serde_json::Value;
 
 /// Commands that compute nothing that goes over threads.
-const WITHOUT: [&str; 14] = [
+const WITHOUT: [&str; 15] = [
     "ports",
     "replay",
     "virtual",
     "effects",
+    "explain",
     "motor",
     "names",
     "export",
