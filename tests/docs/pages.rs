@@ -1,5 +1,5 @@
 //! The documentation holds together: links and anchors lead somewhere, every page is found, every command line of the
-//! pages that people copy from is one, the tutorial runs, and sentences are short.
+//! pages that people copy from is one, and the tutorial runs.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -8,23 +8,16 @@ use std::process::Command;
 
 use crate::support;
 use crate::support::command::run;
-use crate::support::pages::{self, Page, root, sentences, words};
+use crate::support::pages::{self, Page, root, words};
 use clap::Parser;
 use motorlab::cli::CommandLine;
 use motorlab::motor::catalogue::catalogue;
 use serde_json::Value;
 
-/// Words of the longest sentence.
-const LONGEST: usize = 25;
 /// Words of the page that says how a gap is diagnosed.
 const METHOD_WORDS: usize = 2000;
 /// Lines of the README.
 const README_LINES: usize = 150;
-
-/// Pages whose subject is history, and which are written once.
-fn is_history(page: &Page) -> bool {
-    page.path.starts_with("docs/decisions") || page.path == Path::new("CHANGELOG.md")
-}
 
 #[test]
 fn every_link_leads_somewhere() {
@@ -181,23 +174,6 @@ fn the_readme_quotes_what_the_demo_prints() {
     for piece in pieces {
         assert!(printed.contains(piece), "{piece}\n{printed}");
     }
-}
-
-#[test]
-fn sentences_are_short() {
-    let mut long = Vec::new();
-    for page in pages::all().iter().filter(|page| !is_history(page)) {
-        for sentence in sentences(&page.text) {
-            let words = sentence.split_whitespace();
-            let count = words
-                .filter(|word| word.contains(char::is_alphanumeric))
-                .count();
-            if count > LONGEST {
-                long.push(format!("{}: {count}: {sentence}", page.path.display()));
-            }
-        }
-    }
-    assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
 #[test]
