@@ -27,6 +27,8 @@ pub struct Motor {
     pub tolerance: BTreeMap<String, f64>,
     /// Effects that are part of the model.
     pub effects: Effects,
+    /// Whether nothing has measured the resistance, nor any torque.
+    pub resistance_assumed: bool,
 }
 
 /// Error of a motor file.
@@ -150,6 +152,11 @@ impl Motor {
             match key.as_str() {
                 "tolerance" => motor.read_tolerance(text, value)?,
                 "effects" => {}
+                "resistance_assumed" => {
+                    let line = line_of(text, "", key);
+                    motor.resistance_assumed = (value.as_bool())
+                        .ok_or_else(|| wrong(line, key, "true or false", value))?;
+                }
                 _ => {
                     let line = line_of(text, "", key);
                     let slot = motor.parameters.get_mut(key).ok_or_else(|| {
@@ -157,7 +164,10 @@ impl Motor {
                         MotorFileError::UnknownKey {
                             line,
                             key: key.clone(),
-                            nearest: meant(key, keys.chain(["tolerance", "effects"])),
+                            nearest: meant(
+                                key,
+                                keys.chain(["tolerance", "effects", "resistance_assumed"]),
+                            ),
                         }
                     })?;
                     *slot = number(value, key, line)?;
@@ -175,12 +185,18 @@ impl Motor {
     /// The text of a motor file that reads back as this motor.
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
+        for line in self.assumptions() {
+            let _ = writeln!(text, "# {line}");
+        }
         for key in Parameters::KEYS {
             let _ = writeln!(
                 text,
                 "{key} = {:?}",
                 self.parameters.get(key).unwrap_or(0.0)
             );
+        }
+        if self.resistance_assumed {
+            text.push_str("resistance_assumed = true\n");
         }
         if !self.tolerance.is_empty() {
             text.push_str("\n[tolerance]\n");

@@ -17,6 +17,7 @@ mod parameters;
 mod plant;
 pub mod plausible;
 mod reading;
+mod resistance;
 pub mod scalar;
 mod simulate;
 mod sine;

@@ -186,6 +186,10 @@ impl Diagnose {
         spinner.finish_and_clear();
         let mut diagnosis = found.map_err(Failure::input)?;
         diagnosis.data = findings;
+        let known = &diagnosis.identifiable;
+        // A motor driven by voltage has torques only where the motor file or a known load says one.
+        diagnosis.model.resistance_assumed =
+            known.si.is_none() && known.electrical_time_constant_s.is_some();
         if let Some(path) = &self.model_out {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }

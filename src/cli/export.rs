@@ -1,24 +1,27 @@
 //! `motorlab export`: a motor or a run in other programs' formats.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::export_actuator::{ActuatorFile, wrote_actuator};
 use super::export_run::RunFile;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
+use super::resistance::Resistance;
 use super::{Failure, Output, Status};
+use crate::export::actuator;
 use crate::export::{json, mat5, matlab, mujoco, urdf};
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
 
-/// Write a motor for MATLAB, MuJoCo, URDF or JSON, or a run for MATLAB, Parquet or MCAP.
+/// Write a motor for MATLAB, MuJoCo, URDF, JSON, or with its effects as code; or a run for MATLAB, Parquet, MCAP.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab export matlab --motor motor.toml --run step3.csv -o matlab\n  motorlab export mujoco --motor motor.toml -o motor.xml\n  motorlab export urdf --motor diagnosed.toml --leave-out\n  motorlab export json\n  motorlab export mcap run.csv"
+    after_help = "Examples:\n  motorlab export matlab --motor motor.toml --run step3.csv -o matlab\n  motorlab export mujoco --motor motor.toml -o motor.xml\n  motorlab export urdf --motor diagnosed.toml --leave-out\n  motorlab export json\n  motorlab export c --motor diagnosed.toml -o motor.c\n  motorlab export mcap run.csv"
 )]
 pub struct Export {
     #[command(subcommand)]
@@ -32,6 +35,14 @@ enum Format {
     Mujoco(Mujoco),
     Urdf(Urdf),
     Json(Json),
+    /// The motor with its effects as a C function, motor_step(state, voltage) -> torque.
+    C(ActuatorFile),
+    /// The motor with its effects as a plain Python function, step(state, voltage) -> torque.
+    Python(ActuatorFile),
+    /// The motor with its effects as motor_step.m for MATLAB, Simulink and Octave.
+    Octave(ActuatorFile),
+    /// The motor with its effects as an actuator class of Isaac Lab that imports only torch.
+    IsaacLab(ActuatorFile),
     /// A run as a Parquet file, for pandas, DuckDB, PlotJuggler.
     Parquet(RunFile),
     /// A run as an MCAP file, for Foxglove and PlotJuggler.
@@ -45,8 +56,12 @@ impl Export {
             Format::Mujoco(format) => format.run(output),
             Format::Urdf(format) => format.run(output),
             Format::Json(format) => format.run(output),
-            Format::Parquet(run) => wrote("parquet", &[run.parquet(output)?], output),
-            Format::Mcap(run) => wrote("mcap", &[run.mcap(output)?], output),
+            Format::C(file) => file.run("c", actuator::Target::C, output),
+            Format::Python(file) => file.run("python", actuator::Target::Python, output),
+            Format::Octave(file) => file.run("octave", actuator::Target::Octave, output),
+            Format::IsaacLab(file) => file.run("isaac-lab", actuator::Target::IsaacLab, output),
+            Format::Parquet(run) => wrote("parquet", &[run.parquet(output)?], None, output),
+            Format::Mcap(run) => wrote("mcap", &[run.mcap(output)?], None, output),
         }
     }
 }
@@ -73,6 +88,14 @@ struct Mujoco {
     motor: MotorFile,
     #[command(flatten)]
     target: Target,
+    /// Python module to write beside the model: MuJoCo calls it for the motor's torque, with all of its effects.
+    #[arg(
+        long,
+        value_name = "FILE",
+        requires = "output",
+        conflicts_with = "leave_out"
+    )]
+    callback: Option<PathBuf>,
 }
 
 /// A URDF joint with <dynamics>, its inertia and limits.
@@ -98,10 +121,12 @@ struct Json {
 
 /// Which motor.
 #[derive(Debug, Args)]
-struct MotorFile {
+pub(super) struct MotorFile {
     /// Motor file; without it the lab handout's motor.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
+    #[command(flatten)]
+    resistance: Resistance,
 }
 
 /// Where a model goes, and what may be missing in it.
@@ -118,14 +143,24 @@ struct Target {
 }
 
 impl MotorFile {
-    fn read(&self, output: &Output) -> Result<Motor, Failure> {
-        match &self.motor {
-            Some(path) => motor_file(path, output),
+    /// The motor file, if one is named.
+    pub(super) fn path(&self) -> &Option<PathBuf> {
+        &self.motor
+    }
+
+    pub(super) fn read(&self, output: &Output) -> Result<Motor, Failure> {
+        let motor = match &self.motor {
+            Some(path) => motor_file(path, output)?,
             None => {
                 output.message("no --motor: the lab handout's motor is exported");
-                Ok(Motor::default())
+                Motor::default()
             }
+        };
+        let motor = self.resistance.of(motor);
+        for line in motor.assumptions() {
+            output.message(&line);
         }
+        Ok(motor)
     }
 }
 
@@ -158,7 +193,7 @@ impl Matlab {
             let content = mat5::of_run(run).map_err(Failure::input)?;
             outputs.write_bytes(file, &content, None)?;
         }
-        wrote("matlab", &files, output)
+        wrote("matlab", &files, Some(&motor), output)
     }
 
     /// Every run is read before the first file is written.
@@ -178,9 +213,23 @@ impl Matlab {
 impl Mujoco {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let outputs = self.target.outputs(&self.motor)?;
+        outputs.check(self.target.output.iter().chain(&self.callback))?;
         let motor = self.motor.read(output)?;
-        let model = mujoco::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("mujoco", &outputs, &model, output)
+        if let (Some(model), Some(module)) = (&self.target.output, &self.callback) {
+            actuator::check(&motor, mujoco::TIME_STEP_S).map_err(Failure::input)?;
+            let text = mujoco::called_model(&motor, &shown(module));
+            outputs.write_silently(model, &text, Form::Markup)?;
+            let text = actuator::Target::Mujoco.file(&motor, mujoco::TIME_STEP_S);
+            outputs.write_silently(module, &text, Form::Toml)?;
+            return wrote_actuator("mujoco", &[model, module], None, &motor, output);
+        }
+        let model = mujoco::model(&motor, self.target.leave_out).map_err(|error| {
+            Failure::input(format!(
+                "{error}\nhint: --callback motor.py writes a Python module that MuJoCo calls for all of the motor's effects"
+            ))
+        })?;
+        self.target
+            .write("mujoco", &outputs, &model, &motor, output)
     }
 }
 
@@ -189,7 +238,7 @@ impl Urdf {
         let outputs = self.target.outputs(&self.motor)?;
         let motor = self.motor.read(output)?;
         let model = urdf::model(&motor, self.target.leave_out).map_err(Failure::input)?;
-        self.target.write("urdf", &outputs, &model, output)
+        self.target.write("urdf", &outputs, &model, &motor, output)
     }
 }
 
@@ -197,14 +246,15 @@ impl Json {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let outputs = self.force.outputs("export", &self.motor.motor);
         outputs.check(&self.output)?;
-        let document = json::document(&self.motor.read(output)?);
+        let motor = self.motor.read(output)?;
+        let document = json::document(&motor);
         let Some(path) = &self.output else {
             output.document(&document)?;
             return Ok(Status::Done);
         };
         let text = output.in_json(&document)?;
         outputs.write_silently(path, &text, Form::Json)?;
-        wrote("json", std::slice::from_ref(path), output)
+        wrote("json", std::slice::from_ref(path), Some(&motor), output)
     }
 }
 
@@ -221,20 +271,18 @@ impl Target {
         format: &str,
         outputs: &Outputs,
         model: &str,
+        motor: &Motor,
         output: &Output,
     ) -> Result<Status, Failure> {
         match &self.output {
             Some(path) => {
                 outputs.write_silently(path, model, Form::Markup)?;
-                wrote(format, std::slice::from_ref(path), output)
+                wrote(format, std::slice::from_ref(path), Some(motor), output)
             }
             None if output.json => {
-                output.document(&json!({
-                    "shape": "motorlab-export/1",
-                    "format": format,
-                    "files": [],
-                    "text": model,
-                }))?;
+                let mut document = document(format, Vec::new(), Some(motor));
+                document["text"] = model.into();
+                output.document(&document)?;
                 Ok(Status::Done)
             }
             None => {
@@ -245,14 +293,30 @@ impl Target {
     }
 }
 
+/// The document of an export: files, and what of the motor is assumed.
+pub(super) fn document(format: &str, files: Vec<&Path>, motor: Option<&Motor>) -> Value {
+    let mut document = json!({
+        "shape": "motorlab-export/1",
+        "format": format,
+        "files": files,
+    });
+    let assumed = motor.map(Motor::assumptions).unwrap_or_default();
+    if !assumed.is_empty() {
+        document["assumed"] = assumed.into();
+    }
+    document
+}
+
 /// Says which files have been written.
-fn wrote(format: &str, files: &[PathBuf], output: &Output) -> Result<Status, Failure> {
+fn wrote(
+    format: &str,
+    files: &[PathBuf],
+    motor: Option<&Motor>,
+    output: &Output,
+) -> Result<Status, Failure> {
     if output.json {
-        output.document(&json!({
-            "shape": "motorlab-export/1",
-            "format": format,
-            "files": files,
-        }))?;
+        let files = files.iter().map(PathBuf::as_path).collect();
+        output.document(&document(format, files, motor))?;
     } else {
         for file in files {
             output.line(&format!("wrote {}", shown(file)))?;

@@ -9,13 +9,14 @@ use serde::Serialize;
 use super::motor_file::motor_file;
 use super::motor_template::template;
 use super::output_file::{Force, Form};
+use super::resistance::Resistance;
 use super::{Failure, Output, Status};
 use crate::motor::{Motor, Parameters};
 
 /// Write a commented motor file to begin with, or say what a motor file comes to.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab motor --template -o motor.toml\n  motorlab motor motor.toml\n  motorlab motor motor.toml --json"
+    after_help = "Examples:\n  motorlab motor --template -o motor.toml\n  motorlab motor motor.toml\n  motorlab motor motor.toml --json\n  motorlab motor diagnosed.toml --resistance 3.1 -o measured.toml"
 )]
 pub struct MotorFile {
     /// Motor file: it is printed whole, with what it leaves out. [default: the lab handout's motor]
@@ -24,6 +25,8 @@ pub struct MotorFile {
     /// Every key with its unit and the lab handout's number, tolerances and all effects commented out.
     #[arg(long)]
     template: bool,
+    #[command(flatten)]
+    resistance: Resistance,
     /// File to write; without it the motor file goes to standard output.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -50,6 +53,7 @@ impl MotorFile {
             Some(path) => motor_file(path, output)?,
             None => Motor::default(),
         };
+        let motor = self.resistance.of(motor);
         let text = if self.template {
             template()
         } else {

@@ -30,8 +30,10 @@ pub(super) struct Force {
 pub(super) enum Form {
     /// HTML, SVG, XML and Markdown.
     Markup,
-    /// TOML.
+    /// TOML and Python.
     Toml,
+    /// C.
+    C,
     /// MATLAB.
     Matlab,
     /// A manual page.
@@ -174,6 +176,7 @@ impl Outputs {
         Ok(match form {
             Form::Markup => format!("{body}\n<!-- {mark} -->\n"),
             Form::Toml => format!("{body}\n# {mark}\n"),
+            Form::C => format!("{body}\n/* {mark} */\n"),
             Form::Matlab => format!("{body}\n% {mark}\n"),
             Form::Roff => format!("{body}\n.\\\" {mark}\n"),
             Form::Json => {

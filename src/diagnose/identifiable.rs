@@ -29,8 +29,9 @@ pub(crate) fn identifiable(
     let drag = |p: &Parameters| drag(p, base.kind);
     let least = f64::MIN_POSITIVE;
     let electrical = |p: &Parameters| p.inductance_h / p.resistance_ohm;
-    let has_torque = base.torque_identifiable || source == NominalSource::Given;
     let motor = fit.model.motor(&fit.x);
+    let has_torque =
+        base.torque_identifiable || (source == NominalSource::Given && !motor.resistance_assumed);
     Identifiable {
         speed_per_volt: of(speed_unit, &|p| 1.0 / (drag(p) * per_nm(p)).max(least)),
         time_constant_s: of("s", &|p| p.inertia_kg_m2 / drag(p).max(least)),

@@ -41,10 +41,14 @@ pub fn document(motor: &Motor) -> Value {
             (kind.id.to_owned(), entry)
         })
         .collect();
-    json!({
+    let mut document = json!({
         "shape": "motorlab-motor/1",
         "equations": EQUATIONS,
         "parameters": parameters,
         "effects": effects,
-    })
+    });
+    if motor.resistance_assumed {
+        document["assumed"] = motor.assumptions().into();
+    }
+    document
 }

@@ -14,6 +14,9 @@ pub const FILE_NAME: &str = "Motor_Parameters.m";
 /// The script. Numbers are written so that they read back as the same double.
 pub fn script(motor: &Motor) -> String {
     let mut out = String::from("% Motor_Parameters.m: DC motor, SI units\n");
+    for line in motor.assumptions() {
+        let _ = writeln!(out, "% {line}");
+    }
     for equation in EQUATIONS {
         let _ = writeln!(out, "%   {equation}");
     }

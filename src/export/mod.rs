@@ -8,7 +8,9 @@
 //! | [`mujoco`] | a hinge and a general actuator (MJCF) | those that change one of its coefficients |
 //! | [`urdf`] | a joint with `<dynamics>` | friction and inertia |
 //! | [`json`] | parameters and effects with units and equations | all |
+//! | [`actuator`] | the motor as a function in C, Python, MATLAB, torch, for MuJoCo | all of the motor's, none of the recording's |
 
+pub mod actuator;
 pub mod json;
 pub mod mat5;
 pub mod matlab;

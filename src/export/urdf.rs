@@ -3,8 +3,7 @@
 //! URDF knows no actuator: back EMF acts through whatever drives the joint. What it would add to the
 //! damping with the terminals held at a voltage, `Kt Kb / R`, stands in the comment.
 
-use std::fmt::Write;
-
+use super::mujoco::commented;
 use super::{ExportError, Linear};
 use crate::motor::Motor;
 
@@ -33,13 +32,12 @@ pub fn model(motor: &Motor, leave_out: bool) -> Result<String, ExportError> {
     } else {
         String::new()
     };
-    let mut remarks = String::new();
-    for line in linear.remarks() {
-        let _ = writeln!(remarks, "       {line}");
-    }
+    let assumed = commented(&motor.assumptions());
+    let remarks = commented(&linear.remarks());
     Ok(format!(
         "<?xml version=\"1.0\"?>\n\
          <!-- DC motor, SI units: angle rad, speed w rad/s, torque N m.\n\
+         {assumed}\
          \x20      J dw/dt = torque - damping w - friction sgn(w)\n\
          \x20      izz = J (kg m^2), damping = b (N m s/rad), friction = Tf (N m)\n\
          \x20      effort = stall torque Kt V / R (N m), velocity = steady speed at V = {v} V (rad/s)\n\

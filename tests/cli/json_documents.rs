@@ -163,7 +163,7 @@ fn what_simulates_checks_compares_and_exports() {
     let here = keep.path();
     fs::write(
         here.join("short.toml"),
-        "resistance_ohm = 8.0\n[effects.backlash]\ngap_rad = 0.01\n",
+        "resistance_ohm = 8.0\nresistance_assumed = true\n[effects.missed_counts]\n[effects.backlash]\ngap_rad = 0.01\n",
     )
     .expect("a file");
     let simulated = prints(
@@ -192,6 +192,7 @@ fn what_simulates_checks_compares_and_exports() {
         "export json --motor short.toml -o motor.json",
     );
     prints(here, "export", "export mujoco");
+    prints(here, "export", "export c --motor short.toml");
     prints(here, "ports", "ports");
     prints(here, "names", "names");
     prints(here, "names", "names effects");

@@ -3,7 +3,11 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod actuator;
+mod actuator_cases;
+mod actuator_programs;
 mod command;
 mod formats;
 mod pictures;
+mod resistance;
 mod tabulate;

@@ -1,0 +1,70 @@
+//! The motor with its effects as a function that other programs call: voltage in, torque on the output shaft out.
+//!
+//! One description of the equations ([`equations`]) is printed in each language; a template a language adds the loop around
+//! them: Runge-Kutta steps of fourth order within a mode (which way the current flows, which side slips which way, which flanks
+//! touch), cut at the instant at which the mode ends. The constants stand at the top of each file, with units.
+
+mod constants;
+mod equations;
+mod language;
+mod templates;
+
+pub use constants::output_inertia;
+pub use templates::Target;
+
+use crate::motor::Motor;
+use crate::motor::catalogue::Stage;
+
+/// An effect of the recording rather than of the actuator, and why it is in no such file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+pub struct NotPart {
+    /// Its id.
+    pub effect: &'static str,
+    /// Why.
+    pub why: &'static str,
+}
+
+/// The motor's effects that an actuator has, and those that belong to the recording.
+pub fn divided(motor: &Motor) -> (Vec<&'static str>, Vec<NotPart>) {
+    let (mut part, mut not_part) = (Vec::new(), Vec::new());
+    for effect in motor.effects.iter() {
+        let kind = effect.kind();
+        let why = match kind.stage {
+            Stage::Sensor => Some("it changes what the encoder says, not how the motor moves"),
+            Stage::Timing => Some("it changes when a sample is taken, not how the motor moves"),
+            _ if kind.id == "command_offset" => {
+                Some("it shifts the recorded column of the commands, not the command")
+            }
+            _ => None,
+        };
+        match why {
+            Some(why) => not_part.push(NotPart {
+                effect: kind.id,
+                why,
+            }),
+            None => part.push(kind.id),
+        }
+    }
+    (part, not_part)
+}
+
+/// Most delayed commands that a state holds: at a step of 1 ms a hundred seconds.
+const MOST_DELAYED: f64 = 1e5;
+
+/// What is wrong with a step of this length for the motor, if anything is.
+///
+/// # Errors
+/// The transport delay is more steps than a state holds.
+pub fn check(motor: &Motor, step_s: f64) -> Result<(), String> {
+    let delay_s = motor
+        .effects
+        .get("transport_delay")
+        .map_or(0.0, |effect| effect.values[0]);
+    if delay_s / step_s <= MOST_DELAYED {
+        return Ok(());
+    }
+    Err(format!(
+        "the transport delay of {delay_s} s is more than {MOST_DELAYED} steps of {step_s} s\nhint: --step-time {}",
+        delay_s / MOST_DELAYED
+    ))
+}
