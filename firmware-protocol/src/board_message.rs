@@ -1,4 +1,4 @@
-//! What a board says: HELLO, ACK, NAK, DATA, END, TEXT; validated from raw frames.
+//! Message of a board: HELLO, ACK, NAK, DATA, END, TEXT; validated from raw frames.
 
 use crate::fields::{Body, Fields};
 use crate::frame::{RawFrame, encode_frame};
@@ -20,7 +20,7 @@ pub mod kind {
     pub const TEXT: u8 = 0x06;
 }
 
-/// What a board's samples carry and how its counter is made; the bits of HELLO's `fields`.
+/// Fields of a board's samples and the width of its counter; the bits of HELLO's `fields`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BoardFields {
     /// DATA ends with the measured motor current.
@@ -64,15 +64,15 @@ pub struct Hello {
     pub counts_per_rev: u32,
     /// Driver supply in mV.
     pub supply_mv: u16,
-    /// What its samples carry.
+    /// Fields of its samples.
     pub fields: BoardFields,
     /// Longest profile that it holds.
     pub max_segments: u16,
-    /// What it calls itself, such as `uno`.
+    /// Its name, such as `uno`.
     pub name: ShortText,
 }
 
-/// What a board says of one sample; the bits of DATA's flags.
+/// Flags of one sample; the bits of DATA's flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SampleFlags {
     /// The sample was late: the one before was not finished, or its timer match was missed.
@@ -116,7 +116,7 @@ pub struct Sample {
     pub counts: i32,
     /// Command in force from this sample on, in mV.
     pub command_mv: i16,
-    /// What the board says of it.
+    /// Flags of the board.
     pub flags: SampleFlags,
     /// Measured current in mA, where the board has the sensor.
     pub current_ma: Option<i16>,
@@ -176,7 +176,7 @@ impl core::fmt::Display for Refusal {
             Self::State => "it cannot do that now",
             Self::SampleTime => "it cannot keep this sample time",
             Self::ProfileTooLong => "the profile has more segments than it holds",
-            Self::ChunkOrder => "a piece of the profile is missing",
+            Self::ChunkOrder => "a part of the profile is missing",
             Self::ProfileCrc => "the profile arrived damaged",
         })
     }

@@ -43,7 +43,7 @@ mod tests {
     }
 
     #[test]
-    fn pieces_give_the_same_as_the_whole() {
+    fn parts_give_the_same_as_the_whole() {
         let whole = crc16(CRC_START, b"motorlab");
         assert_eq!(crc16(crc16(CRC_START, b"motor"), b"lab"), whole);
     }

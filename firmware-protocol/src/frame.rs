@@ -16,7 +16,7 @@ const MAX_STUFFED: usize = MAX_WIRE - 1;
 /// A frame whose CRC is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RawFrame<'a> {
-    /// What kind of message the body is.
+    /// Kind of message of the body.
     pub kind: u8,
     /// The message's bytes.
     pub body: &'a [u8],

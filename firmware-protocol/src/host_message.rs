@@ -1,4 +1,4 @@
-//! What a host says: IDENTIFY, CONFIGURE, PROFILE, CHUNK, START, STOP, ALIVE.
+//! Message of a host: IDENTIFY, CONFIGURE, PROFILE, CHUNK, START, STOP, ALIVE.
 
 use crate::MessageError;
 use crate::crc::{CRC_START, crc16};
@@ -13,7 +13,7 @@ pub mod kind {
     pub const CONFIGURE: u8 = 0x82;
     /// A profile of so many segments follows.
     pub const PROFILE: u8 = 0x83;
-    /// A piece of the profile.
+    /// A part of the profile.
     pub const CHUNK: u8 = 0x84;
     /// Record.
     pub const START: u8 = 0x85;
@@ -103,7 +103,7 @@ pub enum HostMessage {
         /// [`profile_crc`] of them all.
         crc: u16,
     },
-    /// A piece of the profile.
+    /// A part of the profile.
     Chunk(Chunk),
     /// Record so many samples, or until STOP where that is 0.
     Start {

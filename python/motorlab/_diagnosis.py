@@ -114,7 +114,7 @@ class Diagnosis:
 
     @property
     def next_experiment(self) -> Optional[dict[str, Any]]:
-        """What to record next, where sets are left that a recording separates."""
+        """Next experiment, if a recording separates the remaining sets."""
         return self.document["next_experiment"]
 
     def _motor(self, at: int) -> Optional[Motor]:

@@ -26,7 +26,7 @@ def table_of(rows: list[dict[str, Any]], names: list[str]) -> Any:
 
 
 def columns_of(frame: Any) -> Any:
-    """What the extension takes: an Arrow stream, or names with arrays and units."""
+    """Input of the extension: an Arrow stream, or names with arrays and units."""
     stream = getattr(frame, "__arrow_c_stream__", None)
     if stream is not None:
         try:

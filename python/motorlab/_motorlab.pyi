@@ -1,4 +1,4 @@
-"""The extension module: the library's types and one function a verb. What people use is in `motorlab`."""
+"""The extension module: the library's types and one function a verb. The public interface is in `motorlab`."""
 
 import os
 from typing import Any, Mapping, Optional, Sequence, Union
@@ -11,7 +11,7 @@ _Path = Union[str, os.PathLike[str]]
 __version__: str
 
 class MotorlabError(ValueError):
-    """What the program says of wrong use or bad input, in the same words."""
+    """Error of the program for wrong use or bad input, in the same words."""
 
     kind: str
     file: Optional[str]

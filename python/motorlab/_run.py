@@ -37,7 +37,7 @@ class Run:
 
     @classmethod
     def read(cls, path: Union[str, os.PathLike[str]]) -> Run:
-        """Read a run file. What the reader has to say of it is in :attr:`notes`.
+        """Read a run file. Remarks of the reader are in :attr:`notes`.
 
         >>> Run.read("nowhere.csv")
         Traceback (most recent call last):
@@ -212,7 +212,7 @@ class Run:
 
     @property
     def notes(self) -> list[str]:
-        """What the reader, or the recognition of a frame, has to say."""
+        """Remarks of the reader, or of the recognition of a frame."""
         return self._run.notes
 
     def __repr__(self) -> str:

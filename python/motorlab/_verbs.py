@@ -80,7 +80,7 @@ def simulate(
     ----------
     motors
         A motor, a list of motors, or a table: a column a parameter (``resistance_ohm``, ``backlash.gap_rad``), a row a
-        motor. What the table lacks is ``base``'s.
+        motor. Parameters that the table lacks are ``base``'s.
     run
         A run whose times and commands drive the motors; or ``t_s`` in s and ``command``, both of shape (samples,).
     command_column
@@ -208,7 +208,7 @@ class Finding:
 
 
 class Findings(Sequence[Finding]):
-    """What is wrong with recordings, what is fatal first."""
+    """Findings about recordings, fatal ones first."""
 
     def __init__(self, findings: list[dict[str, Any]]) -> None:
         self._findings = [Finding(**finding) for finding in findings]
@@ -221,7 +221,7 @@ class Findings(Sequence[Finding]):
 
     @property
     def is_fatal(self) -> bool:
-        """Whether no diagnosis means anything before something is mended."""
+        """Whether a finding is fatal, so that no diagnosis is valid."""
         return any(finding.severity == "fatal" for finding in self)
 
     def to_frame(self) -> Any:

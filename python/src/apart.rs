@@ -19,7 +19,7 @@ pub(crate) struct Given {
     up: Arc<AtomicBool>,
 }
 
-/// What ends a thread whose work has been given up; nobody waits for it any more.
+/// Panic that ends a thread whose work was given up.
 struct GivenUp;
 
 impl Given {

@@ -7,7 +7,7 @@ use motorlab::recording::Run;
 
 use crate::diagnosis::Question;
 
-/// What stands for the motor's file.
+/// Name in place of the motor's file.
 const MOTOR: &str = "MOTOR.toml";
 
 /// The command line of a question.

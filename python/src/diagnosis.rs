@@ -17,7 +17,7 @@ use crate::failure::refused;
 use crate::motor::Motor;
 use crate::run::Run;
 
-/// What is asked beyond runs and motor.
+/// Options besides runs and motor.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Asked<'py> {
@@ -144,7 +144,7 @@ pub(crate) fn diagnose(
     })
 }
 
-/// What is asked, in the library's types.
+/// Options in the library's types.
 pub(crate) struct Question {
     pub(crate) runs: Vec<recording::Run>,
     pub(crate) held_out: Vec<recording::Run>,

@@ -12,7 +12,7 @@ pyo3::create_exception!(
     motorlab,
     MotorlabError,
     PyValueError,
-    "What the program says of wrong use or bad input, in the same words.\n\nkind, file, row and remedy are those of the program's --json."
+    "Error of the program for wrong use or bad input, in the same words.\n\nkind, file, row and remedy are those of the program's --json."
 );
 
 /// Wrong use or bad input.

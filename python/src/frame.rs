@@ -12,10 +12,10 @@ use pyo3::prelude::*;
 
 use crate::failure::refused;
 
-/// What stands for the frame in messages.
+/// Name of the frame in messages.
 const NAME: &str = "frame";
 
-/// The numbers of a column. What a row lacks is not a number.
+/// The numbers of a column. Missing values are NaN.
 #[derive(Debug, Clone)]
 pub(crate) enum Numbers {
     Floats(Vec<f64>),
@@ -74,7 +74,7 @@ impl Numbers {
     }
 }
 
-/// What is said of a frame: the flags of `motorlab import` as keywords, with `units` by column.
+/// Facts about a frame: the flags of `motorlab import` as keywords, with `units` by column.
 #[derive(Debug, Default, FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Keywords {
@@ -138,7 +138,7 @@ fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), P
                 .map(|(flag, value)| keyword(flag, value))
                 .collect();
             format!(
-                "{NAME}: to be said of it:\n{}all of it said:\n  Run.from_frame(frame, {})",
+                "{NAME} lacks:\n{}hint: complete call:\n  Run.from_frame(frame, {})",
                 asked.collect::<String>(),
                 keywords.join(", ")
             )

@@ -1,6 +1,6 @@
 //! The extension module beneath the Python package `motorlab`: the library's types and one function a verb.
 //!
-//! Names, units and documents are the library's. What Python adds (frames, pictures, docstrings) is Python, in `motorlab/`.
+//! Names, units and documents are the library's. Python's additions (frames, pictures, docstrings) are in `motorlab/`.
 
 // The macros of pyo3 write items that bear no comment.
 #![allow(missing_docs)]

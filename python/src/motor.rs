@@ -162,7 +162,7 @@ pub(crate) fn set_effect(
     Ok(())
 }
 
-/// Reads lines of a motor file; what is wrong is said without the line of a file that is none.
+/// Reads lines of a motor file; what is wrong is said without a line number.
 fn read(text: &str) -> Result<motor::Motor, String> {
     motor::Motor::from_toml(text).map_err(|error| {
         let said = error.to_string();

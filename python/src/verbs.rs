@@ -16,7 +16,7 @@ use crate::failure::{raised, refused};
 use crate::motor::{Motor, model_of, set, set_effect};
 use crate::run::Run;
 
-/// What is commanded, and how it is simulated.
+/// Commands and simulation settings.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Driven<'py> {
@@ -239,7 +239,7 @@ pub(crate) fn compare<'py>(
     Ok((figures, columns))
 }
 
-/// What is wrong with recordings themselves, as JSON.
+/// Findings about recordings, as JSON.
 #[pyfunction]
 #[pyo3(signature = (runs, motor=None))]
 pub(crate) fn check(

@@ -1,4 +1,4 @@
-"""What the tests share: the program beside the package, and runs that it made."""
+"""Shared parts of the tests: the program beside the package, and runs that it made."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ import motorlab as ml
 
 @pytest.fixture(scope="module")
 def documents(tmp_path_factory):
-    """Six diagnoses of three units on two dates, and one of a recording that is none."""
+    """Six diagnoses of three units on two dates, and one invalid document."""
     folder = tmp_path_factory.mktemp("documents")
     frictions = {"A": 1.0, "B": 1.2, "C": 2.0}
     for unit, factor in frictions.items():

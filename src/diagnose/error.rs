@@ -81,14 +81,14 @@ pub enum DiagnoseError {
         "no first-order motor fits these runs: the best leaves {left_counts:.1} counts where a shaft that stands still leaves {at_rest_counts:.1}. Does the column of the command belong to this motor, in volts, with the right sign? A motor file with --motor needs no fit"
     )]
     FitFailed {
-        /// What the best fit leaves, in counts RMS.
+        /// Residual of the best fit, in counts RMS.
         left_counts: f64,
-        /// What a shaft that never turns leaves.
+        /// Residual of a shaft that never turns.
         at_rest_counts: f64,
     },
 }
 
-/// What a run is called: its path, or its number from 1.
+/// Name of a run: its path, or its number from 1.
 pub(crate) fn name_of(k: usize, run: &Run) -> String {
     match &run.path {
         Some(path) => path.display().to_string(),
@@ -96,7 +96,7 @@ pub(crate) fn name_of(k: usize, run: &Run) -> String {
     }
 }
 
-/// What the runs command, where they can be diagnosed together.
+/// Command kind of the runs, if they can be diagnosed together.
 pub(crate) fn usable(runs: &[Run]) -> Result<CommandKind, DiagnoseError> {
     let first = runs.first().ok_or(DiagnoseError::NoRuns)?;
     for (k, run) in runs.iter().enumerate() {
@@ -122,7 +122,7 @@ pub(crate) fn usable(runs: &[Run]) -> Result<CommandKind, DiagnoseError> {
     Ok(first.command_kind)
 }
 
-/// What an imported log did not have, though nothing can be diagnosed without it: the column is nought throughout.
+/// Column that an imported log lacks and a diagnosis needs: the column is nought throughout.
 fn not_recorded(run: &Run) -> Option<&'static str> {
     let imported = run.header.get("imported")?;
     ["position", "command"]

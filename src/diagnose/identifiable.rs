@@ -1,4 +1,4 @@
-//! What voltage and counts determine of a motor, from a fit.
+//! Identifiable parameters of a motor, from a fit.
 
 use super::fit::Fit;
 use super::intervals::{covariance, interval_of};

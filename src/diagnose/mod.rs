@@ -54,7 +54,7 @@ use error::usable;
 use pipeline::{Prepared, searched};
 use segments::Segments;
 
-/// What a diagnosis is asked beyond its runs and its motor.
+/// Options of a diagnosis besides its runs and its motor.
 #[derive(Clone, Copy)]
 pub struct Options<'a> {
     /// Runs that nothing is fitted to and nothing is chosen by: the error budget is measured on them.
@@ -144,7 +144,7 @@ pub fn diagnose(
         }
         _ => reference::compared(prepared, stated.largest(), earlier, motor, options)?,
     };
-    // What the reference leaves of its own runs is what it leaves of others that do as it did.
+    // The reference's error on its own runs is its error on unchanged ones.
     if let Some(reference) = &reference {
         stated.repeats = Some(stated.repeats.unwrap_or(0.0).max(reference.rms_counts));
     }

@@ -1,7 +1,7 @@
 //! A nominal motor where nothing is known: least squares of the model without effects.
 //!
-//! It starts from plain fits of whole runs and of stretches in open loop ([`least_squares`](crate::least_squares)), from the equation-error
-//! regression and from the given motor, and never leaves more than the given motor. What voltage and counts do not determine (`R`, `Kt`) stays as given.
+//! It starts from plain fits of whole runs and of parts in open loop ([`least_squares`](crate::least_squares)), from the equation-error
+//! regression and from the given motor, and never leaves more than the given motor. Parameters that voltage and counts do not determine (`R`, `Kt`) stay as given.
 
 use std::ops::Range;
 
@@ -119,7 +119,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     })
 }
 
-/// Where the fit starts: of the given motor and of the plain fits to whole runs and to stretches as long as segments, the one that leaves
+/// Where the fit starts: of the given motor and of the plain fits to whole runs and to parts as long as segments, the one that leaves
 /// least over segments.
 fn start(
     runs: &[Run],
@@ -142,14 +142,14 @@ fn start(
                 (k, range, from_first)
             })
             .collect();
-        let stretches: Vec<Record<'_>> = (counts.iter())
+        let parts: Vec<Record<'_>> = (counts.iter())
             .map(|(k, range, counts)| {
                 let (t_s, command) = (&runs[*k].t_s[range.clone()], &of_runs[*k].0[range.clone()]);
                 let record = Record::from_rest(t_s, command, counts, runs[*k].counts_per_rev);
                 record.starting(start_of(&record).speed_counts_s)
             })
             .collect();
-        let plain = plain_fit(&stretches, &begun);
+        let plain = plain_fit(&parts, &begun);
         candidates.extend(plain.map(|fit| fit.motor.in_place_of(given, kind)));
     }
     let slowest = (candidates[1..].iter())

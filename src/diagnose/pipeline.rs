@@ -86,7 +86,7 @@ fn dead_time_s(run: &Recording) -> f64 {
     }
 }
 
-/// What the search came to.
+/// Result of the search.
 pub(crate) struct Searched {
     /// The searched segments, initial states corrected for the re-identified motor.
     pub segments: Segments,

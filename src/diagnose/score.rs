@@ -50,7 +50,7 @@ impl Optimum {
     }
 }
 
-/// What the likelihood says of a fit.
+/// Likelihood of a fit.
 #[derive(Debug, Clone)]
 pub(crate) struct Likelihood {
     pub optimum: Optimum,

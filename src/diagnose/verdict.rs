@@ -126,7 +126,7 @@ pub(crate) fn verdict(
             false => Verdict::Partial,
         };
     }
-    // What re-identified parameters leave is as little as an identified effect may leave.
+    // The residual of re-identified parameters is as small as that of an identified effect may be.
     if budget.beyond_parameters < settings.unexplained_share && budget.parameters > 0.0 {
         return Verdict::Parameters;
     }

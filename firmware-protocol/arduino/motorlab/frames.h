@@ -3,7 +3,7 @@
 
 #include <util/crc16.h>
 
-// CRC-16/CCITT-FALSE over a piece of memory.
+// CRC-16/CCITT-FALSE over a block of memory.
 static uint16_t crcOf(const uint8_t *bytes, uint16_t length) {
   uint16_t crc = 0xFFFF;
   while (length--) crc = _crc_xmodem_update(crc, *bytes++);

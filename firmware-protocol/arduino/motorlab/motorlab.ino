@@ -1,7 +1,7 @@
 // motorlab: drives a DC motor, counts its encoder and sends the counts to a host.
 //
 // Boards: Arduino Uno (ATmega328P) and Mega 2560. Libraries: none. Wiring: README.md beside this file.
-// The wire: firmware-protocol/PROTOCOL.md of motorlab. What you may change stands in settings.h.
+// The wire: firmware-protocol/PROTOCOL.md of motorlab. Settings to change are in settings.h.
 //
 //   encoder edges --interrupt--> counts        encoder.h
 //   Timer1 tick   --interrupt--> sample, PWM   sampler.h, drive.h
@@ -18,7 +18,7 @@
 static uint32_t bootId;
 static uint32_t sampleTimeUs = 30000;
 static uint32_t lastHeardMs;
-static uint16_t profileAnnounced;  // segments that PROFILE promised
+static uint16_t profileAnnounced;  // segments that PROFILE announced
 static uint16_t profileCrc;        // and the CRC over them all
 
 // Another number after each reset, kept in the EEPROM.
@@ -93,7 +93,7 @@ static void announceProfile(const FrameIn &frame) {
   sendAck(MLAB_PROFILE, 0);
 }
 
-// CHUNK: a piece of the profile; one that was sent twice is taken twice.
+// CHUNK: a part of the profile; one that was sent twice is taken twice.
 static void takeChunk(const FrameIn &frame) {
   if (frame.length < 6 || (frame.length - 2) % 4 != 0)
     return sendNak(MLAB_CHUNK, MLAB_REFUSED_LENGTH);

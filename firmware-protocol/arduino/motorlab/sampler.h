@@ -92,7 +92,7 @@ ISR(TIMER1_COMPA_vect) {
     encoderError = false;
     sample.flags |= MLAB_FLAG_ENCODER_ERROR;
   }
-  // What follows takes several edges' time: from here on they may interrupt, the next tick may not.
+  // The rest takes the time of several edges: from here on they may interrupt, the next tick may not.
   TIMSK1 = 0;
   interrupts();
   advanceProfile();

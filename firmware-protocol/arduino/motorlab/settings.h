@@ -1,4 +1,4 @@
-// What a lab may want to change: the motor's encoder, the supply, the pins.
+// Settings of a lab: the motor's encoder, the supply, the pins.
 #pragma once
 
 #define COUNTS_PER_REV 720UL  // encoder counts per turn of the shaft, all four edges counted

@@ -49,7 +49,7 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     0.5 * (values[(n - 1) / 2] + values[n / 2])
 }
 
-/// What runs that repeat each other differ by over segments, in counts RMS as one run's share: the median over pairs, so that one pair does
+/// Difference between repeated runs over segments, in counts RMS as one run's share: the median over pairs, so that one pair does
 /// not decide. Repeats have the same commands and the same known differences, or are stated (`said`: groups of indices).
 fn repeats(runs: &[Run], segments: &Segments, said: &[Vec<usize>]) -> Option<f64> {
     let mut by_pair = Vec::new();

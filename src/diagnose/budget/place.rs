@@ -61,7 +61,7 @@ mod tests {
     use crate::diagnose::settings::Settings;
     use crate::motor::Motor;
 
-    /// Shares are those of the squares beyond the floor, and all stretches together have 1.
+    /// Shares are those of the squares beyond the floor, and all intervals together have 1.
     #[test]
     fn shares_are_those_of_the_squares() {
         let run = recording(&Motor::default(), 500);
@@ -87,7 +87,7 @@ mod tests {
         assert!(found[0].from_s < 0.4 && found[0].to_s >= 0.4);
         assert!(of(&residual, 5.0).is_empty());
         let even = of(&vec![1.0; 500], 0.0);
-        // Every sample alike: a stretch's share is that of its samples, and short ones are not listed.
+        // Every sample alike: an interval's share is that of its samples, and short ones are not listed.
         for region in &even {
             let samples = 1.0 + ((region.to_s - region.from_s) / 0.01).round();
             assert!((region.share - samples / 500.0).abs() < 1e-9, "{region:?}");

@@ -17,7 +17,7 @@ use crate::diagnose::settings::Settings;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, catalogue};
 use crate::motor::{CommandKind, Motor};
 
-/// What is to be recorded.
+/// Planned recording.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The profile.
@@ -39,7 +39,7 @@ pub struct Pair {
     pub separation: f64,
 }
 
-/// What a planned profile can show: the document `motorlab-isolability/1`.
+/// Effects that a planned profile can show: the document `motorlab-isolability/1`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Isolability {
     /// `motorlab-isolability/1`.
@@ -66,7 +66,7 @@ pub struct Isolability {
     pub cannot_tell_apart: Vec<Pair>,
 }
 
-/// What all models of a motor share before any recording.
+/// Data that all models of a motor share before any recording.
 pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) -> Base {
     Base {
         motor: motor.clone(),

@@ -1,4 +1,4 @@
-//! What to record next: the profile that best separates the sets that a diagnosis leaves.
+//! Next experiment: the profile that best separates the sets that a diagnosis leaves.
 //!
 //! Each set's fit is simulated on a family of profiles within the supply; its parameters are as free as the runs so far leave them.
 //! Chosen is the profile with the largest `sum over pairs of p_i p_j (1 - exp(-D_ij^2/8))`: `exp(-D^2/8)` is the overlap (Bhattacharyya
@@ -58,7 +58,7 @@ struct Bench<'a> {
     duration_s: f64,
 }
 
-/// What to record next; `None` where at most one set is in play, or where no experiment separates any two.
+/// Next experiment; `None` if at most one set remains, or if no experiment separates any two.
 pub(crate) fn next_experiment(
     prepared: &Prepared,
     searched: &Searched,

@@ -200,7 +200,7 @@ impl Planned {
         left.hypot(self.scatter(truth, rival).sqrt())
     }
 
-    /// What the variances alone add: twice the Kullback-Leibler divergence of the innovations.
+    /// Contribution of the variances alone: twice the Kullback-Leibler divergence of the innovations.
     fn scatter(&self, truth: &View, rival: &View) -> f64 {
         let (None, None) = (&truth.variances, &rival.variances) else {
             let plain: Vec<f64> = self.whitener.iter().flat_map(Whitener::variances).collect();
@@ -283,7 +283,7 @@ mod tests {
         assert!(off(a) > 0.5);
     }
 
-    /// What lies outside the columns is left, and of a component of length `a` along a column of length 1 whose parameter is known to the
+    /// Components outside the columns remain, and of a component of length `a` along a column of length 1 whose parameter is known to the
     /// precision `p`: `a^2 p/(1 + p)` (by hand).
     #[test]
     fn free_parameters_reduce_the_separation() {

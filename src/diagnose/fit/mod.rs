@@ -79,7 +79,7 @@ impl Fit {
     }
 }
 
-/// What a fit minimises beside the prior.
+/// Data term of a fit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Metric<'a> {
     /// `N/2 ln MSE` of the corrected residual with an effective number of observations.

@@ -26,7 +26,7 @@ const FREEING: [(&str, usize); 3] = [
     ("viscous_friction", 3),
 ];
 
-/// What all models of a diagnosis share.
+/// Data that all models of a diagnosis share.
 #[derive(Debug, Clone)]
 pub(crate) struct Base {
     pub motor: Motor,

@@ -1,8 +1,7 @@
 //! A motor with effects, which of its numbers are free, and what is plausible of them.
 //!
 //! Voltage in and counts out identify `J R/Kt`, `Kb`, `Tf R/Kt`, `L/R` (and, coasting, `b R/Kt`). Moved are J, Kb, Tf, b and L as shares
-//! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. What is steady
-//! depends on sums of them, so that where two are not told apart the valley between them is straight.
+//! of the motor file's, with R and Kt held: their prior is the covariance that the tolerances of all of them give. Steady motion depends on sums of them, so that the valley between two parameters that are not separated is straight.
 //!
 //! A load or a disc that is known is a torque in N m: runs with one identify `R/Kt` as well. There Kt is moved too, with R held.
 
@@ -104,7 +103,7 @@ impl Model {
                 let (least, most) = limits_of(parameter, (lo, hi), base.settings.beyond_range);
                 let (lo, hi) = (x(lo), x(hi));
                 let id = ParameterId::Effect(member.index, k);
-                // What the reference had is free about what it was there.
+                // Parameters of the reference's effects are free around their values there.
                 if let Some(place) = base.reference.as_ref().and_then(|then| then.place(id)) {
                     start[place] = x(member.values[k]);
                     covariance[(place, place)] += if phase {
@@ -281,8 +280,7 @@ impl Model {
     }
 }
 
-/// Values in SI that a fit may reach. What a range is a multiple of is the motor file's number, which is off as well; shares and angles
-/// have no such scale.
+/// Values in SI that a fit may reach. Ranges scale with the motor file's values, which have errors as well; shares and angles have no such scale.
 fn limits_of(parameter: &EffectParameter, (lo, hi): (f64, f64), beyond_range: f64) -> (f64, f64) {
     if matches!(parameter.scale, Scale::Absolute | Scale::TopRate) {
         return (lo, hi);

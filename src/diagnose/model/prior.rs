@@ -72,7 +72,7 @@ pub(super) fn since(
     covariance
 }
 
-/// What moves the base numbers that are used: R and Kt, which are held, and each by itself; further where an effect sets one free.
+/// Effects that move base parameters in use: R and Kt, which are held, and each by itself; further where an effect sets one free.
 pub(super) fn tolerances(base: &Base, members: &[Member], used: &[usize]) -> Tolerances {
     let (resistance, torque_constant) = held_variances(base);
     // By how much each moves with R and with Kt: `J R/Kt`, `Kb`, `L/R`; where a torque is known, `J` and `Kt/R`.

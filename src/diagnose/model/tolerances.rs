@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::settings::solver::{PRIOR_CONVERGED, PRIOR_STEPS};
 
-/// What moves the base numbers: each number of the motor file by itself, independent of the others.
+/// Effects that move base parameters: each number of the motor file by itself, independent of the others.
 #[derive(Debug, Clone)]
 pub(crate) struct Tolerances {
     /// By how much each base number (row) moves with each number of the file (column), in standard deviations of that.
@@ -115,7 +115,7 @@ mod tests {
         )
     }
 
-    /// What is stated is the normal distribution of the covariance.
+    /// Stated tolerances have the normal distribution of the covariance.
     #[test]
     fn what_is_stated_is_normal() {
         let off = DVector::from_vec(vec![0.2, -0.1]);

@@ -30,7 +30,7 @@ pub struct Alternative {
     pub probability: f64,
 }
 
-/// What no step removes.
+/// Unexplained error.
 #[derive(Debug, Clone, PartialEq, Serialize, Default)]
 pub struct Unexplained {
     /// Held-out RMS error in counts beyond the noise floor.

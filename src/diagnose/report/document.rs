@@ -56,13 +56,13 @@ pub struct Diagnosis {
     pub classes: Vec<EffectClass>,
     /// The error budget: `nominal`, `parameters`, each effect in the order of what it removes, `unexplained`.
     pub budget: Vec<BudgetStep>,
-    /// What no step removes.
+    /// Unexplained error.
     pub unexplained: Unexplained,
     /// Effects by inclusion probability, most probable first.
     pub causes: Vec<Cause>,
     /// Sets of effects by posterior probability; they add to 1.
     pub sets: Vec<EffectSet>,
-    /// What the runs determine of the motor.
+    /// Parameters that the runs determine.
     pub identifiable: Identifiable,
     /// Where the error lies.
     #[serde(rename = "where")]
@@ -75,7 +75,7 @@ pub struct Diagnosis {
     pub note: String,
     /// Findings about the recordings.
     pub data: Vec<Finding>,
-    /// What to record next, if sets are left that a recording separates.
+    /// Next experiment, if a recording separates the remaining sets.
     pub next_experiment: Option<NextExperiment>,
     /// The search, a round each.
     pub steps: Vec<SearchStep>,
@@ -93,7 +93,7 @@ pub struct Diagnosis {
     /// The runs behind the figures of the budget, sample by sample.
     #[serde(skip)]
     pub predicted: Vec<PredictedRun>,
-    /// What the command drives.
+    /// Quantity that the command sets.
     #[serde(skip)]
     pub command_kind: CommandKind,
     /// The nominal motor: the motor file's, the fitted one, or the reference's.

@@ -14,7 +14,7 @@ pub enum GoodEnough {
 /// Multi-step prediction error over segments in counts RMS, held out unless said otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
-    /// What is measured.
+    /// Measured quantity.
     pub metric: &'static str,
     /// Prediction horizon in s, the median length of the segments.
     pub horizon_s: f64,
@@ -45,11 +45,11 @@ pub struct Gap {
 /// Parts of the noise floor, in counts RMS.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FloorParts {
-    /// What simulated recordings of the re-identified motor leave: quantization.
+    /// Error on simulated recordings of the re-identified motor: quantization.
     pub rounding: f64,
-    /// What runs with the same commands differ by, as one run's share; none where no commands repeat.
+    /// Difference between runs with the same commands, as one run's share; none where no commands repeat.
     pub repeats: Option<f64>,
-    /// What the user accepts; none where nothing is stated.
+    /// Error accepted by the user; none where none is stated.
     pub good_enough: Option<f64>,
 }
 

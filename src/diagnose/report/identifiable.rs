@@ -1,4 +1,4 @@
-//! What voltage and counts determine of a motor.
+//! Identifiable parameters of a motor.
 
 use serde::Serialize;
 

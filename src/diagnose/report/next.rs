@@ -1,4 +1,4 @@
-//! What to record next, as plain data, and in words for the bench.
+//! Next experiment, as plain data, and in words for the bench.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ pub struct KnownChange {
 }
 
 impl KnownChange {
-    /// What is to be done on the bench.
+    /// Change on the bench.
     pub fn words(&self) -> String {
         let Self { key, value } = self;
         match key.as_str() {
@@ -25,7 +25,7 @@ impl KnownChange {
         }
     }
 
-    /// What `diagnose` is to be told of the run; nothing where its header says so already.
+    /// Facts about the run for `diagnose`; empty if its header states them.
     pub fn flag(&self, run: &str) -> Option<String> {
         let Self { key, value } = self;
         (key != "supply_v").then(|| format!("--with {run}:{key}={value}"))
@@ -43,10 +43,10 @@ pub struct NextExperiment {
     pub duration_s: f64,
     /// The command that records it; `PORT` is the board's.
     pub command: String,
-    /// What is to be changed on the bench before, where no profile alone tells apart.
+    /// Known change on the bench, where no profile alone separates the effects.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<KnownChange>,
-    /// What it tells apart.
+    /// Effects that it separates.
     pub tells_apart: Vec<String>,
     /// By how many standard deviations, at least.
     pub expected_separation: f64,

@@ -1,4 +1,4 @@
-//! What tells causes apart that no recording of voltage and angle can: a measurement by other means.
+//! Measurements that separate causes which voltage and angle do not: a measurement by other means.
 //!
 //! A supply that is another, a resolution that is another and a motor constant that is another are the same run. Which
 //! it is shows on a voltmeter, or in one turn by hand.
@@ -43,7 +43,7 @@ const MEANS: [(&str, &str); 14] = [
     ),
     (
         "current_limit",
-        "measure the current at stall; a coupling that slips shows a mark that wanders",
+        "measure the current at stall; a coupling that slips shows a mark that drifts",
     ),
     ("winding_heating", "measure the resistance cold and hot"),
     (
@@ -60,7 +60,7 @@ const MEANS: [(&str, &str); 14] = [
     ),
 ];
 
-/// What to measure where a verdict is ambiguous and no profile is worth recording; `None` where there is nothing to say.
+/// Measurement for an ambiguous verdict without a useful profile; `None` if there is none.
 pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
     if diagnosis.verdict != Verdict::Ambiguous || diagnosis.next_experiment.is_some() {
         return None;
@@ -77,7 +77,7 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
         .collect();
     (!means.is_empty()).then(|| {
         format!(
-            "No profile within this supply tells them apart well. By other means: {}.",
+            "No profile within this supply separates them well. By other means: {}.",
             means.join("; ")
         )
     })

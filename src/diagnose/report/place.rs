@@ -1,4 +1,4 @@
-//! Where the gap lies, as plain data: the stage of the chain, and the stretches of the runs with their regimes.
+//! Where the gap lies, as plain data: the stage of the chain, and the time intervals of the runs with their regimes.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ pub struct Place {
     pub stage: Option<String>,
     /// Probability of each stage, given that a named effect is there.
     pub stage_probabilities: BTreeMap<&'static str, f64>,
-    /// Stretches of the runs with the largest shares of the gap; the rest is not listed.
+    /// Time intervals with the largest shares of the error; the rest is not listed.
     pub regions: Vec<Region>,
 }
 
-/// A stretch of a run with one regime.
+/// A time interval of a run with one regime.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Region {
     /// Path of the run, or its number from 1.
@@ -24,13 +24,13 @@ pub struct Region {
     pub from_s: f64,
     /// To, in s.
     pub to_s: f64,
-    /// What the motor does there.
+    /// Its regime.
     pub regime: Regime,
     /// Its share of the gap, 0 to 1.
     pub share: f64,
 }
 
-/// What a motor does.
+/// Regime of motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Regime {

@@ -114,7 +114,7 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     let repeats = (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
     let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
-    // What differs by direction is not identifiable from one.
+    // Differences by direction are not identifiable from one.
     let is_by_direction = kind.id.starts_with("asymmetric_");
     let is_excluded = is_present(kind.id)
         || (is_by_direction && !turns_both_ways(segments, base.settings.unexplained_share))

@@ -40,7 +40,7 @@ pub(super) fn answers_to_motion(command: &[f64], counts: &[f64], settings: &Sett
     both < 0.0 && both * both > settings.feedback_share * of_command * of_motion
 }
 
-/// What a regression on some columns leaves of another; `None` where that is nothing.
+/// Residual of another column after a regression; `None` if it is zero.
 fn innovation(columns: &[Vec<f64>], of: &[f64]) -> Option<Vec<f64>> {
     let mut normal: DMatrix<f64> = gram(columns);
     for k in 0..normal.nrows() {

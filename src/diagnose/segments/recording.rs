@@ -32,7 +32,7 @@ pub(crate) struct Recording {
     pub rad: f64,
     /// The supply in V that the run states.
     pub supply_v: Option<f64>,
-    /// What is known to differ in it.
+    /// Its known differences.
     pub known: KnownDifferences,
     /// Error of the board's clock against the host's, and over how many seconds.
     pub clock: Option<(f64, f64)>,

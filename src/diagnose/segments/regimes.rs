@@ -1,4 +1,4 @@
-//! What the motor does at each sample of a run.
+//! Regime at each sample of a run.
 
 use super::Recording;
 use crate::diagnose::report::Regime;

@@ -255,7 +255,7 @@ impl Cut {
     }
 }
 
-/// What is left out of a recording before a sample, in blocks.
+/// Samples left out of a recording before a sample, in blocks.
 fn skips(
     whole: &Recording,
     left_out: std::ops::Range<usize>,

@@ -111,7 +111,8 @@ pub(crate) fn note(
     }
     if is_doubtful {
         notes.push(
-            "A finding about the recordings is fatal: mend it before trusting this.".to_owned(),
+            "A finding about the recordings is fatal: correct it before using this result."
+                .to_owned(),
         );
     }
     notes.join(" ")
