@@ -106,7 +106,7 @@ fn posix_quoted(word: &str) -> String {
     if one_line(word) == word {
         return format!("'{}'", word.replace('\'', "'\\''"));
     }
-    // What steers a terminal or begins a line is written as bash reads it back.
+    // Control characters and line ends are written as bash escapes.
     let escaped = word.chars().map(|c| match c {
         '\'' | '\\' => format!("\\{c}"),
         c if one_line(c.encode_utf8(&mut [0; 4])).contains(c) => c.to_string(),

@@ -36,7 +36,7 @@ impl Motor {
         motor
     }
 
-    /// What is assumed of this motor rather than measured, and how one measurement mends it: lines for a comment.
+    /// Assumed parameters of this motor, and the measurement that replaces each: lines for a comment.
     pub fn assumptions(&self) -> Vec<String> {
         if !self.resistance_assumed {
             return Vec::new();

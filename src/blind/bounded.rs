@@ -16,7 +16,7 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 #[cfg(windows)]
 const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 
-/// What a program said within its bounds.
+/// Output of a program within its limits.
 #[derive(Debug)]
 pub(super) struct Said {
     /// How it ended; `None` where its time was over first.
@@ -76,7 +76,7 @@ fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver
     thread::spawn(move || {
         let mut said = Vec::new();
         if let Some(pipe) = pipe {
-            // What came before an error is what was said.
+            // Output before an error counts.
             let _ = pipe.take(most_bytes).read_to_end(&mut said);
         }
         let _ = sender.send(said);
@@ -90,7 +90,7 @@ fn end(child: &mut Child) {
     if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {
         let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
     }
-    // What cannot be ended with its children is ended alone.
+    // A process that cannot be ended with its children is ended alone.
     #[cfg(windows)]
     let _ = Command::new("taskkill")
         .args(["/T", "/F", "/PID", &child.id().to_string()])

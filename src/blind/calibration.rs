@@ -102,7 +102,7 @@ fn reliability(judged: &[&Judgement]) -> Vec<ReliabilityRow> {
 pub struct Coverage {
     /// 95 % intervals that hold the true value.
     pub intervals: Share,
-    /// Whole numbers (cycles a turn, counts a turn, encoder's side) that are right.
+    /// Discrete parameters (cycles per revolution, counts per revolution, encoder's side) that are right.
     pub whole_numbers: Share,
     /// Both by `effect.parameter`.
     pub by_parameter: BTreeMap<String, Share>,

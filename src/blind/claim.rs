@@ -53,7 +53,7 @@ pub enum Word {
     Ambiguous,
     /// Something is there that no known effect explains.
     OutsideCatalogue,
-    /// There is no diagnosis: none was made, or the recording has to be mended first.
+    /// There is no diagnosis: none was made, or the recording has a fatal finding.
     Failed,
 }
 
@@ -190,7 +190,7 @@ impl Claim {
                 standing.push(set);
             }
         };
-        // Up to the second shape "effect" is decided, whatever else the document says of that cause.
+        // Up to the second shape "effect" is decided, whatever else the document states about that cause.
         let is_open = match self.verdict {
             Word::Ambiguous => true,
             Word::Effect | Word::Partial => self.stands_for_class,

@@ -25,7 +25,7 @@ const MOST_MODEL_BYTES: u64 = 1 << 20;
 /// How long it may take to say its version.
 const VERSION_WITHIN: Duration = Duration::from_secs(60);
 
-/// What a diagnoser says of one case.
+/// Result of a diagnoser for one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The document `motorlab-diagnosis/1`, `/2` or `/3`; `null` where it failed.
@@ -40,7 +40,7 @@ pub struct Verdict {
 
 /// Anything that diagnoses runs.
 pub trait Diagnoser: Sync {
-    /// What it is, down to its version.
+    /// Its kind, down to its version.
     fn name(&self) -> String;
 
     /// Judges the runs of one motor. A failure is part of the verdict.

@@ -1,4 +1,4 @@
-//! What can go wrong, and what is refused.
+//! Errors and refusals.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ pub enum BlindError {
     File {
         /// Which.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the operating system.
         source: std::io::Error,
     },
     /// A file is not what it should be.
@@ -20,10 +20,10 @@ pub enum BlindError {
     Content {
         /// Which.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// The error and its remedy.
         what: String,
     },
-    /// A rule of honesty is broken; nothing is scored.
+    /// The protocol of a blind test is violated; nothing is scored.
     #[error("refused: {0}")]
     Refused(String),
     /// A diagnoser could not be started.
@@ -31,7 +31,7 @@ pub enum BlindError {
     Diagnoser {
         /// Its program.
         program: String,
-        /// What the system said.
+        /// Message of the operating system.
         source: std::io::Error,
     },
 }

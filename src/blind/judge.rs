@@ -32,7 +32,7 @@ pub enum Bearing {
 pub struct Judgement {
     /// The case.
     pub case: String,
-    /// What was hidden.
+    /// True cause.
     pub truth: Truth,
     /// The verdict in a word.
     pub verdict: Word,
@@ -46,8 +46,7 @@ pub struct Judgement {
     pub probability_said: f64,
     /// Probability given to the truth alone.
     pub probability_truth: f64,
-    /// Sum over all causes of the squared difference between probability and what is so; of a pair each
-    /// effect is half of what is so.
+    /// Sum over all causes of the squared difference between probability and outcome; of a pair each effect counts half.
     pub brier_all_causes: f64,
     /// Place of the truth among the sets weighed, from 1; none where it is not there.
     pub rank_of_truth: Option<usize>,
@@ -55,7 +54,7 @@ pub struct Judgement {
     pub likeliest: Vec<(String, f64)>,
     /// Estimates of the effects that are named rightly.
     pub parameters: Vec<ParameterCheck>,
-    /// The gap as promised and as found on the unseen run.
+    /// Error as claimed and as measured on the held-out run.
     pub gap: Option<GapCheck>,
     /// Wall time of the diagnosis in s.
     pub wall_s: f64,
@@ -69,7 +68,7 @@ impl Judgement {
         matches!(self.bearing, Bearing::Named | Bearing::Tied)
     }
 
-    /// What it says in a word: ids joined by `+`, `none`, `unknown` or `failed`.
+    /// Verdict in a word: ids joined by `+`, `none`, `unknown` or `failed`.
     pub fn said_in_words(&self) -> String {
         match self.verdict {
             Word::Failed => "failed".to_owned(),

@@ -20,7 +20,7 @@ pub struct Recipe {
     pub kind: String,
     /// Motors unlike the handout's.
     pub other_motors: bool,
-    /// Multiplies the wander of load and friction.
+    /// Factor on the random torque of load and friction.
     pub wander_scale: f64,
 }
 

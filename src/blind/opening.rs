@@ -36,7 +36,7 @@ pub struct OpenedCase {
     pub truth: Truth,
     /// Who said it.
     pub diagnoser: String,
-    /// What was said of it.
+    /// Its verdict.
     pub verdict: Verdict,
 }
 

@@ -16,7 +16,7 @@ pub fn page(score: &Score) -> String {
     }
     page.note("Shares stand with their 95 % intervals (Wilson).");
     put(&mut page, "Figures", &headline(score));
-    page.section("What is said by what is so");
+    page.section("Confusion matrix (true x predicted)");
     page.matrix(
         &matrix(score),
         "Single effects, nothing, and outside the catalogue. Green: said as it is. The darker, the larger \
@@ -44,7 +44,7 @@ pub fn page(score: &Score) -> String {
     page.figure(
         &gap_figure(score),
         Size::PAGE,
-        "A dot a case; below the dashed line more was promised than kept. Shares below \u{2212}1 stand at \u{2212}1.",
+        "A dot a case; below the dashed line the claim exceeds the measured reduction. Shares below \u{2212}1 stand at \u{2212}1.",
     );
     put(&mut page, "Estimates", &coverage(score));
     confusion_text(&mut page, score);
@@ -59,7 +59,7 @@ fn put(page: &mut Page, title: &str, table: &Table) {
 }
 
 fn confusion_text(page: &mut Page, score: &Score) {
-    page.section("What is said by what is so, as text");
+    page.section("Confusion matrix (true x predicted), as text");
     page.verbatim(&format!(
         "{}\n{}",
         confusion(score),
@@ -77,15 +77,15 @@ fn matrix(score: &Score) -> Matrix {
     let columns: Vec<usize> = (0..confusion.columns.len())
         .filter(|&c| in_column(c) || named(&confusion.columns[c]).is_some_and(in_row))
         .collect();
-    // What is outside is said as it is when it is said to be unknown.
+    // An outside cause is right if the verdict is unknown.
     let row_name = |r: &usize| match confusion.rows[*r].as_str() {
         "outside" => "unknown".to_owned(),
         name => name.to_owned(),
     };
     Matrix {
         title: "Cases".to_owned(),
-        row_label: "so it is".to_owned(),
-        column_label: "so it is said".to_owned(),
+        row_label: "true".to_owned(),
+        column_label: "predicted".to_owned(),
         rows: rows.iter().map(row_name).collect(),
         columns: columns
             .iter()

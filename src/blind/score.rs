@@ -37,13 +37,13 @@ pub struct Score {
     pub by_effect: Vec<EffectRow>,
     /// Single effects by strength.
     pub by_strength: Vec<StrengthRow>,
-    /// What is said by what is so.
+    /// Confusion matrix (true x predicted).
     pub confusion: Confusion,
     /// How far probabilities hold.
     pub probabilities: Probabilities,
     /// How far intervals hold.
     pub coverage: Coverage,
-    /// Promises against the unseen run.
+    /// Claimed error against the error on the held-out run.
     pub gap: Gap,
     /// Time of a diagnosis.
     pub time: Time,
@@ -104,7 +104,7 @@ pub struct OutsideCases {
     pub by_id: BTreeMap<String, Share>,
 }
 
-/// How ties are used: a tie of many names is right by chance.
+/// Size of ties: a tie of many names is often right at random.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ties {
     /// Verdicts on single effects that state one.
@@ -123,7 +123,7 @@ pub struct EffectRow {
     /// Named and right.
     #[serde(flatten)]
     pub standing: Standing,
-    /// What it is taken for when it is missed, most often first.
+    /// Its kind taken for when it is missed, most often first.
     pub taken_for: Vec<(String, u64)>,
     /// Median strength in counts RMS, where known.
     pub median_strength_counts: Option<f64>,
@@ -141,7 +141,7 @@ pub struct StrengthRow {
     pub standing: Standing,
 }
 
-/// What is said (columns) by what is so (rows).
+/// Confusion matrix: predicted (columns) against true (rows).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Confusion {
     /// Effects, `none`, `outside`.
@@ -152,10 +152,10 @@ pub struct Confusion {
     pub counts: Vec<Vec<u64>>,
 }
 
-/// Promises against the unseen run.
+/// Claimed error against the error on the held-out run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
-    /// Cases with a promise, a motor file and an unseen run.
+    /// Cases with a claimed error, a motor file and a held-out run.
     pub cases: usize,
     /// Median share said to close.
     pub claimed_median: Option<f64>,
@@ -308,7 +308,7 @@ fn by_strength(singles: &[&Judgement]) -> Vec<StrengthRow> {
 
 /// A pair counts in neither effect's row; said pairs and larger sets are `several`.
 fn confusion(cases: &[Judgement]) -> Confusion {
-    // What the table was published with, and whatever else occurs.
+    // Verdicts of the published table, and any other.
     let occurs = |id: &str| {
         let hidden = |j: &Judgement| j.truth.effects.iter().any(|effect| effect.id == id);
         cases

@@ -1,4 +1,4 @@
-//! Sealing: what is published, and what is kept back.
+//! Sealing: the published and the withheld part.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,7 +18,7 @@ const MANIFEST: &str = "motorlab-blind/1";
 /// Format of the labels' file.
 const LABELS: &str = "motorlab-blind-labels/1";
 
-/// What is published of a set, `DIR/manifest.json`.
+/// Published part of a set, `DIR/manifest.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
     /// `motorlab-blind/1`.
@@ -39,7 +39,7 @@ pub struct SealedCase {
     pub runs: Vec<String>,
     /// Nominal motor file, relative to the set.
     pub motor: String,
-    /// A run that no diagnosis is given, for scoring what was promised.
+    /// A run that no diagnosis is given, for scoring the claimed error.
     pub unseen: Option<String>,
     /// SHA-256 of every file above.
     pub sha256: BTreeMap<String, String>,

@@ -1,4 +1,4 @@
-//! Shares of a number of cases, with what chance makes of them.
+//! Shares of a number of cases, with their sampling error.
 
 use serde::{Deserialize, Serialize};
 
@@ -41,7 +41,7 @@ impl Share {
     }
 
     /// How probable it is to see this share or a lower one, were nothing worse than when `published` was
-    /// drawn. What is known of the true share after `published` is Beta(h + 1, n - h + 1), which makes the
+    /// drawn. The posterior of the true share after `published` is Beta(h + 1, n - h + 1), which makes the
     /// hits of a new sample beta-binomial: the chance of both samples is in it.
     ///
     /// `P(0) = B(a, b + n) / B(a, b)` is the product of `(b + i) / (a + b + i)` for `i < n`, and

@@ -215,7 +215,7 @@ pub(super) fn coverage(score: &Score) -> Table {
 pub(super) fn confusion(score: &Score) -> Table {
     let confusion = &score.confusion;
     let columns = used_columns(score);
-    let mut names = vec!["so it is \\ so it is said".to_owned()];
+    let mut names = vec!["true \\ predicted".to_owned()];
     names.extend(columns.iter().map(|c| (c + 1).to_string()));
     let mut table = Table::new(names);
     for (r, row) in confusion.counts.iter().enumerate() {
@@ -244,7 +244,7 @@ fn used_columns(score: &Score) -> Vec<usize> {
     (0..confusion.columns.len()).filter(is_used).collect()
 }
 
-/// What the numbered columns are.
+/// Legend of the numbered columns.
 pub(super) fn confusion_key(score: &Score) -> String {
     let columns = &score.confusion.columns;
     let words: Vec<String> = (used_columns(score).into_iter())
@@ -368,7 +368,7 @@ pub(super) fn facts(score: &Score) -> Vec<String> {
             words += " --other-motors";
         }
         if recipe.wander_scale != 1.0 {
-            words += &format!(" --wander {}", recipe.wander_scale);
+            words += &format!(" --random-load {}", recipe.wander_scale);
         }
         facts.push(words);
     }
@@ -397,7 +397,7 @@ pub(super) fn facts(score: &Score) -> Vec<String> {
         .collect()
 }
 
-/// What a score without the head of the chain leaves open.
+/// Limit of a score without the head of the chain.
 pub const ORDER_UNPROVED: &str = "without --head the order is not proved: verdicts could have been changed after the labels \
      were seen, with the chain made anew; give the hash that `blind run` printed and you wrote down";
 

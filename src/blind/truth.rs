@@ -1,4 +1,4 @@
-//! What is sealed: the truth of a case, as far as whoever arranged it knows it.
+//! Sealed part: the truth of a case, as far as whoever arranged it knows it.
 
 use std::collections::BTreeMap;
 
@@ -11,23 +11,23 @@ use crate::motor::meant;
 /// The truth of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// What is hidden.
+    /// True cause.
     pub kind: TruthKind,
     /// The hidden effects; an id that the catalogue does not have where `kind` is `outside`.
     pub effects: Vec<TrueEffect>,
     /// Of each effect, where it is known: by how many counts (RMS over the runs) it changes the angle.
     #[serde(default)]
     pub strength_counts: BTreeMap<String, f64>,
-    /// What re-tuning the motor's figures within their tolerances leaves of all effects together, in
+    /// Residual of all effects together after the parameters are re-identified within their tolerances, in
     /// counts RMS (linear estimate).
     #[serde(default)]
     pub beyond_refit_counts: Option<f64>,
-    /// What the truth itself leaves of the unseen run, for want of its wander, in counts RMS.
+    /// Error of the true motor on the held-out run, because its random load is unknown, in counts RMS.
     #[serde(default)]
     pub unseen_floor_counts: Option<f64>,
 }
 
-/// What a case hides.
+/// True cause of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TruthKind {

@@ -1,4 +1,4 @@
-//! What was promised, held against a run that the diagnosis never saw.
+//! Claimed error, compared with a held-out run.
 //!
 //! `closed = 1 - (after - floor)/(before - floor)`: before with the nominal motor file, after with the one
 //! that the diagnosis wrote, floor what rounding to counts leaves (0.289), all RMS in counts of the whole
@@ -13,7 +13,7 @@ use crate::compare::{FLOOR_COUNTS, compare};
 use crate::motor::{Model, Motor, read_motor};
 use crate::recording::{Run, read_run};
 
-/// A gap as promised and as found.
+/// Error as claimed and as measured.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GapCheck {
     /// Share of the gap said to close.
@@ -78,7 +78,7 @@ fn error_counts(run: &Run, motor: &Motor) -> Option<f64> {
 mod tests {
     use super::*;
 
-    /// What lies below the floor by chance has closed the gap, and a model that makes it worse has not closed it.
+    /// An error below the noise floor counts as removed, and a larger error does not.
     #[test]
     fn a_share_lies_where_a_diagnosis_may_say_it() {
         assert_eq!(closed(10.0, 0.9 * FLOOR_COUNTS), Some(1.0));

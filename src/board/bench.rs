@@ -1,4 +1,4 @@
-//! What a virtual board is wired to: something that turns volts into encoder counts.
+//! Wiring of a virtual board: something that turns volts into encoder counts.
 //!
 //! The motor simulation implements [`Bench`]; tests use benches of a few lines.
 

@@ -1,4 +1,4 @@
-//! What goes wrong with a board, each with what to do about it.
+//! Errors of a board, each with its remedy.
 
 use std::io;
 use std::path::PathBuf;
@@ -9,7 +9,7 @@ use super::line::ATTEMPTS;
 use super::{Heard, OpenError};
 use crate::plain::shown;
 
-/// What went wrong with a board.
+/// Error of a board.
 #[derive(Debug, thiserror::Error)]
 pub enum BoardError {
     /// The port cannot be opened.
@@ -21,7 +21,7 @@ pub enum BoardError {
     NotABoard {
         /// The port.
         path: PathBuf,
-        /// What came instead.
+        /// Received instead.
         heard: Box<Heard>,
         /// For how long it was asked.
         patience_s: f64,
@@ -40,7 +40,7 @@ pub enum BoardError {
     Refused {
         /// The port.
         path: PathBuf,
-        /// What it refused.
+        /// Refused request.
         what: &'static str,
         /// Why.
         reason: Refusal,
@@ -52,7 +52,7 @@ pub enum BoardError {
     NoAnswer {
         /// The port.
         path: PathBuf,
-        /// What it was asked.
+        /// Request.
         what: &'static str,
     },
     /// It was reset, or says something else of itself, between the first message and START.
@@ -64,13 +64,13 @@ pub enum BoardError {
     },
     /// It states a number that no recording can be made with.
     #[error(
-        "the board on {path} says that {what} is 0: mend the sketch on it, or say the right one with {option}", path = shown(path))]
+        "the board on {path} says that {what} is 0: correct the sketch on it, or give the right one with {option}", path = shown(path))]
     StatesZero {
         /// The port.
         path: String,
         /// The number.
         what: &'static str,
-        /// What says it instead.
+        /// Flag that states it.
         option: &'static str,
     },
     /// It went away.

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-/// What a look at the line shows.
+/// State of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Readiness {
     /// Some program has the far end open.
@@ -22,7 +22,7 @@ pub trait BoardSide {
     /// The line failed.
     fn wait(&self, patience: Duration, to_write: bool) -> io::Result<Readiness>;
 
-    /// Reads what is there; 0 bytes if there is nothing.
+    /// Reads the available bytes; 0 if there are none.
     ///
     /// # Errors
     /// The line failed.

@@ -71,7 +71,7 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// What messages call it.
+    /// Its name in messages.
     pub fn name(&self) -> &Path {
         &self.name
     }
@@ -202,7 +202,7 @@ impl BoardSide for ChannelBoard {
     /// Whoever closed the line has emptied it; what is in it belongs to the one that opened it since.
     fn discard(&mut self) {}
 
-    /// What is in this line outlives the board: all that was said goes into it at once.
+    /// Bytes in this line outlive the board: all that was said goes into it at once.
     fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
         if connected {
             self.0.lock().from_board.extend(outgoing.drain(..));

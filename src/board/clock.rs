@@ -35,8 +35,7 @@ pub struct ClockFitter {
 pub struct ClockFit {
     /// How much faster the board's clock runs than the host's, in parts per million.
     pub device_fast_ppm: f64,
-    /// What the scatter of the arrivals over the span leaves open, in parts per million; with many
-    /// samples the fit is better than that.
+    /// Uncertainty from the scatter of arrival times over the span, in parts per million; with many samples the fit is better.
     pub sigma_ppm: f64,
     /// Mean delay of the arrivals above the fitted line in s.
     pub mean_delay_s: f64,

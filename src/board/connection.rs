@@ -53,7 +53,7 @@ impl Default for BoardOptions {
     }
 }
 
-/// What comes from a board that records.
+/// Events of a board that records.
 #[derive(Debug)]
 pub enum BoardEvent {
     /// A sample.
@@ -89,7 +89,7 @@ pub struct Board {
     events: VecDeque<Event>,
     alive: Option<tokio::task::JoinHandle<()>>,
     over: bool,
-    /// What ended the line, until it is told.
+    /// Error that ended the line, until it is reported.
     last: Option<BoardEvent>,
 }
 
@@ -192,7 +192,7 @@ impl Board {
         &self.hello
     }
 
-    /// What went wrong on the line so far.
+    /// Damage on the line so far.
     pub fn damage(&self) -> Damage {
         self.intake.damage()
     }
@@ -220,12 +220,12 @@ impl Board {
         };
         self.request(&announce, 0, "the profile").await?;
         let mut first = 0_u16;
-        for piece in segments.chunks(CHUNK_SEGMENTS) {
-            let Some(chunk) = Chunk::new(first, piece) else {
+        for part in segments.chunks(CHUNK_SEGMENTS) {
+            let Some(chunk) = Chunk::new(first, part) else {
                 continue;
             };
-            first += piece.len() as u16;
-            self.request(&HostMessage::Chunk(chunk), first, "a piece of the profile")
+            first += part.len() as u16;
+            self.request(&HostMessage::Chunk(chunk), first, "a part of the profile")
                 .await?;
         }
         let sample_time = Duration::from_micros(u64::from(sample_time_us));
@@ -374,7 +374,7 @@ impl Board {
         Err(BoardError::NoAnswer { path, what })
     }
 
-    /// What the board says of itself among the events, if it is something else than before.
+    /// The board's HELLO among the events, if it differs from the one before.
     fn other_hello(&self) -> Option<Hello> {
         let mut said = self.events.iter().filter_map(|event| match event {
             Event::Hello(hello) => Some(*hello),
@@ -395,7 +395,7 @@ impl Board {
                 }
                 _ => continue,
             };
-            // What was said before is past; what came after (the first samples) stays.
+            // Events before are past; later ones (the first samples) stay.
             self.events.drain(..=index);
             return Some(answer);
         }

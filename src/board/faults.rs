@@ -34,7 +34,7 @@ pub struct Faults {
     pub seed: u64,
 }
 
-/// What has been done to the bytes so far.
+/// Faults injected so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Damage {
     /// Bytes that came from the port.
@@ -45,7 +45,7 @@ pub struct Damage {
     pub flipped: u64,
     /// Bytes sent twice.
     pub duplicated: u64,
-    /// Times that the line stood still.
+    /// Pauses of the line.
     pub stalled: u64,
 }
 
@@ -72,7 +72,7 @@ impl<P> FaultyPort<P> {
         }
     }
 
-    /// What has been done so far.
+    /// Faults injected so far.
     pub fn damage(&self) -> Damage {
         self.damage
     }
@@ -182,11 +182,11 @@ impl<P: Write> Write for FaultyPort<P> {
 mod tests {
     use super::*;
 
-    /// Reads to the end, in pieces of `piece` bytes.
-    fn read_all(bytes: &[u8], faults: Faults, piece: usize) -> (Vec<u8>, Damage, io::Result<()>) {
+    /// Reads to the end, in blocks of `block` bytes.
+    fn read_all(bytes: &[u8], faults: Faults, block: usize) -> (Vec<u8>, Damage, io::Result<()>) {
         let mut port = FaultyPort::new(bytes, faults);
         let mut out = Vec::new();
-        let mut buffer = vec![0; piece];
+        let mut buffer = vec![0; block];
         let end = loop {
             match port.read(&mut buffer) {
                 Ok(0) => break Ok(()),

@@ -1,4 +1,4 @@
-//! What a line sent that was no frame, kept for the message that shows it.
+//! Bytes that were no frame, kept for the message.
 
 use std::fmt;
 

@@ -5,7 +5,7 @@
 //! bytes -> frame (COBS, CRC-16) -> message (every field in range) -> plausible? -> sample (64 bit)
 //! ```
 //!
-//! A frame whose CRC is right by chance must also fit to the sample before it: its number lies ahead,
+//! A frame with a CRC that is right at random must also fit to the sample before it: its number lies ahead,
 //! its device time lies `n TS` later, its counts moved no faster than an encoder can, and its command
 //! is the one that the profile has for its number. What does not fit is held back; if the next frame
 //! fits to it, both are samples and the first of them is marked with its [`Leap`] (a late board, a counter
@@ -36,7 +36,7 @@ pub struct Sample {
     pub command_mv: i16,
     /// Encoder counts.
     pub counts: i64,
-    /// What the board says of it.
+    /// Flags of the board.
     pub flags: SampleFlags,
     /// In what it does not follow from the sample before.
     pub leap: Leap,
@@ -46,7 +46,7 @@ pub struct Sample {
     pub supply_mv: Option<u16>,
 }
 
-/// What a board said.
+/// Event of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
     /// Who it is; in mid-run only where that is not what it said before.
@@ -80,7 +80,7 @@ pub enum Event {
     OtherVersion(u8),
 }
 
-/// What went wrong on the line.
+/// Damage on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Damage {
     /// Frames with a wrong CRC, wrong stuffing or a wrong length.
@@ -91,7 +91,7 @@ pub struct Damage {
     pub repeated: u64,
 }
 
-/// What a sample is held against.
+/// Reference for the plausibility of a sample.
 #[derive(Debug, Clone, Default)]
 pub struct Expectations {
     /// Sample time in microseconds; 0 if it is not known.
@@ -138,10 +138,10 @@ struct Suspect {
     doubt: Option<Doubt>,
 }
 
-/// What only the sample after it tells of one that follows from the one before.
+/// Doubt that only the next sample resolves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Doubt {
-    /// Behind a gap of so many microseconds, in which a counter of 16 bits can have gone round.
+    /// Behind a gap of so many microseconds, in which a counter of 16 bits can have wrapped.
     Gap(f64),
     /// The counter moved by so many counts to 0.
     Reset(f64),
@@ -202,7 +202,7 @@ impl Intake {
         self.counts_per_rev = counts_per_rev;
     }
 
-    /// What went wrong so far.
+    /// Damage so far.
     pub fn damage(&self) -> Damage {
         self.damage
     }
@@ -285,7 +285,7 @@ impl Intake {
     ) {
         let fit = self.fit(self.wire.as_ref(), &sample);
         let doubt = self.doubt(&sample).filter(|_| fit == Fit::Follows);
-        // What follows from a doubtful sample settles it, whether or not it follows from the one before too.
+        // A sample that follows from a doubtful one confirms it, even if it also follows from the one before.
         let settles = self.suspect.is_some_and(|held| {
             held.doubt.is_some()
                 && self.is_ahead(&held.sample)
@@ -364,7 +364,7 @@ impl Intake {
         }
     }
 
-    /// What is doubtful of a sample that follows from the last one.
+    /// Doubts about a sample that follows from the last one.
     fn doubt(&self, sample: &firmware_protocol::Sample) -> Option<Doubt> {
         let last = self.wire.as_ref()?;
         let steps = u64::from(sample.sequence.wrapping_sub(last.sequence));

@@ -1,4 +1,4 @@
-//! What an encoder and a clock can do between two samples: the one set of limits that binary frames and text
+//! Limits of an encoder and a clock between two samples: the one set of limits that binary frames and text
 //! lines are both held against.
 
 /// Fastest counting that is believed, in counts per second: a decoder in hardware takes some millions of
@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn the_limit_is_the_shafts_or_the_encoders_whichever_is_lower() {
-        // 720 counts a turn: 1,440,000 counts/s, 4320 in 3 ms.
+        // 720 counts per revolution: 1,440,000 counts/s, 4320 in 3 ms.
         assert_eq!(most_counts(720.0, 3_000), 4_336);
         assert_eq!(most_counts(200_000.0, 3_000), 6_016);
         assert_eq!(most_counts(f64::INFINITY, 3_000), 6_016);

@@ -16,7 +16,7 @@ pub(super) const ATTEMPTS: u32 = 5;
 /// How often the board is told that this program is alive.
 pub(super) const ALIVE_EVERY: Duration = Duration::from_millis(ALIVE_INTERVAL_MS as u64 * 2 / 3);
 
-/// A raw log beside a recording. What cannot be written of it any more ends the log, never the recording: whoever began it
+/// A raw log beside a recording. A write error ends the log, never the recording: whoever began it
 /// asks its [`LogFailure`] at the end.
 #[derive(Debug)]
 pub struct RawLog {

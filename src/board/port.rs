@@ -28,7 +28,7 @@ pub enum OpenError {
     /// There is no such file.
     #[error("there is no port {path}{}", known_ports(known), path = shown(path))]
     NotFound {
-        /// What was asked for.
+        /// Requested value.
         path: PathBuf,
         /// Ports that are there.
         known: Vec<PathBuf>,
@@ -43,7 +43,7 @@ pub enum OpenError {
         group: String,
         /// Its permissions, as `ls` shows them.
         mode: String,
-        /// What to type.
+        /// Command to type.
         command: String,
     },
     /// Another program has it.
@@ -53,15 +53,15 @@ pub enum OpenError {
         path: PathBuf,
         /// Who has it, as far as can be seen.
         holder: String,
-        /// What to do about it.
+        /// Remedy.
         advice: String,
     },
     /// It is a file, a directory or another kind of device.
     #[error("{path} is {what}, not a serial port; `motorlab ports` lists those that are there", path = shown(path))]
     NotASerialPort {
-        /// What was asked for.
+        /// Requested value.
         path: PathBuf,
-        /// What it is.
+        /// Description.
         what: &'static str,
     },
     /// Anything else.
@@ -69,7 +69,7 @@ pub enum OpenError {
     Failed {
         /// The port.
         path: PathBuf,
-        /// What the operating system says.
+        /// Message of the operating system.
         description: String,
     },
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// What a USB device says of itself: a board keeps it when it comes back under another name.
+/// Identity of a USB device: a board keeps it when it comes back under another name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UsbIdentity {
     /// Vendor id.
@@ -33,7 +33,7 @@ pub struct PortEntry {
     pub path: PathBuf,
     /// The USB device behind it.
     pub usb: Option<UsbIdentity>,
-    /// What kind of lab board or USB serial chip that is, if it is a known one.
+    /// Lab board or USB serial chip, if it is a known one.
     pub looks_like: Option<&'static str>,
 }
 

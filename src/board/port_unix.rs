@@ -39,7 +39,7 @@ pub(super) fn is_gone(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::BrokenPipe
 }
 
-/// What is still queued of a device that has gone away.
+/// Bytes still queued of a device that is gone.
 pub(super) fn read_queued(port: &Native, buffer: &mut [u8]) -> usize {
     // SAFETY: the descriptor belongs to `port`, which outlives the borrow.
     queued(unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) }, buffer)

@@ -10,7 +10,7 @@ use crate::plain::shown;
 /// An open port of this system.
 pub(super) type Native = serialport::COMPort;
 
-/// What Windows says of a device that was pulled out: access denied, no such command, a device that does not work,
+/// Errors of Windows for a device that was unplugged: access denied, no such command, a device that does not work,
 /// no such device, a read that was broken off, and a device that is not connected.
 const GONE: [i32; 6] = [5, 22, 31, 433, 995, 1167];
 
@@ -37,7 +37,7 @@ pub(super) fn is_gone(error: &io::Error) -> bool {
         .is_some_and(|code| GONE.contains(&code))
 }
 
-/// What is still queued of a device that has gone away: Windows keeps nothing.
+/// Bytes still queued of a device that is gone: Windows keeps nothing.
 pub(super) fn read_queued(_: &Native, _: &mut [u8]) -> usize {
     0
 }

@@ -1,4 +1,4 @@
-//! What is commanded when: a profile of held commands, for the board, the simulator and the design of
+//! Command over time: a profile of held commands, for the board, the simulator and the design of
 //! experiments alike.
 //!
 //! A profile is a list of segments (duration, command); after the last one its command holds. Sampled
@@ -74,7 +74,7 @@ pub struct Segment {
     pub command: f64,
 }
 
-/// What is commanded when.
+/// Command over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// Name, or the path of the file that it came from; goes into the run's header.
@@ -91,7 +91,7 @@ pub enum ProfileError {
         "there is no profile '{name}'{hint}: the built-in ones are {list}; a file of rows `t_s,command_v` is named by its path", list = built_in_names()
     )]
     Unknown {
-        /// What was asked for.
+        /// Requested value.
         name: String,
         /// The nearest name, as a phrase.
         hint: String,
@@ -114,9 +114,9 @@ pub enum ProfileError {
         row: u64,
         /// Column name.
         column: &'static str,
-        /// What stands there.
+        /// Text found.
         found: String,
-        /// What is wrong with it.
+        /// Error in it.
         problem: String,
     },
     /// It is longer than any profile.
@@ -141,7 +141,7 @@ fn built_in_names() -> String {
 impl Profile {
     /// A built-in profile by its name (`NAME[@SHARE][,SECONDSs]`), or one from a file `t_s,command_v`.
     ///
-    /// `supply_v` scales the built-in ones and `duration_s` stretches them; a share and a duration that
+    /// `supply_v` scales the built-in ones and `duration_s` scales their time; a share and a duration that
     /// stand in the name go before.
     pub fn named(name: &str, supply_v: f64, duration_s: f64) -> Result<Self, ProfileError> {
         let (plain, share, stated_s) = spelt(name);

@@ -2,7 +2,7 @@
 
 use crate::motor::meant;
 
-/// What a profile is called elsewhere, and its name here.
+/// Synonyms of profiles, with their names here.
 const ALSO_CALLED: [(&str, &str); 20] = [
     ("constant", "step"),
     ("dc", "step"),
@@ -26,7 +26,7 @@ const ALSO_CALLED: [(&str, &str); 20] = [
     ("brake", "brakes"),
 ];
 
-/// What is meant by `asked`, as a phrase behind it; empty where it is like none of `names`.
+/// Proposal for `asked`, as a phrase; empty if no name is near.
 pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
     match nearest(asked, names) {
         Some(Meant::Word(word)) => format!(" (did you mean '{word}'?)"),
@@ -37,7 +37,7 @@ pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
     }
 }
 
-/// What is meant by a profile that there is not.
+/// Proposal for an unknown profile.
 #[derive(Debug, PartialEq)]
 enum Meant {
     /// This word.

@@ -30,7 +30,7 @@ const LONGEST_HEADER: usize = 1 << 20;
 /// Latest time that a reader takes in, in microseconds: 285 years. Times can be added and subtracted.
 const LATEST_US: u64 = 1 << 53;
 
-/// What happened on the line.
+/// Event on the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Event {
     /// Bytes from the board.
@@ -155,7 +155,7 @@ pub enum ReadError {
     Line {
         /// Line, from 1.
         line: u64,
-        /// What is wrong.
+        /// Error.
         problem: &'static str,
     },
 }

@@ -51,7 +51,7 @@ pub fn longest_gather(baud: u32, sample_time: Duration) -> Duration {
     full.min(LONGEST_GATHER)
 }
 
-/// What came over the line.
+/// Bytes from the line.
 #[derive(Debug)]
 pub enum Arrival {
     /// Bytes, and when the read that gave them returned.
@@ -198,7 +198,7 @@ impl Reading {
             if self.sender.blocking_send(arrival).is_err() || last {
                 return;
             }
-            // What has gathered is taken at once, and then what comes next, stamped as it comes: the clocks
+            // Gathered bytes are read at once, later ones as they arrive, each with its time: the clocks
             // are compared by that.
             gathered = !gathered && !pause.is_zero();
             if gathered {

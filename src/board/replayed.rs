@@ -22,13 +22,13 @@ use super::rawlog::Event;
 /// Longest wait in one turn: how late a stopped device notices.
 const TURN: Duration = Duration::from_millis(20);
 
-/// What a log has for a device that plays it.
+/// Events of a log for a device that plays it.
 #[derive(Debug, Clone, Default)]
 struct Script {
     /// The frame that says who the board is.
     hello: Option<Vec<u8>>,
     sample_time_us: Option<u32>,
-    /// What the board sent from START's answer on, with microseconds from there.
+    /// Bytes of the board from START's answer on, with microseconds from there.
     played: Vec<(u64, Vec<u8>)>,
     hangs_up: bool,
 }

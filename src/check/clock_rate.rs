@@ -33,6 +33,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
             ("least_error", least),
             ("span_s", span_s),
         ],
-        "the board's crystal, its clock setting or a timer's divider is off: mend it, or speeds and times are off by the same share",
+        "the board's crystal, its clock setting or a timer's divider is off: correct it, or speeds and times have the same relative error",
     )]
 }

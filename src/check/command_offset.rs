@@ -18,7 +18,7 @@ use super::words::time;
 use crate::recording::Steps;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
-/// What mends a late column.
+/// Remedy for a late column.
 const SET_THEN_PRINT: &str = "a row must hold the command that is in force from its sample on: set it, then print it, or move the column up by a row";
 
 /// The answer is there before the jump where its mean lies so many standard errors above 0. Sound runs, real ones and simulated ones
@@ -44,7 +44,7 @@ const REFINED: usize = 14;
 const LEAVES: f64 = 0.8;
 const WITHOUT: f64 = 0.25;
 const SURE: f64 = 20.0;
-/// What begins before its command is a first-order answer where the fit leaves at most so many times what rounding leaves: a soft
+/// Motion before its command is a first-order response if the residual of the fit is at most so many times the quantization error: a soft
 /// coupling at its default strength leaves 2.5 times as much.
 const FIRST_ORDER: f64 = 1.1;
 /// Samples of an answer that are fitted, and jumps of a run.
@@ -212,12 +212,12 @@ impl<'a> Answers<'a> {
     }
 }
 
-/// What is fitted of a jump: the samples before it and the beginning of the answer.
+/// Fit of a jump: the samples before it and the beginning of the answer.
 pub(super) fn looked_at(jump: &Jump) -> impl Iterator<Item = &(f64, f64)> {
     jump.answer.iter().take(MOST_LATE - 1 + FITTED)
 }
 
-/// What the best time constant leaves after this dead time, in counts^2: the best of those that are tried, and then between its
+/// Residual of the best time constant after this dead time, in counts^2: the best of those that are tried, and then between its
 /// neighbours (golden section: Press et al., Numerical Recipes, 2007, section 10.2).
 fn best_left(jumps: &[&Jump], dead: f64, step_s: f64) -> f64 {
     let of = |ln_tau: f64| left(jumps, dead, ln_tau.exp(), step_s);
@@ -248,7 +248,7 @@ pub(super) fn golden(best: (f64, f64), width: f64, of: impl Fn(f64) -> f64) -> f
     fine
 }
 
-/// What a first-order answer after a dead time (both in samples) leaves of the jumps' answers, in counts^2.
+/// Residual of a first-order response after a dead time (both in samples), in counts^2.
 fn left(jumps: &[&Jump], dead: f64, tau: f64, step_s: f64) -> f64 {
     let shape = |t_s: f64| {
         let z = (t_s / step_s - dead).max(0.0);

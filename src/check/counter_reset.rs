@@ -1,7 +1,7 @@
 //! A counter that is set to 0 in mid-run.
 //!
 //! The position leaps in one sample to 0, or to where the run began, and stays; the steps beside the leap are those of a shaft that goes on as
-//! before. A counter that goes round leaps by its range, which is [`counter_wrap`](super::counter_wrap)'s. What leaps and comes
+//! before. A counter that wraps leaps by its range, which is [`counter_wrap`](super::counter_wrap)'s. What leaps and comes
 //! back is [`misread_position`](super::misread_position)'s.
 
 use super::counter_wrap::BITS;
@@ -14,7 +14,7 @@ use crate::recording::Run;
 /// Samples before and after the leap that say how the shaft moves there, and how many there must be on either side.
 const BESIDE: usize = 8;
 const LEAST_BESIDE: usize = 3;
-/// The leap is so many times the largest step beside it, and so many counts.
+/// The leap is at least so many times the largest step next to it, and so many counts.
 const LEAPS: f64 = 5.0;
 const LEAST_COUNTS: f64 = 10.0;
 

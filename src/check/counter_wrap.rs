@@ -1,8 +1,7 @@
-//! A counter that went round and was not made straight, and one that may have done so unseen in a pause.
+//! A counter that wrapped and was not unwrapped, and one that may have done so unseen in a pause.
 //!
 //! A counter of `n` bits is right up to multiples of its range `M = 2^n`. Where the counts leap by about `M` and stay inside a
-//! range of `M`, while the same leaps taken back by `M` leave motion as it is beside them, the counter went round (the
-//! unwrapping of a phase: Oppenheim and Schafer, Discrete-Time Signal Processing, 2010, section 13.6). In a pause in which the
+//! range of `M`, while the same leaps taken back by `M` leave motion as it is beside them, the counter wrapped (the unwrapping of a phase: Oppenheim and Schafer, Discrete-Time Signal Processing, 2010, section 13.6). In a pause in which the
 //! shaft can turn by more than `M / 2` nobody can tell how often it did.
 
 use super::finding::{Finding, Kind, Severity};
@@ -14,9 +13,9 @@ use crate::recording::Run;
 /// Widths of counters in bits: 8 is the smallest of any microcontroller, 32 is a `long`; 24 and 12 are those of counter chips
 /// and absolute encoders.
 pub(super) const BITS: std::ops::RangeInclusive<u32> = 8..=32;
-/// What is left of a leap that was taken back is motion if it is no larger than so many times the largest step elsewhere.
+/// The remainder of an unwrapped leap is motion if it is at most so many times the largest step elsewhere.
 const MOTION: f64 = 2.0;
-/// The second differences are so much smaller without the leaps than with them. A leap by `M` that is none adds `2 M^2`.
+/// The second differences are so much smaller without the leaps than with them. A false leap by `M` adds `2 M^2`.
 const SMOOTHER: f64 = 0.1;
 /// Leaps of a counter of an unusual range agree on it within this share, and there are so many of them at least.
 const AGREE: f64 = 0.02;
@@ -24,12 +23,12 @@ const LEAST_LEAPS: usize = 3;
 /// A step beyond half the range is shorter the other way round.
 const HALF: f64 = 0.5;
 
-/// A counter that goes round.
+/// A counter that wraps.
 #[derive(Debug, Clone, PartialEq)]
 struct Round {
     /// Its range in counts.
     range: f64,
-    /// Numbers of the samples before it goes round.
+    /// Numbers of the samples before it wraps.
     before: Vec<usize>,
 }
 
@@ -59,7 +58,7 @@ fn wraps(subject: &Subject<'_>, round: &Round) -> Finding {
         Severity::Warning,
         (first, last + 1),
         format!(
-            "the counts leap {} times by {} and stay between {lowest} and {highest}: {kind} goes round, first from {} to {} between samples {} and {}",
+            "the counts leap {} times by {} and stay between {lowest} and {highest}: {kind} wraps, first from {} to {} between samples {} and {}",
             round.before.len(),
             round.range,
             run.counts[first],
@@ -81,7 +80,7 @@ fn wraps(subject: &Subject<'_>, round: &Round) -> Finding {
     )
 }
 
-/// The counter that goes round in these counts, if one does.
+/// The counter that wraps in these counts, if any.
 fn round(run: &Run) -> Option<Round> {
     let (lowest, highest) = extremes(&run.counts);
     let span = highest as f64 - lowest as f64;
@@ -128,7 +127,7 @@ fn roughness(steps: &[f64]) -> f64 {
         .sum()
 }
 
-/// The range of a counter that is none of the usual, from leaps that agree on it.
+/// The range of an unusual counter, from leaps that agree on it.
 fn unusual(run: &Run, span: f64) -> Option<f64> {
     let step = |k: usize| run.counts[k + 1] as f64 - run.counts[k] as f64;
     let mut ranges: Vec<f64> = (1..run.len().saturating_sub(2))

@@ -8,9 +8,9 @@ use crate::compare::compare;
 use crate::motor::Model;
 use crate::recording::Run;
 
-/// Fewest changes of the count that must all be multiples: by chance one in 2^20 would.
+/// Fewest changes of the count that must all be multiples: at random one in 2^20 would.
 const FEWEST_CHANGES: usize = 20;
-/// Fewest of them that differ from the commonest size, which counts as one: by chance one in 2^10 would.
+/// Fewest of them that differ from the commonest size, which counts as one: at random one in 2^10 would.
 const FEWEST_OTHERS: usize = 10;
 /// How far the ratio of recorded to simulated travel may lie from a factor: the tolerance of 5 % that motors are taken to have.
 const NEAR: f64 = 0.05;
@@ -105,7 +105,7 @@ fn against_the_motor(subject: &Subject<'_>) -> Option<Finding> {
     if let Some((_, what)) = UNITS.into_iter().find(|(factor, _)| near(*factor)) {
         return Some(subject.finding(
             Kind::PositionUnit,
-            // What a controller commands depends on the position: a motor file that is off makes any ratio.
+            // The command of a controller depends on the position: a motor file that is off makes any ratio.
             match is_held(&run.command) {
                 true => Severity::Fatal,
                 false => Severity::Warning,

@@ -37,6 +37,6 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         (first, last),
         format!("one count of dither at rest, {changes} times there and back: the shaft stands on an edge of the encoder"),
         [("times_there_and_back", changes as f64)],
-        "nothing has to be mended; one count of noise at standstill is no cause of a gap",
+        "no correction needed; one count of noise at standstill causes no model error",
     )]
 }

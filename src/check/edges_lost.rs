@@ -18,9 +18,9 @@ use super::subject::Subject;
 use super::words::{digits, time};
 use crate::motor::CommandKind;
 
-/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
 const HOLDS: f64 = 0.02;
-/// Slots of a held stretch, at most; the rate is looked at in each.
+/// Most slots of an interval of held command; each has a rate.
 const SLOTS: usize = 120;
 /// Fewest slots, and fewest counts that the quickest passes, so that rounding is 5 % of it.
 const LEAST_SLOTS: usize = 12;
@@ -43,7 +43,7 @@ const FALLS: f64 = 0.1;
 /// A held command begins with a jump by this share of the largest: what holds on the crest of a sine has not jumped.
 const JUMPS: f64 = 0.05;
 
-/// A stretch of held command, and the rates in its slots.
+/// An interval of held command, and the rates in its slots.
 #[derive(Debug, Clone)]
 pub(super) struct Hold {
     /// Numbers of its first and last sample.
@@ -59,7 +59,7 @@ pub(super) struct Hold {
 #[derive(Debug, Clone, Copy)]
 struct Level<'a> {
     subject: &'a Subject<'a>,
-    stretch: (usize, usize),
+    interval: (usize, usize),
     command: f64,
     rate: f64,
 }
@@ -96,7 +96,7 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     found
 }
 
-/// Stretches of held command, long enough for their rates to be looked at.
+/// Intervals of held command that are long enough for their rates.
 pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
     let run = subject.run;
     let largest = run
@@ -126,7 +126,7 @@ pub(super) fn holds(subject: &Subject<'_>) -> Vec<Hold> {
     found
 }
 
-/// The rates of a stretch in as many slots as rounding leaves.
+/// The rates of an interval in as many slots as quantization allows.
 fn slots(subject: &Subject<'_>, from: usize, to: usize) -> Option<Vec<(f64, f64)>> {
     let run = subject.run;
     let steps = to - from;
@@ -170,7 +170,7 @@ pub(super) fn steady(hold: &Hold) -> Option<f64> {
 fn falls(subject: &Subject<'_>, hold: &Hold) -> Option<Finding> {
     let run = subject.run;
     let direction = hold.command.signum();
-    // What was commanded before must not be what it comes down from.
+    // The command before must not be the one that it comes down from.
     let mut before = run.command[..hold.from].iter();
     if hold.command == 0.0 || before.any(|u| direction * u > (1.0 + DIFFERS) * hold.command.abs()) {
         return None;
@@ -292,7 +292,7 @@ fn level<'a>(subject: &'a Subject<'a>, hold: &Hold) -> Option<Level<'a>> {
     let rate = steady(hold)? * hold.command.signum();
     (rate > 0.0 && hold.command != 0.0).then_some(Level {
         subject,
-        stretch: (hold.from, hold.to),
+        interval: (hold.from, hold.to),
         command: hold.command,
         rate,
     })
@@ -329,7 +329,7 @@ fn stops(levels: &[Level<'_>]) -> Vec<Finding> {
             level.subject.finding(
                 Kind::EdgesLostAtSpeed,
                 Severity::Warning,
-                level.stretch,
+                level.interval,
                 format!(
                     "at {} V there are {} counts/s, where {} would follow from {} at {} V and {} at {} V: the rate falls while the command rises",
                     digits(level.command, 4),

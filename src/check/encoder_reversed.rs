@@ -142,7 +142,7 @@ impl Tally {
         }
     }
 
-    /// What moves as much without a command, or while it is braked, is driven by something else.
+    /// A shaft that moves as much without a command, or while braked, is driven externally.
     fn tells(&self) -> bool {
         self.passed >= FEWEST_COUNTS && self.resting <= self.passed
     }

@@ -1,10 +1,10 @@
-//! What is found in a recording: plain data, serialised as `motorlab-check/1` lists it.
+//! Findings in a recording: plain data, serialised as `motorlab-check/1` lists it.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-/// What kind of thing is wrong. The ids are those of the document.
+/// Kind of finding. The ids are those of the document.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -24,9 +24,9 @@ pub enum Kind {
     CommandConstant,
     /// The command lies beyond the supply.
     CommandBeyondSupply,
-    /// The counter went round and was not made straight.
+    /// The counter wrapped and was not unwrapped.
     CounterWrap,
-    /// A counter that goes round may have done so unseen in a gap.
+    /// The counter may have wrapped unnoticed in a gap.
     WrapOverGap,
     /// The position leaps away and comes back: a failed read.
     MisreadPosition,
@@ -64,13 +64,13 @@ pub enum Kind {
     TooShort,
 }
 
-/// How much a finding weighs. The order is that of a listing: what must be mended first comes first.
+/// How much a finding weighs. The order is that of a listing: the most severe comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
-    /// No diagnosis means anything before it is mended.
+    /// No diagnosis is valid before it is corrected.
     Fatal,
-    /// Something is wrong; conclusions may be.
+    /// An error that may lead to wrong conclusions.
     Warning,
     /// Worth knowing.
     Note,
@@ -90,7 +90,7 @@ impl Severity {
 /// One thing found in one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What kind.
+    /// Kind of finding.
     pub id: Kind,
     /// How much it weighs.
     pub severity: Severity,
@@ -100,11 +100,11 @@ pub struct Finding {
     pub from_s: f64,
     /// Where it ends, in s of the run's time.
     pub to_s: f64,
-    /// What it is.
+    /// Message.
     pub message: String,
     /// The figures that say so; the names carry the units.
     pub evidence: BTreeMap<&'static str, f64>,
-    /// What to change: a flag, a key of the mapping, a wire.
+    /// Remedy: a flag, a key of the mapping, a wire.
     pub remedy: String,
 }
 
@@ -123,7 +123,7 @@ impl Finding {
     }
 }
 
-/// What has to be mended in this run before its figures mean anything; none where nothing has to be.
+/// Fatal findings of this run with their remedies; none if it is usable.
 pub fn fatal_of<'a>(findings: &'a [Finding], run: &str) -> Option<&'a Finding> {
     let mut of_run = findings.iter().filter(|finding| finding.run == run);
     of_run.find(|finding| finding.severity == Severity::Fatal)

@@ -12,16 +12,15 @@ use nalgebra::{SMatrix, SVector};
 use super::response::{scale, slots};
 use crate::recording::Run;
 
-/// What is fitted: `a`, `b`, `c`, `d`, `e`, `f`.
+/// The regression: `a`, `b`, `c`, `d`, `e`, `f`.
 const NUMBERS: usize = 6;
 /// Fewest slots, six for each number.
 const LEAST_SLOTS: usize = 40;
-/// The command must take several values: its standard deviation is at least this share of its largest. Under a constant current
-/// that only scatters, the scatter is the shaft's doing (a current controller against the back EMF).
+/// The command must take several values: its standard deviation is at least this share of its largest. Under a constant current with noise, the noise is the shaft's doing (a current controller against the back EMF).
 const VARIES: f64 = 0.2;
 /// Share of the speeds' variance that must be explained.
 const EXPLAINED: f64 = 0.5;
-/// What the columns do not tell apart: directions with less than this share of the largest eigenvalue.
+/// Directions that the columns do not separate: directions with less than this share of the largest eigenvalue.
 const TOLD_APART: f64 = 1e-10;
 
 /// The gain from command to speed.
@@ -69,7 +68,7 @@ pub(super) fn gain(run: &Run) -> Option<Gain> {
     if !normal.iter().all(|value| value.is_finite()) {
         return None;
     }
-    // Columns that a short travel does not tell apart (angle and constant) share what they explain.
+    // Columns that a short travel does not separate (angle and constant) share their explanation.
     let eigen = normal.symmetric_eigen();
     let least = TOLD_APART * eigen.eigenvalues.max();
     let mut inverse = SMatrix::<f64, NUMBERS, NUMBERS>::zeros();

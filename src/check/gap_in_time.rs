@@ -58,7 +58,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     ) {
         let lost = (pauses.iter()).fold(0_u64, |sum, pause| sum.saturating_add(pause.lost));
         let held_up = held_up(subject.run);
-        // What a program that reads nothing leaves waiting is lost once the buffers are full.
+        // Bytes that wait for a blocked reader are lost once the buffers are full.
         let is_hosts = |pause: &Pause| {
             (held_up.iter()).any(|held| {
                 let since_s = subject.run.t_s[pause.before] - subject.run.t_s[held.sample - 1];
@@ -104,11 +104,11 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
             (first.sample, last.sample),
             match stands.len() {
                 1 => format!(
-                    "by the host's clock the board's stood still once, for {:.0} ms",
+                    "the board's time stamps have one gap of {:.0} ms (compared with the host clock)",
                     1e3 * lost_s
                 ),
                 times => format!(
-                    "by the host's clock the board's stood still {times} times, for {:.0} ms in all, first for {:.0} ms",
+                    "the board's time stamps have {times} gaps, {:.0} ms in all (compared with the host clock), first {:.0} ms",
                     1e3 * lost_s,
                     1e3 * first.lost_s,
                 ),

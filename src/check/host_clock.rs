@@ -1,8 +1,7 @@
-//! The board's clock as the host saw it: its rate, and where it stood still.
+//! The board's clock as the host saw it: its rate, and gaps in its time stamps.
 //!
 //! An arrival is late by a scatter, never early: the earliest tell. With the offsets `o_k = host_k - board_k` the rate is
-//! off by the slope of a line through the earliest of the first and of the last tenth. Where the board stood still and did
-//! not know, all later offsets are larger: between the earliest of the [`BEFORE_S`] before a sample and the earliest of the
+//! off by the slope of a line through the earliest of the first and of the last tenth. After a gap in the board's time stamps all later offsets are larger: between the earliest of the [`BEFORE_S`] before a sample and the earliest of the
 //! [`AFTER_S`] from it on there is a step, which no late arrival makes, since what comes late is followed by what does not.
 //! Such steps are taken off before the slope is measured.
 //!
@@ -18,14 +17,14 @@ const AFTER_S: f64 = 1.0;
 const LEAST_SAMPLES: usize = 6;
 /// Shortest stand that is told from scatter, in s, and as a multiple of the scatter.
 const LEAST_S: f64 = 0.004;
-const SCATTERS: f64 = 4.0;
+const SCATTER_FACTOR: f64 = 4.0;
 
 /// Shortest pause of the host, in s: a bridge and a busy host make 40 ms.
 const HOST_PAUSE_S: f64 = 0.1;
 /// Arrivals in less than this share of the board's time are a burst.
 const BURST: f64 = 0.5;
 
-/// Where the board's clock stood still.
+/// A gap in the board's time stamps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stand {
     /// Number of the first sample after it.
@@ -42,7 +41,7 @@ pub(crate) fn host_clock(run: &Run) -> Option<(f64, f64)> {
     slope(run, &without(offsets, &stands))
 }
 
-/// Where the board's clock stood still, by the host's; nowhere where only one clock was there.
+/// Gaps in the board's time stamps, by the host's clock; none if only one clock was recorded.
 pub(crate) fn stands(run: &Run) -> Vec<Stand> {
     offsets(run).map_or_else(Vec::new, |offsets| stands_in(&run.t_s, &offsets))
 }
@@ -131,7 +130,7 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
     if n / 3 < before {
         return Vec::new();
     }
-    // The earliest of each stretch, the rate of the middle pair of stretches, and how far the middle arrival is behind.
+    // The earliest of each block, the rate of the middle pair of blocks, and how far the middle arrival is behind.
     let earliest = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
     let blocks: Vec<(f64, f64)> = (offsets.chunks_exact(before).zip(t_s.chunks_exact(before)))
         .map(|(offsets, t_s)| (t_s[0], earliest(offsets)))
@@ -142,11 +141,11 @@ fn stands_in(t_s: &[f64], offsets: &[f64]) -> Vec<Stand> {
             .collect(),
     );
     let even: Vec<f64> = offsets.iter().zip(t_s).map(|(o, t)| o - rate * t).collect();
-    let late = even.chunks_exact(before).flat_map(|stretch| {
-        let earliest = earliest(stretch);
-        stretch.iter().map(move |offset| offset - earliest)
+    let late = even.chunks_exact(before).flat_map(|block| {
+        let earliest = earliest(block);
+        block.iter().map(move |offset| offset - earliest)
     });
-    let least_s = LEAST_S.max(SCATTERS * middle(late.collect()));
+    let least_s = LEAST_S.max(SCATTER_FACTOR * middle(late.collect()));
     let mut stands: Vec<Stand> = Vec::new();
     let mut from = 0;
     let mut k = LEAST_SAMPLES;

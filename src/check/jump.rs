@@ -1,14 +1,14 @@
 //! Where the command jumps from one held level to another, and how far the counts have gone from where they would have been without.
 //!
 //! Before the jump the shaft rests or turns steadily; a straight line through those positions says where it would be afterwards,
-//! and how surely (linear regression's prediction). What goes beyond it is the answer to the jump.
+//! and how surely (linear regression's prediction). Motion beyond it is the response to the jump.
 
 use crate::recording::Run;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
 /// A jump is at least this share of the largest command.
 const JUMPS: f64 = 0.2;
-/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+/// A command holds while it stays within this share of the largest: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
 const HOLDS: f64 = 0.02;
 /// Samples before the jump in which the shaft may already answer, where the command is late in its column.
 pub(super) const MOST_LATE: usize = 4;
@@ -65,7 +65,7 @@ pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
         .collect()
 }
 
-/// What the counts do from the jump on, against a line through the `line` positions before.
+/// Counts from the jump on, minus a line through the `line` positions before.
 fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option<Jump> {
     let position = |k: usize| run.counts[k].saturating_sub(run.counts[at]) as f64;
     let time_s = |k: usize| run.t_s[k] - run.t_s[at];

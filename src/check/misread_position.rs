@@ -11,7 +11,7 @@ use crate::recording::Run;
 const MOST_TOGETHER: usize = 3;
 /// The count comes back to within this share of what it leapt by. Convention.
 const BACK: f64 = 0.1;
-/// The leap is so many times the largest change elsewhere. Convention: far beyond what a shaft does in a sample.
+/// The leap is at least so many times the largest change elsewhere. Convention: far beyond what a shaft does in a sample.
 const LEAPS: f64 = 5.0;
 /// Where more of the samples leap than this share, leaping is what the log does.
 const MOST_SHARE: f64 = 0.02;

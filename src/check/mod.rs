@@ -1,8 +1,8 @@
-//! What is wrong with a recording itself, before anything is concluded from it.
+//! Errors of a recording itself, before any conclusion.
 //!
 //! [`check`] holds what a recording says against what a motor can do. Each kind of finding is a file with one
 //! function, and a line in the table `KINDS`. A finding has the figures that it rests on and the remedy: the flag, the key of
-//! the mapping or the wire to change. What an effect of the catalogue can model is never fatal.
+//! the mapping or the wire to change. Findings that an effect of the catalogue can model are never fatal.
 //!
 //! ```
 //! use motorlab::check::{Kind, Severity, check};

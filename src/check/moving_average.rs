@@ -126,7 +126,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     )]
 }
 
-/// What the best time constant leaves: the best of those that are tried, then between its neighbours (golden section).
+/// Residual of the best time constant: the best of those that are tried, then between its neighbours (golden section).
 fn best_tau(left: impl Fn(f64) -> f64) -> f64 {
     let of = |ln_tau: f64| left(ln_tau.exp());
     let tried = (0..TAUS).map(|k| SHORTEST_TAU.ln() + f64::from(k) * TAU_STEP.ln());
@@ -161,7 +161,7 @@ fn two_constants(z: f64, tau: f64, filter: f64) -> f64 {
     z - (tau + filter) + ends / (tau - filter)
 }
 
-/// What a shape leaves of the jumps' answers, in counts^2; each jump has a gain of its own.
+/// Residual of a shape of response to the jumps, in counts^2; each jump has its own gain.
 fn left(jumps: &[&Jump], step_s: f64, shape: impl Fn(f64) -> f64) -> f64 {
     let of_jump = |jump: &&Jump| {
         let (mut ff, mut fy, mut yy) = (0.0, 0.0, 0.0);

@@ -11,7 +11,7 @@ use super::subject::Subject;
 use super::words::{digits, time, unit};
 use crate::recording::Run;
 
-/// A command holds within this share: a PWM step of 8 bits is 0.4 %, a measured supply scatters by 1 %.
+/// A command holds within this share: a PWM step of 8 bits is 0.4 %, a measured supply varies by 1 %.
 const HOLDS: f64 = 0.02;
 /// Turns that a command must have turned the shaft, so that no load of an angle holds it.
 const TURNED: f64 = 1.0;
@@ -19,7 +19,7 @@ const TURNED: f64 = 1.0;
 const LEAST_COUNTS: f64 = 50.0;
 /// Fewest samples of a standstill.
 const LEAST_STILL: usize = 10;
-/// What the shaft would have passed in the standstill: so many turns, and so many counts (one of rounding is 5 % of them).
+/// Travel that the shaft would have made in the standstill: so many turns, and so many counts (one of rounding is 5 % of them).
 const MISSED_TURNS: f64 = 0.25;
 const MISSED_COUNTS: f64 = 20.0;
 /// A standstill that begins with the command, at rest, and ends in motion under it is a delay up to this time in s: the range of the
@@ -227,7 +227,7 @@ fn standstills(run: &Run) -> Vec<(usize, usize)> {
     found
 }
 
-/// What turns the shaft by a whole turn between two standstills: by direction, the smallest such command.
+/// Commands that turn the shaft by a revolution between two standstills: by direction, the smallest such command.
 fn learn(run: &Run, from: usize, to: usize, turned: &mut [Option<Turned>; 2]) {
     let mut k = from;
     while k < to {

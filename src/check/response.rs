@@ -20,7 +20,7 @@ const BY_COMMAND: f64 = 0.3;
 /// Below this share of what was before, nothing is left after one slot: the response is quicker than the slots.
 const LEAST_KEPT: f64 = 0.1;
 
-/// What a recording says of its motor's speed and response.
+/// Speed and response of the motor, by the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Response {
     /// Speed of the quickest slot in counts/s, without regard to its sign.
@@ -137,7 +137,7 @@ fn follows(cut: &Slots) -> Follows {
         left += (speed - row.dot(&fit)).powi(2);
         variance += (speed - mean).powi(2);
     }
-    // What the speed before leaves without the commands.
+    // Residual with the previous speed alone, without the commands.
     let mut alone = (0.0, 0.0, 0.0, 0.0);
     for (row, speed) in rows() {
         alone.0 += row[0] * row[0];

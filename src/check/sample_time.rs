@@ -1,6 +1,6 @@
 //! The stated sample time against the times.
 //!
-//! What is compared is what somebody stated. The median of the file's own steps, which an import and a recorder of text lines put
+//! Only stated values are compared. The median of the file's own steps, which an import and a recorder of text lines put
 //! into the header where nothing was stated, is no statement.
 
 use super::finding::{Finding, Kind, Severity};

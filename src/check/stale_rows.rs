@@ -16,7 +16,7 @@ const LEAST_STEPS: usize = 3;
 /// A row is stale where it has gone less than this share of what the smaller rate makes, and fresh beyond the second share.
 const STALE: f64 = 0.5;
 const FRESH: f64 = 0.75;
-/// What the pause makes in counts, at least: rounding is then 5 % of it.
+/// Least count change over the pause: rounding is then 5 % of it.
 const LEAST_COUNTS: f64 = 20.0;
 /// Most rows that are stale after a pause. Convention: a serial buffer of 4 kB holds some 100 lines.
 const MOST_ROWS: usize = 100;
@@ -27,7 +27,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     let (Some(&first), Some(&last)) = (stale.first(), stale.last()) else {
         return Vec::new();
     };
-    let stretches = 1 + stale
+    let pauses = 1 + stale
         .windows(2)
         .filter(|pair| pair[1] > pair[0] + 1)
         .count();
@@ -38,13 +38,13 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         format!(
             "{} rows after {} hold the position from before it, first at {:.3} s after a pause of {}",
             stale.len(),
-            if stretches == 1 { "a pause".to_owned() } else { format!("{stretches} pauses") },
+            if pauses == 1 { "a pause".to_owned() } else { format!("{pauses} pauses") },
             run.t_s[first],
             time(run.t_s[first] - run.t_s[first.saturating_sub(1)]),
         ),
         [
             ("stale_rows", stale.len() as f64),
-            ("pauses", stretches as f64),
+            ("pauses", pauses as f64),
             ("first_sample", first as f64 + 1.0),
         ],
         "leave these rows out; stamp a sample on the board when it is taken, or empty the buffer after a pause",
@@ -127,7 +127,7 @@ mod tests {
         assert_eq!(stale_rows(&run(0)), [0; 0]);
         assert_eq!(stale_rows(&run(1)), [200]);
         assert_eq!(stale_rows(&run(7)), Vec::from_iter(200..207));
-        // Nothing makes up for a shaft that stood still meanwhile.
+        // No later row makes up for a shaft that rested meanwhile.
         assert_eq!(stale_rows(&run(200)), [0; 0]);
     }
 }

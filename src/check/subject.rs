@@ -42,7 +42,7 @@ impl Subject<'_> {
         }
     }
 
-    /// The whole run as a stretch for [`Subject::finding`].
+    /// The whole run as an interval for [`Subject::finding`].
     pub fn whole(&self) -> (usize, usize) {
         (0, self.run.len().saturating_sub(1))
     }

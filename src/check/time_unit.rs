@@ -127,7 +127,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     vec![found]
 }
 
-/// What to change where times are `10^power` times too long.
+/// Remedy where times are `10^power` times too long.
 fn remedy(power: i32) -> &'static str {
     match power {
         3 => {

@@ -94,7 +94,7 @@ mod tests {
         }
     }
 
-    /// What moves in a run that is held out teaches nothing of one that stands still.
+    /// Motion in a held-out run does not determine a model of a run at rest.
     #[test]
     fn the_shaft_has_to_move_in_what_is_taught() {
         let runs = [run(0.045), run(5.0)];

@@ -41,7 +41,7 @@ enum Step {
     Score(Score),
 }
 
-/// Make cases of imagined motors and seal what they hide.
+/// Make cases of simulated motors and seal their causes.
 #[derive(Debug, Args)]
 struct Make {
     /// Directory of the set.
@@ -58,14 +58,14 @@ struct Make {
     kind: String,
     /// Many kinds of bench: four families of motors, seven protocols (one plain step among them), 1 to 30 ms, and up to three
     /// effects.
-    #[arg(long, conflicts_with_all = ["kind", "other_motors", "wander"])]
+    #[arg(long, conflicts_with_all = ["kind", "other_motors", "random_load"])]
     breadth: bool,
     /// Motors unlike the lab handout's.
     #[arg(long)]
     other_motors: bool,
-    /// Multiply the wander of load and friction.
-    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
-    wander: f64,
+    /// Factor on the random torque of load and friction.
+    #[arg(long, alias = "wander", default_value_t = 1.0, value_name = "FACTOR")]
+    random_load: f64,
     /// File for the labels, outside the set. [default: DIR.labels.json]
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
@@ -82,10 +82,10 @@ struct Seal {
     /// Motor file as it was before anything was arranged; without it the lab handout's motor.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
-    /// What was arranged: none, an effect's id, several joined by +, or outside:WORDS.
+    /// Arranged cause: none, an effect's id, several joined by +, or outside:WORDS.
     #[arg(long)]
     label: String,
-    /// Another run of the same motor, kept from the diagnosis, to hold its promise against.
+    /// Another run of the same motor, held out from the diagnosis, to check its claimed error.
     #[arg(long, value_name = "RUN")]
     unseen: Option<PathBuf>,
     /// Directory of the set, new or begun.
@@ -96,7 +96,7 @@ struct Seal {
     labels: Option<PathBuf>,
 }
 
-/// Diagnose every case that has no verdict yet; goes on where it was stopped.
+/// Diagnose every case that has no verdict yet; continues where it was stopped.
 #[derive(Debug, Args)]
 struct Run {
     /// Directory of the set.
@@ -149,7 +149,7 @@ impl Blind {
     }
 }
 
-/// What `make` and `seal` print.
+/// Output of `make` and `seal`.
 #[derive(Debug, Serialize)]
 struct Sealed<'a> {
     shape: &'static str,
@@ -177,8 +177,8 @@ impl Sealed<'_> {
 impl Make {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         self.threads.set()?;
-        if !(self.wander.is_finite() && self.wander >= 0.0) {
-            return Err(Failure::input("--wander must be 0 or more"));
+        if !(self.random_load.is_finite() && self.random_load >= 0.0) {
+            return Err(Failure::input("--random-load must be 0 or more"));
         }
         let labels = labels_path(&self.directory, self.labels.as_deref());
         if self.directory.join("manifest.json").exists() {
@@ -199,7 +199,7 @@ impl Make {
                 self.kind.clone()
             },
             other_motors: self.other_motors,
-            wander_scale: self.wander,
+            wander_scale: self.random_load,
         };
         let bar = bar(self.cases as u64, "made");
         let cases = blind::make(&recipe, &|| bar.inc(1))
@@ -254,7 +254,7 @@ impl Seal {
     }
 }
 
-/// What `run` prints.
+/// Output of `run`.
 #[derive(Debug, Serialize)]
 struct Judged<'a> {
     shape: &'static str,

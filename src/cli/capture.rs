@@ -42,15 +42,14 @@ pub struct Capture {
     /// Sample time in s. [default: 0.003; of a text board what its lines show]
     #[arg(long, value_name = "SECONDS", value_parser = sample_time_us)]
     pub(super) ts: Option<u32>,
-    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`. [default: step; of a
+    /// Command: a built-in profile, or a file of rows `t_s,command_v`. [default: step; of a
     /// text board what its lines say]
     #[arg(long)]
     pub(super) profile: Option<String>,
     /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file]
     #[arg(long, value_name = "SECONDS", value_parser = duration)]
     pub(super) duration: Option<f64>,
-    /// Where the run goes. An existing file is not overwritten: the next free name is taken. What is no file (a folder,
-    /// a device, a pipe) is refused.
+    /// Where the run goes. An existing file is not overwritten: the next free name is taken. A folder, a device or a pipe is refused.
     #[arg(short, long, value_name = "FILE", default_value = "run.csv")]
     pub(super) output: PathBuf,
     /// Write every byte with its time to this raw log, which `motorlab replay` plays. A full disk ends the log and not
@@ -253,7 +252,7 @@ impl Capture {
         }
     }
 
-    /// What shows the recording while it runs.
+    /// Display of a running recording.
     pub(super) fn display(
         &self,
         live: &SharedLive,
@@ -361,7 +360,7 @@ impl Capture {
     }
 }
 
-/// What shows a recording; it stops when it is dropped.
+/// Display of a recording; it stops when dropped.
 #[allow(dead_code, reason = "held for what their dropping does")]
 pub(super) enum Display {
     Live(LiveView),

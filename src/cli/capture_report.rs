@@ -1,4 +1,4 @@
-//! What is said at the end of a recording, live or replayed.
+//! Summary at the end of a recording, live or replayed.
 
 use serde_json::json;
 
@@ -94,7 +94,7 @@ pub(super) fn report(
         (
             statistics.counts_leaps,
             "counts_leap",
-            "the counts moved faster than any motor can, were set to 0, or may have gone round a 16-bit counter in a gap",
+            "the counts moved faster than any motor can, were set to 0, or may have wrapped a 16-bit counter in a gap",
         ),
     ];
     for (rows, flag, what) in leaps.into_iter().filter(|(rows, ..)| *rows > 0) {
@@ -123,7 +123,7 @@ pub(super) fn report(
     })
 }
 
-/// What to say of a recording that did not end as it should.
+/// Message for a recording that did not end as it should.
 pub(super) fn trouble(ending: Ending) -> Option<&'static str> {
     match ending {
         Ending::Complete | Ending::Stopped => None,

@@ -13,7 +13,7 @@ use crate::board::{BoardError, LineReader, Location, Profile, usb_identity};
 use crate::motor::Parameters;
 use crate::recording::{SharedLive, TextError, TextRequest, capture_text};
 
-/// What `--columns` says where the sketch says it itself.
+/// `--columns` for a sketch that states its columns.
 pub(super) const AUTO: &str = "auto";
 
 /// Reads `--columns`.
@@ -105,7 +105,7 @@ impl Capture {
     }
 }
 
-/// What is told of a sketch's text lines, by options or by a raw log's header.
+/// Facts about a sketch's text lines, from options or a raw log's header.
 #[derive(Debug)]
 pub(super) struct Told<'a> {
     pub columns: &'a str,

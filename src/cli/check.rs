@@ -14,17 +14,17 @@ use super::{Failure, Output, Status};
 use crate::check::{Finding, check, is_fatal};
 use crate::plain::shown;
 
-/// Say what is wrong with recordings themselves, before anything is concluded from them.
+/// Find errors of the recordings themselves, before a comparison or a diagnosis.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Check {
     /// Run files; several are taken to be of one motor and judged together too. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
-    /// Motor file: some things can only be told against it, such as counts that are off by 4.
+    /// Motor file: some errors only show against it, such as counts that are off by 4.
     #[arg(long, value_name = "FILE")]
     motor: Option<PathBuf>,
-    /// Say by which figures too, and every finding of a kind that several runs have.
+    /// Print the figures too, and every finding of a kind that several runs have.
     #[arg(long)]
     verbose: bool,
     #[command(flatten)]
@@ -37,7 +37,7 @@ const EXAMPLE: &str = "Examples:
   motorlab check run.csv
   motorlab check a.csv b.csv --motor motor.toml --json
 
-The exit status is 1 with a fatal finding: no diagnosis means anything before it is mended.
+The exit status is 1 with a fatal finding: no diagnosis is valid before it is corrected.
 Warnings and notes leave it at 0. A kind that several runs have is told once; --verbose tells all. Every kind of finding: docs/reference/check.md.";
 
 /// For `--json`.

@@ -22,7 +22,7 @@ use crate::report::comparison::{all_words, figures_table, overlay, page, verdict
 use crate::report::table::Table;
 use crate::report::{Size, svg};
 
-/// Lay recorded runs over their simulation, in RPM and in counts, and say how far they are apart.
+/// Compare recorded runs with their simulation, in RPM and in counts.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  motorlab compare run.csv\n  motorlab compare step30.csv step3.csv --motor motor.toml --html gap.html\n  motorlab compare run.csv --motor motor.toml --fail-above 1.0 --json"

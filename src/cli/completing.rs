@@ -1,4 +1,4 @@
-//! What can stand where somebody types: names inside one word, such as the effect in `virtual:?effect=`. Every shell's script asks here.
+//! Completions of a word: names inside one word, such as the effect in `virtual:?effect=`. Every shell's script asks here.
 
 use super::names::{SHARES, TIMES, parameters_of};
 use super::schema::documents;

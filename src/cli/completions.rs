@@ -55,7 +55,7 @@ fn without_hidden(script: &str) -> String {
     script.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// What the generated script does not know the program is asked. bash is told of what stands behind the last character at which it
+/// Completions that the generated script does not know come from the program. bash is told of what stands behind the last character at which it
 /// breaks words, but for a word in quotes.
 const IN_BASH: &str = r#"
 _motorlab_names() {

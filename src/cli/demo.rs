@@ -73,17 +73,17 @@ const STEPS: [Take; 2] = [
         duration_s: 1.8,
     },
 ];
-/// What is diagnosed: both signs and several sizes.
+/// Diagnosed run: both signs and several sizes.
 const GAP: Take = Take {
     name: "gap.csv",
     sample_time_us: 10_000,
     profile: "reversing",
     duration_s: 6.0,
 };
-/// What the board of that run has, where no other effect is asked for: a common driver's drop, a sixth of the supply.
+/// Default effect of that run's board: a common driver's drop, a sixth of the supply.
 const GAP_EFFECT: &str = "effect=voltage_drop&drop_v=0.8";
 
-/// What was recorded: the steps, and the run with a gap.
+/// Recorded runs: the steps, and the run with a gap.
 struct Recorded {
     steps: Vec<PathBuf>,
     gap: PathBuf,

@@ -30,7 +30,7 @@ use crate::report::diagnosis::{bad_recording_page, page_held_out};
     after_help = "Examples:\n  motorlab diagnose step3.csv reversing.csv --motor motor.toml\n  motorlab diagnose run.csv --model-out diagnosed.toml --html why.html\n  motorlab diagnose a.csv b.csv --hold-out c.csv --motor motor.toml --json\n  motorlab diagnose run.csv --nominal fit\n  motorlab diagnose bare.csv disc.csv --with disc.csv:inertia_added_kg_m2=0.001\n  motorlab diagnose run.csv --good-enough 1% --explain\n  motorlab diagnose today.csv --reference march1.csv march2.csv --motor motor.toml\n  motorlab diagnose a.csv b.csv c.csv --repeats a.csv,b.csv"
 )]
 pub struct Diagnose {
-    /// Run files of the same motor: other sample times and profiles tell more. A log of another program is imported on the way.
+    /// Run files of the same motor: other sample times and profiles determine more parameters. A log of another program is imported on the way.
     #[arg(required = true, value_name = "RUN")]
     runs: Vec<PathBuf>,
     /// Held-out runs: nothing is fitted to them and nothing is chosen by them; the error budget is measured on them.

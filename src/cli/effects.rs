@@ -13,7 +13,7 @@ use crate::motor::catalogue::{Stage, catalogue};
 use crate::motor::plausible::Shown;
 use crate::motor::{Parameters, meant};
 
-/// Say which effects there are: equation, numbers, what shows each, and what it is confused with.
+/// List the effects: equation, parameters, the experiment that shows each, and similar effects.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Effects {
@@ -108,10 +108,10 @@ fn block(entry: &Entry, with_example: bool) -> String {
         experiment.profile, experiment.duration_s, experiment.sample_time_s
     );
     say("shown by", &flags);
-    if let Some(why) = entry.twin {
+    if let Some(why) = entry.not_identifiable {
         say(
-            "but",
-            &format!("no run of counts tells it from the motor file's own numbers: {why}"),
+            "caution",
+            &format!("not identifiable from voltage and counts: {why}"),
         );
     }
     if with_example {

@@ -28,7 +28,7 @@ pub struct Export {
     format: Format,
 }
 
-/// What to write.
+/// Format to write.
 #[derive(Debug, Subcommand)]
 enum Format {
     Matlab(Matlab),

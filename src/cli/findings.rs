@@ -12,7 +12,7 @@ use crate::plain::{one_line, shown};
 use crate::recording::{Run, read_run_from};
 use crate::report::number::figure;
 
-/// Findings in words, what must be mended first in front. In short a kind of the same severity is told once, with the runs that have it too;
+/// Findings in words, the most severe first. In short a kind of the same severity is told once, with the runs that have it too;
 /// at length each is told with its figures.
 pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
     if at_length {
@@ -60,7 +60,7 @@ pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
 /// Runs that are named beside the first that has a finding.
 const MOST_RUNS: usize = 3;
 
-/// What it is and what to do, and beneath it how much it weighs and where.
+/// Message and remedy, and below them severity and place.
 fn short(finding: &Finding) -> String {
     format!(
         "{}\n  {} ({}), {}, {:.3} to {:.3} s",

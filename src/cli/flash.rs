@@ -89,7 +89,7 @@ const HOW_TO_INSTALL: &str = "\
     motorlab flash PORT --hex motorlab.ino.hex
   or write the sketch with `motorlab firmware DIR` and upload it from the Arduino IDE";
 
-/// What installs avrdude.
+/// Command that installs avrdude.
 const INSTALL_AVRDUDE: &str = if cfg!(windows) {
     "winget install AVRDudes.AVRDUDE"
 } else if cfg!(target_os = "macos") {

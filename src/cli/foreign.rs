@@ -156,7 +156,7 @@ pub fn unreadable(path: &Path, error: ReadError) -> Failure {
     }
 }
 
-/// What a file is that cannot be read as a run.
+/// Form of a file that cannot be read as a run.
 enum Found {
     /// A run file with something wrong in it, or what cannot be read at all.
     Run,

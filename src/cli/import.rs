@@ -19,14 +19,14 @@ use crate::import::{ImportProblem, Imported, Map, Reading, Ready, Understood, im
 use crate::plain::{quoted, shown};
 use crate::recording::{next_free_name, refuse_no_file};
 
-/// Turn a log that another program wrote into a run file: by the names of its columns, by flags, or by a mapping file.
+/// Convert a log of another program into a run file: by the names of its columns, by flags, or by a mapping file.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Import {
     /// The log: text in columns, plain or gzipped; Parquet, MCAP, a ROS 2 bag (.db3), WPILOG, SysId JSON or MAT; - is
     /// standard input.
     log: PathBuf,
-    /// Mapping file: which column is what, and in which unit. A flag takes the place of what it says.
+    /// Mapping file: columns and their units. A flag takes precedence over it.
     #[arg(long, value_name = "MAP.toml")]
     map: Option<PathBuf>,
     #[command(flatten)]

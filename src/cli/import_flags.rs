@@ -6,9 +6,9 @@ use super::numbers::{counts_per_rev, number_in};
 use crate::import::{Integration, Said};
 use crate::motor::plausible;
 
-/// What the log does not say of itself.
+/// Facts that the log lacks.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "What is what in a log of another program")]
+#[command(next_help_heading = "Columns of a log of another program")]
 pub(super) struct Flags {
     /// The clock: its column and unit (s, ms, us, ns, min); or 10ms for rows 10 ms apart.
     #[arg(long, value_name = "COL:UNIT")]
@@ -17,7 +17,7 @@ pub(super) struct Flags {
     /// there on; or a sum such as '2*goal-2*position:V'; or none.
     #[arg(long, value_name = "COL:UNIT", allow_hyphen_values = true)]
     command: Option<String>,
-    /// What the magnitude of such a sum is held to.
+    /// Limit of the magnitude of such a sum.
     #[arg(long, value_name = "N", value_parser = positive)]
     command_limit: Option<f64>,
     /// The column that holds the direction of a command without a sign, and the number in it that is backwards; or none.
@@ -46,7 +46,7 @@ pub(super) struct Flags {
     /// Travel of a linear axis in one turn in m, for positions in m and mm.
     #[arg(long, value_name = "M", value_parser = positive)]
     m_per_rev: Option<f64>,
-    /// The PWM that is full drive, such as 255. What is beyond it is full drive.
+    /// The PWM that is full drive, such as 255. Values beyond it are full drive.
     #[arg(long, value_name = "N", value_parser = positive)]
     pwm_full: Option<f64>,
     /// The range after which the position begins anew, in its own unit: 360, 65536.

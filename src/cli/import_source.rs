@@ -12,12 +12,12 @@ use crate::import::{
 pub(super) enum Source {
     /// Text in columns, plain or gzipped.
     Text(Box<dyn Read>),
-    /// What another form says.
+    /// Remark about another form.
     Table(Table),
 }
 
 impl Source {
-    /// Tells the form by the first bytes. What is no text is read whole.
+    /// Tells the form by the first bytes. Binary files are read whole.
     pub fn new(mut bytes: Box<dyn Read>, name: &str) -> Result<Self, Failure> {
         let beginning = beginning(&mut bytes, name, TOLD_BY_BYTES as u64)?;
         let form = Form::of(&beginning).or_else(|| Form::of_name(name));
@@ -32,7 +32,7 @@ impl Source {
         let whole = self::beginning(&mut all, name, MOST_FILE_BYTES + 1)?;
         if whole.len() as u64 > MOST_FILE_BYTES {
             return Err(Failure::input(format!(
-                "{name}: it is {} of more than {MOST_FILE_BYTES} bytes: cut it into pieces",
+                "{name}: it is {} of more than {MOST_FILE_BYTES} bytes: cut it into parts",
                 form.name()
             )));
         }
@@ -51,7 +51,7 @@ impl Source {
         }
     }
 
-    /// Makes a mapping of what the log shows and what is said of it.
+    /// Makes a mapping from the log and the given facts.
     pub fn understand(
         &mut self,
         name: &str,

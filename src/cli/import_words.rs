@@ -1,4 +1,4 @@
-//! What `motorlab import` says to people.
+//! Text output of `motorlab import`.
 
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub(super) fn say_understood(
     }
 }
 
-/// What became of the log.
+/// Result of the log.
 pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
     for run in &imported.runs {
         let (shortest_s, longest_s) = run.steps_s;
@@ -43,7 +43,7 @@ pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
     say_rows(output, name, imported, imported.rejected.as_deref());
 }
 
-/// What became of its rows. The bad ones are in the file `rejected`, where it is kept.
+/// Result of its rows. The bad ones are in the file `rejected`, where it is kept.
 pub(super) fn say_rows(output: &Output, name: &str, imported: &Imported, rejected: Option<&Path>) {
     if imported.rows_without_position > 0 {
         output.message(&format!(

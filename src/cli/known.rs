@@ -8,10 +8,10 @@ use super::Failure;
 use crate::plain::{one_line, shown};
 use crate::recording::Run;
 
-/// What is known to differ in single runs from the motor file.
+/// Known differences of single runs from the motor file.
 #[derive(Debug, Clone, Args)]
 pub(super) struct With {
-    /// What is known to differ in a run, in SI: `inertia_added_kg_m2`, `gravity_torque_nm` (of an arm, its angle counted from count 0), or
+    /// Known difference of a run, in SI: `inertia_added_kg_m2`, `gravity_torque_nm` (of an arm, its angle counted from count 0), or
     /// a key of the motor file, such as `supply_v`. RUN is the file as it is named here. May be given again.
     #[arg(long = "with", value_name = "RUN:KEY=VALUE", value_parser = difference)]
     with: Vec<Difference>,
@@ -40,7 +40,7 @@ fn difference(text: &str) -> Result<Difference, String> {
 }
 
 impl With {
-    /// Puts what is said of the file at this path into its run.
+    /// Applies the facts about the file at this path to its run.
     pub(super) fn apply(&self, path: &Path, run: &mut Run) -> Result<(), Failure> {
         for said in self.with.iter().filter(|said| path == Path::new(&said.run)) {
             run.known
@@ -50,7 +50,7 @@ impl With {
         Ok(())
     }
 
-    /// Refuses what is said of a file that is not among these.
+    /// Refuses facts about a file that is not among these.
     pub(super) fn refuse_others<'a>(
         &self,
         mut paths: impl Iterator<Item = &'a Path> + Clone,

@@ -37,7 +37,7 @@ pub struct Lab {
     /// The virtual board, as after `virtual:?` (`motorlab virtual --help` lists the keys).
     #[arg(long, value_name = "KEYS", default_value = "", conflicts_with = "runs")]
     board: String,
-    /// Do not diagnose what is missing in the simulation; for long recordings that takes minutes.
+    /// Do not diagnose the missing effects; for long recordings that takes minutes.
     #[arg(long)]
     no_diagnosis: bool,
     /// A class: this folder has one folder a student, each with recordings (NAME.csv) and perhaps a motor.toml. One page

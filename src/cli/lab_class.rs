@@ -20,7 +20,7 @@ use crate::recording::{Run, read_run};
 /// A student's own motor file.
 const MOTOR: &str = "motor.toml";
 
-/// What the call names.
+/// Runs that the call names.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Asked<'a> {
     /// The class's folder.
@@ -175,7 +175,7 @@ async fn all(
     Ok(students)
 }
 
-/// What a folder holds: files `NAME.csv`, and perhaps a motor file.
+/// Content of a folder: files `NAME.csv`, and perhaps a motor file.
 fn read(path: &Path, motor: Option<Motor>, output: &Output) -> Result<Folder, String> {
     let mut files: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(path).map_err(|error| format!("cannot be read: {error}"))? {

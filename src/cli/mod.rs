@@ -77,7 +77,7 @@ pub use run_facts::{Role, RunFacts, WithRuns};
 
 use crate::plain::{is_harmful, one_line, plain};
 
-/// What the program says when nothing is asked of it.
+/// Output without arguments.
 const SHORT_HELP: &str = "motorlab records a DC motor over serial, simulates it, compares the two, and says which effect explains the error.
 
   motorlab demo                     all of it, without hardware
@@ -88,7 +88,7 @@ const SHORT_HELP: &str = "motorlab records a DC motor over serial, simulates it,
 
 All commands: motorlab --help. One command: motorlab COMMAND --help.";
 
-/// Record a DC motor over serial, simulate it, compare the two, and say which effect explains the gap.
+/// Record a DC motor over serial, simulate it, compare the two, and identify the effects that cause the sim-to-real error.
 #[derive(Debug, Parser)]
 #[command(
     name = "motorlab",
@@ -140,7 +140,7 @@ pub struct Output {
     pub json: bool,
     /// The command line as it was typed, without what it only writes.
     pub asked: String,
-    /// What motor files left to the handout, for the document: file, and keys with the values that stand in.
+    /// Parameters that motor files left to the handout, for the document: file, and keys with the values that stand in.
     filled: Mutex<BTreeMap<String, BTreeMap<&'static str, f64>>>,
 }
 
@@ -198,8 +198,7 @@ impl Output {
         filled.is_ok_and(|mut filled| filled.insert(path.display().to_string(), values).is_none())
     }
 
-    /// Text for people and a line end, on standard output. What a file or a device put into it cannot steer the
-    /// terminal, but for the colours of a picture.
+    /// Text for people and a line end, on standard output. Control characters from files and devices are removed, except the colours of a picture.
     pub fn line(&self, text: &str) -> Result<(), Failure> {
         self.write(&for_people(text))
     }
@@ -217,8 +216,7 @@ impl Output {
         }
     }
 
-    /// A message for people, on standard error; one that cannot be said is not. What a file or a device
-    /// put into it cannot steer the terminal.
+    /// A message for people, on standard error; one that cannot be said is not. Control characters from files and devices are removed.
     pub fn message(&self, text: &str) {
         let _ = writeln!(io::stderr().lock(), "{}", for_people(text));
     }
@@ -293,13 +291,13 @@ impl CommandLine {
         Status::BadInput
     }
 
-    /// What is wrong with the arguments, each of them on one line.
+    /// Errors of the arguments, one per line.
     fn wrong_use(arguments: &[OsString], wrong: clap::Error) -> Failure {
         // Asked again with every argument as it is shown: the parser repeats them.
         let shown =
             (arguments.iter()).map(|argument| one_line(&argument.to_string_lossy()).into_owned());
         let mut wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
-        wrong_use::mend(&mut wrong);
+        wrong_use::improve(&mut wrong);
         let text = wrong.to_string();
         Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
             .of_kind("wrong_use")

@@ -13,7 +13,7 @@ use super::resistance::Resistance;
 use super::{Failure, Output, Status};
 use crate::motor::{Motor, Parameters};
 
-/// Write a commented motor file to begin with, or say what a motor file comes to.
+/// Write a commented motor file, or print one with all defaults.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Examples:\n  motorlab motor --template -o motor.toml\n  motorlab motor motor.toml\n  motorlab motor motor.toml --json\n  motorlab motor diagnosed.toml --resistance 3.1 -o measured.toml"

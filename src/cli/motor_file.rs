@@ -15,7 +15,7 @@ pub(super) fn motor_file(path: &Path, output: &Output) -> Result<Motor, Failure>
     Ok(motor)
 }
 
-/// Says which numbers of the motor in this file are the handout's.
+/// Names the parameters that this file leaves to the handout.
 pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
     if lacking.is_empty() {
         return;
@@ -32,7 +32,7 @@ pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
         return;
     }
     output.message(&format!(
-        "{} lacks numbers of the motor; the lab handout's stand in: {} (`motorlab motor --template` writes a whole file)",
+        "{} lacks parameters; the lab handout's are used: {} (`motorlab motor --template` writes a whole file)",
         shown(path),
         said.join(", "),
     ));

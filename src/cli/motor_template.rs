@@ -6,7 +6,7 @@ use crate::effects::{entries, rounded};
 use crate::motor::Parameters;
 use crate::motor::catalogue::Stage;
 
-/// What each key of a motor file is, and its unit.
+/// Description of each key of a motor file, with its unit.
 const KEYS: [(&str, &str); Parameters::KEYS.len()] = [
     ("resistance_ohm", "ohm: armature resistance R, motor cold"),
     (
@@ -32,7 +32,7 @@ const KEYS: [(&str, &str); Parameters::KEYS.len()] = [
     ),
     (
         "counts_per_rev",
-        "counts a turn: lines times 4, times the gear ratio where the encoder sits before the gear",
+        "counts per revolution: lines times 4, times the gear ratio where the encoder sits before the gear",
     ),
     ("supply_v", "V: driver supply, the largest command"),
 ];
@@ -52,7 +52,7 @@ pub(super) fn template() -> String {
         let _ = writeln!(text, "# {what}\n{key} = {value:?}");
     }
     text.push_str(
-        "\n# How well each number is known: relative, one sigma (0.1: 10 %). What is known badly may give way in a diagnosis\n\
+        "\n# How well each number is known: relative, one sigma (0.1: 10 %). A wide tolerance lets a parameter absorb an effect\n\
          # before an effect is named; what stands in no line has a tolerance that is usual for its kind.\n\
          [tolerance]\n",
     );

@@ -30,16 +30,16 @@ pub struct Names {
     #[arg(long, value_name = "WORD", hide = true, allow_hyphen_values = true, conflicts_with_all = ["kind", "json"])]
     completing: Option<String>,
 
-    /// What is typed of the word.
+    /// Typed part of the word.
     #[arg(last = true, hide = true, requires = "completing", default_value = "")]
     typed: String,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// What `--profile` takes.
+    /// Values of `--profile`.
     Profiles,
-    /// What `--columns` takes.
+    /// Values of `--columns`.
     Columns,
     /// Effects and their parameters, as after `virtual:?effect=` and in a motor file.
     Effects,

@@ -50,7 +50,7 @@ pub(super) struct Outputs {
     inputs: Vec<PathBuf>,
 }
 
-/// What a file says inside of who wrote it.
+/// Mark in a file of the command that wrote it.
 pub(super) fn mark(command: &str) -> String {
     format!("written by motorlab {command}")
 }
@@ -228,7 +228,7 @@ fn part_of(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     Ok(part)
 }
 
-/// Takes away the files whose writers died. What cannot be looked at stays.
+/// Takes away the files whose writers died. A file that cannot be read stays.
 fn remove_abandoned(folder: &Path, prefix: &str) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;

@@ -17,7 +17,7 @@ const EVERY: Duration = Duration::from_millis(100);
 /// Characters of the picture.
 const WIDTH: usize = 32;
 
-/// What a long computation is doing, and for how long, on standard error if that is a terminal.
+/// Progress of a long computation with its time, on standard error if that is a terminal.
 pub(super) fn spinner() -> ProgressBar {
     let spinner = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {

@@ -1,5 +1,4 @@
-//! A board that comes back: known by its USB identity or, where it has none, by the port's name and by
-//! what it says of itself; never by the name alone, which another board may have taken.
+//! A board that comes back: known by its USB identity or, where it has none, by the port's name and by its HELLO; never by the name alone, which another board may have taken.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -17,7 +16,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// How long a board that has come back may take to say who it is.
 const PATIENCE: Duration = Duration::from_secs(6);
 
-/// What stays the same about a board when it is unplugged.
+/// Identity of a board that survives an unplug.
 #[derive(Debug, Clone)]
 pub(super) struct BoardIdentity {
     location: Location,
@@ -114,7 +113,7 @@ impl Segments {
         self.logs.push((path, failure));
     }
 
-    /// What there is to say of raw logs that could not be written to the end.
+    /// Messages about raw logs that could not be completed.
     pub(super) fn failed_logs(&self) -> Vec<String> {
         let failed = self
             .logs

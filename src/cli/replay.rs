@@ -162,7 +162,7 @@ impl Replay {
     }
 
     fn text_request(&self, columns: &str, header: &toml::Table) -> Result<TextRequest, Failure> {
-        // What somebody wrote into the log's header is held against the same ranges as a flag.
+        // Values of the log's header are checked against the same ranges as a flag.
         let number = |key: &str, range: plausible::Range| {
             let value = header.get(key).and_then(|value| {
                 let whole = value.as_integer().map(|whole| whole as f64);

@@ -1,11 +1,11 @@
-//! What the document of a diagnosis says of its recordings: whose they are, and when they were made.
+//! Recordings in the document of a diagnosis: unit and time of each.
 
 use serde::Serialize;
 
 use crate::plain::shown;
 use crate::recording::Run;
 
-/// What a run is for.
+/// Use of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {

@@ -31,7 +31,7 @@ pub struct Simulate {
     /// Sample time in s.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.003, value_parser = sample_time_s)]
     ts: f64,
-    /// What is commanded: a built-in profile, or a file of rows `t_s,command_v`.
+    /// Command: a built-in profile, or a file of rows `t_s,command_v`.
     #[arg(long, default_value = "step")]
     profile: String,
     /// How long in s.
@@ -55,7 +55,7 @@ pub struct Simulate {
     force: Force,
 }
 
-/// What the profile commands.
+/// Quantity that the profile commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Kind {
     /// Volts.

@@ -218,7 +218,7 @@ impl Tabulate {
     }
 }
 
-/// What a table is written as.
+/// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Csv,

@@ -11,12 +11,12 @@ use super::{Failure, Output};
 use crate::board::{Board, BoardOptions, Profile};
 use crate::recording::{CaptureRequest, Captured, Ending, SharedLive, capture};
 
-/// What to record, besides the board.
+/// Settings of the recording, besides the board.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order<'a> {
     /// The subcommand that records: the run says so, and the same one may replace it.
     pub command: &'static str,
-    /// What stands after `virtual:`.
+    /// Text after `virtual:`.
     pub board: &'a str,
     /// Sample time in us.
     pub sample_time_us: u32,

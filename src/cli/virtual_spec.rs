@@ -14,10 +14,10 @@ use crate::motor::{
 };
 use crate::recording::CommandKind;
 
-/// What a word must begin with to be one.
+/// Prefix of such a word.
 pub(super) const PREFIX: &str = "virtual:";
 
-/// What is meant by a port that is nearly a virtual board's name.
+/// Proposal for a port that is nearly a virtual board's name.
 pub(super) fn nearly(port: &str) -> Option<Failure> {
     let rest = port.strip_prefix("virtual")?;
     let is_word = rest.is_empty() || rest.starts_with(['?', '=', '/']);
@@ -74,7 +74,7 @@ pub(super) struct VirtualSpec {
     pub options: VirtualBoardOptions,
 }
 
-/// What is wrong with the word.
+/// Error in the word.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SpecError {
     #[error(

@@ -1,4 +1,4 @@
-//! What was typed and is not there: what is meant by it, where that is known, and no guess that leads away.
+//! Unknown word: what is meant by it, where that is known, and no guess that leads away.
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -7,7 +7,7 @@ use clap::{Command, CommandFactory, Error};
 use super::CommandLine;
 use crate::motor::is_alike;
 
-/// What people call a subcommand, and how it is said here.
+/// Synonyms of subcommands, with the command here.
 const COMMANDS: &[(&[&str], &str)] = &[
     (
         &["record", "log", "acquire", "measure", "read"],
@@ -47,16 +47,16 @@ const COMMANDS: &[(&[&str], &str)] = &[
     ),
 ];
 
-/// What people call the file that is written.
+/// Synonyms of the output file.
 const WRITTEN: &[&str] = &[
     "output", "out", "o", "file", "out-file", "outfile", "save", "to",
 ];
-/// What people call an option with which a recording is given.
+/// Synonyms of the option for a recording.
 const RECORDINGS: &[&str] = &["run", "runs", "recording", "recordings", "log", "input"];
 /// Options by which subcommands take recordings that do not stand alone.
 const TAKES_RECORDINGS: &str = "--run";
 
-/// What people call an option, the option, and a remark on it.
+/// Synonyms of options, the option, and a remark.
 const OPTIONS: &[(&[&str], &str, &str)] = &[
     (
         &["time", "length", "seconds", "dur", "for"],
@@ -99,7 +99,7 @@ const OPTIONS: &[(&[&str], &str, &str)] = &[
 ];
 
 /// Puts what is meant in place of the parser's guesses.
-pub(super) fn mend(error: &mut Error) {
+pub(super) fn improve(error: &mut Error) {
     match error.kind() {
         ErrorKind::InvalidSubcommand => {
             let asked = text(error, ContextKind::InvalidSubcommand);
@@ -180,7 +180,7 @@ fn asked_for(error: &Error) -> Option<Command> {
     Some(asked.clone().bin_name(name))
 }
 
-/// What is meant by an option, where the subcommand has it.
+/// Proposal for an option, if the subcommand has it.
 fn tip_of_option(error: &Error, typed: &str) -> Option<String> {
     let asked = asked_for(error)?;
     let has = |option: &str| {
@@ -220,7 +220,7 @@ mod tests {
     fn said(arguments: &[&str]) -> String {
         let all = ["motorlab"].iter().chain(arguments);
         let mut error = CommandLine::try_parse_from(all).expect_err("wrong use");
-        mend(&mut error);
+        improve(&mut error);
         error.to_string()
     }
 

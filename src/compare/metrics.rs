@@ -8,7 +8,7 @@
 
 use crate::recording::velocity_rad_s;
 
-/// What rounding alone leaves of a perfect model, RMS: the standard deviation of an even spread over
+/// Quantization error of a perfect model, RMS: the standard deviation of an even spread over
 /// one count, 1/sqrt(12).
 pub const FLOOR_COUNTS: f64 = 0.288_675_134_594_812_9;
 
@@ -17,7 +17,7 @@ pub const FLOOR_COUNTS: f64 = 0.288_675_134_594_812_9;
 pub struct Alignment {
     /// Where inside a count the shaft started, in [0, 1).
     pub start_fraction: f64,
-    /// Recorded less simulated in counts, half a count of rounding put back.
+    /// Recorded less simulated in counts, plus half a count of rounding.
     pub residual_counts: Vec<f64>,
     /// The simulated encoder: `floor(x + phi)`, from 0.
     pub simulated_counts: Vec<i64>,

@@ -54,11 +54,11 @@ pub struct RunFigures {
     pub velocity_rmse_rpm: f64,
     /// The same relative to how much the recorded speed varies.
     pub velocity_nrmse: Option<f64>,
-    /// What quantisation alone leaves of a perfect model in counts.
+    /// Quantization error of a perfect model in counts RMS.
     pub floor_counts: f64,
     /// Where inside a count the shaft is taken to have started.
     pub start_fraction: f64,
-    /// What the reader had to say of the file.
+    /// Remarks of the reader about the file.
     pub notes: Vec<String>,
 }
 

@@ -78,9 +78,9 @@ pub fn experiment(kind: &EffectKind) -> Experiment {
 
 /// Why no experiment with voltage in and counts out separates this effect from parameters of the motor file; `None`
 /// where one does.
-pub fn twin(kind: &EffectKind) -> Option<&'static str> {
-    let twin = UNIDENTIFIABLE.iter().find(|(id, _)| *id == kind.id);
-    twin.map(|(_, why)| *why)
+pub fn not_identifiable(kind: &EffectKind) -> Option<&'static str> {
+    let found = UNIDENTIFIABLE.iter().find(|(id, _)| *id == kind.id);
+    found.map(|(_, why)| *why)
 }
 
 /// Every id that has a row here.

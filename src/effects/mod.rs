@@ -1,14 +1,14 @@
 //! The catalogue of effects as people read it: description, values for a motor, and the experiment that shows it.
 //!
 //! Equation, ranges and what an effect is confused with are the catalogue's (`motor::catalogue`). Here is what belongs
-//! to recordings: [`experiment`] names the profile in which the default strength shows, and [`twin`] says which effects
+//! to recordings: [`experiment`] names the profile in which the default strength shows, and [`not_identifiable`] says which effects
 //! no recording separates from parameters of the motor file. `tests/effects/shown.rs` measures both.
 
 mod experiment;
 
 use serde::Serialize;
 
-pub use experiment::{Experiment, experiment, twin};
+pub use experiment::{Experiment, experiment, not_identifiable};
 
 use crate::motor::Parameters;
 use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalogue};
@@ -54,7 +54,8 @@ pub struct Entry {
     /// The experiment in which its default strength shows.
     pub experiment: Experiment,
     /// Why no experiment parts it from the motor file's own numbers, where none does.
-    pub twin: Option<&'static str>,
+    #[serde(rename = "twin")]
+    pub not_identifiable: Option<&'static str>,
 }
 
 /// Every effect for this motor, in the order in which a signal meets it.
@@ -73,7 +74,7 @@ pub fn entries(parameters: &Parameters) -> Vec<Entry> {
             excited_by: kind.excited_by,
             confused_with: kind.confounded_with,
             experiment,
-            twin: twin(kind),
+            not_identifiable: not_identifiable(kind),
         }
     };
     catalogue().iter().map(entry).collect()

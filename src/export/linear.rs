@@ -1,4 +1,4 @@
-//! What a simulator of rigid bodies can take over: constant coefficients, and which effects change only them.
+//! Parameters that a simulator of rigid bodies supports: constant coefficients, and which effects change only them.
 //!
 //! Without the inductance the current follows the voltage, and the motor's torque on its shaft is
 //! `Kt (g u - Kb w) / R - b w - Tf sgn(w)`, with the supply's gain `g`.

@@ -22,7 +22,7 @@ pub struct MatFile {
     bytes: Vec<u8>,
 }
 
-/// What cannot be put into a MAT-file.
+/// Error of a value that a MAT-file cannot hold.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MatError {
     /// An element of a MAT-file of version 5 is at most 2 GiB.

@@ -102,7 +102,7 @@ fn sample(run: &Run, k: usize, speed: Option<f64>) -> Value {
     Value::Object(fields)
 }
 
-/// What a message holds, for programs that want to know it beforehand.
+/// Schema of a message.
 fn schema(run: &Run) -> Value {
     let mut properties = Map::new();
     let mut put = |key: &str, kind: &str, what: &str| {

@@ -38,7 +38,7 @@ pub struct Named {
     pub symbol: &'static str,
     /// Unit.
     pub unit: &'static str,
-    /// What it is.
+    /// Name.
     pub meaning: &'static str,
 }
 

@@ -1,7 +1,6 @@
 //! URDF: a continuous joint with `<dynamics damping friction>`, its link's inertia, and the motor's limits.
 //!
-//! URDF knows no actuator: back EMF acts through whatever drives the joint. What it would add to the
-//! damping with the terminals held at a voltage, `Kt Kb / R`, stands in the comment.
+//! URDF knows no actuator: back EMF acts through whatever drives the joint. The damping that it would add with the terminals held at a voltage, `Kt Kb / R`, is in the comment.
 
 use super::mujoco::commented;
 use super::{ExportError, Linear};

@@ -1,4 +1,4 @@
-//! A diagnosis as it is read again, as far as tables and pages need it: `motorlab-diagnosis/3`, and `/2` of before.
+//! A diagnosis as it is read again, as far as tables and pages need it: `motorlab-diagnosis/3`, and the earlier `/2`.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -13,7 +13,7 @@ use super::date::{DATE_LENGTH, date_in};
 use crate::diagnose::SHAPE;
 use crate::plain::clipped;
 
-/// The shape of before, which is still read.
+/// The earlier shape, which is still read.
 const EARLIER_SHAPE: &str = "motorlab-diagnosis/2";
 /// Longest document that is read, in bytes: some hundred times the longest that a diagnosis writes.
 pub const MOST_BYTES: u64 = 1 << 26;
@@ -27,11 +27,11 @@ const DAY_S: f64 = 86_400.0;
 pub struct Damaged {
     /// The file.
     pub document: String,
-    /// What is wrong with it.
+    /// Error in it.
     pub why: String,
 }
 
-/// What is read of a diagnosis. Keys that it does not know are passed over.
+/// Parts of a diagnosis that are read. Keys that it does not know are passed over.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Document {
     /// The file that it was read from.
@@ -58,7 +58,7 @@ pub struct Document {
     /// The error budget; none of the earlier shape.
     #[serde(default)]
     pub budget: Vec<BudgetStep>,
-    /// What no step of the budget removes; none of the earlier shape and of a bad recording.
+    /// Unexplained error; none for the earlier shape and for a bad recording.
     pub unexplained: Option<Unexplained>,
     #[serde(rename = "where")]
     place: Option<Place>,
@@ -70,7 +70,7 @@ pub struct Document {
     /// Findings about the recordings.
     #[serde(default)]
     pub data: Vec<Finding>,
-    /// What to record next.
+    /// Next experiment.
     pub next_experiment: Option<Next>,
     /// How long it took in s.
     pub elapsed_s: f64,
@@ -126,7 +126,7 @@ pub struct BudgetStep {
     pub hi95: Option<f64>,
 }
 
-/// What no step of the budget removes.
+/// Unexplained error.
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub struct Unexplained {
     /// Held-out RMS error in counts beyond the noise floor.
@@ -149,9 +149,11 @@ pub struct Evidence {
     /// Its standard error.
     pub error_nats: Option<f64>,
     /// Segments in which it gains.
-    pub gaining_pieces: i64,
+    #[serde(rename = "gaining_pieces")]
+    pub gaining_segments: i64,
     /// Segments in all.
-    pub pieces: i64,
+    #[serde(rename = "pieces")]
+    pub segments: i64,
 }
 
 /// A number with its 95 % interval.
@@ -188,7 +190,8 @@ pub struct Gap {
     /// Noise floor.
     pub floor: Option<f64>,
     /// Part of a random load torque, of the earlier shape.
-    pub wander: Option<f64>,
+    #[serde(rename = "wander")]
+    pub random_load: Option<f64>,
     /// Travel of a segment.
     pub travel: Option<f64>,
     /// The nominal model.
@@ -227,12 +230,12 @@ pub struct Finding {
     pub severity: String,
 }
 
-/// What to record next.
+/// Next experiment.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Next {
     /// The profile.
     pub profile: String,
-    /// By how many standard deviations it is expected to tell apart.
+    /// Expected separation in standard deviations.
     pub expected_separation: Option<f64>,
 }
 
@@ -289,7 +292,7 @@ impl Document {
         Ok(found)
     }
 
-    /// Which motor it is of: what the first run says of itself, else the file's name without the date in it.
+    /// Identity of the motor: from the first run's header, else the file's name without the date in it.
     pub fn unit(&self) -> String {
         let said = self.diagnosed().find_map(|run| run.unit.clone());
         said.unwrap_or_else(|| {
@@ -339,7 +342,7 @@ impl Document {
         self.place.as_ref()?.stage.as_deref()
     }
 
-    /// Whether the recording has to be mended first.
+    /// Whether the recording has a fatal finding.
     pub fn is_bad(&self) -> bool {
         self.verdict == "bad_recording"
     }

@@ -31,7 +31,7 @@ pub(super) fn centre_and_sigma(values: &[f64]) -> Option<(f64, f64)> {
     Some((centre, sigma))
 }
 
-/// Slope of `y` over `x` by the median over all pairs, and the probability of so clear a trend by chance.
+/// Slope of `y` over `x` by the median over all pairs, and the probability of such a trend under the null hypothesis.
 pub(super) fn trend(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let pairs = || {
         let later = |k: usize| points[k + 1..].iter();

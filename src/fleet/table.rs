@@ -89,7 +89,7 @@ impl Table {
     }
 }
 
-/// What a spreadsheet takes for the beginning of a formula.
+/// Characters with which a spreadsheet formula begins.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
 /// A text of a recording that neither a spreadsheet evaluates nor a terminal obeys: a quotation mark goes before what would be a formula, and

@@ -63,7 +63,7 @@ fn diagnoses(documents: &[Document]) -> Table {
         .number("closed_lo95", gap(|gap| gap.closed_lo95))
         .number("closed_hi95", gap(|gap| gap.closed_hi95))
         .number("floor_counts", gap(|gap| gap.floor))
-        .number("wander_counts", gap(|gap| gap.wander))
+        .number("wander_counts", gap(|gap| gap.random_load))
         .number("travel_counts", gap(|gap| gap.travel))
         .number("horizon_s", gap(|gap| gap.horizon_s))
         .number("fitted_before_counts", gap(|gap| gap.fitted.before))
@@ -168,10 +168,10 @@ fn causes(documents: &[Document]) -> Table {
             row.cause.evidence.and_then(|evidence| evidence.error_nats)
         })
         .whole("gaining_pieces", |row| {
-            row.cause.evidence.map(|evidence| evidence.gaining_pieces)
+            row.cause.evidence.map(|evidence| evidence.gaining_segments)
         })
         .whole("pieces", |row| {
-            row.cause.evidence.map(|evidence| evidence.pieces)
+            row.cause.evidence.map(|evidence| evidence.segments)
         })
         .whole("at_bound", |row| row.cause.at_bound.map(i64::from))
         .number("removed_share", |row| row.step()?.share)

@@ -10,7 +10,7 @@ const RULE: &[u8] = b"-=+|:_ \t\r";
 /// So many of them in a row are a rule, and no minus before a number.
 const LEAST_RULE: usize = 3;
 
-/// What is left of a line.
+/// Rest of a line.
 pub(super) fn bare(line: &[u8]) -> Cow<'_, [u8]> {
     let text = line.trim_ascii();
     match text.first() {

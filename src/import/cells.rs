@@ -6,7 +6,7 @@ use super::error::RowProblem;
 use super::labels::{label_of, pairs};
 use super::stamp::before_line;
 
-/// What separates cells.
+/// Separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Separator {
     /// One byte.
@@ -18,7 +18,7 @@ pub(super) enum Separator {
 }
 
 impl Separator {
-    /// What a line (of names, or the first row) looks separated by.
+    /// Apparent separator of a line (of names, or the first row).
     pub fn guess(line: &[u8], decimal_comma: bool) -> Self {
         let line = before_line(line).map_or(line, |(_, rest)| rest);
         let commas: &[u8] = if decimal_comma { b"\t;|" } else { b"\t;,|" };
@@ -32,7 +32,7 @@ impl Separator {
 pub(super) struct Cells {
     text: Vec<u8>,
     ends: Vec<(usize, usize)>,
-    /// What the cells are to be labelled, where they are.
+    /// Labels of the cells, if any.
     labels: Vec<Vec<u8>>,
 }
 

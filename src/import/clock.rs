@@ -10,7 +10,7 @@ use super::straight::Unwrapped;
 /// Least step of a row of a coarse clock, as a share of the sample time: time rises from row to row.
 const LEAST_STEP: f64 = 0.01;
 
-/// What the column of a clock counts.
+/// Quantity of a clock's column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Counts {
     /// Time since an origin.

@@ -60,7 +60,7 @@ struct Held {
     supply_v: Option<f64>,
 }
 
-/// What the next row needs of the last good one.
+/// State of the last good row for the next one.
 #[derive(Debug, Clone, Copy)]
 struct Before {
     t_s: f64,
@@ -176,7 +176,7 @@ impl<'a> Converter<'a> {
         }))
     }
 
-    /// What is held from this row on.
+    /// Value held from this row on.
     fn held(&self, cells: &Cells, commented: Option<f64>) -> Result<Held, RowProblem> {
         let mut held = self.held;
         if !self.map.holds {
@@ -196,7 +196,7 @@ impl<'a> Converter<'a> {
         number(cell, self.map.shape.decimal_comma, &place.name)
     }
 
-    /// What the row, or the comment before it, says of the command.
+    /// Command of the row, or of the comment before it.
     fn command_number(&self, cells: &Cells, commented: Option<f64>) -> Result<f64, RowProblem> {
         let CommandSource::Number(CommandNumber { from, .. }) = &self.map.command else {
             return Ok(0.0);
@@ -363,7 +363,7 @@ impl<'a> Converter<'a> {
                 state = after;
             }
             PositionSource::Increments(field) => {
-                // What the first row counts came before the run.
+                // The increments of the first row precede the run.
                 if let Some(last) = self.before {
                     before.position = last.position + directed(field.value(raw));
                 }

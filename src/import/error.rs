@@ -9,7 +9,7 @@ use super::lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 use crate::plain::shown;
 use crate::recording::WriteError;
 
-/// What is wrong with a mapping file.
+/// Error of a mapping file.
 #[derive(Debug, Error)]
 pub enum MapError {
     /// It cannot be read.
@@ -25,7 +25,7 @@ pub enum MapError {
     Toml {
         /// Line, from 1.
         line: usize,
-        /// What the TOML reader says.
+        /// Message of the TOML reader.
         message: String,
     },
     /// A key that is missing.
@@ -35,7 +35,7 @@ pub enum MapError {
         section: &'static str,
         /// The key.
         key: &'static str,
-        /// What it is needed for.
+        /// Purpose.
         why: &'static str,
     },
     /// A value that cannot be.
@@ -47,7 +47,7 @@ pub enum MapError {
         key: &'static str,
         /// Its value.
         found: String,
-        /// What it must be.
+        /// Expected value.
         expected: String,
     },
     /// A difference that names nothing, or cannot be.
@@ -58,7 +58,7 @@ pub enum MapError {
     Conflict {
         /// The section.
         section: &'static str,
-        /// What excludes what.
+        /// Keys that exclude each other.
         what: &'static str,
     },
     /// One of the above, in this file.
@@ -66,7 +66,7 @@ pub enum MapError {
     InFile {
         /// The file.
         path: PathBuf,
-        /// What is wrong in it.
+        /// Error in it.
         error: Box<MapError>,
     },
 }
@@ -89,11 +89,11 @@ impl MapError {
 pub struct ImportError {
     /// The log, as it was named.
     pub file: String,
-    /// What is wrong.
+    /// Error.
     pub problem: ImportProblem,
 }
 
-/// What is wrong with a log. Lines are counted from 1.
+/// Error of a log. Lines are counted from 1.
 #[derive(Debug, Error)]
 pub enum ImportProblem {
     /// It cannot be opened or read, or its compressed data are broken.
@@ -192,7 +192,7 @@ pub enum ImportProblem {
     },
     /// More rows than a run file may have.
     #[error(
-        "line {line} is beyond {rows} rows, as many as a run has: cut the log into pieces, or give [rows] a `split_by` or `every`"
+        "line {line} is beyond {rows} rows, as many as a run has: cut the log into parts, or give [rows] a `split_by` or `every`"
     )]
     TooLong {
         /// The line.
@@ -207,7 +207,7 @@ pub enum ImportProblem {
     SampleTime {
         /// The middle one of the steps.
         sample_time_s: f64,
-        /// What it may be.
+        /// Possible values.
         range: String,
     },
     /// The run cannot be written.
@@ -255,7 +255,7 @@ fn no_rows(rows: &u64, first: &Option<Box<BadRow>>) -> String {
 pub struct BadRow {
     /// Line of the log.
     pub line: u64,
-    /// What is wrong with it.
+    /// Error in it.
     pub why: String,
 }
 

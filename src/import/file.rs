@@ -23,7 +23,7 @@ const MOST_RUNS: usize = 10_000;
 /// clock that is read wrongly falls in every second row.
 const MOST_UNASKED_RUNS: usize = 12;
 
-/// What became of a log.
+/// Result of a log.
 #[derive(Debug, Clone, Default, serde::Serialize)]
 pub struct Imported {
     /// The runs, in the log's order.

@@ -26,7 +26,7 @@ pub(super) struct Lines<R> {
     ended: bool,
 }
 
-/// What a line is.
+/// Kind of a line.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Line<'a> {
     /// Its bytes, without the line end.

@@ -25,7 +25,7 @@ pub(super) struct Log<'a, R> {
     pub commented: Option<f64>,
 }
 
-/// What a line of the log gave.
+/// Result of a line of the log.
 pub(super) enum Next {
     /// Cells to be converted; they are in [`Log::cells`].
     Row,

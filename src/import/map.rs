@@ -74,7 +74,7 @@ pub(super) struct Field {
     pub column: ColumnRef,
     pub scale: f64,
     pub offset: f64,
-    /// A counter that goes round: its range, in the column's own numbers.
+    /// A counter that wraps: its range, in the column's own numbers.
     pub wrap: Option<f64>,
 }
 
@@ -156,7 +156,7 @@ impl NumberFrom {
     }
 }
 
-/// What a column of directions holds where the command is backwards.
+/// Value of a direction column for a backward command.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(untagged)]
 pub(super) enum Backwards {
@@ -219,7 +219,7 @@ impl FromStr for Integration {
 }
 
 impl Map {
-    /// The same for the text of a [`Table`](super::Table), whatever it says of a text's form.
+    /// The same for the text of a [`Table`](super::Table), regardless of its keys for text files.
     #[must_use]
     pub fn for_table(mut self) -> Self {
         self.shape = Shape {

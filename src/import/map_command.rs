@@ -8,7 +8,7 @@ use super::map_values::{finite, nonzero, optional_positive, positive};
 use super::unit::{self, Axis, CommandUnit};
 use crate::recording::CommandKind;
 
-/// What stands for the mapping itself in messages.
+/// Name of the mapping in messages.
 pub(super) const TOP: &str = "the mapping";
 
 #[derive(Debug, Clone, Default, Deserialize, Serialize)]
@@ -43,7 +43,7 @@ pub(super) enum SupplyOf {
     Measured,
 }
 
-/// What a profile is between its points.
+/// Interpolation of a profile between its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Between {

@@ -36,7 +36,7 @@ pub(super) struct MapFile {
     pub rows: RowsSection,
 }
 
-/// What is left out of a mapping file that is written.
+/// Keys omitted from a written mapping file.
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
     *value == T::default()
 }
@@ -65,7 +65,7 @@ pub(super) struct RowsSection {
     pub runs: Option<u64>,
 }
 
-/// What an empty cell means.
+/// Meaning of an empty cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Empty {
@@ -161,7 +161,7 @@ impl MapFile {
             Some(value) if !range.holds(value) => Err(wrong(TOP, key, value, &range.to_string())),
             value => Ok(value),
         };
-        // What the readers of run files refuse is not written.
+        // Runs that the readers refuse are not written.
         let counts_per_rev = self.counts_per_rev;
         top(
             "counts_per_rev",

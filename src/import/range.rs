@@ -1,4 +1,4 @@
-//! What the readers of run files refuse is not written.
+//! Runs that the readers refuse are not written.
 
 use super::error::RowProblem;
 use crate::motor::plausible;

@@ -214,7 +214,7 @@ impl<'a> Segment<'a> {
         imported.insert("time".into(), time_words(map).into());
         imported.insert("command".into(), command_words(map).into());
         imported.insert("position".into(), position_words(map).into());
-        // What a counter that was made straight leaves open over a pause: see `check`.
+        // Ambiguity of an unwrapped counter over a pause: see `check`.
         if let PositionSource::Column(field) = &map.position
             && let Some(wrap) = field.wrap
         {

@@ -1,6 +1,6 @@
 //! Counters that go round made straight, and commands that are known by their points.
 
-/// A counter that goes round, made straight.
+/// A counter that wraps, unwrapped.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Unwrapped {
     before: Option<f64>,

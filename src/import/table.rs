@@ -1,4 +1,4 @@
-//! What a file of another form holds: columns of numbers, and the text in columns that says the same.
+//! Contents of a file of another form: columns of numbers, and the text in columns that says the same.
 //!
 //! Every reader in `formats` makes a [`Table`]. From there on it is a log as any other: names are recognised, rows are converted.
 
@@ -37,7 +37,7 @@ enum Numbers {
 pub struct Table {
     /// Of every column.
     pub columns: Vec<TableColumn>,
-    /// What people should know of it.
+    /// Remarks for people.
     pub notes: Vec<String>,
     numbers: Numbers,
     /// Name of a column of words and its word in each row: every new one begins a run.

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::MapError;
 use crate::recording::CommandKind;
 
-/// What turns counts and metres into angles.
+/// Conversion of counts and metres into angles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Axis {
     /// Counts of the source's encoder in one revolution.
@@ -122,7 +122,7 @@ pub(super) fn supply_v(unit: &str) -> Result<f64, MapError> {
     })
 }
 
-/// What a command's unit says of it.
+/// Meaning of a command's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum CommandUnit {
     /// Factor to V, A or N m.
@@ -131,7 +131,7 @@ pub(super) enum CommandUnit {
     Share(Option<f64>),
 }
 
-/// What commands.
+/// Source of the command.
 pub(super) fn command(unit: &str, axis: &Axis) -> Result<CommandUnit, MapError> {
     use CommandKind::{Current, Torque, Voltage};
     let section = "[command]";

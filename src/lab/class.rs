@@ -1,7 +1,7 @@
 //! A class: one folder a student with recordings in it, each checked, compared and diagnosed, laid side by side.
 //!
 //! Every recording is diagnosed by itself, and all usable ones of a student together, as `diagnose` does: against the student's motor
-//! file, or the one that is given for all. What cannot be read or has to be mended first is said and stops nobody else.
+//! file, or the one that is given for all. Unreadable recordings and those with fatal findings are listed; the others are diagnosed.
 
 use serde::Serialize;
 
@@ -29,11 +29,11 @@ pub struct Class {
 pub struct Student {
     /// The folder's name.
     pub name: String,
-    /// Why nothing is said of it, where nothing is.
+    /// Reason, if there is no diagnosis.
     pub problem: Option<String>,
     /// Its recordings, by name.
     pub recordings: Vec<Recording>,
-    /// What all usable recordings show together.
+    /// Diagnosis of all usable recordings together.
     pub together: Option<Outcome>,
     /// Why they are not diagnosed together, where they are not.
     pub undiagnosed: Option<String>,
@@ -46,11 +46,11 @@ pub struct Recording {
     pub name: String,
     /// Why it is not usable, with what to do; none where it is.
     pub unusable: Option<String>,
-    /// What `check` finds in it.
+    /// Findings of `check`.
     pub findings: Vec<Finding>,
     /// Its figures; none where it cannot be read.
     pub figures: Option<Figures>,
-    /// What it shows by itself.
+    /// Diagnosis of this recording alone.
     pub outcome: Option<Outcome>,
 }
 
@@ -118,7 +118,7 @@ impl Outcome {
     }
 }
 
-/// What was read of a student's folder.
+/// Contents of a student's folder.
 #[derive(Debug, Clone)]
 pub struct Folder {
     /// Its name.
@@ -221,7 +221,7 @@ impl Recording {
     }
 }
 
-/// What the recordings of one student are held against.
+/// Nominal model for the recordings of one student.
 struct Work<'a> {
     motor: Motor,
     is_given: bool,
@@ -258,7 +258,7 @@ impl Work<'_> {
         }
     }
 
-    /// What `diagnose` says of these runs: of a log of another program without a motor file, against the model that fits it.
+    /// Diagnosis of these runs: of a log of another program without a motor file, against the model that fits it.
     fn outcome(&self, runs: &[Run]) -> Result<Outcome, String> {
         if is_fatal(&check(runs, self.is_given.then_some(&self.motor))) {
             return Err("the recordings contradict each other; see motorlab check".to_owned());

@@ -4,7 +4,7 @@ use super::class::{Class, Outcome, Recording, Student};
 use crate::report::Page;
 use crate::report::number::{figure, probability, probability_of, time};
 
-/// What stands where there is no figure.
+/// Placeholder for a missing figure.
 const NONE: &str = "\u{2013}";
 
 /// The whole page.
@@ -26,7 +26,7 @@ pub fn page(class: &Class) -> String {
     page.note(
         "Nominal error: held-out prediction error of the nominal model in counts RMS, over segments of the recordings from their measured initial states. Noise floor: quantization, repeatability and what is good enough. Probability: of the named effects; of no gap and parameter mismatch, that no effect is present. All usable recordings of a student together.",
     );
-    mended(&mut page, class);
+    unusable(&mut page, class);
     for student in &class.students {
         section(&mut page, student);
     }
@@ -75,7 +75,7 @@ fn row(student: &Student) -> Vec<String> {
 }
 
 /// Everything that is not usable, in one place.
-fn mended(page: &mut Page, class: &Class) {
+fn unusable(page: &mut Page, class: &Class) {
     let mut rows = Vec::new();
     for student in &class.students {
         if let Some(why) = &student.problem {

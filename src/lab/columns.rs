@@ -7,7 +7,7 @@ use super::recorded::Recorded;
 use super::sampling::Sampled;
 use crate::units::rpm_from_rad_s;
 
-/// A CSV text of columns of the same length; a value that is none is an empty cell.
+/// A CSV text of columns of the same length; a missing value is an empty cell.
 fn csv(columns: &[(String, Vec<Option<f64>>)]) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     let mut out = names.join(",");

@@ -57,7 +57,7 @@ pub struct StepResponses {
     pub curves: Vec<Curve>,
     /// First against second order, with viscous friction.
     pub order: OrderDifference,
-    /// What damps the motor.
+    /// Damping terms of the motor.
     pub damping: Damping,
 }
 
@@ -76,9 +76,9 @@ pub struct Lab {
     pub part_2: Sampling,
     /// Part 3.
     pub part_3: Vec<Recorded>,
-    /// What is found in its recordings themselves.
+    /// Findings in its recordings.
     pub findings: Vec<Finding>,
-    /// What explains the gap in Part 3.
+    /// Causes of the error in Part 3.
     pub missing: Missing,
     /// Where the recordings come from.
     pub source: Source,
@@ -112,7 +112,7 @@ impl Lab {
     /// diagnosis of Part 3 is doing; without it there is none.
     ///
     /// # Errors
-    /// The motor's numbers or a recording cannot be simulated.
+    /// The motor or a recording cannot be simulated.
     pub fn of(
         motor: Motor,
         runs: Vec<(Run, Vec<String>)>,

@@ -184,7 +184,7 @@ fn part_1(page: &mut Page, lab: &Lab) {
     page.note(
         "Coulomb friction has no transfer function. While the shaft turns one way it acts as a voltage R Tf / Kt taken off the supply: same pole, lower speed.",
     );
-    page.subsection("What damps the motor at steady speed");
+    page.subsection("Damping terms of the motor at steady speed");
     let rows: Vec<Vec<String>> = part
         .damping
         .shares

@@ -84,7 +84,7 @@ pub struct SteadySpeed {
     pub to_s: f64,
     /// Mean speed in rad/s.
     pub speed_rad_s: f64,
-    /// What one count is worth in this mean, in rad/s.
+    /// One count in this mean, in rad/s.
     pub one_count_rad_s: f64,
 }
 
@@ -93,11 +93,11 @@ pub struct SteadySpeed {
 pub struct Recorded {
     /// Nominal sample time in s.
     pub sample_time_s: f64,
-    /// Steady speed, where the command stood still long enough.
+    /// Steady speed, where the command was constant for long enough.
     pub steady: Option<SteadySpeed>,
     /// Every model, from the poorest on.
     pub models: Vec<ModelFit>,
-    /// What has to be mended in the recording first, and how; none where it is usable.
+    /// Fatal findings of the recording with their remedies; none if it is usable.
     pub unusable: Option<String>,
     /// The model with everything the motor file has, laid over the recording.
     #[serde(skip)]
@@ -107,7 +107,7 @@ pub struct Recorded {
     pub run: Run,
 }
 
-/// The longest stretch of one command other than 0; its second half is taken as steady.
+/// The longest interval of one command other than 0; its second half is taken as steady.
 fn steady_speed(run: &Run) -> Option<SteadySpeed> {
     let last = run.len().checked_sub(1)?;
     let mut best: Option<(usize, usize)> = None;

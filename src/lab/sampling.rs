@@ -37,11 +37,11 @@ pub struct Sampled {
     pub speed_rad_s: Vec<Option<f64>>,
     /// True speed at the same times in rad/s.
     pub true_speed_rad_s: Vec<f64>,
-    /// What sampling does, in figures.
+    /// Effects of sampling, in figures.
     pub figures: SampledFigures,
 }
 
-/// What sampling at one TS does to the speed.
+/// Effect of sampling at one TS on the speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SampledFigures {
     /// One count in one sample in rad/s.
@@ -64,7 +64,7 @@ pub struct SampledFigures {
     pub delay_error_rad_s: f64,
     /// Largest speed in rad/s whose difference an int16 still holds in one sample.
     pub largest_int16_speed_rad_s: f64,
-    /// What a wrap adds to one difference that does not mind it, in rad/s.
+    /// False speed of one difference across a wrap, in rad/s.
     pub wrap_spike_rad_s: f64,
 }
 
@@ -100,7 +100,7 @@ pub struct Sampling {
     pub spans: Vec<Span>,
     /// Time between two edges at the steady speed in s.
     pub edge_period_s: Option<f64>,
-    /// What one tick of the board's clock is worth in rad/s when that time is measured.
+    /// Speed error in rad/s of one tick of the board's clock.
     pub edge_timing_rad_s: Option<f64>,
 }
 
@@ -218,7 +218,7 @@ impl Sampling {
     /// Of the first-order model with viscous friction.
     ///
     /// # Errors
-    /// The motor's numbers leave the range of floating point.
+    /// The motor's states exceed the range of floating point.
     pub fn of(p: &Parameters) -> Result<Self, SimulationError> {
         let steady_rad_s = CURVES[0].steady_speed_rad_s(p, p.supply_v);
         let tau_s = super::transfer::TransferFunction::first_order(p)

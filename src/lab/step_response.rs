@@ -17,7 +17,7 @@ pub const PRINT_S: f64 = 0.0001;
 /// A difference of models of this share of the steady speed counts as visible in a plot.
 pub const VISIBLE: f64 = 0.05;
 
-/// What a curve's model contains.
+/// Terms of a curve's model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contents {
     /// Name of the column in CSV and JSON.
@@ -154,7 +154,7 @@ impl Curve {
     /// Simulates the step of the supply.
     ///
     /// # Errors
-    /// The motor's numbers leave the range of floating point.
+    /// The motor's states exceed the range of floating point.
     pub fn simulated(
         contents: &Contents,
         parameters: &Parameters,

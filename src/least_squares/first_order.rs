@@ -10,7 +10,7 @@
 //! `K`, so that a motion is computed once for all gains. Source: the lab handout's motor without inductance; the step
 //! response is any textbook's on control (Ogata, Modern Control Engineering, first-order systems).
 
-/// What shapes the motion of a first-order motor, its gain apart.
+/// Parameters of a first-order motor besides its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FirstOrder {
     /// Time constant in s.
@@ -70,7 +70,7 @@ impl FirstOrder {
         }
     }
 
-    /// A stretch in one direction, towards the speed `end`.
+    /// Motion in one direction, towards the speed `end`.
     fn turn(&self, state: &mut State, end: f64, span_s: f64) {
         let settled = -(-span_s / self.time_constant_s).exp_m1();
         let off = state.speed - end;

@@ -21,8 +21,7 @@ pub use start::{Start, start_of};
 use crate::recording::Run;
 
 /// The least-squares first-order motor of these runs, which are of one axis; `starts` are motors to begin from beside the
-/// fit's own, none of which leaves less. Each run begins at rest or in motion, whichever its first samples show. What the runs
-/// say is known to differ between them is left out of account.
+/// fit's own, none of which leaves less. Each run begins at rest or in motion, whichever its first samples show. Known differences between the runs are neglected.
 ///
 /// `None` where nothing turns, or only against the command.
 ///
@@ -30,7 +29,7 @@ use crate::recording::Run;
 /// use motorlab::least_squares::fit_runs;
 /// use motorlab::recording::Run;
 ///
-/// // theta = K u (t - T (1 - exp(-t/T))) with K = 2 rad/s/V, T = 0.1 s, at 5 V and 1000 counts a turn.
+/// // theta = K u (t - T (1 - exp(-t/T))) with K = 2 rad/s/V, T = 0.1 s, at 5 V and 1000 counts per revolution.
 /// let t_s: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.005).collect();
 /// let turned = |t: &f64| 2.0 * 5.0 * (t + 0.1 * (-t / 0.1_f64).exp_m1());
 /// let run = Run {

@@ -33,8 +33,7 @@ impl FirstOrderMotor {
         is_number.then_some(Self { gain, shape })
     }
 
-    /// The given motor with this gain, time constant and friction, and without inductance. What cannot be seen from outside
-    /// (`R`, `Kt`, and of a voltage-driven motor `b`) stays.
+    /// The given motor with this gain, time constant and friction, and without inductance. Parameters that are not identifiable (`R`, `Kt`, and of a voltage-driven motor `b`) stay.
     pub fn in_place_of(&self, given: &Motor, kind: CommandKind) -> Motor {
         let Self { gain, shape } = *self;
         let torque = torque_per_command(given, kind);

@@ -86,7 +86,7 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
         let friction = |fit: &PlainFit| fit.motor.shape.friction;
         friction(a).total_cmp(&friction(b))
     })?;
-    // Friction that came out as nothing is small, not absent, where the runs do not mind: other numbers are shares of it.
+    // Friction that came out as nothing is small, not absent, where the runs do not determine it: other parameters are shares of it.
     let FirstOrderMotor { gain, shape } = best.motor;
     let friction = shape.friction.max(LEAST_FRICTION * largest_command);
     let rubs = all.with_gain(gain, FirstOrder { friction, ..shape });
@@ -94,7 +94,7 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
         .or(Some(best))
 }
 
-/// What the best of these leaves.
+/// Residual of the best of these.
 fn least(fits: &[PlainFit]) -> f64 {
     let left = fits.iter().map(|fit| fit.left_counts);
     left.fold(f64::INFINITY, f64::min)
@@ -134,7 +134,7 @@ impl Records<'_> {
         self.left_by(FirstOrderMotor { gain, shape })
     }
 
-    /// What a motor leaves; `None` where that is no number.
+    /// Residual of a motor; `None` if it is not finite.
     fn left_by(&self, motor: FirstOrderMotor) -> Option<PlainFit> {
         let residuals = self.residuals(motor.gain, motor.shape);
         let squares: f64 = residuals.iter().map(|r| r * r).sum();

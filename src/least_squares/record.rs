@@ -10,9 +10,9 @@ use crate::recording::Run;
 pub struct Record<'a> {
     /// Sample times in s.
     pub t_s: &'a [f64],
-    /// What drives the axis from each sample to the next.
+    /// Drive of the axis from each sample to the next.
     pub command: &'a [f64],
-    /// Counts from the first sample, with half a count of rounding put back ([`counts_from_first`]).
+    /// Counts from the first sample, plus half a count of rounding ([`counts_from_first`]).
     pub counts: &'a [f64],
     /// Counts in a radian.
     pub counts_per_rad: f64,
@@ -20,7 +20,7 @@ pub struct Record<'a> {
     pub start_rad_s: f64,
 }
 
-/// Counts from the first sample of a run, with half a count of rounding put back.
+/// Counts from the first sample of a run, plus half a count of rounding.
 pub fn counts_from_first(run: &Run) -> Vec<f64> {
     let first = i128::from(run.counts.first().copied().unwrap_or(0));
     let counted = run.counts.iter();
@@ -127,7 +127,7 @@ impl Records<'_> {
         let of_run = |run: &Record<'_>| {
             let angles = run.counts_for(gain, shape);
             let raw: Vec<f64> = run.counts.iter().zip(&angles).map(|(n, x)| n - x).collect();
-            // Where inside a count the shaft started: half a count of rounding is put back.
+            // Where inside a count the shaft started: half a count of rounding is added.
             let start = mean(&raw).clamp(0.0, 1.0);
             raw.into_iter().map(move |r| r - start)
         };

@@ -22,12 +22,12 @@ const SILENCE: Duration = Duration::from_millis(1500);
 const END_WITHIN: Duration = Duration::from_millis(250);
 const STOP_ATTEMPTS: u32 = 4;
 
-/// What to record.
+/// Settings of a recording.
 #[derive(Debug, Clone)]
 pub struct CaptureRequest {
     /// Sample time in microseconds.
     pub sample_time_us: u32,
-    /// What is commanded when.
+    /// Command over time.
     pub profile: Profile,
     /// Samples to take; 0 for no end but being asked to stop.
     pub samples: u32,
@@ -126,7 +126,7 @@ pub async fn capture(
     Ok(captured)
 }
 
-/// Takes events until the recording ends; says why, and what the board says of it.
+/// Takes events until the recording ends; returns the reason, and the board's END.
 async fn follow(
     board: &mut Board,
     recorder: &mut BoardRecorder,
@@ -185,7 +185,7 @@ async fn follow(
     }
 }
 
-/// What a HELLO in mid-run that says something else ends a recording with.
+/// Error of a HELLO in mid-run that differs.
 pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
     if known.boot_id == said.boot_id {
         Ending::BoardChanged
@@ -246,7 +246,7 @@ impl Stopping {
         false
     }
 
-    /// What an END with this reason means after all that was said.
+    /// Meaning of an END with this reason.
     fn ending_of(&self, reason: EndReason) -> Ending {
         match (reason, self.why) {
             (EndReason::Stopped, Some(Why::Silence)) => Ending::Silent,
@@ -271,7 +271,7 @@ pub(super) struct BoardRecorder {
     came: u64,
 }
 
-/// What became of a sample.
+/// Result of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Taken {
     /// It is a row.
@@ -357,7 +357,7 @@ impl BoardRecorder {
         self.beyond > 0
     }
 
-    /// Ends the file: what the board says of its end is held against what came.
+    /// Ends the file: the board's END is checked against the received samples.
     pub(super) fn finish(self, ended: Ended, damage: Damage) -> Result<Captured, CaptureError> {
         let (lost, dropped_rows) = self.recorder.missing();
         let came = Came {

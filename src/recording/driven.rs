@@ -1,4 +1,4 @@
-//! What a motor was really driven with in a run, and what is known to differ in it.
+//! Actual drive of a motor in a run, and its known differences.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! What a board says of the end of a recording, held against what came.
+//! The board's END, checked against the received samples.
 
 use firmware_protocol::EndReason;
 
@@ -36,7 +36,7 @@ impl From<Ending> for Ended {
     }
 }
 
-/// What came of a recording.
+/// Received samples of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Came {
     /// Samples that were asked for; 0 for no end.
@@ -53,12 +53,12 @@ pub(super) struct Came {
     pub most_missing_at_the_end: u64,
 }
 
-/// What an END is worth.
+/// Result of an END.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Verdict {
     /// Samples lost at the end, which no sample number shows.
     pub lost_at_the_end: u64,
-    /// What does not go together.
+    /// Contradictions.
     pub contradictions: Vec<String>,
 }
 

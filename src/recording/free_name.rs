@@ -9,7 +9,7 @@ use super::WriteError;
 /// Refuses what no new file can be: a folder, a device, a pipe, or a path that ends in no name.
 ///
 /// # Errors
-/// What it is.
+/// Its kind.
 pub fn refuse_no_file(path: &Path) -> Result<(), WriteError> {
     let what = match path.metadata() {
         _ if path.file_name().is_none() => "names no file",

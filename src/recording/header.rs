@@ -2,7 +2,7 @@
 
 use crate::board::UsbIdentity;
 
-/// What every recording knows of itself before it begins.
+/// Facts about every recording before it begins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts<'a> {
     /// Sample time in s.

@@ -29,7 +29,7 @@ pub(super) struct Line {
     pub at_us: i64,
 }
 
-/// What is usual of the lines' times.
+/// Usual times of the lines.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Usual {
     pub sample_time_us: i64,
@@ -39,7 +39,7 @@ pub(super) struct Usual {
     pub is_boards: bool,
 }
 
-/// What became of a line and of the one that was held back.
+/// Result of a line and of the delayed one.
 #[derive(Debug, Default)]
 pub(super) struct Taken {
     /// Lines to be written, in their order.
@@ -62,7 +62,7 @@ pub(super) struct HeldLine {
     passed_over: u64,
 }
 
-/// What the line after it makes of a line that was held back.
+/// Decision about a delayed line by the next one.
 enum Judged {
     Kept,
     PassedOver,

@@ -12,11 +12,11 @@ use thiserror::Error;
 pub struct ReadError {
     /// The file, or another name of where the bytes came from.
     pub file: String,
-    /// What is wrong.
+    /// The error.
     pub problem: ReadProblem,
 }
 
-/// What is wrong with a run file. Rows are lines of the file, counted from 1.
+/// Error of a run file. Rows are lines of the file, counted from 1.
 #[derive(Debug, Error)]
 pub enum ReadProblem {
     /// It cannot be opened or read.
@@ -27,7 +27,7 @@ pub enum ReadProblem {
     HeaderToml {
         /// Line of the file.
         line: usize,
-        /// What the TOML reader says.
+        /// Message of the TOML reader.
         message: String,
     },
     /// A header key is missing.
@@ -45,7 +45,7 @@ pub enum ReadProblem {
         key: &'static str,
         /// Its value.
         found: String,
-        /// What it must be.
+        /// Expected value.
         expected: String,
     },
     /// A `differs` key that names nothing, or a value that cannot be.
@@ -98,7 +98,7 @@ pub enum ReadProblem {
         column: &'static str,
         /// The cell, shortened.
         found: String,
-        /// What it must be.
+        /// Expected value.
         expected: &'static str,
     },
     /// A number that no motor, encoder or clock gives.
@@ -110,7 +110,7 @@ pub enum ReadProblem {
         column: &'static str,
         /// The number.
         found: String,
-        /// What it may be.
+        /// Possible values.
         range: String,
     },
     /// Time does not rise.
@@ -138,7 +138,7 @@ pub enum ReadProblem {
         after: f64,
     },
     /// More rows than are taken into memory.
-    #[error("has more than {rows} rows, as many as are read: cut it into pieces")]
+    #[error("has more than {rows} rows, as many as are read: cut it into parts")]
     TooLong {
         /// Rows that are read.
         rows: usize,
@@ -176,7 +176,7 @@ pub enum ReadNote {
     NotComplete,
     /// The header has no `sample_time_s`: the median step of `t_s` was taken.
     SampleTimeGuessed {
-        /// What was taken.
+        /// Name already used.
         sample_time_s: f64,
     },
     /// The header says `timing = "host"`: times are when the host got the samples.

@@ -169,7 +169,7 @@ fn positive(
     }
 }
 
-/// What can be said only when all rows are there.
+/// Checks that need all rows.
 fn finish(run: &mut Run, notes: &mut Vec<ReadNote>) -> Result<(), ReadProblem> {
     let Some(&first_s) = run.t_s.first() else {
         return Err(ReadProblem::Empty);
@@ -199,7 +199,7 @@ fn finish(run: &mut Run, notes: &mut Vec<ReadNote>) -> Result<(), ReadProblem> {
     Ok(())
 }
 
-/// What a message shows of a text that may be long.
+/// Excerpt of a long text for a message.
 pub(super) fn shortened(text: &str, most_chars: usize) -> String {
     let mut short: String = text.chars().take(most_chars).collect();
     if short.len() < text.len() {

@@ -1,4 +1,4 @@
-//! What every recording goes through on its way to the disk: rows into the file, figures, the display.
+//! Path of every recording to the disk: rows into the file, figures, the display.
 //!
 //! ```text
 //! sample -> row (device time from the first sample) -> RunWriter
@@ -65,7 +65,7 @@ impl From<EndReason> for Ending {
     }
 }
 
-/// What is known at the end of a recording, beside its rows.
+/// Facts at the end of a recording, besides its rows.
 #[derive(Debug)]
 pub(super) struct Finish {
     /// Why it ended.
@@ -76,7 +76,7 @@ pub(super) struct Finish {
     pub taken: Option<u32>,
     /// How many rows there must be; `None` where nobody asked for a number, or took that back.
     pub asked: Option<u64>,
-    /// What does not go together.
+    /// Contradictions.
     pub contradictions: Vec<String>,
 }
 
@@ -102,11 +102,11 @@ pub struct Captured {
     pub ending: Ending,
     /// Its figures.
     pub statistics: Statistics,
-    /// What went wrong on the line.
+    /// Damage on the line.
     pub damage: Damage,
     /// Samples that the board says it took; `None` where its END did not arrive.
     pub taken: Option<u32>,
-    /// What the board says and what it sent do not go together, in these ways.
+    /// Contradictions between the board's statements and its samples.
     pub contradictions: Vec<String>,
     /// Everything that was asked for is in the file.
     pub complete: bool,
@@ -114,7 +114,7 @@ pub struct Captured {
     pub rescued: Option<String>,
 }
 
-/// What a display may look at while a recording runs.
+/// State of a running recording for a display.
 #[derive(Debug, Clone, Default)]
 pub struct Live {
     /// The latest samples, oldest first: time in s, speed in rad/s, command, counts.
@@ -150,7 +150,7 @@ const RECENT: usize = 4096;
 /// Shared with a display.
 pub type SharedLive = Arc<Mutex<Live>>;
 
-/// What a board with sensors measured with a sample.
+/// Measurements of a board with sensors for a sample.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Measured {
     /// Supply in V.

@@ -1,7 +1,6 @@
 //! Playing a raw log through the decoder into a run file, as if the board were there.
 //!
-//! What the host said in the log tells the sample time, the profile and the number of samples; what the
-//! board said gives the samples, with the arrival times of the log.
+//! The host's messages give the sample time, the profile and the number of samples; the board's give the samples, with the arrival times of the log.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -34,7 +33,7 @@ pub enum ReplayError {
     /// The log, in mid-run; the run is whole up to there.
     #[error("{} holds {rows} rows, and the log gives no more: {error}", shown(run))]
     Broken {
-        /// What is wrong with the log.
+        /// Error of the log.
         error: rawlog::ReadError,
         /// The run file.
         run: PathBuf,
@@ -71,7 +70,7 @@ impl ReplayError {
     }
 }
 
-/// What the host side of a log says so far.
+/// Host's messages of a log so far.
 #[derive(Debug, Default)]
 struct Told {
     decoder: FrameDecoder,
@@ -225,7 +224,7 @@ pub fn replay(
     }
 }
 
-/// Sleeps until `at_us` of the log is due, in pieces, so that a stop is noticed.
+/// Sleeps until `at_us` of the log is due, in short waits, so that a stop is noticed.
 pub(super) fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &impl Fn() -> bool) {
     let Speed::Times(factor) = speed else {
         return;

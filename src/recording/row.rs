@@ -7,7 +7,7 @@ use super::{CommandKind, Flags, velocity_rad_s};
 /// Which columns a run file has besides time, command and counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Columns {
-    /// What the command column commands.
+    /// Quantity that the command column sets.
     pub command: CommandKind,
     /// `seq`: the device numbers its samples.
     pub seq: bool,
@@ -57,7 +57,7 @@ pub struct Row {
     pub command: f64,
     /// Encoder counts, unwrapped.
     pub counts: i64,
-    /// What the device says of the sample.
+    /// Flags of the device.
     pub flags: Flags,
     /// Measured supply in V.
     pub supply_v: Option<f64>,

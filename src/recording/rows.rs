@@ -1,4 +1,4 @@
-//! The CSV part of a run file: column names, then rows, each whole or not there at all.
+//! The CSV part of a run file: column names, then rows, each complete or absent.
 
 use std::collections::HashSet;
 use std::io::{self, Read};

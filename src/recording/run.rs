@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::motor::{CommandKind, KnownDifferences};
 
-/// What a board says of one sample, and what the recorder saw of it.
+/// Flags of a sample, from the board and the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Flags {
     /// The sample was taken late because the one before was not finished.
@@ -94,7 +94,7 @@ pub struct Run {
     pub counts_per_rev: f64,
     /// Driver supply in V, if the header has it.
     pub supply_v: Option<f64>,
-    /// What `command` commands.
+    /// Quantity that `command` sets.
     pub command_kind: CommandKind,
     /// Device time of each sample in s, from the first row.
     pub t_s: Vec<f64>,
@@ -108,13 +108,13 @@ pub struct Run {
     pub host_t_s: Option<Vec<f64>>,
     /// Speeds as recorded in rad/s; `None` in row 0.
     pub velocity_rad_s: Option<Vec<Option<f64>>>,
-    /// What the board says of each sample.
+    /// Flags of each sample.
     pub flags: Option<Vec<Flags>>,
     /// Measured supply in V.
     pub measured_supply_v: Option<Vec<f64>>,
     /// Measured motor current in A.
     pub measured_current_a: Option<Vec<f64>>,
-    /// What is known to differ in this run from the motor file (header keys `differs.KEY`).
+    /// Known differences of this run from the motor file (header keys `differs.KEY`).
     pub known: KnownDifferences,
     /// The file says that the recording was ended properly.
     pub complete: bool,

@@ -1,4 +1,4 @@
-//! What a capture says of itself at its end, gathered sample by sample in bounded memory.
+//! Summary of a capture, accumulated sample by sample in bounded memory.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use super::Flags;
 use crate::board::{ClockFit, ClockFitter};
 use crate::units::{rad_per_count, rpm_from_rad_s};
 
-/// Most distinct intervals that are told apart; beyond that they are counted in coarser steps.
+/// Most distinct intervals that are distinguished; beyond that they are counted in coarser steps.
 const MOST_INTERVALS: usize = 4096;
 
 /// Shortest time of one command, in s, from which a steady speed is taken.
 const STEADY_AFTER_S: f64 = 0.2;
 
-/// Most points kept of the stretch under one command.
-const MOST_STRETCH_POINTS: usize = 256;
+/// Most points kept of the interval under one command.
+const MOST_INTERVAL_POINTS: usize = 256;
 
 /// Shortest, median and longest interval between samples in microseconds of device time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -53,7 +53,7 @@ pub struct Statistics {
     pub device_dt: Option<Intervals>,
     /// Device clock against the host's.
     pub clock: Option<ClockFit>,
-    /// Mean speed in RPM over the second half of the last long stretch under one command that is not 0.
+    /// Mean speed in RPM over the second half of the last long interval under one command that is not 0.
     pub steady_rpm: Option<f64>,
 }
 
@@ -70,7 +70,7 @@ pub struct Observation {
     pub command: f64,
     /// Counts.
     pub counts: i64,
-    /// What the device says.
+    /// Device time and counts.
     pub flags: Flags,
 }
 
@@ -85,7 +85,7 @@ pub struct StatisticsGatherer {
     last: Option<Observation>,
     intervals: IntervalCounts,
     clock: ClockFitter,
-    stretch: Stretch,
+    command_interval: CommandInterval,
     steady_rpm: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ impl StatisticsGatherer {
             last: None,
             intervals: IntervalCounts::default(),
             clock: ClockFitter::default(),
-            stretch: Stretch::default(),
+            command_interval: CommandInterval::default(),
             steady_rpm: None,
         }
     }
@@ -136,11 +136,11 @@ impl StatisticsGatherer {
                     self.intervals.add(sample.device_us - last.device_us);
                 }
                 if last.command != sample.command {
-                    self.end_stretch();
+                    self.end_interval();
                 }
             }
         }
-        self.stretch.add(sample.device_us, sample.counts);
+        self.command_interval.add(sample.device_us, sample.counts);
         self.last = Some(sample);
     }
 
@@ -149,16 +149,16 @@ impl StatisticsGatherer {
         self.lost = self.lost.saturating_add(samples);
     }
 
-    fn end_stretch(&mut self) {
-        let stretch = std::mem::take(&mut self.stretch);
-        if let Some(rpm) = self.steady_of(&stretch) {
+    fn end_interval(&mut self) {
+        let command_interval = std::mem::take(&mut self.command_interval);
+        if let Some(rpm) = self.steady_of(&command_interval) {
             self.steady_rpm = Some(rpm);
         }
     }
 
-    fn steady_of(&self, stretch: &Stretch) -> Option<f64> {
+    fn steady_of(&self, command_interval: &CommandInterval) -> Option<f64> {
         let command = self.last?.command;
-        let counts_per_s = stretch.counts_per_s_of_second_half()?;
+        let counts_per_s = command_interval.counts_per_s_of_second_half()?;
         (command != 0.0).then(|| rpm_from_rad_s(counts_per_s * rad_per_count(self.counts_per_rev)))
     }
 
@@ -195,7 +195,7 @@ impl StatisticsGatherer {
             duration_s: (last_us - self.first_us) as f64 * 1e-6,
             device_dt: self.intervals.intervals(),
             clock: self.clock.fit(),
-            steady_rpm: self.steady_of(&self.stretch).or(self.steady_rpm),
+            steady_rpm: self.steady_of(&self.command_interval).or(self.steady_rpm),
         }
     }
 }
@@ -252,16 +252,16 @@ impl IntervalCounts {
     }
 }
 
-/// Evenly thinned points of the stretch under one command.
+/// Evenly thinned points of the interval under one command.
 #[derive(Debug, Clone)]
-struct Stretch {
+struct CommandInterval {
     points: Vec<(i64, i64)>,
     keep_every: u64,
     seen: u64,
     last: (i64, i64),
 }
 
-impl Default for Stretch {
+impl Default for CommandInterval {
     fn default() -> Self {
         Self {
             points: Vec::new(),
@@ -272,14 +272,14 @@ impl Default for Stretch {
     }
 }
 
-impl Stretch {
+impl CommandInterval {
     fn add(&mut self, device_us: i64, counts: i64) {
         self.last = (device_us, counts);
         if self.seen.is_multiple_of(self.keep_every) {
             self.points.push(self.last);
         }
         self.seen += 1;
-        if self.points.len() > MOST_STRETCH_POINTS {
+        if self.points.len() > MOST_INTERVAL_POINTS {
             let mut index = 0_usize;
             self.points.retain(|_| {
                 index += 1;
@@ -337,7 +337,7 @@ mod tests {
         assert!((statistics.duration_s - 3.0).abs() < 1e-9);
         let dt = statistics.device_dt.expect("intervals");
         assert_eq!((dt.min_us, dt.median_us, dt.max_us), (3000, 3000, 3000));
-        let rpm = statistics.steady_rpm.expect("a steady stretch");
+        let rpm = statistics.steady_rpm.expect("a steady interval");
         assert!((rpm - 60.0).abs() < 0.1, "{rpm}");
         let clock = statistics.clock.expect("a fit");
         assert!(clock.device_fast_ppm.abs() < 1e-6);
@@ -355,7 +355,7 @@ mod tests {
             });
         }
         assert!(gatherer.intervals.counts.len() <= MOST_INTERVALS);
-        assert!(gatherer.stretch.points.len() <= MOST_STRETCH_POINTS);
+        assert!(gatherer.command_interval.points.len() <= MOST_INTERVAL_POINTS);
         let dt = gatherer.statistics().device_dt.expect("intervals");
         assert!((dt.median_us - 28_000).abs() < 50, "{dt:?}");
     }

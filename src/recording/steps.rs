@@ -54,7 +54,7 @@ impl Steps {
     }
 }
 
-/// A step that is so many times the median is a pause. Irregular logs of real motors (EV3, XL-330, ODrive) have
+/// A step of at least so many times the median is a pause. Irregular logs of real motors (EV3, XL-330, ODrive) have
 /// steps of up to 3 medians, and one that waits for its line up to 4.3.
 const PAUSE_STEPS: f64 = 5.0;
 /// A log that is uneven by itself has pauses only beyond so many times the spread of the middle nine tenths of its steps:

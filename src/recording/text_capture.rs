@@ -41,10 +41,10 @@ const BUNCH_US: u64 = 250_000;
 const PWM_FULL_SCALE: f64 = 255.0;
 const BEYOND: f64 = 1.1;
 
-/// What to record from a sketch.
+/// Settings of a recording from a sketch.
 #[derive(Debug, Clone)]
 pub struct TextRequest {
-    /// What each number means; `None` takes it from the sketch's header line or labels.
+    /// Meaning of each number; `None` takes it from the sketch's header line or labels.
     pub columns: Option<text_lines::Columns>,
     /// Sample time in microseconds; `None` takes it from the first samples.
     pub sample_time_us: Option<u32>,
@@ -52,9 +52,9 @@ pub struct TextRequest {
     pub counts_per_rev: f64,
     /// Driver supply in V, which a PWM command is a fraction of.
     pub supply_v: f64,
-    /// What of the two above is the lab handout's, since nothing was said: in words.
+    /// Which of the two above is the lab handout's by default: in words.
     pub assumed: Vec<String>,
-    /// What the sketch commands, where its lines do not say it.
+    /// Command of the sketch, if its lines lack it.
     pub profile: Option<Profile>,
     /// How long to record in s; 0 for no end but being asked to stop.
     pub duration_s: f64,
@@ -79,7 +79,7 @@ const TELLING_US: u64 = 500;
 pub struct TextCaptured {
     /// The recording.
     pub captured: Captured,
-    /// What a user should know of it.
+    /// Remarks for the user.
     pub notes: Vec<String>,
 }
 
@@ -169,7 +169,7 @@ pub(super) struct TextRecording<'a> {
     damage: Damage,
 }
 
-/// What is known once the file has begun.
+/// Facts once the file has begun.
 struct Running {
     recorder: Recorder,
     sample_time_us: i64,
@@ -608,7 +608,7 @@ impl<'a> TextRecording<'a> {
         Ok(TextCaptured { captured, notes })
     }
 
-    /// What the lines say that cannot be: then the exit status is no good one.
+    /// Contradictions of the lines: then the exit status is no good one.
     fn contradictions(&self, ending: Ending) -> Vec<String> {
         let mut found = Vec::new();
         let supply_v = self.request.supply_v;
@@ -639,7 +639,7 @@ impl<'a> TextRecording<'a> {
         found
     }
 
-    /// What it costs that the counts are a sum.
+    /// Error of counts that are a sum.
     fn summed_up(&self) -> Option<String> {
         let summed_up = self.decoder.columns()?.summed_up()?;
         Some(match summed_up {
@@ -654,7 +654,7 @@ impl<'a> TextRecording<'a> {
                     _ => "",
                 };
                 format!(
-                    "{taken}the counts are `{}` summed up over time at {} counts a turn, and the file says so: they drift by what is rounded off, and lag by what is filtered; print the counts where you can",
+                    "{taken}the counts are `{}` summed up over time at {} counts per revolution, and the file says so: they drift by what is rounded off, and lag by what is filtered; print the counts where you can",
                     speed.name(),
                     self.request.counts_per_rev
                 )

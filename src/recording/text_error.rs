@@ -20,7 +20,7 @@ pub enum TextError {
     NoSample {
         /// The port.
         port: String,
-        /// What came.
+        /// Received.
         heard: Box<Heard>,
         /// The last line that was passed over, and why.
         last_skipped: Option<(String, Skipped)>,

@@ -22,9 +22,9 @@ pub enum WriteError {
         shown(path)
     )]
     NoFile {
-        /// What was named.
+        /// The path.
         path: PathBuf,
-        /// What it is.
+        /// Its kind.
         what: &'static str,
     },
     /// Another program has cut or lengthened the file; nothing is appended to it any more.
@@ -73,7 +73,7 @@ pub enum WriteError {
     Header(#[from] toml::ser::Error),
 }
 
-/// What to do about the commonest failures.
+/// Remedies of the commonest failures.
 fn advice(error: &io::Error) -> &'static str {
     match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

@@ -162,7 +162,7 @@ impl RunWriter {
     /// Takes the file away again, of a recording that did not begin.
     pub fn discard(self) {
         if self.rows() == 0 && !file_vanished(&self.file, &self.path) {
-            // What cannot be removed is a file with a header and no row.
+            // The rest is a file with a header and no row.
             let _ = std::fs::remove_file(&self.path);
         }
     }

@@ -10,7 +10,7 @@ use super::escape::escaped;
 /// One bar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bar {
-    /// What it is.
+    /// Name.
     pub name: String,
     /// How long it is.
     pub value: f64,
@@ -49,7 +49,7 @@ impl Scale {
 /// Bars one below the other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bars {
-    /// What they show.
+    /// Quantity.
     pub title: String,
     /// How values become lengths.
     pub scale: Scale,
@@ -155,7 +155,7 @@ mod tests {
     fn lengths_follow_the_scale() {
         assert_eq!(Scale::Linear(4.0).share(1.0), 0.25);
         assert!((Scale::Logarithmic(0.1, 1000.0).share(10.0) - 0.5).abs() < 1e-12);
-        // Nothing that is not a number makes a drawing that is none.
+        // Values that are not finite make no invalid drawing.
         assert_eq!(Scale::Logarithmic(0.1, 10.0).share(f64::NAN), 0.0);
         assert_eq!(Scale::Linear(0.0).share(0.0), 0.0);
     }

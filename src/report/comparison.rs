@@ -128,7 +128,7 @@ pub(super) fn command_label(run: &Run) -> &'static str {
     }
 }
 
-/// What a run is of, in a few words.
+/// Short description of a run.
 pub(super) fn what_ran(run: &Run) -> String {
     let profile = run.header.get("profile").and_then(toml::Value::as_str);
     format!(
@@ -179,11 +179,11 @@ fn is_met(figures: &RunFigures) -> bool {
     figures.position_rmse_counts < MET * figures.floor_counts
 }
 
-/// One sentence on how well a run is met; of one that has to be mended first, why and how.
+/// One sentence on how well a run is met; of one with a fatal finding, the finding and its remedy.
 pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
     if let Some(fatal) = fatal_of(findings, &figures.path) {
         return format!(
-            "{} is not usable: {}. How well the simulation meets it says nothing until that is mended.",
+            "{} is not usable: {}. The comparison is not valid before that is corrected.",
             one_line(&figures.path),
             fatal.sentence()
         );
@@ -217,7 +217,7 @@ pub fn worst_first(figures: &[&RunFigures]) -> Vec<usize> {
     order
 }
 
-/// What several runs come to: how many are met, which is worst, and which have to be mended first.
+/// Summary of several runs: how many are met, which is worst, and which have fatal findings.
 pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     let is_usable = |run: &&RunFigures| fatal_of(findings, &run.path).is_none();
     let (usable, others): (Vec<&RunFigures>, Vec<&RunFigures>) =
@@ -236,7 +236,7 @@ pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     if !others.is_empty() {
         let names = others.iter().map(|run| one_line(&run.path).into_owned());
         let names = few_words(&names.collect::<Vec<_>>());
-        said += &format!(" To be mended first: {names}.");
+        said += &format!(" Fatal findings: {names}.");
     }
     said
 }
@@ -256,7 +256,7 @@ pub fn page(
     page.finish()
 }
 
-/// What the runs come to, the figures of all, and pictures, the worst first.
+/// Summary of the runs, all figures, and pictures, the worst first.
 pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)], findings: &[Finding]) {
     let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
     match figures.as_slice() {

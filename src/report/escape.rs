@@ -27,17 +27,17 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
 
 /// The same as HTML, with what stands between backticks as code.
 pub(super) fn with_code(text: &str) -> String {
-    let pieces: Vec<&str> = text.split('`').collect();
+    let parts: Vec<&str> = text.split('`').collect();
     // A backtick without its other one is a letter.
-    if pieces.len().is_multiple_of(2) {
+    if parts.len().is_multiple_of(2) {
         return escaped(text).into_owned();
     }
     let mut out = String::with_capacity(text.len() + 16);
-    for (k, piece) in pieces.into_iter().enumerate() {
-        let piece = escaped(piece);
+    for (k, part) in parts.into_iter().enumerate() {
+        let part = escaped(part);
         match k % 2 {
-            0 => out.push_str(&piece),
-            _ => out.push_str(&format!("<code>{piece}</code>")),
+            0 => out.push_str(&part),
+            _ => out.push_str(&format!("<code>{part}</code>")),
         }
     }
     out

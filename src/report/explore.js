@@ -45,7 +45,7 @@
   // Room for the numbers of a y axis: a digit is 7 pixels wide.
   const beside = (u, texts) => Math.max(64, 20 + 7 * Math.max(0, ...(texts ?? []).map(text => text.length)));
 
-  // Numbers of the shaded stretches, over the curves; one that would run into a stronger one's is left out, as in the drawing.
+  // Numbers of the shaded intervals, over the curves; one that would run into a stronger one's is left out, as in the drawing.
   const labels = (u, bands, ink, paper) => {
     u.ctx.save();
     Object.assign(u.ctx, { fillStyle: ink, strokeStyle: paper, lineWidth: 3 * devicePixelRatio, textAlign: "center" });

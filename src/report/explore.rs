@@ -1,4 +1,4 @@
-//! What a page's script needs of a figure: its values, packed, in an attribute of the figure.
+//! Data of a figure for a page's script: its values, packed, in an attribute of the figure.
 //!
 //! Values are whole numbers of 16 bits between a curve's least and largest value, counts exactly so where they fit; times are floats of
 //! 32 bits; both in base 64. The script is [uPlot](https://github.com/leeoniya/uPlot) 1.6.32 (MIT) and `explore.js`.
@@ -85,16 +85,16 @@ impl Rows {
         if count <= ROWS {
             return all;
         }
-        // Of each stretch every curve's least and largest value stay.
-        let stretches = (ROWS / (2 * all.y.len().max(1))).max(1);
-        let long = count.div_ceil(stretches);
+        // Of each block every curve's least and largest value stay.
+        let blocks = (ROWS / (2 * all.y.len().max(1))).max(1);
+        let long = count.div_ceil(blocks);
         let mut kept = Vec::new();
         for from in (0..count).step_by(long) {
-            let stretch = from..(from + long).min(count);
+            let block = from..(from + long).min(count);
             let before = kept.len();
             for column in &all.y {
                 let value = |k: &usize| column[*k].filter(|y| y.is_finite());
-                let seen = || stretch.clone().filter(|k| value(k).is_some());
+                let seen = || block.clone().filter(|k| value(k).is_some());
                 kept.extend(seen().min_by(|a, b| {
                     column[*a]
                         .partial_cmp(&column[*b])
@@ -261,7 +261,7 @@ mod tests {
         assert_eq!(curve(&panel.series[0], &rows.y[0])["v"], "AAD+////");
     }
 
-    /// What a page carries of it stays below 60 kB beside its own figures.
+    /// A page's data stay below 60 kB besides its own figures.
     #[test]
     fn the_inlined_library_is_small() {
         let uplot = SCRIPT[0].len() + SCRIPT[1].len() + STYLE[0].len();

@@ -1,4 +1,4 @@
-//! What a plot shows, apart from how it is drawn: panels over one x axis, each with its series.
+//! Content of a plot, independent of its drawing: panels over one x axis, each with its series.
 //!
 //! [`super::svg`] draws a figure as SVG, [`super::terminal`] as text.
 
@@ -13,7 +13,7 @@ pub enum Stroke {
     Step,
     /// A step drawn faintly: raw data behind what is to be read.
     FaintStep,
-    /// A broad, pale line: what a thin line over it is to be told apart from.
+    /// A broad, pale line: background for a thin line over it.
     Broad,
     /// A broad, pale step.
     BroadStep,
@@ -24,7 +24,7 @@ pub enum Stroke {
 /// One curve. Points that are not finite leave a gap.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub name: String,
     /// How it is drawn.
     pub stroke: Stroke,
@@ -52,7 +52,7 @@ impl Series {
     }
 }
 
-/// A stretch of x that is shaded.
+/// An interval of x that is shaded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
     /// From this x.
@@ -61,7 +61,7 @@ pub struct Band {
     pub to: f64,
     /// How dark, 0 to 1.
     pub strength: f64,
-    /// What stands in it.
+    /// Its content.
     pub label: String,
 }
 
@@ -76,7 +76,7 @@ pub struct Panel {
     pub weight: f64,
     /// Horizontal lines of reference with their names.
     pub marks: Vec<(f64, String)>,
-    /// Shaded stretches, behind everything.
+    /// Shaded intervals, behind everything.
     pub bands: Vec<Band>,
     /// Whether isolated spikes do not set its scale.
     pub is_robust: bool,
@@ -107,7 +107,7 @@ impl Panel {
         self
     }
 
-    /// The panel with shaded stretches.
+    /// The panel with shaded intervals.
     pub fn shaded(mut self, bands: Vec<Band>) -> Self {
         self.bands = bands;
         self
@@ -132,7 +132,7 @@ impl Panel {
 /// Panels one above the other, over one x axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure {
-    /// What it shows, in a few words.
+    /// Short description.
     pub title: String,
     /// Quantity and unit of x, such as `time (s)`.
     pub x_label: String,

@@ -62,21 +62,21 @@ impl Page {
         self.element("p class=\"lead\"", "p", text);
     }
 
-    /// What is said in parts, each with its name; what stands between backticks is a command.
+    /// Named parts of a text; code between backticks is a command.
     pub fn parts(&mut self, parts: &[(&str, &str)]) {
         self.body.push_str("<dl class=\"lead\">");
         for (name, text) in parts {
             let _ = write!(self.body, "<dt>{}</dt><dd>", escaped(name));
-            for (k, piece) in text.split('`').enumerate() {
+            for (k, part) in text.split('`').enumerate() {
                 // A command stands on a line of its own: the full stop behind it would begin the next.
-                let piece = match k {
-                    0 => piece,
-                    _ => piece.trim_start_matches(['.', ' ']),
+                let part = match k {
+                    0 => part,
+                    _ => part.trim_start_matches(['.', ' ']),
                 };
-                let piece = escaped(piece);
+                let part = escaped(part);
                 let _ = match k % 2 {
-                    0 => write!(self.body, "{piece}"),
-                    _ => write!(self.body, "<code>{piece}</code>"),
+                    0 => write!(self.body, "{part}"),
+                    _ => write!(self.body, "<code>{part}</code>"),
                 };
             }
             self.body.push_str("</dd>");
@@ -297,12 +297,12 @@ impl Page {
 
 /// The same, where names that are joined by `+` may be broken behind it: a set of effects is as broad as one of them.
 fn breakable(html: &str) -> String {
-    let mut pieces = html.split('+');
-    let mut out = pieces.next().unwrap_or_default().to_owned();
-    for piece in pieces {
-        let joins = piece.starts_with(char::is_alphabetic);
+    let mut parts = html.split('+');
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let joins = part.starts_with(char::is_alphabetic);
         out.push_str(if joins { "+<wbr>" } else { "+" });
-        out.push_str(piece);
+        out.push_str(part);
     }
     out
 }

@@ -1,4 +1,4 @@
-//! What stands around a drawing's panels: its title in lines, and the legend.
+//! Surroundings of a drawing's panels: its title in lines, and the legend.
 
 use std::fmt::Write;
 

@@ -7,11 +7,11 @@ use super::escape::escaped;
 /// Counts by row and column.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Matrix {
-    /// What it shows.
+    /// Quantity.
     pub title: String,
-    /// What the rows are.
+    /// Name of the rows.
     pub row_label: String,
-    /// What the columns are.
+    /// Name of the columns.
     pub column_label: String,
     /// Names of the rows, from the top.
     pub rows: Vec<String>,

@@ -1,4 +1,4 @@
-//! What people look at: plots, one offline HTML file, the terminal.
+//! Output for people: plots, one offline HTML file, the terminal.
 //!
 //! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
 //! A [`Page`] gathers text, tables and figures into one self-contained HTML file, in which figures are zoomed and read off (uPlot,

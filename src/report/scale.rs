@@ -25,7 +25,7 @@ pub struct AxisScale {
 }
 
 impl AxisScale {
-    /// What is said of the points outside; nothing where there are none.
+    /// Remark about points outside; empty if there are none.
     pub fn words(&self) -> Option<String> {
         match self.beyond {
             0 => None,

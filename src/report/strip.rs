@@ -21,9 +21,9 @@ pub struct Dot {
 /// Values side by side.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Strip {
-    /// What they are.
+    /// Their meaning.
     pub title: String,
-    /// What x is.
+    /// Meaning of x.
     pub x_label: String,
     /// Marks below, with their words.
     pub ticks: Vec<(f64, String)>,
@@ -49,7 +49,7 @@ impl Strip {
         let (x0, x1) = range(self.dots.iter().map(|dot| dot.x));
         let (y0, y1) = self.y_range();
         let ticks = [y0, 0.5 * (y0 + y1), y1];
-        let numbers = told_apart(ticks);
+        let numbers = distinct_numbers(ticks);
         let widest = numbers.iter().map(|number| number.chars().count()).max();
         let left = LEFT.max(8.0 + 7.0 * widest.unwrap_or(0) as f64);
         let x = |value: f64| left + (width - left - RIGHT) * (value - x0) / (x1 - x0);
@@ -152,8 +152,8 @@ impl Strip {
     }
 }
 
-/// Numbers of an axis with as many digits as tell them apart.
-fn told_apart(ticks: [f64; 3]) -> [String; 3] {
+/// Numbers of an axis with as many digits as distinguish them.
+fn distinct_numbers(ticks: [f64; 3]) -> [String; 3] {
     let numbers = |digits| ticks.map(|value| figure(value, digits));
     let are_apart = |numbers: &[String; 3]| numbers[0] != numbers[1] && numbers[1] != numbers[2];
     let all = (3..9).map(numbers);
@@ -183,10 +183,10 @@ mod tests {
     #[test]
     fn numbers_of_an_axis_differ_from_each_other() {
         assert_eq!(
-            told_apart([0.9994, 0.9999, 1.0004]),
+            distinct_numbers([0.9994, 0.9999, 1.0004]),
             ["0.9994", "0.9999", "1"]
         );
-        assert_eq!(told_apart([-1.0, 0.0, 1.0])[1], "0");
+        assert_eq!(distinct_numbers([-1.0, 0.0, 1.0])[1], "0");
     }
 
     #[test]

@@ -161,7 +161,7 @@ impl Frame {
         self.left + (value - low) / (high - low) * self.width
     }
 
-    /// What lies beyond the scale is drawn to the frame's edge.
+    /// Values beyond the scale are drawn at the frame's edge.
     fn y(&self, value: f64) -> f64 {
         let (low, high) = self.y_range;
         let value = value.clamp(low, high);
@@ -233,7 +233,7 @@ impl Frame {
         );
     }
 
-    /// Shades stretches; none is narrower than two pixels. A label that would run into a stronger one's is left out.
+    /// Shades intervals; none is narrower than two pixels. A label that would run into a stronger one's is left out.
     fn draw_bands(&self, out: &mut String, panel: &Panel) {
         let mut bands: Vec<&Band> = panel.bands.iter().collect();
         bands.sort_by(|a, b| b.strength.total_cmp(&a.strength));

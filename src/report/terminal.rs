@@ -232,7 +232,7 @@ mod tests {
         canvas.dots
     }
 
-    /// What lies far outside costs nothing, and what is seen of the line is the line.
+    /// Points far outside cost nothing, and the visible part of the line is exact.
     #[test]
     fn a_line_that_leads_far_away_ends_at_the_edge() {
         assert_eq!(drawn((3, 0), (i64::MAX, 0)), drawn((3, 0), (19, 0)));

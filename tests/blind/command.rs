@@ -66,7 +66,7 @@ fn arranged_recordings_are_sealed_judged_and_scored() {
     assert_eq!(judged["verdicts"], 2);
     let head = judged["head"].as_str().expect("a hash");
 
-    // What it could see: copies of the run and the motor, and nothing that leads to the set or the labels.
+    // Its view: copies of the run and the motor, and nothing that leads to the set or the labels.
     let notes = fs::read_to_string(here.join("notes.txt")).expect("it was called");
     assert!(notes.contains(
         "arguments: diagnose run1.csv --motor motor.toml --model-out diagnosed.toml --json\n"

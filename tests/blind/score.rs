@@ -308,7 +308,7 @@ fn probabilities_are_scored_as_defined() {
 }
 
 #[test]
-fn intervals_promises_and_times_are_summed_up() {
+fn intervals_claims_and_times_are_summed_up() {
     let score = scored();
     // Torque in, speed out, phase in (6.2 to 6.5 is -0.08 to 0.22 a turn on), torque on the edge.
     assert_eq!(score.coverage.intervals, share(3, 4));

@@ -19,7 +19,7 @@ fn case(label: &str) -> NewCase {
     NewCase {
         runs: vec!["# a run\n".to_owned(), "# another\n".to_owned()],
         motor: MOTOR.to_owned(),
-        unseen: Some("# kept back\n".to_owned()),
+        unseen: Some("# held out\n".to_owned()),
         truth: Truth::from_words(label).expect("a label of the catalogue"),
     }
 }
@@ -53,7 +53,7 @@ impl Set {
         open(&self.directory, &self.labels, None).map(|_| ())
     }
 
-    /// What opening is refused for.
+    /// Reasons to refuse an opening.
     fn refusal(&self) -> String {
         match self.open() {
             Err(BlindError::Refused(why)) => why,
@@ -276,7 +276,7 @@ fn a_verdict_newer_than_the_opening_is_refused() {
     let again = run(&set.directory, &stub, 1, &AtomicBool::new(false), &|_| ());
     assert!(matches!(again, Err(BlindError::Refused(why)) if why.contains("has been opened")));
 
-    // Nor by another: the opening is put aside, the cases are judged anew, the opening is put back.
+    // Nor by another: the opening is put aside, the cases are judged anew, the opening is restored.
     let opening = set.directory.join("opened.json");
     let aside = set.labels.with_extension("opened");
     fs::rename(&opening, &aside).expect("moved");

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use crate::score::{Story, estimate};
 
-/// What a document of the second shape says: something more beside what is named, a class, no answer.
+/// Contents of a document of the second shape: something more beside what is named, a class, no answer.
 #[test]
 fn the_second_shape_of_a_diagnosis_is_judged() {
     let story = |label: &'static str, diagnosis: Value| {
@@ -44,12 +44,12 @@ fn the_second_shape_of_a_diagnosis_is_judged() {
     );
     assert!((class("dead_zone").probability_said - 0.9).abs() < 1e-12);
     assert_eq!(class("inertia").bearing, Bearing::Missed);
-    let mended_first = story(
+    let fatal_first = story(
         "stribeck",
         json!({"shape": "motorlab-diagnosis/2", "verdict": "bad_recording", "probability": 1.0,
         "causes": [], "data": [{"id": "time_unit"}]}),
     );
-    assert!(mended_first.failure.is_some() && mended_first.bearing == Bearing::Missed);
+    assert!(fatal_first.failure.is_some() && fatal_first.bearing == Bearing::Missed);
 }
 
 /// The third shape: inclusion probabilities, sets that add to 1, classes that stand for an effect, no `unknown`.
@@ -202,11 +202,11 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         (Bearing::Named, Some(3))
     );
     assert!((quiet.probability_truth - 0.05).abs() < 1e-12);
-    let mended_first = Story::new(
+    let fatal_first = Story::new(
         "stribeck",
         json!({"shape": "motorlab-diagnosis/3", "verdict": "bad_recording", "probability": 1.0,
         "budget": [], "unexplained": null, "causes": [], "sets": [], "gap": null}),
     );
-    let mended_first = judge(&mended_first.opened(1), None);
-    assert!(mended_first.failure.is_some() && mended_first.bearing == Bearing::Missed);
+    let fatal_first = judge(&fatal_first.opened(1), None);
+    assert!(fatal_first.failure.is_some() && fatal_first.bearing == Bearing::Missed);
 }

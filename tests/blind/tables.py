@@ -20,7 +20,7 @@ KINDS = {
 
 
 def there(truth):
-    """What was there, each effect with its strength in counts RMS."""
+    """True causes, each effect with its strength in counts RMS."""
     strengths = truth["strength_counts"]
     words = [
         f"{effect['id']}: {strengths[effect['id']]:.1f}" if effect["id"] in strengths else effect["id"]
@@ -30,7 +30,7 @@ def there(truth):
 
 
 def said(case):
-    """What was said, with its probability."""
+    """Verdict, with its probability."""
     if case["failure"] is not None:
         return f"failed: {case['failure']}"
     if case["verdict"] in ("no_gap", "parameters"):

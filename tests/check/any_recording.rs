@@ -52,9 +52,9 @@ fn held<T: Clone + std::fmt::Debug>(
     values: impl Strategy<Value = T>,
     samples: usize,
 ) -> impl Strategy<Value = Vec<T>> {
-    let stretches = prop::collection::vec((values, 1_usize..80), 1..20);
-    stretches.prop_map(move |stretches| {
-        let all = stretches
+    let intervals = prop::collection::vec((values, 1_usize..80), 1..20);
+    intervals.prop_map(move |intervals| {
+        let all = intervals
             .into_iter()
             .flat_map(|(value, n)| std::iter::repeat_n(value, n));
         let mut column: Vec<T> = all.take(samples).collect();

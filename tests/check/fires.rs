@@ -1,4 +1,4 @@
-//! What of `check` fires where: every kind on a case of its own, and nothing above a note on sound recordings. Real ones:
+//! Findings of `check` by case: every kind on a case of its own, and nothing above a note on sound recordings. Real ones:
 //! tests/check/real.rs.
 
 use std::collections::BTreeMap;

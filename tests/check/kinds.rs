@@ -1,4 +1,4 @@
-//! What `motorlab check` finds: each kind of finding on a case of its own, and nothing on sound recordings.
+//! Findings of `motorlab check`: each kind of finding on a case of its own, and nothing on sound recordings.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -9,7 +9,7 @@ use motorlab::recording::{Run, write_run};
 
 const SAMPLE_TIME_S: f64 = 0.003;
 
-/// A motor of first order with these commands: 6 rad/s/V, a time constant of 50 ms, 720 counts a turn.
+/// A motor of first order with these commands: 6 rad/s/V, a time constant of 50 ms, 720 counts per revolution.
 fn turning(command: &[f64]) -> Run {
     let mut run = Run {
         sample_time_s: SAMPLE_TIME_S,
@@ -300,7 +300,7 @@ fn swapped_wires_stop_a_diagnosis_and_are_said_by_import_and_compare() {
     let probabilities = sets.iter().filter_map(|set| set["probability"].as_f64());
     assert!((probabilities.sum::<f64>() - 1.0).abs() < 1e-6, "{sets:?}");
     let note = document["note"].as_str().expect("a note");
-    assert!(note.contains("is fatal: mend it"), "{note}");
+    assert!(note.contains("is fatal: correct it"), "{note}");
     assert_eq!(diagnosed.status.code(), Some(1));
     let document: serde_json::Value = serde_json::from_slice(&diagnosed.stdout).expect("JSON");
     assert_eq!(document["shape"], "motorlab-diagnosis/3");

@@ -1,4 +1,4 @@
-//! What of `check` fires on real recordings, where they are at hand: what is documented of them, and nothing else above a note.
+//! Findings of `check` on real recordings, if available: what is documented of them, and nothing else above a note.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -139,7 +139,7 @@ fn servos(folder: &Path) -> Vec<(String, Run)> {
     found
 }
 
-/// What each folder of real recordings is documented to have: lost edges, and pauses of a loop that prints; a duty at which the shaft
+/// Documented faults of each folder of real recordings: lost edges, and pauses of a loop that prints; a duty at which the shaft
 /// hardly breaks away; spin-ups of an axis that is held. And what nobody documents and their numbers show: in 15 runs of a servo that
 /// lifts a load the position is -2047 counts for a sample or two, from wherever it is.
 const DOCUMENTED: [(&str, Kind); 5] = [

@@ -1,4 +1,4 @@
-//! What `check` finds of time and of the counter: each kind on a table of cases, and nothing on sound simulations.
+//! Findings of `check` about time and the counter: each kind on a table of cases, and nothing on sound simulations.
 
 use motorlab::board::Profile;
 use motorlab::check::{Finding, Kind, Severity, check};

@@ -1,4 +1,4 @@
-//! Names that shells complete, asked of bash, fish and zsh themselves, and `motorlab names`.
+//! Names that shells complete, by bash, fish and zsh themselves, and `motorlab names`.
 #![cfg(unix)]
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use motorlab::board::BUILT_IN;
 use motorlab::motor::catalogue::catalogue;
 use serde_json::Value;
 
-/// What a shell proposes where the cursor stands behind this line.
+/// Proposals of a shell after this line.
 type Proposed = fn(&Path, &str) -> Vec<String>;
 
 fn in_bash(script: &Path, line: &str) -> Vec<String> {
@@ -128,7 +128,7 @@ fn shells_complete_profiles_columns_and_effects() {
     }
 }
 
-/// What is particular to bash: words that it breaks, words in quotes, and what the generated script knows.
+/// Particularities of bash: words that it breaks, words in quotes, and what the generated script knows.
 #[test]
 fn bash_completes_the_words_that_it_breaks() {
     if Command::new("bash").arg("--version").output().is_err() {

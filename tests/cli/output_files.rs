@@ -363,7 +363,7 @@ fn a_long_name_gives_a_short_message() {
     assert!(done.messages.len() < 4000 && !done.messages.contains('\u{202e}'));
 }
 
-/// What a call that fails must leave of the runs of an earlier one.
+/// Files of an earlier call after one that fails.
 #[cfg(unix)]
 #[test]
 fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {

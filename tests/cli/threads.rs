@@ -48,7 +48,7 @@ fn files(folder: &Path, at: &str, found: &mut BTreeMap<String, Vec<u8>>) {
     }
 }
 
-/// What the words print and write into the folder `out`, without how long it took.
+/// Output of the words and files in the folder `out`, without durations.
 fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, Vec<u8>>) {
     let done = run(
         here,
@@ -72,7 +72,7 @@ fn answer(here: &Path, text: &str, threads: &str) -> (String, BTreeMap<String, V
 fn one_thread_and_more_come_to_the_same_bits() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
-    // A cause to be found, late samples and a load that wanders: whatever is drawn or added up is drawn and added up.
+    // A cause to be found, late samples and a random load: whatever is drawn or added up is drawn and added up.
     let motor = "[effects.backlash]\ngap_rad = 0.03\n[effects.sample_jitter]\nspread_s = 0.002\n";
     fs::write(here.join("played.toml"), motor).expect("written");
     let simulate = "simulate --profile reversing --duration 3 --ts 0.01 --motor played.toml";

@@ -1,4 +1,4 @@
-//! What is known to differ in a run is what it is simulated with: several configurations of one axis are one fit.
+//! A run is simulated with its known differences: several configurations of one axis are one fit.
 
 use motorlab::compare::compare;
 use motorlab::diagnose::{Options, diagnose, nominal_fit};
@@ -40,7 +40,7 @@ fn left(run: &Run, motor: &Motor) -> f64 {
     laid.figures.position_rmse_counts
 }
 
-/// What rounding leaves, and a little for where inside a count the shaft started.
+/// Quantization error, and a margin for the start inside a count.
 const FLOOR_COUNTS: f64 = 0.31;
 
 #[test]
@@ -107,7 +107,7 @@ fn a_known_load_or_disc_tells_the_torque_constant() {
         let fitted = nominal_fit(&runs, &Motor::default()).expect("a fit");
         let found = volts_per_nm(&fitted.motor) / volts_per_nm(&strong);
         assert!((found - 1.0).abs() < 0.02, "{key}: {found} in a fit");
-        // Without it nothing is said of the torque constant, nor of how well it is known.
+        // Without it the torque constant and its interval are not reported.
         let bare = run_of(&strong, &reversing());
         let untold = nominal_fit(&[bare], &Motor::default())
             .expect("a fit")

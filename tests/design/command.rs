@@ -1,4 +1,4 @@
-//! `motorlab design` from the command line: what a planned profile cannot see or tell apart.
+//! `motorlab design` from the command line: what a planned profile cannot show or separate.
 #![cfg(unix)]
 
 use std::fs;

@@ -62,7 +62,7 @@ fn driving_free_at_zero_is_known() {
     settles("coast_at_zero");
 }
 
-/// On a port as a board has one: a pseudo-terminal that stays plugged in. What is there already stays.
+/// On a port as a board has one: a pseudo-terminal that stays plugged in. Existing devices stay.
 #[test]
 fn a_port_is_recorded_from_again_and_no_file_is_overwritten() {
     let keep = tempfile::tempdir().expect("a folder");

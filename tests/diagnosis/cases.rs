@@ -25,7 +25,7 @@ fn import(directory: &Path, log: &str, map: &str, replace: &[(&str, &str)]) -> F
     )
 }
 
-/// What `check` says of `run.csv`: id and severity.
+/// Findings of `check` for `run.csv`: id and severity.
 fn found(directory: &Path) -> Vec<(String, String)> {
     let done = run(directory, &["check", "run.csv", "--json"]);
     let document: serde_json::Value = serde_json::from_str(&done.output).expect("JSON");
@@ -299,7 +299,7 @@ fn the_logs_of_the_cases_are_read_without_a_mapping() {
         1,
     );
     assert_eq!(file.summary("lost_in_pauses"), 199);
-    // A clock that goes on by 3 counts ms: nothing has to be said of it, and nothing is wrong.
+    // A clock that goes on by 3 counts ms: no further facts are needed, and there is no finding.
     let flags = [
         "--command",
         "u:V",

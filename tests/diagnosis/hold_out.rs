@@ -61,7 +61,7 @@ fn a_run_that_begins_in_motion_accuses_nobody() {
         "{}",
         found.sentence
     );
-    // What was not fitted is predicted as well as refitting can.
+    // Held-out data is predicted as well as by a refit.
     assert!(found.gap.after_parameters <= 1.5 * found.gap.before.max(1.0));
 }
 

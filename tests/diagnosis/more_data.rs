@@ -1,4 +1,4 @@
-//! What changes an answer, and what does not: host times that say nothing, more data.
+//! Changes that affect an answer, and those that do not: host times that say nothing, more data.
 
 use motorlab::diagnose::{Options, Settings, diagnose};
 use motorlab::motor::Motor;
@@ -45,7 +45,7 @@ const CUTS_S: [f64; 3] = [4.0, 8.0, 15.0];
 /// Falls of a probability that are no step back: the posterior is of another choice of segments.
 const SLACK: f64 = 0.05;
 
-/// More data is never worse: the inclusion probability of what is there (or of its class) does not fall.
+/// More data is never worse: the inclusion probability of the true effect (or of its class) does not fall.
 #[test]
 fn an_effect_is_no_less_probable_with_more_data() {
     let cases: [(&str, &[f64]); 5] = [

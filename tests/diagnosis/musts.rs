@@ -1,4 +1,4 @@
-//! What holds of every diagnosis, whatever it says: figures agree, probabilities and shares add up, errors of nested models never rise.
+//! Invariants of every diagnosis: figures agree, probabilities and shares add up, errors of nested models never rise.
 
 use std::sync::LazyLock;
 

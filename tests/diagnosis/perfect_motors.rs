@@ -22,12 +22,12 @@ fn motors_without_an_effect_are_not_accused() {
     let settings = Settings::default();
     let (mut accused, mut surely, mut words) = (0, 0, String::new());
     let (mut families, mut protocols) = (BTreeSet::new(), BTreeSet::new());
-    let (mut wandering, mut unstated) = (0, 0);
+    let (mut with_random_load, mut unstated) = (0, 0);
     for seed in FIRST_SEED..FIRST_SEED + BENCHES {
         let made = generate_bench(seed, Hides::Nothing, None);
         families.insert(made.bench.family);
         protocols.insert(made.bench.protocol);
-        wandering += usize::from(made.bench.wanders);
+        with_random_load += usize::from(made.bench.wanders);
         unstated += usize::from(!made.bench.is_stated);
         let runs: Vec<Run> = (made.case.runs.iter())
             .map(|run| {
@@ -43,7 +43,7 @@ fn motors_without_an_effect_are_not_accused() {
                 .map(|cause| cause.class_probability.unwrap_or(cause.inclusion))
                 .any(|probability| probability >= p)
         };
-        // A random load is in no catalogue: that it is outside of it is what is to be said of it.
+        // A random load is in no catalogue: so the right verdict is outside of it.
         let quiet = match found.verdict {
             Verdict::NoGap | Verdict::Parameters => true,
             Verdict::OutsideCatalogue => made.bench.wanders,
@@ -62,7 +62,10 @@ fn motors_without_an_effect_are_not_accused() {
     // Not the easy part of them.
     assert_eq!(families.len(), FAMILIES.len(), "{families:?}");
     assert!(protocols.len() + 1 >= PROTOCOLS.len(), "{protocols:?}");
-    assert!(wandering >= 5 && unstated >= 5, "{wandering} {unstated}");
+    assert!(
+        with_random_load >= 5 && unstated >= 5,
+        "{with_random_load} {unstated}"
+    );
     assert!(accused <= ACCUSED, "{accused} of {BENCHES}:\n{words}");
     assert!(surely <= SURELY_ACCUSED, "{surely} of {BENCHES}:\n{words}");
 }

@@ -1,5 +1,4 @@
-//! The plain first-order fit in open loop is never worse than SciPy's, nor than the motor it starts from; and `--nominal fit`, which is
-//! measured over pieces, is never worse there than the motor of such a fit.
+//! The plain first-order fit in open loop is never worse than SciPy's, nor than the motor it starts from; and `--nominal fit`, which is measured over segments, is never worse there than the motor of such a fit.
 
 use std::path::Path;
 
@@ -39,26 +38,26 @@ fn fit(runs: &[Run]) -> NominalFit {
     })
 }
 
-/// Position error over pieces of another motor.
-fn left_over_pieces(runs: &[Run], motor: FirstOrderMotor) -> f64 {
+/// Position error over segments of another motor.
+fn rms_over_segments(runs: &[Run], motor: FirstOrderMotor) -> f64 {
     let given = motor.in_place_of(&Motor::default(), CommandKind::Voltage);
     let fit = nominal_fit(runs, &given).expect("it turns");
     fit.given_left_counts.expect("a motor")
 }
 
-/// The plain fit's motor leaves so much in open loop, and the nominal one no more over pieces than any plain fit.
+/// The plain fit's motor leaves so much in open loop, and the nominal one no more over segments than any plain fit.
 fn check_against(runs: &[Run], scipy_counts: f64) {
     let plain = fit_runs(runs, &[]).expect("it turns");
     assert!(plain.left_counts <= AS_GOOD * scipy_counts, "{plain:?}");
-    check_over_pieces(runs);
+    check_over_segments(runs);
 }
 
-/// Stretches of about so many seconds, 40 samples at least.
+/// Parts of about so many seconds, 40 samples at least.
 fn cut(run: &Run, length_s: f64) -> Vec<Run> {
     let n = run.t_s.len();
     let least = ((length_s / run.sample_time_s).round() as usize).max(40);
     let count = (n / least).max(1);
-    let stretch = |k: usize| {
+    let part = |k: usize| {
         let range = k * n / count..(k + 1) * n / count;
         Run {
             t_s: run.t_s[range.clone()].to_vec(),
@@ -67,16 +66,16 @@ fn cut(run: &Run, length_s: f64) -> Vec<Run> {
             ..run.clone()
         }
     };
-    (0..count).map(stretch).collect()
+    (0..count).map(part).collect()
 }
 
-/// The nominal motor leaves no more over pieces than the plain fit to stretches of any length.
-fn check_over_pieces(runs: &[Run]) {
+/// The nominal motor leaves no more over segments than the plain fit to parts of any length.
+fn check_over_segments(runs: &[Run]) {
     let nominal = fit(runs);
     for length_s in [1.0, 2.0, 4.0, f64::MAX] {
-        let stretches: Vec<Run> = runs.iter().flat_map(|run| cut(run, length_s)).collect();
-        let plain = fit_runs(&stretches, &[]).expect("it turns");
-        let yardstick = left_over_pieces(runs, plain.motor);
+        let parts: Vec<Run> = runs.iter().flat_map(|run| cut(run, length_s)).collect();
+        let plain = fit_runs(&parts, &[]).expect("it turns");
+        let yardstick = rms_over_segments(runs, plain.motor);
         assert!(
             nominal.left_counts <= AS_GOOD * yardstick,
             "{length_s} s: {nominal:?} leaves more than {yardstick} of {plain:?}"
@@ -168,7 +167,7 @@ fn drawn_motors_are_fitted_as_well_as_by_scipy() {
         let runs = std::slice::from_ref(&drawn.run);
         let plain = fit_runs(runs, &[]).expect("it turns").left_counts;
         let nominal = fit(runs).left_counts;
-        let truth = left_over_pieces(runs, drawn.motor);
+        let truth = rms_over_segments(runs, drawn.motor);
         for (left, most) in [(plain, drawn.scipy_counts), (nominal, truth)] {
             if left > AS_GOOD * most {
                 worse.push((k, left, most));
@@ -275,7 +274,7 @@ fn step(counts_per_rev: f64, volts: f64, t_s: Vec<f64>, counts: Vec<i64>) -> Run
     }
 }
 
-/// Rows of numbers of every file of a folder, with what its name says of the command.
+/// Rows of numbers of every file of a folder, with the command in its name.
 fn tables(folder: &Path) -> Vec<(f64, Vec<Vec<f64>>)> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("a folder") {
@@ -308,7 +307,7 @@ fn tables(folder: &Path) -> Vec<(f64, Vec<Vec<f64>>)> {
     found
 }
 
-/// What SciPy leaves of the same steps: `first_order_fits.py ev3` and `three_levels`.
+/// Residual of SciPy on the same steps: `first_order_fits.py ev3` and `three_levels`.
 #[test]
 fn real_motors_are_fitted_as_well_as_by_scipy() {
     let Some(folder) = support::real_recordings("real_motors_are_fitted_as_well_as_by_scipy")
@@ -363,7 +362,7 @@ unit = "rpm"
 "#;
 
 /// A staircase of a minute whose speed creeps, of a real motor behind a bridge: over a minute in open loop the creep hides the time
-/// constant, over pieces it does not, in the whole and in its parts. The author's model of the same motor is 35.25 rpm/V, 0.28 s and 2 V.
+/// constant, over segments it does not, in the whole and in its parts. The author's model of the same motor is 35.25 rpm/V, 0.28 s and 2 V.
 #[test]
 fn a_staircase_of_a_minute_has_its_authors_numbers() {
     let Some(folder) = support::real_recordings("a_staircase_of_a_minute_has_its_authors_numbers")
@@ -375,7 +374,7 @@ fn a_staircase_of_a_minute_has_its_authors_numbers() {
     let map = Map::from_toml(BRIDGE).expect("a mapping");
     let found = import(log, "log", &map, &scratch.path().join("run.csv")).expect("a run");
     let run = read_run(&found.runs[0].path).expect("it reads back").0;
-    check_over_pieces(std::slice::from_ref(&run));
+    check_over_segments(std::slice::from_ref(&run));
     for parts in [3, 5, 10] {
         let length_s = run.t_s[run.t_s.len() - 1] / f64::from(parts);
         let turns = |part: &Run| {
@@ -386,7 +385,7 @@ fn a_staircase_of_a_minute_has_its_authors_numbers() {
         let turning: Vec<Run> = cut(&run, length_s).into_iter().filter(turns).collect();
         for first in 0..2 {
             let some: Vec<Run> = turning.iter().skip(first).step_by(2).cloned().collect();
-            check_over_pieces(&some);
+            check_over_segments(&some);
         }
     }
     let found = FirstOrderMotor::of(&fit(&[run]).motor, CommandKind::Voltage).expect("a motor");

@@ -155,7 +155,7 @@ fn is_documented(document: &Value, set: &Set, id: &str) -> bool {
     set.causes.iter().any(is_one)
 }
 
-/// What is wrong with a diagnosis of a set, a line each.
+/// Errors of a diagnosis of a set, one per line.
 fn wrong(document: &Value, set: &Set) -> String {
     let mut wrong = String::new();
     let mut say = |what: &str| {

@@ -19,7 +19,7 @@ pub fn with(effects: Effects<'_>) -> Motor {
     motor
 }
 
-/// What the simulator's encoder counts of a motor under levels of 0.5 s.
+/// Counts of a motor by the simulator's encoder under levels of 0.5 s.
 pub fn recorded(motor: &Motor, levels: &[f64], sample_time_s: f64, duration_s: f64) -> Run {
     let samples = (duration_s / sample_time_s).round() as usize;
     let each = (0.5 / sample_time_s).round() as usize;

@@ -10,7 +10,7 @@ use motorlab::recording::{Run, read_run_from};
 const SAMPLE_TIME_S: f64 = 0.01;
 const SAMPLES: usize = 1000;
 
-/// Two recordings of one motor of the other generator, made under other profiles: its friction and its load wander.
+/// Two recordings of one motor of the other generator, made under other profiles: with random friction and load.
 fn pair(seed: u64, kind: &str) -> ([Run; 2], Motor) {
     let case = generate(seed, &kind.parse().expect("a kind"));
     let run = |k: usize| {
@@ -80,7 +80,7 @@ fn the_same_motor_twice_is_no_change() {
     }
 }
 
-/// What is changed is named, with an interval that holds its value, and with what it was.
+/// A change is named, with an interval that contains its value, and with the value before.
 #[test]
 fn one_change_is_named_with_what_it_was_and_is() {
     let changed = |change: &dyn Fn(&mut Motor)| {
@@ -212,14 +212,14 @@ fn the_command_says_both_values_in_every_form() {
     );
 }
 
-/// What the reference cannot have shown is no change: a step says nothing of a dead zone.
+/// An effect that the reference cannot have shown is no change: a step says nothing of a dead zone.
 #[test]
 fn what_the_reference_does_not_tell_is_not_said_to_have_changed() {
     let motor = with(motor(), "dead_zone", &[1.1]);
     let step = driven(&motor, vec![4.5; SAMPLES], SAMPLE_TIME_S);
     let found = since(&recorded(&motor, 2), &step, &Motor::default());
     assert_eq!(found.verdict, Verdict::NoChange, "{}", found.sentence);
-    // What these runs show is shared with the reference.
+    // Effects of these runs are shared with the reference.
     let effects = found.reference.expect("reference runs").effects;
     assert_eq!(effects, ["dead_zone"]);
 }

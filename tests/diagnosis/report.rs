@@ -23,7 +23,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     let json: serde_json::Value = serde_json::from_str(&done.output).expect("one document");
     let page = std::fs::read_to_string(directory.path().join("why.html")).expect("a page");
 
-    // What the check finds comes first, then the sentence in its four parts, then pictures.
+    // Findings come first, then the sentence in its four parts, then pictures.
     let sentence = json["sentence"].as_str().expect("a sentence");
     let at = |text: &str| page.find(text).unwrap_or_else(|| panic!("no {text}"));
     let lead = at("<dl class=\"lead\">");
@@ -35,10 +35,10 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
             .nth(1)
             .expect("a part");
         let part = part.split("</dd>").next().expect("its end");
-        for piece in part.split('`') {
+        for part_of_text in part.split('`') {
             assert!(
-                motorlab::report::escaped(sentence).contains(piece),
-                "{piece}"
+                motorlab::report::escaped(sentence).contains(part_of_text),
+                "{part_of_text}"
             );
         }
     }
@@ -55,7 +55,7 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
     assert!(!page.contains("<script>alert") && !page.contains("<img") && !page.contains("\"'>"));
     assert!(page.contains("alert(2)&gt;.csv"));
 
-    // Rungs, stages and the overlays twice each (desk and phone), four pictures of what orders the gap.
+    // Nested models, stages and the overlays twice each (desk and phone), four pictures of what orders the gap.
     let titles = |title: &str| page.matches(&format!("aria-label=\"{title}\"")).count();
     assert_eq!(titles("Error budget"), 2);
     assert_eq!(titles("Stage of the chain"), 2);
@@ -91,11 +91,11 @@ fn the_page_leads_with_the_sentence_and_needs_no_network() {
         of_runs.iter().any(|run| *run >= 0.99 * before),
         "{of_runs:?} {before}"
     );
-    // The rungs and the likeliest cause are those of the document.
-    for rung in ["before", "after_parameters", "floor"] {
-        let value = json["gap"][rung].as_f64().expect("a number");
+    // The nested models and the most probable cause are those of the document.
+    for model in ["before", "after_parameters", "floor"] {
+        let value = json["gap"][model].as_f64().expect("a number");
         let text = motorlab::report::number::figure(value, 3);
-        assert!(page.contains(&text), "{rung} {text}");
+        assert!(page.contains(&text), "{model} {text}");
     }
     let cause = &json["causes"][0];
     let name = cause["effect"].as_str().expect("an id");
@@ -151,7 +151,7 @@ fn numbers(value: &serde_json::Value, into: &mut Vec<f64>) {
     }
 }
 
-/// A recording that has to be mended has its page too: what is found, what to do, and the run as it is.
+/// A recording with a fatal finding has a page too: findings, remedies, and the run.
 #[test]
 fn a_bad_recording_has_its_page() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -107,7 +107,7 @@ fn effects_under_other_laws_are_named() {
     }
 }
 
-/// Something unknown is no rival of what is there beside it.
+/// An unknown cause does not exclude the effect that is present.
 #[test]
 fn an_effect_beside_something_unknown_is_said_to_be_there() {
     let Some(python) = python() else {

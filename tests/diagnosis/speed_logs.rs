@@ -95,7 +95,7 @@ fn scattering(back: f64, ts: f64, sigma: f64, seed: u64) -> Diagnosis {
     diagnosed(integrated(t_s, command, &speeds))
 }
 
-/// Errors of speeds add up in a position (a random walk). They are no load that wanders, and no effect.
+/// Errors of speeds add up in a position (a random walk). They are no random load, and no effect.
 #[test]
 fn what_scatters_in_logged_speeds_is_no_effect() {
     for (ts, sigma, seed) in [(0.01, 0.02, 1), (0.02, 0.03, 2), (0.05, 0.05, 3)] {

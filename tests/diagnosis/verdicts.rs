@@ -56,7 +56,7 @@ fn runs_that_say_nothing_are_errors() {
     assert!(error.to_string().contains("at least 20"), "{error}");
 }
 
-/// What the simulator's encoder counts of a motor through a profile of the board.
+/// Counts of a motor by the simulator's encoder on a profile of the board.
 fn simulated(motor: &Motor, profile: &str, sample_time_s: f64, duration_s: f64) -> Run {
     let samples = (duration_s / sample_time_s).round() as u32;
     let profile = Profile::named(profile, 4.5, duration_s).unwrap();

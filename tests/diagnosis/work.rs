@@ -14,7 +14,7 @@ const NOTHING: f64 = 1_000.0;
 const EFFECTS: f64 = 20_000.0;
 /// Least samples simulated for each: a count that stays behind what is done would pass the bounds.
 const LEAST: f64 = 20.0;
-/// Relative growth that is none: another machine's exponentials end a fit a step later.
+/// Tolerated relative growth: another machine's exponentials end a fit a step later.
 const CHANGED: f64 = 0.15;
 
 /// Samples simulated for each sample recorded.

@@ -1,4 +1,4 @@
-//! docs/method/recorder.md names a test for each promise: those tests exist.
+//! docs/method/recorder.md names a test for each guarantee: those tests exist.
 
 use std::fs;
 use std::path::Path;

@@ -81,7 +81,7 @@ fn every_command_line_to_copy_is_one() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What PowerShell reads otherwise, outside of quotes: a chain, a comma, a home folder, another line.
+/// Characters with another meaning in PowerShell, outside of quotes: a chain, a comma, a home folder, another line.
 #[test]
 fn the_readmes_commands_work_in_powershell() {
     let page = Page::read(Path::new("README.md"));
@@ -169,10 +169,10 @@ fn the_readme_quotes_what_the_demo_prints() {
     assert_eq!(done.status, Some(0), "{}", done.messages);
     let printed = done.output.replace('\u{a0}', " ");
     let quoted = quoted.join(" ");
-    let pieces: Vec<&str> = quoted.split("[...]").map(str::trim).collect();
-    assert!(pieces.len() >= 2, "{quoted}");
-    for piece in pieces {
-        assert!(printed.contains(piece), "{piece}\n{printed}");
+    let parts: Vec<&str> = quoted.split("[...]").map(str::trim).collect();
+    assert!(parts.len() >= 2, "{quoted}");
+    for part in parts {
+        assert!(printed.contains(part), "{part}\n{printed}");
     }
 }
 
@@ -218,7 +218,7 @@ fn the_book_is_built_where_mdbook_is() {
         let depth = place.components().count() - 1;
         for link in text.split("href=\"").skip(1) {
             let link = link.split(['"', '#']).next().unwrap_or_default();
-            // What lies beside the documentation is no link in the book: docs/book.js.
+            // Files outside the documentation are no links in the book: docs/book.js.
             let ups = link.split('/').filter(|part| *part == "..").count();
             if link.is_empty() || link.contains(':') || ups > depth {
                 continue;

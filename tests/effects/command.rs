@@ -91,7 +91,7 @@ fn one_effect_a_stage_and_another_motor_can_be_asked_for() {
     );
 }
 
-/// What is printed to try an effect with is tried, and the run is another than the nominal motor's.
+/// The printed command to try an effect runs, and its run differs from the nominal motor's.
 #[test]
 fn the_line_that_shows_an_effect_records_it() {
     let text = in_folder(&["effects", "dead_zone"]).output;

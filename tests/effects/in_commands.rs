@@ -76,7 +76,7 @@ fn profile(directory: &Path, factor: f64) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// What `compare` says of a run against a motor file, or against the nominal motor.
+/// Output of `compare` for a run against a motor file, or against the nominal motor.
 fn gap_counts(directory: &Path, recorded: &str, motor: Option<&str>) -> f64 {
     let mut arguments = vec!["compare", recorded, "--json"];
     arguments.extend(motor.iter().flat_map(|path| ["--motor", path]));

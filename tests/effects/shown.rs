@@ -1,5 +1,5 @@
 //! The experiment that `motorlab effects ID` names shows the effect at its default strength: no motor without the effect
-//! makes the same run. What an exact twin in the motor file hides is told from nothing, and said to be.
+//! makes the same run. An effect that is equal to a parameter change is not identifiable, and is listed as such.
 //!
 //! The separation is `D^2 = min over parameters of sum (x - x_nominal)^2`, one count the unit: of a motor without
 //! inductance of its own to change, voltage in and counts out tell gain, time constant and friction, which back EMF,
@@ -8,7 +8,7 @@
 use std::f64::consts::TAU;
 
 use motorlab::board::Profile;
-use motorlab::effects::{Experiment, experiment, twin};
+use motorlab::effects::{Experiment, experiment, not_identifiable};
 use motorlab::motor::catalogue::{EffectKind, again, catalogue};
 use motorlab::motor::fit::{ParameterId, Simulator, Workspace};
 use motorlab::motor::{
@@ -76,7 +76,7 @@ impl Bench {
         simulate(motor, &drive, &SimulationOptions::default()).expect("a motion")
     }
 
-    /// What the motor shows: counts before they are rounded; of a random effect, whose mean is no run, the counts.
+    /// Response of the motor: counts before they are rounded; of a random effect, whose mean is no run, the counts.
     fn shown(&self, motor: &Motor, random: bool) -> Vec<f64> {
         let run = self.recorded(motor);
         if random {
@@ -176,7 +176,7 @@ impl Bench {
         let shown = self.shown(motor, random);
         let left = self.differences(&Motor::default(), &shown, random);
         let before: f64 = left.expect("a motion").iter().map(|x| x * x).sum();
-        // What rounding alone leaves of the nominal motor's own counts is no separation.
+        // The quantization error of the nominal motor's own counts is no separation.
         let rounding = if random {
             self.refitted(&self.shown(&Motor::default(), true), true)
         } else {
@@ -208,7 +208,7 @@ fn effects() -> impl Iterator<Item = &'static EffectKind> {
 #[test]
 fn the_default_strength_of_each_effect_shows() {
     let mut unseen = Vec::new();
-    for kind in effects().filter(|kind| twin(kind).is_none()) {
+    for kind in effects().filter(|kind| not_identifiable(kind).is_none()) {
         let plan = experiment(kind);
         let motor = with(kind, &defaults(kind));
         let [before, after] = Bench::new(plan).separation(&motor, kind.random);
@@ -225,8 +225,8 @@ fn the_default_strength_of_each_effect_shows() {
 
 /// Half way from the default to the largest plausible value, so that it is a strength that shows before the refit.
 #[test]
-fn what_is_said_to_have_a_twin_is_hidden_by_other_base_numbers() {
-    for kind in effects().filter(|kind| twin(kind).is_some()) {
+fn unidentifiable_effects_are_reproduced_by_base_parameters() {
+    for kind in effects().filter(|kind| not_identifiable(kind).is_some()) {
         let plan = experiment(kind);
         let mut values = defaults(kind);
         let (_, largest) = kind.parameters[0].range(&Parameters::default(), plan.sample_time_s);

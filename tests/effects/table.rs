@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use motorlab::board::Profile;
-use motorlab::effects::{experiment, twin};
+use motorlab::effects::{experiment, not_identifiable};
 use motorlab::motor::catalogue::{EffectKind, Prior, Scale, Stage, catalogue, find};
 use motorlab::motor::{
     ActiveEffect, CommandKind, Drive, Motor, Parameters, SimulationOptions, simulate,
@@ -30,7 +30,7 @@ fn reference(name: &str) -> PathBuf {
         .join(name)
 }
 
-/// What the encoder shows of the handout's motor, with the effect at its default strength and without it.
+/// Encoder reading of the handout's motor, with the effect at its default strength and without it.
 fn trace(kind: &EffectKind) -> String {
     let plan = experiment(kind);
     let samples = (plan.duration_s / plan.sample_time_s).round() as usize;
@@ -201,13 +201,17 @@ fn table() -> String {
                 kind.confounded_with.join(", "),
                 shown.profile,
                 shown.duration_s,
-                if twin(kind).is_some() { " *" } else { "" },
+                if not_identifiable(kind).is_some() {
+                    " *"
+                } else {
+                    ""
+                },
             );
         }
     }
     out.push_str("\n## Not identifiable from voltage and counts\n\nVoltage and counts do not separate these from parameters of the motor file. Narrow tolerances do.\n\n");
     for kind in catalogue() {
-        if let Some(why) = twin(kind) {
+        if let Some(why) = not_identifiable(kind) {
             let _ = writeln!(out, "- `{}`: {why}.", kind.id);
         }
     }

@@ -16,7 +16,7 @@ fn directory() -> tempfile::TempDir {
     directory
 }
 
-/// What a program prints, or `None` where it is not installed.
+/// Output of a program, or `None` if it is not installed.
 fn said(program: &str, arguments: &[&str], directory: &Path) -> Option<String> {
     let output = Command::new(program)
         .args(arguments)

@@ -22,7 +22,7 @@ fn python(test: &str) -> Option<PathBuf> {
     None
 }
 
-/// What the reader sees.
+/// Rows of the reader.
 fn read(python: &Path, format: &str, file: &Path) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/read.py");
     let output = Command::new(python)

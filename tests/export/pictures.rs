@@ -104,7 +104,7 @@ fn json_of(directory: &std::path::Path, arguments: &[&str]) -> serde_json::Value
     serde_json::from_str(&done.output).expect("one document")
 }
 
-/// What has to be mended first stands on the page and on standard output, before what the simulation makes of it.
+/// Fatal findings come first on the page and on standard output, before the comparison.
 #[test]
 fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
     let directory = tempfile::tempdir().expect("a directory");
@@ -143,14 +143,14 @@ fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
     assert!(at(&both, "are swapped") < at(&both, "class=\"lead\""));
     for said in [&output, &both] {
         assert!(said.contains("sound.csv: the simulation meets"), "{output}");
-        let mended = "To be mended first: turned.csv.";
-        assert!(said.contains(mended), "{output}");
+        let fatal = "Fatal findings: turned.csv.";
+        assert!(said.contains(fatal), "{output}");
     }
     let (_, sound) = page(&["sound.csv"]);
     assert!(!sound.contains("is not usable"));
 }
 
-/// What a page tells of a curve where the cursor is: the packed value to the decimals that are kept.
+/// Values of a curve under the cursor: the packed value to the decimals that are kept.
 #[test]
 fn the_values_that_a_page_tells_are_those_of_the_run() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -43,7 +43,7 @@ fn diagnosis(unit: &str, day: u32, friction: f64) -> Value {
     })
 }
 
-/// The same in the shape of before.
+/// The same in the earlier shape.
 fn earlier(unit: &str, day: u32, friction: f64) -> Value {
     let interval = |value: f64| json!({"value": value, "lo95": value - 0.02, "hi95": value + 0.02, "unit": ""});
     json!({

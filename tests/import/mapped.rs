@@ -45,7 +45,7 @@ fn log_of(values: impl IntoIterator<Item = f64>) -> String {
 const TIME: &str = "[time]\ncolumn = \"t_ms\"\nunit = \"ms\"\n";
 const NO_COMMAND: &str = "[command]\nrecorded = false\n";
 
-/// Forwards over one turn and back beyond the start, at 720 counts a turn.
+/// Forwards over one turn and back beyond the start, at 720 counts per revolution.
 fn turning() -> Vec<i64> {
     let there = (0..1000).step_by(37);
     there.chain((-800..1000).rev().step_by(41)).collect()

@@ -1,4 +1,4 @@
-//! What can be said of a log by a flag or in a mapping, and what becomes of it.
+//! Facts about a log by flags or a mapping, and their result.
 
 use std::fs;
 
@@ -276,7 +276,7 @@ fn other_commands_say_how_a_foreign_log_is_imported() {
             finished.messages
         );
     }
-    // What is neither is said.
+    // Other columns are reported.
     for (other, what) in [
         (&b""[..], "it is empty"),
         (b"PK\x03\x04xl/workbook.xml", "which is not read"),

@@ -64,7 +64,10 @@ fn counts_are_had_back_from_a_speed_in_steps() {
         done.messages
     );
     let (file, said) = imported(&log, &["--speed", "2:rpm", "--command", "12V@2s"]);
-    assert!(said.contains("32000 counts a turn, read off"), "{said}");
+    assert!(
+        said.contains("32000 counts per revolution, read off"),
+        "{said}"
+    );
     let mut sum = 0.0;
     let counts: Vec<f64> = (columns(&log, ',')[1].iter())
         .enumerate()
@@ -97,7 +100,10 @@ fn angles_counts_and_pulse_widths_need_little_to_be_said() {
             "7.5",
         ],
     );
-    assert!(said.contains("360 counts a turn, read off"), "{said}");
+    assert!(
+        said.contains("360 counts per revolution, read off"),
+        "{said}"
+    );
     assert_eq!(file.column("counts"), columns(&log, ' ')[1]);
     assert!(
         file.column("command_v")
@@ -123,7 +129,7 @@ fn angles_counts_and_pulse_widths_need_little_to_be_said() {
     let log = folder.join("xl330/xl330_m490g_l100mm_kp100_sin_sin.csv");
     let (file, said) = imported(&log, &[]);
     assert!(
-        said.contains("4096 counts a turn") && said.contains("885 is full drive"),
+        said.contains("4096 counts per revolution") && said.contains("885 is full drive"),
         "{said}"
     );
     let turns = std::f64::consts::TAU / 4096.0;

@@ -12,7 +12,7 @@ const GAIN_REV_S_V: f64 = 16.67 / 60.0;
 const TIME_CONSTANTS_S: [f64; 2] = [0.05, 0.12];
 const COUNTS: [&str; 2] = ["--counts-per-rev", "4000"];
 
-/// What a log has in its column of speeds.
+/// Kind of a log's column of speeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Speed {
     Instant,

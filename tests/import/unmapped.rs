@@ -71,7 +71,7 @@ fn the_commonest_log_is_read_as_it_is_and_its_counts_are_had_back() {
     );
     near(&file.column("command_v"), &truth.commands(), 1e-9);
     for words in [
-        "720 counts a turn, read off",
+        "720 counts per revolution, read off",
         "255 is full drive",
         "`time_ms` in ms, a row every 0.02 s",
     ] {
@@ -85,7 +85,7 @@ fn what_is_missing_is_asked_for_in_one_message_with_the_line_to_copy() {
     let text = truth.counts_log();
     let said = asked("my log.csv", &text, &[]);
     for words in [
-        "2 things have to be said",
+        "this log lacks 2 facts",
         "--supply VOLTS",
         "--counts-per-rev COUNTS",
         "motorlab import 'my log.csv' -o run.csv",

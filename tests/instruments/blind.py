@@ -10,7 +10,7 @@ import os
 
 from instrument import MOTORLAB, end, folder, judge, run
 
-# Leaves a copy of whatever labels it sees, and then is an honest diagnoser.
+# Leaves a copy of whatever labels it sees, and then diagnoses properly.
 THIEF = """#!/bin/sh
 for labels in *labels.json ../*labels.json "$OLDPWD"/*labels.json; do
     [ -f "$labels" ] && cp "$labels" '{stolen}'

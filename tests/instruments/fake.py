@@ -75,7 +75,7 @@ class Board:
             self.write(wire.end(self.sent, 0, 1))
 
     def command_mv(self, number):
-        """What the profile that came has for a sample."""
+        """Command of the received profile for a sample."""
         for samples, mv in self.segments:
             if number < samples:
                 return mv
@@ -115,7 +115,7 @@ class Board:
 
 
 class Recorded:
-    """What a recording came to."""
+    """Result of a recording."""
 
     def __init__(self, ended, path, board_sent):
         self.status, self.crash, self.said = ended.status, ended.crash(), (ended.err + ended.out).decode(errors="replace")

@@ -1,7 +1,6 @@
 """Boards that lie: of their name, their encoder, the end, the time, the counts.
 
-What a board says is a row only if it can be so; what cannot is flagged, counted or refused, and no lie gives a
-good exit status."""
+A sample is a row only if it is plausible; others are flagged, counted or refused, and no contradiction gives exit status 0."""
 
 import concurrent.futures
 import sys
@@ -38,7 +37,7 @@ def refused(status, words):
 
 
 def short(run):
-    """What cannot be is no row; the rest adds up."""
+    """An implausible sample is no row; the rest adds up."""
     return run.status == 1 and len(run.rows) + int(run.of("summary.lost")) == run.sent and run.of("complete") is None
 
 

@@ -1,7 +1,6 @@
 """Mutated files of every kind through every command that reads them.
 
-No panic, no abort, no hang (20 s of a core), no gigabyte, no failure without a word, no number that is none in a
-document, and nothing written over that another wrote.   fuzz.py [SECONDS [SEED]]"""
+No panic, no abort, no hang (20 s of a core), no gigabyte, no failure without a word, no invalid number in a document, and nothing written over that another wrote.   fuzz.py [SECONDS [SEED]]"""
 
 import collections
 import json
@@ -202,7 +201,7 @@ class Fuzzer:
         return [command for command, weight in weights for _ in range(weight)]
 
     def wrong(self, arguments, ended):
-        """What is wrong with an answer, in words; none if nothing is."""
+        """Error with an answer, in words; none if nothing is."""
         if crash := ended.crash():
             return crash
         if ended.status in (0, 1) and "--json" in arguments and ended.document() is None:

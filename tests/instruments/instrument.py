@@ -1,4 +1,4 @@
-"""What the instruments share: which program, a folder of their own, and how an answer is judged.
+"""Shared parts of the instruments: which program, a folder of their own, and how an answer is judged.
 
 An instrument prints a line for each question and ends with status 1 if any answer is wrong."""
 
@@ -56,7 +56,7 @@ class Ended:
         self.wall_s = wall_s
 
     def crash(self):
-        """What no input may do to a program, in a word; none if it did not."""
+        """Failure that no input may cause, in a word; none if absent."""
         if self.hung or self.status == -signal.SIGXCPU:
             return "hang"
         if self.status == 101 or b"panicked" in self.err:

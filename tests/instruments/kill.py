@@ -1,7 +1,6 @@
 """Signals, SIGKILL among them, at random instants of a recording.
 
-SIGKILL costs at most 50 ms of samples; the others end the file properly; a moment's suspension costs nothing. What is left
-can be compared, and a raw log replayed.   kill.py [NUMBER]: so many recordings."""
+SIGKILL costs at most 50 ms of samples; the others end the file properly; a moment's suspension costs nothing. The remaining rows can be compared, and a raw log replayed.   kill.py [NUMBER]: so many recordings."""
 
 import concurrent.futures
 import os

@@ -14,7 +14,7 @@ from instrument import MOTORLAB
 
 
 class Middle:
-    """What passes from board to recorder; `board` and `host` may change it on its way."""
+    """Channel from board to recorder; `board` and `host` may change it on its way."""
 
     def __init__(self, spec, arguments, board=lambda content: content, host=lambda content: content):
         self.board, self.host = board, host
@@ -40,7 +40,7 @@ class Middle:
         return runs
 
     def step(self, wait_s=0.01):
-        """Passes on what is there; whether the recorder still runs."""
+        """Passes on the available bytes; returns whether the recorder still runs."""
         ready, _, _ = select.select([self.far, self.near], [], [], wait_s)
         if self.far in ready:
             content = os.read(self.far, 4096)

@@ -113,9 +113,9 @@ def trial(name, ts, duration, kind, rate, number, both, work):
     lost = int(stated(header, "summary.lost") or 0)
     taken = middle.ended[0] if middle.ended else len(sent)
     adds_up = len(rows) + lost == taken or status == 3
-    honest = status == (0 if len(rows) == taken and lost == 0 else 1) or status in (1, 3)
+    status_is_right = status == (0 if len(rows) == taken and lost == 0 else 1) or status in (1, 3)
     complete = stated(header, "complete") == "true"
-    good = by_itself and wrong == 0 and adds_up and honest and not (complete and lost)
+    good = by_itself and wrong == 0 and adds_up and status_is_right and not (complete and lost)
     return name, good, {"status": status, "sent": len(sent), "taken": taken, "rows": len(rows), "lost": lost, "wrong": wrong}
 
 

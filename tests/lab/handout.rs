@@ -147,7 +147,7 @@ fn without_recordings_the_virtual_board_supplies_them_and_the_page_says_so() {
 fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = directory.path();
-    // Four times the file's: twice could be the other numbers, each a little off.
+    // Four times the file's: twice could be a parameter mismatch.
     let heavier = "[effects.coulomb_friction]\ntorque_nm = 0.08\n";
     std::fs::write(folder.join("bench.toml"), heavier).expect("a motor file");
     let name = "<b>step30.csv";
@@ -221,7 +221,7 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     assert!(answer(&lab, "3.a").to_string().contains("No diagnosis"));
 }
 
-/// What has to be mended first stands before everything else, and in place of the answers that rest on the recording.
+/// Fatal findings come before everything else, and replace the answers that need the recording.
 #[test]
 fn a_recording_that_is_not_usable_answers_nothing() {
     let directory = tempfile::tempdir().expect("a folder");
@@ -255,7 +255,7 @@ fn a_recording_that_is_not_usable_answers_nothing() {
         assert_eq!(lab["findings"][0]["severity"], "fatal");
         for number in ["1.3", "3.2", "3.a"] {
             let short = answer(&lab, number)["short"].as_str().expect("text");
-            assert!(short.starts_with("That cannot be said"), "{short}");
+            assert!(short.starts_with("Not usable before"), "{short}");
             let said = format!("{name} is not usable: ");
             assert!(short.contains(&said) && short.contains(why), "{short}");
             assert!(done.output.contains(short), "{}", done.output);
@@ -308,7 +308,7 @@ fn a_motor_that_nothing_damps_with_speed_is_worked_through() {
     assert!(lab["missing"]["diagnosed"]["sentence"].is_string());
 }
 
-/// What stands in answer 3.a goes with the verdict of the diagnosis beside it, whatever that is.
+/// Text of answer 3.a goes with the verdict of the diagnosis beside it, whatever that is.
 #[test]
 fn the_answer_goes_with_the_diagnosis() {
     let directory = tempfile::tempdir().expect("a folder");

@@ -246,7 +246,7 @@ fn a_board_that_boots_slowly_or_at_once_is_asked_until_it_answers() {
         assert_eq!(done.status, Some(0), "{boot_ms}: {}", done.messages);
         let file = RunFile::read(&directory.path().join(name));
         assert_eq!(file.rows.len(), 300);
-        // What it printed before it was ready is no damaged frame.
+        // Text before it was ready is no damaged frame.
         assert_eq!((file.summary("lost"), file.summary("bad_frames")), (0, 0));
     }
     let board = "virtual:?boot_ms=4000";

@@ -1,4 +1,4 @@
-//! What is left when the recorder, its disk or its board dies: everything up to 50 ms before, a message
+//! Files after the recorder, its disk or its board dies: everything up to 50 ms before, a message
 //! that names what happened, the right exit status.
 #![cfg(unix)]
 
@@ -555,7 +555,7 @@ fn stopped_while_it_waits_for_the_board_it_reports_what_it_has() {
         std::thread::sleep(Duration::from_secs(2));
         let after = process::cpu_s(child.id());
         if let (Some(before), Some(after)) = (before, after) {
-            // What spins has used all that it could get.
+            // A busy loop uses all available processor time.
             assert!(after - before < 0.4, "{} s of 2 s", after - before);
         }
         send("-INT", &child);

@@ -1,4 +1,4 @@
-//! What a bad line does to a recording: samples sent, recorded and reported lost always agree, and no
+//! Effect of a bad line on a recording: samples sent, recorded and reported lost always agree, and no
 //! wrong sample gets through.
 
 use std::fmt::Write as _;
@@ -33,7 +33,7 @@ fn sample(k: u32, sample_time_us: u32) -> firmware_protocol::Sample {
     }
 }
 
-/// What the board knows of its profile.
+/// Profile on the board.
 fn expectations(sample_time_us: u32) -> Expectations {
     let segments = SENT.div_ceil(1000);
     Expectations {
@@ -50,7 +50,7 @@ fn push(bytes: &mut Vec<u8>, message: &BoardMessage) {
     bytes.extend_from_slice(&wire[..length]);
 }
 
-/// What became of a recording.
+/// Result of a recording.
 #[derive(Debug, Default)]
 struct Outcome {
     /// Samples whose last byte left the board.
@@ -59,7 +59,7 @@ struct Outcome {
     recorded: u64,
     /// Rows that are not what was sent.
     wrong: u64,
-    /// What the recorder reports as lost.
+    /// Samples that the recorder reports as lost.
     lost: u64,
     bad_frames: u64,
     implausible: u64,
@@ -102,8 +102,8 @@ fn record(faults: Faults, sample_time_us: u32) -> Outcome {
     let mut taken = None;
     let mut intake = Intake::default();
     intake.expect(expectations(sample_time_us));
-    for piece in hurt.chunks(97) {
-        intake.push(0, piece, |event| match event {
+    for block in hurt.chunks(97) {
+        intake.push(0, block, |event| match event {
             Event::Sample(got) => {
                 let sent = sample(got.number as u32, sample_time_us);
                 let right = got.number < u64::from(SENT)
@@ -362,7 +362,7 @@ fn a_late_board_is_believed_when_two_samples_agree() {
     let mut bytes = Vec::new();
     for k in 0..100 {
         let mut late = sample(k, 3_000);
-        // The board stood still for 40 ms at sample 50 and does not say so.
+        // A gap of 40 ms in the board's time at sample 50, without a trace in its stamps.
         late.time_us = late.time_us.wrapping_add(if k >= 50 { 40_000 } else { 0 });
         push(&mut bytes, &BoardMessage::Data(late));
     }
@@ -390,8 +390,8 @@ proptest::proptest! {
             if rest.is_empty() {
                 break;
             }
-            let (piece, after) = rest.split_at((*cut).min(rest.len()));
-            intake.push(0, piece, |_| {});
+            let (block, after) = rest.split_at((*cut).min(rest.len()));
+            intake.push(0, block, |_| {});
             rest = after;
         }
         let _ = intake.heard().to_string();

@@ -1,4 +1,4 @@
-//! What a new user does first: the demo, a virtual port, help for the shell.
+//! First steps of a new user: the demo, a virtual port, help for the shell.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -102,11 +102,11 @@ fn any_program_may_open_a_virtual_board() {
     line.write_all(&[0x00, 0x04, 0x81, 0x59, 0x60, 0x00])
         .expect("writable");
     let mut heard = Vec::new();
-    let mut piece = [0; 64];
+    let mut block = [0; 64];
     while !heard.windows(4).any(|four| four == b"MLAB") {
-        let length = line.read(&mut piece).expect("readable");
+        let length = line.read(&mut block).expect("readable");
         assert!(length > 0 && heard.len() < 1000, "{heard:?}");
-        heard.extend_from_slice(&piece[..length]);
+        heard.extend_from_slice(&block[..length]);
     }
     assert!(heard.starts_with(b"hello"));
     board.kill().expect("it runs");

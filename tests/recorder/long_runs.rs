@@ -100,7 +100,7 @@ fn at_333_hertz_it_uses_little_of_a_core() {
     assert!(share < 0.1, "{share}");
 }
 
-/// What a board sends, into a raw log.
+/// Bytes of a board, into a raw log.
 struct Board<W: Write> {
     log: rawlog::Writer<W>,
 }

@@ -1,5 +1,5 @@
 //! Lines of a text board that are odd: damaged on the way, stamped by a coarse clock, with units or text in them. And a counter of a
-//! binary board that goes round in a gap.
+//! binary board that wraps in a gap.
 #![cfg(unix)]
 
 use super::text_boards::capture_from;

@@ -126,7 +126,7 @@ fn a_torn_log_replays_up_to_the_tear_and_falls_short() {
     assert_eq!(torn.rows[..], first.rows[..torn.rows.len()]);
 }
 
-/// A line in the middle that is none ends the run there: every row before it is in the file, and said.
+/// An invalid line in the middle ends the run there: every row before it is in the file, and said.
 #[test]
 fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many() {
     let directory = tempfile::tempdir().expect("a directory");

@@ -52,8 +52,8 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
     assert_eq!(notes, []);
     // A pipe may give its bytes one by one.
     let bytes = text.as_bytes();
-    let in_pieces = bytes[..1].chain(&bytes[1..2]).chain(&bytes[2..]);
-    let (run, _) = read_run_from(in_pieces, "a pipe").unwrap();
+    let in_blocks = bytes[..1].chain(&bytes[1..2]).chain(&bytes[2..]);
+    let (run, _) = read_run_from(in_blocks, "a pipe").unwrap();
     assert_eq!(run.counts, [0, -2]);
     // The names came from a file of their own.
     let text = format!("{HEADER}\u{feff}t_s,command_v,counts\n0,0,7\n");
@@ -63,7 +63,7 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
         assert_eq!(
             run.unwrap().0.counts,
             [7],
-            "in pieces of {cut} and the rest"
+            "in blocks of {cut} and the rest"
         );
     }
 }

@@ -1,5 +1,5 @@
 //! Two programs, one law: what the case generator records of a motor is what this simulator, given the
-//! same motor and effect, predicts, down to rounding and wander.
+//! same motor and effect, predicts, down to quantization and random load.
 //!
 //! The two share no code, no integrator and no friction law. Left out are effects whose laws differ on
 //! purpose (backlash with flanks that bend, stick-slip on bristles) or that throw dice.
@@ -60,7 +60,7 @@ fn what_is_outside_is_no_effect_and_every_effect_is_inside() {
     assert_eq!(known, drawn);
 }
 
-/// What is wrong with an effect, if anything.
+/// Error of an effect, if any.
 fn apart(id: &str, options: &Options) -> Option<String> {
     let kind: Kind = id.parse().expect("an id of the catalogue");
     let case = generate_with(71, &kind, options);
@@ -73,7 +73,7 @@ fn apart(id: &str, options: &Options) -> Option<String> {
     let strength = case.label.strength_counts[id];
     (left > 1.2 * floor + 0.05 + SHARE_OF_STRENGTH * strength).then(|| {
         format!(
-            "{id} ({strength:.1} counts): {left:.3} counts RMS left, the wander leaves {floor:.3}"
+            "{id} ({strength:.1} counts): {left:.3} counts RMS left, the random load leaves {floor:.3}"
         )
     })
 }

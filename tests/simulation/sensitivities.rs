@@ -69,20 +69,20 @@ fn check(name: &str, motor: &Motor, model: Model, ids: &[ParameterId]) -> Vec<St
         kind: CommandKind::Voltage,
     };
     let simulator = Simulator::new(&drive, model).unwrap();
-    // Once as one run, once in pieces that each start from what the encoder said.
+    // Once as one run, once in segments that each start from the encoder's reading.
     let put = |sample, angle_rad, speed_rad_s| Reset {
         sample,
         angle_rad,
         speed_rad_s,
     };
-    let pieces = vec![put(180, 1.5, 4.0), put(700, -0.4, -0.7)];
-    let in_pieces = simulator.clone().resetting(pieces);
+    let segments = vec![put(180, 1.5, 4.0), put(700, -0.4, -0.7)];
+    let in_segments = simulator.clone().resetting(segments);
     let mut wrong = check_run(name, motor, ids, &simulator);
     wrong.extend(check_run(
-        &format!("{name} in pieces"),
+        &format!("{name} in segments"),
         motor,
         ids,
-        &in_pieces,
+        &in_segments,
     ));
     wrong
 }

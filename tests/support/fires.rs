@@ -1,4 +1,4 @@
-//! What tests of `check` share: findings as lines of a snapshot, and runs turned round.
+//! Shared parts of tests of `check`: findings as lines of a snapshot, and runs turned round.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

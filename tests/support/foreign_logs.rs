@@ -14,7 +14,7 @@ const SUPPLY_V: f64 = 12.0;
 const SPEED_REV_S: f64 = 4.0;
 const TIME_CONSTANT_S: f64 = 0.08;
 
-/// What really happened.
+/// True events.
 pub struct Truth {
     pub pwm: Vec<i64>,
     pub counts: Vec<i64>,
@@ -140,7 +140,7 @@ pub fn imported(name: &str, log: &str, flags: &[&str]) -> (RunFile, String) {
     )
 }
 
-/// What is said of a log that needs more to be said.
+/// Message for a log that lacks facts.
 pub fn asked(name: &str, log: &str, flags: &[&str]) -> String {
     let directory = tempfile::tempdir().expect("a directory");
     let finished = import(directory.path(), name, log, flags);

@@ -6,7 +6,7 @@
 
 use serde_json::Value;
 
-/// What does not fit, each with its place; empty where everything does.
+/// Violations, each with its place; empty if there are none.
 pub fn faults(schema: &Value, document: &Value) -> Vec<String> {
     let mut checked = Checked {
         root: schema,

@@ -39,7 +39,7 @@ fn crc(bytes: &[u8]) -> u16 {
     crc
 }
 
-/// What is in a stuffed frame, without its CRC; `None` of a damaged one.
+/// Contents of a stuffed frame, without its CRC; `None` for a damaged one.
 fn unstuffed(frame: &[u8]) -> Option<Vec<u8>> {
     let mut content = Vec::new();
     let mut rest = frame;

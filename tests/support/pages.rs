@@ -12,7 +12,7 @@ pub fn root() -> &'static Path {
 pub struct Page {
     /// Where it is, from the root.
     pub path: PathBuf,
-    /// What it says.
+    /// Its text.
     pub text: String,
 }
 
@@ -197,7 +197,7 @@ pub fn sentences(text: &str) -> Vec<String> {
     sentences
 }
 
-/// What follows the mark of an item of a list.
+/// Text after the mark of a list item.
 fn item(line: &str) -> Option<&str> {
     let dashed = line.strip_prefix("- ").or_else(|| line.strip_prefix("* "));
     dashed.or_else(|| {

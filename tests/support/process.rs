@@ -1,4 +1,4 @@
-//! What a running process has used, from Linux's `/proc`; `None` elsewhere, or when it has ended.
+//! Resources used by a running process, from Linux's `/proc`; `None` elsewhere, or when it has ended.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! What each number of a text line means.
+//! Meaning of each number of a text line.
 //!
 //! Names are those that sketches print, in any case and with `_`, `-` or a unit in brackets:
 //! `t_us`, `micros`, `time_ms`, `millis`, `t_s`, `counts`, `encoder`, `command_v`, `pwm` …

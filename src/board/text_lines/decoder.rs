@@ -18,7 +18,7 @@ pub struct TextSample {
     pub sequence: Option<u64>,
     /// Encoder counts; those of a 16-bit `int` are unwrapped.
     pub counts: i64,
-    /// What has to be summed up to counts, in the column's own unit.
+    /// Quantity to be summed up to counts, in the column's unit.
     pub summand: Option<(Column, f64)>,
     /// Command in V.
     pub command_v: Option<f64>,
@@ -65,7 +65,7 @@ pub enum Skipped {
     },
 }
 
-/// What one line was.
+/// Result of one line.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TextEvent {
     /// A sample.

@@ -21,7 +21,7 @@ impl<'a> Field<'a> {
         self.parts().map(|parts| parts.0)
     }
 
-    /// What its label says, and the unit behind its number.
+    /// Meaning of its label, and the unit after its number.
     pub(super) fn column(&self) -> Option<Column> {
         let label = self.label?;
         let unit = self.parts().map_or("", |parts| parts.1);

@@ -1,4 +1,4 @@
-//! What each column of a text line is, for people who choose among them.
+//! Description of each column of a text line.
 
 use super::columns::{Column, NAMES};
 
@@ -10,7 +10,7 @@ impl Column {
         columns
     }
 
-    /// What it holds.
+    /// Content.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::TimeMicros => "the board's time in microseconds, as micros() gives it",

@@ -1,7 +1,7 @@
 //! Boards that print plain text: an ordinary Arduino sketch with `Serial.println`, read as it is.
 //!
 //! A line holds one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value`
-//! pairs as the Arduino serial plotter takes them. What each number means comes from `--columns`, from
+//! pairs as the Arduino serial plotter takes them. The meaning of each number comes from `--columns`, from
 //! the labels, or from a header line that the sketch prints once. Increments and speeds stand for counts where there are none. Banners and torn lines are skipped
 //! and counted, never guessed at.
 //!

@@ -30,7 +30,7 @@ pub struct FirmwareOptions {
     pub counts_16_bit: bool,
     /// Another number after each reset.
     pub boot_id: u32,
-    /// What it calls itself.
+    /// Its name.
     pub name: String,
 }
 

@@ -48,11 +48,11 @@ pub enum Pace {
 /// How a virtual board behaves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VirtualBoardOptions {
-    /// What its firmware says and how its clock runs.
+    /// Its firmware's HELLO and its clock.
     pub firmware: FirmwareOptions,
     /// How its time passes.
     pub pace: Pace,
-    /// What happens to its bytes on the way.
+    /// Faults of its line.
     pub faults: Faults,
     /// From reset to HELLO, as a boot loader takes it.
     pub boot: Duration,
@@ -367,10 +367,10 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
     }
 
     fn send(&mut self) -> io::Result<()> {
-        let pieces = if self.options.faults.split { 1 } else { 4096 };
+        let chunk_bytes = if self.options.faults.split { 1 } else { 4096 };
         while !self.outgoing.is_empty() {
-            let piece = &self.outgoing[..pieces.min(self.outgoing.len())];
-            let sent = self.board_side.write_some(piece)?;
+            let chunk = &self.outgoing[..chunk_bytes.min(self.outgoing.len())];
+            let sent = self.board_side.write_some(chunk)?;
             if sent == 0 {
                 break;
             }

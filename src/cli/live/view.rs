@@ -1,4 +1,4 @@
-//! What is on the screen of `capture --live`: the speed, recorded and simulated, and the figures.
+//! Screen of `capture --live`: the speed, recorded and simulated, and the figures.
 
 use std::collections::VecDeque;
 
@@ -18,7 +18,7 @@ use crate::units::rpm_from_rad_s;
 /// Points kept for the picture.
 const KEPT: usize = 4096;
 
-/// What the view knows of the run besides its samples.
+/// Facts about the run besides its samples.
 #[derive(Debug, Clone)]
 pub(in crate::cli) struct LiveRun {
     /// The motor that is simulated along.
@@ -31,7 +31,7 @@ pub(in crate::cli) struct LiveRun {
     pub profile: String,
 }
 
-/// What is on the screen.
+/// Content of the screen.
 pub(super) struct View {
     run: LiveRun,
     plant: Option<Plant>,
@@ -216,7 +216,7 @@ impl View {
     }
 }
 
-/// Means of speed over at most `columns` stretches, in RPM: one count is much of the speed of a sample.
+/// Means of speed over at most `columns` intervals, in RPM: one count is much of the speed of a sample.
 fn binned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     let columns = columns.min(points.len());
     (0..columns)

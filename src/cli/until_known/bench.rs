@@ -85,7 +85,7 @@ impl<'a> Bench<'a> {
         one.duration = Some(plan.duration_s);
         one.output = file;
         let mut request = one.request(&board, location.path())?;
-        // The header says of a changed bench what `diagnose` is to know of it; the supply stands there by itself.
+        // The header states the changes of the bench for `diagnose`; the supply stands there by itself.
         if let Some(KnownChange { key, value }) = plan.change.as_ref()
             && key != "supply_v"
         {

@@ -29,7 +29,7 @@ use report::{Ended, Reached, Round, command_line, round_line};
 
 /// How long each recording is in s, where nothing else is asked for.
 const ROUND_S: f64 = 15.0;
-/// What is recorded first: of all built-in profiles it hides and ties the fewest effects (`motorlab design`, 15 s at 10 ms), but `jog`, whose first
+/// First recording: of all built-in profiles it hides and ties the fewest effects (`motorlab design`, 15 s at 10 ms), but `jog`, whose first
 /// diagnoses name fewer.
 const FIRST: &str = "brakes";
 /// Highest number of a run that is looked for.
@@ -38,7 +38,7 @@ const MOST_NAMES: usize = 9999;
 /// Going on until the cause is known.
 #[derive(Debug, Clone, Args)]
 pub(super) struct UntilKnown {
-    /// Record, diagnose, and record what the diagnosis proposes, until the cause of the gap is known; no longer than so many
+    /// Record, diagnose, and record what the diagnosis proposes, until the cause of the error is known; no longer than so many
     /// seconds of recording in all (60s), or so many recordings (4). The runs are run-1.csv, run-2.csv ... by the name
     /// after -o. Each lasts --duration, 15 s if that is not given.
     #[arg(long = "until-known", value_name = "SECONDSs|COUNT", value_parser = Bound::parse, group = "simulating",

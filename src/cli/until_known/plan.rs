@@ -21,13 +21,13 @@ pub(super) struct Plan {
     pub profile: String,
     /// How long in s.
     pub duration_s: f64,
-    /// What is changed on the bench for it.
+    /// Known change on the bench for it.
     pub change: Option<KnownChange>,
-    /// What it is for, in a phrase.
+    /// Purpose, in a phrase.
     pub why: String,
 }
 
-/// What follows a diagnosis.
+/// Next step after a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Next {
     /// The cause is known.
@@ -48,7 +48,7 @@ pub(super) fn is_known(verdict: Verdict, probability: f64, is_more_proposed: boo
     is_closed && !is_more_proposed && probability >= Settings::default().confident
 }
 
-/// What follows; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.
+/// Next step; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.
 pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Next {
     if is_known(
         found.verdict,

@@ -44,7 +44,7 @@ pub(super) struct Round {
     duration_s: f64,
     samples: u64,
     lost: u64,
-    /// What was changed on the bench for it.
+    /// Known change on the bench for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     change: Option<KnownChange>,
     /// None where Ctrl-C came before the diagnosis was done.

@@ -122,12 +122,12 @@ impl Shares {
         }
     }
 
-    /// What model `m` leaves, with its 95 % interval.
+    /// RMS error of model `m`, with its 95 % interval.
     pub fn left(&self, m: usize) -> (f64, f64, f64) {
         self.interval(|left| left[m])
     }
 
-    /// What is removed from model `from` to model `to`.
+    /// Share removed from model `from` to model `to`.
     pub fn between(&self, from: usize, to: usize) -> (f64, f64, f64) {
         self.interval(|left| left[from] - left[to])
     }

@@ -1,4 +1,4 @@
-//! What the posterior and the fits say of each effect and of each parameter.
+//! Posterior and fitted values of each effect and of each parameter.
 
 use std::collections::BTreeMap;
 
@@ -114,7 +114,7 @@ pub(super) fn causes(
             })
         })
         .collect();
-    // What is at a bound is no cause.
+    // An effect at a bound is not identified.
     found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
     found
 }
@@ -136,7 +136,7 @@ fn parameters(
             .parameters
             .iter()
             .find(|(known, _)| known.id == parameter);
-        // What the reference does not have changes nothing there.
+        // Effects that the reference lacks change nothing there.
         let neutral = || own.neutral(&base.motor.parameters).map(|(value, _)| value);
         known.map(|(known, x)| known.value(*x)).or_else(neutral)
     };

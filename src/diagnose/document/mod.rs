@@ -22,7 +22,7 @@ use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
 use causes::{alternatives, at_bound, base_parameters, causes, classes, outside, sets};
 
-/// What is measured.
+/// Measured quantity.
 const METRIC: &str = "multi-step prediction error of the position over segments, initial states corrected, in counts RMS";
 
 /// Assembles the document; `None` where a model cannot be simulated.
@@ -92,7 +92,7 @@ pub(super) fn document(
         said = match said {
             Verdict::Parameters if none < settings.identified => Verdict::Ambiguous,
             Verdict::NoGap | Verdict::Parameters => Verdict::NoChange,
-            // What the reference runs leave unexplained is no change either.
+            // Error that is unexplained in the reference runs is no change either.
             Verdict::OutsideCatalogue
                 if none >= settings.confident || is_within(1, then.mean_square) =>
             {

@@ -93,7 +93,7 @@ fn row(run: &Recording, middle: f64, half: f64) -> Option<(Row, f64)> {
         mean_angle += share * 0.5 * (run.angle(k) + run.angle(k + 1));
         if k > from {
             acceleration += bell(at(k)) / half * (slope(k) - slope(k - 1));
-            // What one count at sample k changes the acceleration by.
+            // Change of the acceleration by one count at sample k.
             let next = bell(at(k + 1)) / half / (run.t_s[k + 1] - run.t_s[k]);
             let before = bell(at(k - 1)) / half / (run.t_s[k] - run.t_s[k - 1]);
             let own = bell_over(k) + bell(at(k)) / half / (run.t_s[k] - run.t_s[k - 1]);

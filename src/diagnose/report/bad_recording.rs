@@ -1,4 +1,4 @@
-//! What a diagnosis comes to where a finding about the recording is fatal: nothing is asserted about the motor.
+//! Diagnosis of a recording with a fatal finding: nothing is asserted about the motor.
 
 use serde::Serialize;
 
@@ -13,7 +13,7 @@ pub struct BadRecording {
     pub shape: &'static str,
     /// [`Verdict::BadRecording`].
     pub verdict: Verdict,
-    /// What is fatal first, and what to do.
+    /// Fatal findings first, with their remedies.
     pub sentence: String,
     /// Probability of what the verdict says: a finding is read off the recording.
     pub probability: f64,
@@ -25,7 +25,7 @@ pub struct BadRecording {
     nothing: Nothing,
 }
 
-/// Nothing is identified, measured, fitted, scored or located; the next experiment is the same one, mended.
+/// Nothing is identified, measured, fitted, scored or located; the next experiment is the same one, corrected.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 struct Nothing {
     effects: [(); 0],
@@ -59,7 +59,7 @@ impl BadRecording {
     }
 }
 
-/// What is wrong, and what to do.
+/// Findings, with their remedies.
 fn sentence(fatal: &[&Finding]) -> String {
     let mut whats: Vec<&str> = fatal.iter().map(|found| found.message.as_str()).collect();
     let mut remedies: Vec<&str> = fatal.iter().map(|found| found.remedy.as_str()).collect();

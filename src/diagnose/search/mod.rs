@@ -239,7 +239,7 @@ impl Pool<'_> {
         let least = most - 2.0 * self.base.settings.near_best;
         let mut taken: Vec<Started> = Vec::new();
         for set in &chosen {
-            // Screening is linear: the few best are fitted whatever they promise.
+            // Screening is linear: the few best are fitted whatever their score.
             if set.worth < least || (set.worth < 0.0 && taken.len() >= FITTED_ANYWAY) {
                 continue;
             }

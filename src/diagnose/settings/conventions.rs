@@ -26,7 +26,7 @@ pub(crate) const CUT_REACH: usize = 4;
 /// Multiples of the motor file's counts per revolution: edges are counted once, twice or four times a line.
 pub(crate) const EDGES_COUNTED: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
 
-// What is printed.
+// Printed precision.
 /// Least inclusion probability of an effect in the document, of a set in the table of `--explain`, of a set that an experiment is to separate.
 pub(crate) const LISTED_FROM: f64 = 0.01;
 /// Least inclusion probability of an effect in a sentence where none is identified, and how many there are at most.

@@ -65,7 +65,7 @@ pub(crate) const SCATTER_LEVELS: std::ops::RangeInclusive<i32> = 4..=10;
 // Search (`search`).
 /// Rounds of adding, dropping and exchanging; the best set stays after two or three.
 pub(crate) const ROUNDS: usize = 5;
-/// Sets that are fitted though screening promises nothing.
+/// Sets that are fitted whatever their screening score.
 pub(crate) const FITTED_ANYWAY: usize = 4;
 /// Sets near the best that are fitted without each of their members; starts of one set that are fitted.
 pub(crate) const SIMPLIFIED: usize = 2;
@@ -86,7 +86,7 @@ pub(crate) const FLOOR_WITHIN: f64 = 2.0;
 pub(crate) const WINDOW_SAMPLES: f64 = 1000.0;
 
 // Equation-error regression (`inverse`), which gives starts.
-/// What quantization may make of an acceleration, as a share of its own size.
+/// Largest quantization error of an acceleration, as a share of its size.
 pub(crate) const ACCELERATION_NOISE: f64 = 0.1;
 /// Half the narrowest window in samples, and the widest in s.
 pub(crate) const NARROWEST_SAMPLES: f64 = 4.0;

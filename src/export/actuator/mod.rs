@@ -51,7 +51,7 @@ pub fn divided(motor: &Motor) -> (Vec<&'static str>, Vec<NotPart>) {
 /// Most delayed commands that a state holds: at a step of 1 ms a hundred seconds.
 const MOST_DELAYED: f64 = 1e5;
 
-/// What is wrong with a step of this length for the motor, if anything is.
+/// Error of a step of this length for the motor, if any.
 ///
 /// # Errors
 /// The transport delay is more steps than a state holds.

@@ -6,7 +6,7 @@ use super::language::{Language, names};
 use super::{NotPart, divided};
 use crate::motor::Motor;
 
-/// What an actuator is written for.
+/// Target of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// A C function.

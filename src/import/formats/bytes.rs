@@ -1,6 +1,6 @@
 //! Bytes taken off one after the other, never beyond their end.
 
-/// What is left of some bytes.
+/// Rest of some bytes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bytes<'a>(pub &'a [u8]);
 

@@ -1,7 +1,7 @@
 //! Readers of other people's libraries that panic on damaged data, made to fail as ours do.
 //!
 //! Of 1500 damaged Parquet files three or four panic in the crate `parquet` 60.1 (an assertion on a negative offset, a missing
-//! dictionary, an index beyond a buffer). What was under way is thrown away with the panic, so nothing half made is left.
+//! dictionary, an index beyond a buffer). Unfinished results are discarded with the panic.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -27,7 +27,7 @@ pub enum FormatError {
     Broken {
         /// The form.
         what: &'static str,
-        /// What is wrong.
+        /// Error.
         why: String,
     },
     /// Nothing in it is a table of numbers.
@@ -35,11 +35,11 @@ pub enum FormatError {
     Nothing {
         /// The form.
         what: &'static str,
-        /// What is there instead; empty or begins with `: `.
+        /// Content found instead; empty or begins with `: `.
         why: String,
     },
     /// More than a log has.
-    #[error("it is {what} with more than {most} {of}: cut it into pieces")]
+    #[error("it is {what} with more than {most} {of}: cut it into parts")]
     TooMuch {
         /// The form.
         what: &'static str,

@@ -1,6 +1,6 @@
 //! MATLAB's MAT file of version 7.3, which is HDF5: every dataset of numbers, by its path.
 //!
-//! A struct is a group. What cells and objects are made of lies in `#refs#`; `#subsystem#/MCOS` lists the cells of objects.
+//! A struct is a group. Contents of cells and objects are in `#refs#`; `#subsystem#/MCOS` lists the cells of objects.
 
 use std::collections::HashMap;
 
@@ -19,7 +19,7 @@ const MOST_DEPTH: usize = 8;
 const MOST_MEMBERS: usize = 4096;
 /// The same among the objects: a thousand signals of 60 properties.
 const MOST_INSIDE: usize = 1 << 16;
-/// Largest piece of compressed data, in bytes.
+/// Largest block of compressed data, in bytes.
 const MOST_CHUNK_BYTES: usize = 1 << 27;
 /// Elements of an array of structs that are read.
 const MOST_STRUCTS: usize = 64;
@@ -29,7 +29,7 @@ const REFERENCE_BYTES: usize = 8;
 /// The group of what Simulink logs to a file: samples in a form of their own, which is not read.
 const STREAMS: &str = "#sigstream#";
 
-/// What references refer to, by address.
+/// Targets of references, by address.
 struct Referred {
     groups: HashMap<u64, Group>,
     datasets: HashMap<u64, Dataset>,
@@ -171,7 +171,7 @@ impl Reader<'_> {
         Ok(vec![value])
     }
 
-    /// What a dataset of references refers to, at most so many.
+    /// Targets of a dataset of references, at most so many.
     fn referred_to(
         &mut self,
         dataset: &Dataset,

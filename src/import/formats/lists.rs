@@ -15,7 +15,7 @@ pub(super) fn is_lists(beginning: &[u8]) -> bool {
     if is_matrix(text) {
         return true;
     }
-    // What the beginning cuts off is not looked at, nor where a list ends.
+    // Content cut off by the beginning is not read, nor the end of a list.
     let Some((name, rest)) = named(text) else {
         return false;
     };

@@ -6,7 +6,7 @@ use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Lvm;
-/// What an LVM file begins with.
+/// First bytes of an LVM file.
 pub(super) const MAGIC: &[u8] = b"LabVIEW Measurement";
 
 /// A part of the file: its columns, and the times where they are not in one.

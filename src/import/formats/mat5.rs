@@ -113,7 +113,7 @@ impl Reader {
         bytes: &mut Bytes,
         variables: &mut Vec<(String, Value)>,
     ) -> Result<(), FormatError> {
-        // What stands without a name belongs to the objects.
+        // Variables without a name belong to the objects.
         if self.unnamed(*bytes).is_some() {
             return Ok(());
         }

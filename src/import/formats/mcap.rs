@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let read = reader.records(bytes.get(MAGIC_BYTES..).unwrap_or_default(), true);
     match read {
         Ok(()) => {}
-        // What came before a torn end is whole.
+        // Records before a torn end are complete.
         Err(FormatError::Broken { why, .. }) if !reader.messages.signals.is_empty() => {
             let note = format!("it is read up to where it breaks off: {why}");
             reader.messages.signals.notes.push(note);
@@ -62,7 +62,7 @@ impl Reader {
                 next(&mut rest).ok_or_else(|| FORM.broken("it ends within a record"))?;
             match opcode {
                 CHUNK if is_file => self.chunk(data)?,
-                // What follows repeats what came.
+                // The rest repeats earlier records.
                 DATA_END if is_file => return Ok(()),
                 _ => self
                     .record(opcode, data)

@@ -1,12 +1,12 @@
 //! Objects of MATLAB's class system (MCOS) as a MAT file holds them: the cells of its `FileWrapper__`.
 //!
 //! MathWorks documents no such form. Source: "Subsystem Data Format" of the Python package `mat-io`, checked against files of
-//! MATLAB R2019a to R2025b. The first cell says of each object which cell holds which property; the last holds the defaults.
+//! MATLAB R2019a to R2025b. The first cell maps the properties of each object to cells; the last holds the defaults.
 
 use super::bytes::Bytes;
 use super::workspace::Value;
 
-/// What a reference to objects begins with.
+/// First values of a reference to objects.
 const REFERENCE: f64 = 0xDD00_0000_u32 as f64;
 /// Versions of the form that are known.
 const VERSIONS: std::ops::RangeInclusive<u32> = 2..=4;

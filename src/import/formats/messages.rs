@@ -25,7 +25,7 @@ pub(super) enum Leaf<'a> {
     Text(&'a str),
 }
 
-/// What takes the values of a message by their paths.
+/// Receiver of a message's values by their paths.
 pub(super) type Sink<'s> = dyn FnMut(&str, Leaf) + 's;
 
 /// How the messages of a topic are written.

@@ -1,7 +1,6 @@
 //! Files that are no text in columns: what they are is told by their first bytes, and each becomes a [`Table`].
 //!
-//! Parquet, MCAP, ROS 2 bags and MAT 7.3 need large libraries and are read where the feature `formats` is on. Whatever a file
-//! says of its own size is checked against the bytes that there are before anything of that size is made.
+//! Parquet, MCAP, ROS 2 bags and MAT 7.3 need large libraries and are read where the feature `formats` is on. Sizes stated in a file are checked against the bytes that there are before anything of that size is made.
 
 mod bytes;
 #[cfg(feature = "formats")]

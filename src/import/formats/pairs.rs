@@ -15,14 +15,14 @@ const ALIKE: usize = 3;
 /// X counts in this share of the sample time: 100 ns, as Windows stamps files.
 const FILE_TIME_MS: f64 = 1e-4;
 
-/// What stands above the rows.
+/// Lines above the rows.
 struct Header {
     separator: Separator,
     /// Lines above the rows.
     lines: usize,
     names: Vec<String>,
     units: Vec<Option<String>>,
-    /// What the X columns are called.
+    /// Names of X columns.
     x: String,
     sample_time_ms: Option<f64>,
 }

@@ -85,7 +85,7 @@ fn is_number(column: &ColumnDescriptor) -> bool {
         )
 }
 
-/// Nanoseconds in one of a time stamp's ticks; `None` for other numbers.
+/// Nanoseconds in one of a time stamp's ticks; `None` for other types.
 fn ns_per_tick(column: &ColumnDescriptor) -> Option<i64> {
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(stamp)), _) => Some(match stamp.unit {
@@ -100,7 +100,7 @@ fn ns_per_tick(column: &ColumnDescriptor) -> Option<i64> {
     }
 }
 
-/// What has been read of a column.
+/// Values read of a column.
 #[derive(Debug, Default)]
 struct Numbers {
     found: Vec<f64>,

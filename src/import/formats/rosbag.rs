@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         let row = match rows.next() {
             Ok(Some(row)) => row,
             Ok(None) => break,
-            // What came before a torn page is whole.
+            // Records before a torn page are complete.
             Err(error) if !messages.signals.is_empty() => {
                 messages
                     .signals

@@ -10,7 +10,7 @@ use super::workspace::Value;
 pub(super) struct Series {
     /// In s; of dates since 1970.
     pub time_s: Vec<f64>,
-    /// What is to be added to the name, the unit, a number for each time.
+    /// Suffix of the name, the unit, a value for each time.
     pub columns: Vec<(String, Option<String>, Vec<f64>)>,
 }
 

@@ -14,7 +14,7 @@ const MOST_NAME: usize = 256;
 const MOST_LISTED: usize = 8;
 /// `tout`, which Simulink writes beside its signals, is their time in s.
 const SIMULINK_TIME: &str = "tout";
-/// What to do with an object that is not read.
+/// Remedy for an object that is not read.
 const REMEDY: &str = "in MATLAB save the vectors of each: t = x.Time; y = x.Data; save log.mat t y";
 
 /// A column and its numbers.
@@ -131,7 +131,7 @@ impl Variables {
         }
     }
 
-    /// What is not read, and what to do; empty where all is.
+    /// Objects that are not read, with the remedy; empty if all are.
     fn said_not_read(&self) -> String {
         let (listed, count) = &self.not_read;
         let mut said = all_of(listed, *count);

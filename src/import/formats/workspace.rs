@@ -1,4 +1,4 @@
-//! What a workspace of MATLAB holds, from either form of MAT file: its values, and the columns that they become.
+//! Variables of a MATLAB workspace, from either form of MAT file: its values, and the columns that they become.
 
 use super::super::table::{Table, TableColumn};
 use super::mcos::{Objects, reference};
@@ -10,7 +10,7 @@ use super::{Form, FormatError, MOST_VALUES};
 const MOST_STRUCTS: usize = 64;
 /// Values within values: structs, a Dataset's storage, its signals and the buses in them.
 const MOST_DEPTH: usize = 32;
-/// Values that are looked at: a thousand signals with all that MATLAB says of each.
+/// Values that are looked at: a thousand signals with all their MATLAB properties.
 const MOST_LOOKS: usize = 1 << 18;
 
 /// A value of the workspace.

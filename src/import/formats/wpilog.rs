@@ -105,7 +105,7 @@ fn record<'a>(rest: &mut Bytes<'a>) -> Option<(u64, u64, Bytes<'a>)> {
     Some((entry, time_us, Bytes(payload)))
 }
 
-/// What entry 0 says: an entry starts (0) or ends (1). Metadata that come later (2) change no value.
+/// Contents of entry 0: an entry starts (0) or ends (1). Metadata that come later (2) change no value.
 fn control(payload: &mut Bytes, entries: &mut HashMap<u64, Entry>) -> Option<()> {
     match payload.u8()? {
         0 => {

@@ -34,7 +34,7 @@ pub(super) struct Clock {
     pub step_s: f64,
 }
 
-/// What `--time` is to say, and why.
+/// Proposed `--time`, and the reason.
 type Question = (String, String);
 
 impl Decision<'_> {

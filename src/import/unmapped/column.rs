@@ -1,4 +1,4 @@
-//! What one column of a log holds, by its numbers.
+//! Content of one column of a log, by its values.
 
 use super::super::cells::{decode, number};
 use super::super::stamp::stamp;

@@ -21,11 +21,11 @@ const SHORT_REST: f64 = 0.1;
 /// Words of comment lines that may stand before a command.
 const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 
-/// What `--command-limit` asks for.
+/// Placeholder of `--command-limit`.
 pub(super) const LIMIT_OF_A_SUM: &str =
     "--command-limit is of a --command that is a sum of columns, such as 2*goal-2*position:V";
 
-/// What is a command, and its unit.
+/// The command's column, and its unit.
 struct Found {
     section: CommandSection,
     unit: &'static str,
@@ -346,7 +346,7 @@ impl Decision<'_> {
         })
     }
 
-    /// What the file's name says, from the last row at rest on; and every command that it may say.
+    /// Command in the file's name, from the last row at rest on; and all candidates.
     fn command_of_file_name(&self, motion: Option<usize>) -> (Option<String>, Vec<String>) {
         let commands = commands_of(self.file_name);
         let proposed = match (commands.as_slice(), motion) {

@@ -1,4 +1,4 @@
-//! From what a log shows and what is said of it to a mapping, or to what has still to be said.
+//! From a log and the given facts to a mapping, or to the missing facts.
 //!
 //! A quantity is where its flag says; else in the one column whose name says so. A unit is what the flag says; else what the name
 //! says; else what the numbers leave no choice about. Everything else is asked for.
@@ -237,7 +237,7 @@ impl<'a> Decision<'a> {
         self.used.extend(at);
     }
 
-    /// Something has to be said: the flag, an example of its value for the finished line, and why.
+    /// Facts are missing: the flag, an example of its value for the finished line, and why.
     pub fn ask(&mut self, flag: &'static str, value: String, why: String) {
         self.missing.push(Missing {
             flag: format!("{flag} {value}").trim().to_owned(),

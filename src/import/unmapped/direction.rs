@@ -127,7 +127,7 @@ impl Decision<'_> {
         (back, on)
     }
 
-    /// What moves in each row: the speed, or what the position has gone on by.
+    /// Motion in each row: the speed, or what the position has gone on by.
     pub(super) fn rates(&self, motion: usize) -> Vec<f64> {
         let column = self.column(motion);
         let is_position = self.map.speed.is_none()

@@ -1,4 +1,4 @@
-//! What a command is a share of, and whether the encoder knows a direction.
+//! Reference of a command that is a share, and whether the encoder has a direction.
 
 use super::super::map_file::FieldSection;
 use super::command::{FULL_DRIVES, MOST_VOLTS, PERCENT};
@@ -139,16 +139,16 @@ impl Decision<'_> {
             return false;
         }
         let rows: Vec<(f64, f64)> = commands.into_iter().zip(rates).collect();
-        let turns_on = |stretch: &[(f64, f64)]| {
+        let turns_on = |rows_of: &[(f64, f64)]| {
             let mean = |rows: &[(f64, f64)]| {
                 rows.iter().map(|(_, rate)| rate).sum::<f64>() / rows.len() as f64
             };
-            let length = stretch.len();
-            let (first, last) = (&stretch[..length / 2], &stretch[length - length / 4..]);
+            let length = rows_of.len();
+            let (first, last) = (&rows_of[..length / 2], &rows_of[length - length / 4..]);
             mean(last) > 0.0 && mean(last) >= SLOWED * mean(first)
         };
         rows.chunk_by(|a, b| (a.0 < 0.0) == (b.0 < 0.0))
-            .filter(|stretch| stretch[0].0 < 0.0 && stretch.len() > BACKWARDS)
+            .filter(|rows_of| rows_of[0].0 < 0.0 && rows_of.len() > BACKWARDS)
             .any(turns_on)
     }
 

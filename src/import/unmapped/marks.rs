@@ -1,4 +1,4 @@
-//! What a column of directions tells: a few numbers, or a few words such as CW and CCW.
+//! Meaning of a direction column: a few numbers, or a few words such as CW and CCW.
 
 use super::super::map::Backwards;
 use super::column::Column;

@@ -1,7 +1,7 @@
 //! A log without a mapping: what its names, its numbers and a few flags say makes the mapping.
 //!
 //! [`understand`] looks at the beginning of a log and gives a mapping of the same kind that a mapping file holds, or one message
-//! with all that has to be said and the finished command line. What changes a verdict and neither name nor numbers say is asked for.
+//! with all missing facts and the finished command line. Facts that change a verdict and that neither names nor values determine are requested.
 
 mod clock;
 mod column;
@@ -48,14 +48,14 @@ pub const HEAD_BYTES: u64 = 4 << 20;
 const NO_SPEED: &str =
     "--integrate says how a speed is summed up, but no speed is read; --speed COL:UNIT names one";
 
-/// What was understood of a log.
+/// Interpretation of a log.
 #[derive(Debug)]
 pub struct Reading {
     /// One thing after the other.
     pub understood: Vec<Understood>,
-    /// What else is to be known.
+    /// Further remarks.
     pub notes: Vec<String>,
-    /// The mapping, or what has to be said.
+    /// The mapping, or the missing facts.
     pub map: Result<Ready, Unclear>,
 }
 
@@ -77,7 +77,7 @@ impl Ready {
     }
 }
 
-/// Makes a mapping of a log's beginning (`is_whole`: that is all of it) and what is said of it. `command` is the command line
+/// Makes a mapping of a log's beginning (`is_whole`: that is all of it) and the given facts. `command` is the command line
 /// so far, to which the message about what is missing adds flags.
 pub fn understand(
     head: &[u8],
@@ -106,7 +106,7 @@ pub fn understand(
     decided(&survey, file_name, said, command)
 }
 
-/// The same of a table, whose layout is known. A mapping that names its columns fits it whatever it says of a text's form.
+/// The same of a table, whose layout is known. A mapping that names its columns fits it regardless of its keys for text files.
 pub fn understand_table(table: &Table, file_name: &str, said: &Said, command: &str) -> Reading {
     let survey = survey::of_table(table);
     let mut reading = decided(&survey, file_name, said, command);

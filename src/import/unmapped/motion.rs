@@ -11,15 +11,15 @@ use super::turns::turn_in;
 use super::unclear::Unclear;
 use super::units::Role;
 
-/// Finest position in counts a turn that is read off a column's digits: beyond it they are a float's own.
+/// Finest position in counts per revolution that is read off a column's digits: beyond it they are a float's own.
 pub(super) const FINEST: f64 = 1e6;
-/// A count of counts a turn is whole within this share: the rest is rounding.
+/// A number of counts per revolution is whole within this share: the rest is rounding.
 pub(super) const WHOLE: f64 = 0.005;
 
-/// What counts a turn are.
+/// Definition of counts per revolution.
 pub(super) const COUNTED: &str = "counts of the encoder in one turn, all four edges counted";
 
-/// Share of a turn that an angle takes which goes round.
+/// Share of a turn that an angle takes which wraps.
 const FILLED: f64 = 0.9;
 /// Counts in which a sensor of 10, 12 or 14 bits tells one turn.
 const POWERS: [f64; 3] = [1024.0, 4096.0, 16_384.0];
@@ -172,7 +172,7 @@ impl Decision<'_> {
         }
     }
 
-    /// Several columns for one quantity: which one has to be said.
+    /// Several columns for one quantity: the user has to choose.
     pub(super) fn which(&mut self, flag: &'static str, quantity: &str, several: &[usize]) {
         let names: Vec<String> = several.iter().map(|&at| self.name(at)).collect();
         let first = self.flag_name(several[0]);
@@ -294,7 +294,7 @@ impl Decision<'_> {
             self.says[at].counts_per_rev,
         ) {
             let words = format!(
-                "{} counts a turn, read off the steps of {name} of {} {unit}",
+                "{} counts per revolution, read off the steps of {name} of {} {unit}",
                 short(counts),
                 short(step.unwrap_or_default())
             );
@@ -313,7 +313,7 @@ impl Decision<'_> {
         }
     }
 
-    /// Counts a turn of the run: said, in a name, or read off (`found`); else they are asked for.
+    /// Counts per revolution of the run: given, in a name, or read off (`found`); else they are asked for.
     pub(super) fn counts_per_rev(&mut self, found: Option<f64>, why: String) -> Option<f64> {
         let named = self.says.iter().find_map(|says| says.counts_per_rev);
         let counts = self.said.counts_per_rev.or(named).or(found);
@@ -345,7 +345,7 @@ fn goes_round(column: &Column, wrap: f64) -> bool {
     is_within && jumps > 0 && smooth * 100 >= steps.len() * 98
 }
 
-/// The unit of an angle that goes round: after 360 it is degrees, after 2 pi radians.
+/// The unit of an angle that wraps: after 360 it is degrees, after 2 pi radians.
 fn unit_of_round(column: &Column) -> Option<&'static str> {
     let range = column.highest() - column.lowest();
     let spans = |wrap: f64| range > FILLED * wrap && goes_round(column, wrap);

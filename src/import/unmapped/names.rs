@@ -1,11 +1,11 @@
-//! What a column's name says: which quantity it holds, and in which unit.
+//! Meaning of a column's name: which quantity it holds, and in which unit.
 //!
 //! A name is taken apart into words at everything that is no letter and no digit, and where a capital follows a small letter.
 //! The words tell the quantity; a unit stands in brackets or at the end.
 
 use super::units::{Role, unit_of};
 
-/// What a name says.
+/// Meaning of a name.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct NameSays {
     pub role: Option<Role>,
@@ -65,7 +65,7 @@ const COMMANDS: &[&str] = &[
     "volt",
     "spannung",
 ];
-/// What a controller puts out, where no column is named as a command by one of those.
+/// Names of a controller's output, if no column is named as a command.
 const OUTPUTS: &[&str] = &[
     "output",
     "out",
@@ -84,7 +84,7 @@ const OUTPUTS: &[&str] = &[
     "salida",
     "sortie",
 ];
-/// What a controller measures, beside its setpoint and its output.
+/// Names of a controller's measured value.
 const INPUTS: &[&str] = &[
     "input", "pv", "feedback", "measured", "actual", "ist", "istwert", "entrada",
 ];
@@ -106,7 +106,7 @@ const REFERENCES: &[&str] = &[
     "err",
 ];
 
-/// What a name, and a unit that stands beneath it, say.
+/// Meaning of a name and of a unit below it.
 pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     let (outside, inside) = bracketed(name);
     let words = words(&outside);

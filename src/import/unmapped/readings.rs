@@ -1,4 +1,4 @@
-//! What the numbers of a column are as readings of a clock.
+//! Values of a column as readings of a clock.
 
 /// Share of rows that may repeat a reading by accident; beyond it several rows share one.
 const REPEATS: f64 = 0.02;
@@ -13,7 +13,7 @@ const EVEN: f64 = 0.25;
 /// ...in this share of them.
 const EVEN_SHARE: f64 = 0.8;
 
-/// What the readings are.
+/// The readings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Readings {
     /// They rise from row to row.

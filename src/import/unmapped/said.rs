@@ -1,4 +1,4 @@
-//! What the user says of a log: one flag a quantity.
+//! Facts about a log from the user: one flag per quantity.
 
 use super::super::map::{ColumnRef, Integration};
 use super::unclear::Unclear;
@@ -11,7 +11,7 @@ pub struct Said {
     pub time: Option<String>,
     /// `COL:UNIT`, `7V@0.95s`, `2*COL-2*COL:UNIT`, `none`.
     pub command: Option<String>,
-    /// What the magnitude of a sum is held to.
+    /// Limit of the magnitude of a sum.
     pub command_limit: Option<f64>,
     /// `COL`, or `COL:NUMBER` that is backwards; `none`.
     pub direction: Option<String>,
@@ -98,7 +98,7 @@ pub(super) struct ColumnSaid {
 }
 
 impl ColumnSaid {
-    /// From `COL:UNIT` or `COL`. What stands after the last colon is the unit, unless the whole is a column (`is_column`).
+    /// From `COL:UNIT` or `COL`. The text after the last colon is the unit, unless the whole is a column (`is_column`).
     pub fn parse(
         flag: &'static str,
         role: Role,

@@ -13,9 +13,9 @@ use super::units::{EITHER_PER_S, Role};
 
 /// A first-order motor that leaves this share of the largest speed explains it: a filter in the sketch leaves more.
 const PERFECT: f64 = 2e-3;
-/// Counts a turn beyond those of usual encoders, gears included: read off a speed, they are the rounding of its numbers.
+/// Counts per revolution beyond those of usual encoders, gears included: read off a speed, they are the rounding of its numbers.
 const MOST_USUAL: f64 = 100_000.0;
-/// So many levels of a fine speed without steps are no few levels by chance.
+/// So a fine speed without steps has more levels.
 const LEVELS: usize = 50;
 
 impl Decision<'_> {
@@ -79,7 +79,7 @@ impl Decision<'_> {
         };
         let why = match (doubted, step) {
             (Some(counts), Some(step)) => format!(
-                "steps of {name} of {} would be those of {} counts a turn, more than encoders have; counts of the encoder in one turn, \
+                "steps of {name} of {} would be those of {} counts per revolution, more than encoders have; counts of the encoder in one turn, \
                  all four edges counted",
                 short(step),
                 short(counts)
@@ -122,7 +122,7 @@ impl Decision<'_> {
             match self.said.counts_per_rev.or(self.says[at].counts_per_rev) {
                 None => {
                     let words = format!(
-                        "{} counts a turn, read off: one count in {} s is a step of the speed. The encoder's number, or a multiple of it \
+                        "{} counts per revolution, read off: one count in {} s is a step of the speed. The encoder's number, or a multiple of it \
                          where the sketch averages several rows",
                         short(found),
                         short(step_s)
@@ -140,7 +140,7 @@ impl Decision<'_> {
                         false => String::new(),
                     };
                     self.notes.push(format!(
-                        "the steps of {name} are those of {} counts a turn in {} s, not of {}{how}",
+                        "the steps of {name} are those of {} counts per revolution in {} s, not of {}{how}",
                         short(found),
                         short(step_s),
                         short(said)

@@ -26,7 +26,7 @@ const DECISIVE: f64 = 1.2;
 /// Rounding of sums of squares, as a share of them.
 const ROUNDING: f64 = 1e-13;
 
-/// What a logged speed is.
+/// Kind of a logged speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SpeedOf {
     /// The speed at the instant of the row.
@@ -43,7 +43,7 @@ pub(super) struct Row {
     pub speed: f64,
 }
 
-/// What the fit of a first-order motor says.
+/// Result of the fit of a first-order motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Rule {
     pub speed_of: SpeedOf,
@@ -185,7 +185,7 @@ fn left(blocks: &[&[Row]], speed_of: SpeedOf, delay: i32, time_constant_s: f64) 
     // Friction and command are one column where the command has one level.
     let solved = gram.svd(true, true).solve(&products, 1e-12 * gram.norm());
     let explained = solved.map_or(0.0, |by| by.dot(&products));
-    // What the sums themselves lose by rounding is no residual.
+    // Rounding of the sums is no residual.
     (squares - explained).max(ROUNDING * squares)
 }
 

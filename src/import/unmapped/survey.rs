@@ -14,10 +14,10 @@ use super::units::unit_of;
 const ROWS: usize = 20_000;
 /// Comment lines that are kept.
 const COMMENTS: usize = 50;
-/// What begins a comment.
+/// Beginning of a comment.
 const COMMENT_MARKS: [&str; 3] = ["#", "%", "//"];
 
-/// What a log looks like.
+/// Structure of a log.
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     /// As the mapping file says it.
@@ -30,7 +30,7 @@ pub(super) struct Survey {
     pub split_by: Option<String>,
 }
 
-/// What the first rows of a table hold.
+/// Contents of the first rows of a table.
 pub(super) fn of_table(table: &Table) -> Survey {
     let mut found = Survey::default();
     found.file.delimiter = Some(",".to_owned());
@@ -172,7 +172,7 @@ fn lines_of(head: &[u8], is_whole: bool) -> Vec<Numbered> {
     let Ok(mut lines) = lines(head) else {
         return found;
     };
-    // What was cut off in the middle of compressed data ends the look, and is read in full by the import.
+    // Compressed data that is cut off ends the survey, and is read in full by the import.
     while let Ok(Some(line)) = lines.next() {
         if let Line::Whole(line) = line {
             let line = line.to_vec();

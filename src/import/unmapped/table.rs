@@ -101,7 +101,7 @@ fn is_of_numbers(line: &[u8], labels: &[Vec<u8>]) -> bool {
         .all(|at| number(cells.get(at), false, "").is_ok() || stamp(cells.get(at)).is_some())
 }
 
-/// What one line looks like, taken apart by one separator.
+/// Cells of one line by one separator.
 struct Look {
     cells: usize,
     /// Of the cells that are not empty, the share of numbers and stamps.

@@ -6,7 +6,7 @@ use super::decide::Decision;
 
 /// A step that was found in many positions is exact to this share.
 const EXACT: f64 = 1e-5;
-/// Up to here a number of counts a turn that is exact to that share is whole by more than chance.
+/// Up to here a number of counts per revolution that is whole to that share is significant.
 const MOST_EXACT: f64 = 20_000.0;
 /// A position shows at least one in so many counts.
 const MOST_SKIPPED: f64 = 8.0;

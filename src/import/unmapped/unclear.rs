@@ -5,12 +5,12 @@ use thiserror::Error;
 use super::super::MapError;
 use super::super::cells::shortened;
 
-/// What has to be said of a log.
+/// Facts that a log lacks.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Missing {
     /// The flag that says it, with a value as an example.
     pub flag: String,
-    /// What is missing, and why it is not known.
+    /// Missing facts, and why they are not known.
     pub why: String,
 }
 
@@ -27,8 +27,8 @@ pub enum Unclear {
     /// No text at all.
     #[error("{0}")]
     NoText(String),
-    /// Something has to be said.
-    #[error("{} to be said of this log:\n{}\n{}all of it said:\n  {line}", things(.missing.len()), listed(.missing), capitals(.missing))]
+    /// Facts are missing.
+    #[error("this log lacks {}:\n{}\nhint: {}complete command:\n  {line}", facts(.missing.len()), listed(.missing), capitals(.missing))]
     Missing {
         /// What.
         missing: Vec<Missing>,
@@ -42,7 +42,7 @@ pub enum Unclear {
     NoColumn {
         /// The flag.
         flag: &'static str,
-        /// What it says.
+        /// Meaning.
         column: String,
         /// The columns that there are.
         found: String,
@@ -62,19 +62,19 @@ pub enum Unclear {
         flag: &'static str,
         /// The unit.
         unit: String,
-        /// What it may be.
+        /// Possible values.
         expected: &'static str,
     },
     /// A column whose unit is not said, where no log is looked at.
     #[error(
-        "{flag} {column}: beside a mapping its unit is to be said, as in {column}:UNIT; it is one of {expected}"
+        "{flag} {column}: with a mapping its unit is needed, as in {column}:UNIT; it is one of {expected}"
     )]
     NoUnit {
         /// The flag.
         flag: &'static str,
         /// The column.
         column: String,
-        /// What the unit may be.
+        /// Possible units.
         expected: &'static str,
     },
     /// A flag that cannot be read.
@@ -82,9 +82,9 @@ pub enum Unclear {
     Form {
         /// The flag.
         flag: &'static str,
-        /// What it says.
+        /// Meaning.
         text: String,
-        /// What it may say.
+        /// Possible meanings.
         expected: &'static str,
     },
     /// Flags that exclude each other.
@@ -93,7 +93,7 @@ pub enum Unclear {
     /// The mapping cannot be written as one.
     #[error("the mapping cannot be written: {0}")]
     Unwritten(String),
-    /// What was said and found makes no mapping.
+    /// The given and detected facts make no mapping.
     #[error(transparent)]
     Map(#[from] MapError),
 }
@@ -107,10 +107,10 @@ fn began(lines: &[String]) -> String {
     }
 }
 
-fn things(count: usize) -> String {
+fn facts(count: usize) -> String {
     match count {
-        1 => "one thing has".to_owned(),
-        count => format!("{count} things have"),
+        1 => "one fact".to_owned(),
+        count => format!("{count} facts"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Quantities, and their units as people write them in names and brackets.
 
-/// What a column holds, by its name.
+/// Quantity of a column, by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Role {
     Time,
@@ -13,7 +13,7 @@ pub(super) enum Role {
     Command,
     Current,
     Supply,
-    /// What a controller was to reach: neither commanded to the motor nor measured.
+    /// Setpoint of a controller: neither commanded to the motor nor measured.
     Reference,
     /// `input_volts`: the supply of a servo, or what was commanded.
     CommandOrSupply,

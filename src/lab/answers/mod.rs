@@ -19,11 +19,11 @@ use super::{Source, StepResponses};
 pub struct Answer {
     /// Part and question, such as `1.2`; a letter for an objective.
     pub number: &'static str,
-    /// What is asked, in our words.
+    /// Question, paraphrased.
     pub topic: &'static str,
     /// The answer in a sentence or two.
     pub short: String,
-    /// What it rests on.
+    /// Basis of the answer.
     pub because: Vec<String>,
 }
 
@@ -43,8 +43,9 @@ fn not_usable(runs: &[Recorded]) -> String {
     told.collect()
 }
 
-/// What stands instead of an answer where no recording is usable.
-const TO_BE_MENDED: &str = "That cannot be said before the recording is mended.";
+/// Answer if no recording is usable.
+const NO_USABLE_RECORDING: &str =
+    "Not usable before the fatal finding in the recording is corrected.";
 
 /// Every answer, in the handout's order.
 pub fn all(

@@ -1,6 +1,6 @@
 //! Answers of Part 3.
 
-use super::{Answer, TO_BE_MENDED, not_usable, usable};
+use super::{Answer, NO_USABLE_RECORDING, not_usable, usable};
 use crate::diagnose::{Diagnosis, Settings, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
@@ -79,7 +79,7 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
         })
         .collect();
     let short = match sentences.as_slice() {
-        [] if !runs.is_empty() => TO_BE_MENDED.to_owned(),
+        [] if !runs.is_empty() => NO_USABLE_RECORDING.to_owned(),
         said => said.join(" "),
     };
     Answer {
@@ -156,7 +156,7 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
         Missing::Undiagnosed(why) => {
             because.push(format!("No diagnosis: {why}."));
             match usable.is_empty() {
-                true => TO_BE_MENDED.to_owned() + &not_usable(runs),
+                true => NO_USABLE_RECORDING.to_owned() + &not_usable(runs),
                 false => seen.alone() + &not_usable(runs),
             }
         }
@@ -197,7 +197,7 @@ impl Seen {
         )
     }
 
-    /// What is missing: the verdict, no more and no less.
+    /// Missing effect: the verdict, no more and no less.
     fn answer(self, verdict: Verdict, effects: &[&str], probability: f64) -> String {
         let seen = self.words();
         let named = effects.join(" and ");

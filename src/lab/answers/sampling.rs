@@ -78,7 +78,7 @@ pub(super) fn quantisation(part: &Sampling) -> Answer {
     });
     Answer {
         number: "2.a",
-        topic: "What the encoder's whole counts do to the speed",
+        topic: "Effect of quantization on the speed",
         short,
         because,
     }
@@ -111,7 +111,7 @@ pub(super) fn delay(part: &Sampling) -> Answer {
     );
     Answer {
         number: "2.b",
-        topic: "What sampling and difference delay",
+        topic: "Delay by sampling and difference",
         short: format!("Half a sample: {}.", halves.join(", ")),
         because,
     }

@@ -1,6 +1,6 @@
 //! Answers of Part 1.
 
-use super::{Answer, TO_BE_MENDED, not_usable, usable};
+use super::{Answer, NO_USABLE_RECORDING, not_usable, usable};
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::lab::damping::Term;
 use crate::lab::missing::Missing;
@@ -61,7 +61,7 @@ pub(super) fn first_order(part: &StepResponses) -> Answer {
     )];
     if let Some(mechanical_s) = order.mechanical_s {
         because.push(format!(
-            "What limits it is the ratio of two time constants: the winding's L/R = {} against J R / (R b + Kt Kb) = {}, {}.",
+            "The limit is the ratio of two time constants: the winding's L/R = {} against J R / (R b + Kt Kb) = {}, {}.",
             time(order.electrical_s),
             time(mechanical_s),
             if order.electrical_s > 0.0 {
@@ -170,7 +170,7 @@ pub(super) fn damping(part: &StepResponses) -> Answer {
     }
 }
 
-/// What Coulomb friction takes off the steady speed, in rad/s.
+/// Loss of steady speed by Coulomb friction, in rad/s.
 fn coulomb_loss(part: &StepResponses) -> f64 {
     let steady = |k: usize| part.curves[k].steady_speed_rad_s;
     steady(0)
@@ -223,7 +223,7 @@ pub(super) fn experiment(runs: &[Recorded], missing: &Missing, source: &Source) 
     let first = usable.first().copied();
     let short = match first.and_then(Recorded::best) {
         None if runs.is_empty() => "There is no recording to compare with.".to_owned(),
-        None => TO_BE_MENDED.to_owned(),
+        None => NO_USABLE_RECORDING.to_owned(),
         Some(best) => {
             let verdict = match_words(met, usable.len(), missing.diagnosis());
             let source = match source {

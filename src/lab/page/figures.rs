@@ -8,7 +8,7 @@ use crate::report::comparison::overlay;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::rpm_from_rad_s;
 
-/// What is shown before a recorded step, in s.
+/// Time shown before a recorded step, in s.
 const LEAD_S: f64 = 0.06;
 
 fn rpm(speeds: &[f64]) -> Vec<f64> {

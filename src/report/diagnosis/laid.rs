@@ -9,9 +9,9 @@ use crate::recording::Run;
 /// One run and its three simulations.
 pub(super) struct LaidRun<'a> {
     pub run: &'a Run,
-    /// What the page calls it.
+    /// Its name on the page.
     pub name: String,
-    /// What the diagnosis calls it.
+    /// Its name in the diagnosis.
     pub id: String,
     /// The models in order; the last is missing where no effect is identified.
     pub models: Vec<LaidModel>,

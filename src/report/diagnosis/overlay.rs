@@ -134,7 +134,7 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     }
 }
 
-/// What the figure shows, and the error of each model.
+/// Content of the figure, and the error of each model.
 pub(super) fn caption(beside: &Beside<'_>) -> String {
     let figures = beside.models.iter().enumerate();
     let figures: Vec<String> = figures

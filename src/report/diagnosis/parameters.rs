@@ -28,7 +28,7 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
     );
 }
 
-/// What the runs determine of the motor.
+/// Parameters that the runs determine.
 pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Identifiable parameters");
     let identifiable = words::identifiable_rows(diagnosis).into_iter();

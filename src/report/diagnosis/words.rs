@@ -175,7 +175,7 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.budget.iter().map(row).collect()
 }
 
-/// What the shares of the budget are of.
+/// Reference of the shares of the budget.
 pub const BUDGET_NOTE: &str = "Share: of the nominal reducible squared error (held-out squared error above the noise floor) that the step removes; of unexplained, what is left.";
 
 /// The error budget as bars.
@@ -228,7 +228,7 @@ pub fn interval_words(interval: &Interval) -> String {
     }
 }
 
-/// What voltage and counts determine of the motor: name and value each.
+/// Parameters that voltage and counts determine: name and value each.
 pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)> {
     let found = &diagnosis.identifiable;
     let mut rows = vec![

@@ -1,4 +1,4 @@
-//! What hangs on the board: driver, motor, and the encoder's wheel.
+//! Bench of the board: driver, motor, and the encoder's wheel.
 
 use motorlab::motor::{Motor, Plant, SimulationError};
 use motorlab::recording::CommandKind;
@@ -98,7 +98,7 @@ impl Shaft for SteadyShaft {
     }
 }
 
-/// What the encoder's two channels show at a count: bit 0 A, bit 1 B. A leads B upwards.
+/// Levels of the encoder's two channels at a count: bit 0 A, bit 1 B. A leads B upwards.
 pub fn levels(count: i64) -> u8 {
     [0b00, 0b01, 0b11, 0b10][count.rem_euclid(4) as usize]
 }

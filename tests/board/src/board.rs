@@ -19,7 +19,7 @@ const TURN_CYCLES: u64 = CLOCK_HZ / 100_000;
 /// Cycles that a byte takes on the line: start bit, 8 bits, stop bit.
 const BYTE_CYCLES: u64 = 10 * CLOCK_HZ / firmware_protocol::BAUD as u64;
 
-/// What the driver makes of its pins.
+/// State of the driver by its pins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {
     /// Mean voltage at the motor.
@@ -96,7 +96,7 @@ impl Board {
         seconds(self.cycle())
     }
 
-    /// What really happened.
+    /// True events.
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
@@ -112,7 +112,7 @@ impl Board {
         self.turn
     }
 
-    /// What the driver does now.
+    /// Present state of the driver.
     pub fn drive(&self) -> Drive {
         self.drive
     }
@@ -150,7 +150,7 @@ impl Board {
         self.incoming.len()
     }
 
-    /// What the board has sent since the last call.
+    /// Bytes from the board since the last call.
     pub fn take_sent(&mut self) -> Vec<SentByte> {
         std::mem::take(&mut self.sent)
     }

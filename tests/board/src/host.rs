@@ -17,14 +17,14 @@ pub enum HostError {
     /// The processor stopped.
     #[error(transparent)]
     Mcu(#[from] McuError),
-    /// What was waited for did not come.
+    /// The awaited message did not arrive.
     #[error("the board did not say {what} within {within_s} s; it said {heard:?}")]
     NotHeard {
         /// What.
         what: String,
         /// How long it had.
         within_s: f64,
-        /// What it said instead.
+        /// Received instead.
         heard: Vec<BoardMessage>,
     },
 }
@@ -91,7 +91,7 @@ impl Host {
         }
     }
 
-    /// What was heard since the last call.
+    /// Messages since the last call.
     pub fn take_heard(&mut self) -> Vec<Heard> {
         std::mem::take(&mut self.heard)
     }
@@ -166,8 +166,8 @@ impl Host {
             crc: profile_crc(segments.iter().copied()),
         })?;
         let mut first = 0;
-        for piece in segments.chunks(CHUNK_SEGMENTS) {
-            if let Some(chunk) = Chunk::new(first, piece) {
+        for part in segments.chunks(CHUNK_SEGMENTS) {
+            if let Some(chunk) = Chunk::new(first, part) {
                 first = self.ask(&HostMessage::Chunk(chunk))?;
             }
         }

@@ -40,9 +40,9 @@ pub enum Pace {
 pub struct LineOptions {
     /// How the board's time passes.
     pub pace: Pace,
-    /// What happens to the bytes from the board.
+    /// Faults on the bytes from the board.
     pub faults: Faults,
-    /// What happens to the bytes to the board.
+    /// Faults on the bytes to the board.
     pub faults_to_board: Faults,
     /// Where what really happened in the latest recording is written, as CSV.
     pub truth: Option<PathBuf>,
@@ -119,7 +119,7 @@ pub struct Line {
     to_board: Faulty,
     outgoing: Vec<u8>,
     connected: bool,
-    /// What the host has said and the board has not been told yet.
+    /// Bytes of the host that the board has not received yet.
     said: Vec<u8>,
     /// The message that the board was told last, and whether it has answered.
     told: (Vec<u8>, bool),

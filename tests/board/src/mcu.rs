@@ -21,13 +21,13 @@ const MAX_EVENTS: usize = 4096;
 pub struct Edge {
     /// When.
     pub cycle: u64,
-    /// What the encoder has counted from then on.
+    /// Counts of the encoder from then on.
     pub count: i64,
     /// Bit 0: channel A, bit 1: channel B.
     pub levels: u8,
 }
 
-/// What kind of thing has happened inside the processor.
+/// Kind of event inside the processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
     /// The serial port began to send a byte.
@@ -43,7 +43,7 @@ pub enum EventKind {
 pub struct Event {
     /// When.
     pub cycle: u64,
-    /// What the encoder's pins had shown until then, in counts.
+    /// Counts by the encoder's pins until then.
     pub count: i64,
     /// What.
     pub kind: EventKind,
@@ -190,7 +190,7 @@ impl Mcu {
         (address != 0).then_some(address)
     }
 
-    /// What the encoder's pins have shown until now, in counts.
+    /// Counts by the encoder's pins until now.
     pub fn count(&self) -> i64 {
         // SAFETY: `shim` is valid until drop.
         unsafe { shim_count(self.shim.as_ptr()) }

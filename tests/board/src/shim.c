@@ -1,6 +1,6 @@
 // The C side of the emulated board: simavr's struct fields and call-backs behind plain functions.
 //
-// What happens inside is kept as events with the cycle at which it happened, for the Rust side to
+// Internal events are kept with their cycle, for the Rust side to
 // fetch after each short run.
 
 #include <stdio.h>
@@ -72,7 +72,7 @@ static void on_tick_running(struct avr_irq_t *irq, uint32_t value, void *param) 
 	if (value) note(param, EVENT_TICK_ENTERED, 0);
 }
 
-// What goes wrong shows in the firmware's behaviour; simavr's own words would only flood the tests'.
+// Failures show in the firmware's behaviour; simavr's own words would only flood the tests'.
 static void quiet(avr_t *avr, const int level, const char *format, va_list arguments) {
 	(void)avr;
 	(void)level;
@@ -85,7 +85,7 @@ static void no_sleep(avr_t *avr, avr_cycle_count_t how_long) {
 	(void)how_long;
 }
 
-// What the pins show. Any write to PORT or DDR makes simavr raise the pins again from this value, so it
+// Levels of the pins. Any write to PORT or DDR makes simavr raise the pins again from this value, so it
 // has to be kept at the present level.
 static void show(struct shim *shim) {
 	avr_ioport_external_t external = {

@@ -1,4 +1,4 @@
-//! What really happened on the board, beside what it sent.
+//! True events on the board, beside what it sent.
 
 use std::io::{self, Write};
 
@@ -11,7 +11,7 @@ pub struct Tick {
     pub due: u64,
     /// Cycle at which its interrupt began: the true instant of the sample.
     pub entered: u64,
-    /// What the encoder's pins had shown until then, in counts.
+    /// Counts by the encoder's pins until then.
     pub count: i64,
     /// The wheel's true angle then, in counts; the count is the whole part of it.
     pub angle_counts: f64,

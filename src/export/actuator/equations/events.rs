@@ -1,9 +1,9 @@
-//! What ends a mode, and what its end does to the state.
+//! Events that end a mode, and their effect on the state.
 
 use super::{Function, LEAVING_RAD_S, LOAD, MOTOR, Side, Writer, set};
 
 impl Writer<'_> {
-    /// What ends a mode when it falls through 0, and how many there are.
+    /// Event functions that end a mode at 0, and their number.
     pub(super) fn guards(&self) -> (Function, usize) {
         let mut lines = vec![self.call_forces()];
         self.levels(&mut lines);

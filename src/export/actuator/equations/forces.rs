@@ -117,7 +117,7 @@ impl Writer<'_> {
         Line::Call("f", "forces", "y, u, load", gives)
     }
 
-    /// What is left of the voltage against the back EMF; a bridge that freewheels drives its mean current of a period.
+    /// Voltage minus back EMF; a bridge that freewheels drives its mean current of a period.
     pub(super) fn excess(&self, lines: &mut Vec<Line>) {
         if !self.has("pwm_freewheel") {
             lines.push(set("excess", "volts - emf"));

@@ -43,7 +43,7 @@ pub(super) struct Equations {
     pub m: Vec<&'static str>,
     /// How many ways there are for a mode to end.
     pub guards: usize,
-    /// What reaches the driver when `u` is asked for.
+    /// Command at the driver for `u`.
     pub command: String,
     pub functions: Vec<Function>,
     /// Where angle and speed of the output shaft stand in the state; of the motor's own, if the encoder sits there.

@@ -1,4 +1,4 @@
-//! What passes between the motor side and the load side, and whether both move as one.
+//! Torque between the motor side and the load side, and whether both move as one.
 
 use super::{Line, Side, Writer, set};
 

@@ -76,7 +76,7 @@ impl Plugged {
         Self { path, stop, line }
     }
 
-    /// What really happened on the board.
+    /// True events on the board.
     fn unplug(self) -> Truth {
         self.stop.store(true, Ordering::Relaxed);
         let board = self.line.join().expect("no panic").expect("the board ran");

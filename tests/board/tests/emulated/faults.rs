@@ -1,4 +1,4 @@
-//! What must not go wrong when something else does.
+//! Safety in case of failures.
 
 use emulated_board::bench::SteadyShaft;
 use emulated_board::board::seconds;
@@ -139,7 +139,7 @@ fn a_sample_time_that_is_too_short_is_flagged_and_lights_pin_13() {
         };
         assert_eq!(taken, 3000);
         assert_eq!(heard.len() as u32, taken - dropped);
-        // What was sent is true all the same.
+        // The sent samples are true nevertheless.
         let ticks = host.board.truth().ticks[before..].to_vec();
         for sample in &heard {
             let tick = &ticks[usize::from(sample.sequence)];

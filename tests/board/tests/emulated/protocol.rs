@@ -1,4 +1,4 @@
-//! What the sketch answers, message by message; its frames are held against the crate's, byte by byte.
+//! Answers of the sketch, message by message; its frames are compared with the crate's, byte by byte.
 
 use emulated_board::wiring::BoardKind;
 use firmware_protocol::host_message::kind;
@@ -22,7 +22,7 @@ fn vector(name: &str) -> Vec<u8> {
         .collect()
 }
 
-/// What the board says within 50 ms of raw bytes.
+/// Answer of the board within 50 ms of raw bytes.
 fn answers(host: &mut emulated_board::host::Host, bytes: &[u8]) -> Vec<BoardMessage> {
     host.take_heard();
     host.board.receive(bytes);

@@ -1,4 +1,4 @@
-//! What the sketch takes of the processors' memories.
+//! Memory use of the sketch.
 
 use std::process::Command;
 
