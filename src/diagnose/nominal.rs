@@ -69,7 +69,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     for _ in 0..CUTS {
         let tolerant = with_tolerances(&motor, super::model::BASE, settings.largest_factor);
         let prepared = Prepared::new(runs, &tolerant, &settings)?;
-        let segments = prepared.searched();
+        let (segments, _) = prepared.searched();
         let model = Model::new(&prepared.base, Vec::new());
         let mut starts = vec![model.start()];
         let own = own_part(segments).map(|own| shares(&prepared.base, own));

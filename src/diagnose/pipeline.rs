@@ -56,17 +56,12 @@ impl Prepared {
         })
     }
 
-    /// Segments that are searched.
-    pub fn searched(&self) -> &Segments {
-        self.subset
-            .as_ref()
-            .map_or(&self.all, |subset| &subset.segments)
-    }
-
-    fn searched_runs(&self) -> &[Run] {
-        self.subset
-            .as_ref()
-            .map_or(&self.runs, |subset| &subset.runs)
+    /// Segments that are searched, and the runs that they are of.
+    pub fn searched(&self) -> (&Segments, &[Run]) {
+        match &self.subset {
+            Some(subset) => (&subset.segments, &subset.runs),
+            None => (&self.all, &self.runs),
+        }
     }
 }
 
@@ -108,7 +103,7 @@ pub(crate) fn searched(
 ) -> Result<Searched, DiagnoseError> {
     let Prepared { all, base, .. } = prepared;
     let settings = &base.settings;
-    let segments = prepared.searched();
+    let (segments, runs) = prepared.searched();
     let model = Model::new(base, Vec::new());
     progress("re-identifying the parameters");
     let nominal = Fit::at(segments, &model, model.start()).ok_or(DiagnoseError::NoFit)?;
@@ -148,7 +143,7 @@ pub(crate) fn searched(
         .max(settings.screened_segments * segment);
     let coarse = Subset::new(
         &segments,
-        prepared.searched_runs(),
+        runs,
         &none.model.motor(&none.x),
         most,
         Some(&none.corrected),

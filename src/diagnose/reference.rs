@@ -23,7 +23,6 @@ use super::segments::Segments;
 use super::verdict::identified;
 use super::{Options, Settings};
 use crate::motor::Motor;
-use crate::motor::catalogue::catalogue;
 use crate::motor::fit::ParameterId;
 use crate::recording::Run;
 
@@ -156,17 +155,8 @@ fn posterior_of(segments: &Segments, base: &Base, fit: &Fit) -> (Motor, Referenc
             covariance.column_mut(k).scale_mut(1.0 / fit.x[k]);
         }
     }
-    let effects = motor
-        .effects
-        .iter()
-        .filter(|effect| effect.index() < catalogue().len());
     let posterior = ReferencePosterior {
-        effects: (effects)
-            .map(|effect| Member {
-                index: effect.index(),
-                values: effect.parameters().map(|(_, value)| value).collect(),
-            })
-            .collect(),
+        effects: Member::of(&motor),
         parameters: (parameters.iter().zip(&fit.x))
             .filter(|(parameter, _)| matches!(parameter.id, ParameterId::Effect(..)))
             .map(|(parameter, x)| (*parameter, *x))

@@ -16,7 +16,7 @@ use std::f64::consts::TAU;
 use nalgebra::{DMatrix, DVector};
 
 use super::fit::{Fit, gram};
-use super::model::{Base, Member, Model, dot, range_of};
+use super::model::{Base, Member, Model, dot, less, range_of};
 use super::noise::{LinearPlant, Noise, Whitener, likeliest};
 use super::segments::{Segments, drag, time_constant_s};
 use super::settings::solver::{COEFFICIENTS, LAST_DIGITS, REFINEMENTS, TIME_CONSTANTS_S};
@@ -160,21 +160,6 @@ fn prior_of_step(precision: &DMatrix<f64>, distance: &DVector<f64>, step: &DVect
     0.5 * ((precision * &off).dot(&off) - (precision * distance).dot(distance))
 }
 
-/// A fit after one linear step under a noise.
-struct Linear {
-    data: f64,
-    prior: f64,
-    noise: Noise,
-    squares: f64,
-    hessian: DMatrix<f64>,
-}
-
-impl Linear {
-    fn cost(&self) -> f64 {
-        self.data + self.prior
-    }
-}
-
 /// The likelihood of a fit, at its optimum by linear steps.
 pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelihood {
     let model = &fit.model;
@@ -183,7 +168,9 @@ pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelih
     let precision = model.precision_as_unlikely(&fit.x);
     let distance = DVector::from_column_slice(&fit.x) - &model.mean;
     let mut residual = fit.residual.clone();
-    let mut best: Option<Linear> = None;
+    let expected: f64 = segments.weight.iter().sum();
+    let cost = |one: &Likelihood| one.optimum.data + one.optimum.prior;
+    let mut best: Option<Likelihood> = None;
     for _ in 0..=REFINEMENTS {
         let noise = likeliest(segments, &plant, usual_load, &residual);
         if best.as_ref().is_some_and(|best| best.noise == noise) {
@@ -195,56 +182,31 @@ pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelih
         let hessian = gram(&columns) + &precision;
         let right = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white))
             - &precision * &distance;
-        let step = (hessian.clone().cholesky()).map_or_else(
-            || DVector::zeros(columns.len()),
-            |cholesky| cholesky.solve(&right),
-        );
-        for step in [&step, &DVector::zeros(columns.len())] {
-            let mut moved = white.clone();
-            for (column, by) in columns.iter().zip(step.iter()) {
-                for (r, c) in moved.iter_mut().zip(column) {
-                    *r -= by * c;
-                }
-            }
-            let found = Linear {
-                data: whitener.cost(&moved),
-                prior: fit.prior
-                    + prior_of_step(&precision, &distance, step)
-                    + noise.prior(usual_load),
+        let none = DVector::zeros(columns.len());
+        let cholesky = hessian.clone().cholesky();
+        let step = cholesky.map_or_else(|| none.clone(), |cholesky| cholesky.solve(&right));
+        for step in [&step, &none] {
+            let moved = less(&white, &columns, step);
+            let found = Likelihood {
+                optimum: Optimum {
+                    data: whitener.cost(&moved),
+                    prior: fit.prior
+                        + prior_of_step(&precision, &distance, step)
+                        + noise.prior(usual_load),
+                    volume: log_volume(base, model, &hessian),
+                    hessian: hessian.clone(),
+                },
                 noise,
-                squares: dot(&moved, &moved),
-                hessian: hessian.clone(),
+                plant,
+                squares: dot(&moved, &moved) / expected,
             };
-            if best.as_ref().is_none_or(|best| found.cost() < best.cost()) {
+            if best.as_ref().is_none_or(|best| cost(&found) < cost(best)) {
                 best = Some(found);
             }
         }
-        residual.copy_from_slice(&fit.residual);
-        for (column, by) in fit.columns.iter().zip(step.iter()) {
-            for (r, c) in residual.iter_mut().zip(column) {
-                *r -= by * c;
-            }
-        }
+        residual = less(&fit.residual, &fit.columns, &step);
     }
-    let Linear {
-        data,
-        prior,
-        noise,
-        squares,
-        hessian,
-    } = best.expect("one refinement at least");
-    let expected: f64 = segments.weight.iter().sum::<f64>();
-    Likelihood {
-        optimum: Optimum {
-            data,
-            prior,
-            volume: log_volume(base, model, &hessian),
-            hessian,
-        },
-        noise,
-        plant,
-        squares: squares / expected,
-    }
+    best.expect("one refinement at least")
 }
 
 /// Effective number of independent observations in a corrected residual: by octaves of its cosine transform (Satterthwaite 1946), or by

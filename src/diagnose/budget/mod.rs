@@ -11,6 +11,8 @@ mod place;
 pub(crate) use floor::{median, stated_floor, travel};
 pub(crate) use place::{largest_regime, regions};
 
+use std::ops::Range;
+
 use nalgebra::DVector;
 use rand::SeedableRng;
 use rand_distr::{Distribution, Exp1};
@@ -19,7 +21,7 @@ use rand_pcg::Pcg64Mcg;
 use super::fit::{Fit, gram};
 use super::model::{Base, dot, mean_square};
 use super::score::{effective_observations, scale_free};
-use super::segments::Segments;
+use super::segments::{Segment, Segments};
 use super::settings::Settings;
 use super::settings::conventions::ENDS_95;
 use super::settings::solver::{DRAWS, SAME};
@@ -35,28 +37,36 @@ pub(crate) fn cross_validated(segments: &Segments, base: &Base, fit: &Fit) -> Ve
     let Some(whole) = hessian.clone().cholesky().map(|c| c.solve(&gradient)) else {
         return out;
     };
-    for fold in 0..base.settings.folds {
-        let blocks = || segments.blocks.iter().filter(|block| block.fold == fold);
-        let mut without = hessian.clone();
-        let mut right = gradient.clone();
-        for block in blocks() {
-            let range = block.samples.clone();
-            let own: Vec<Vec<f64>> = columns.iter().map(|c| c[range.clone()].to_vec()).collect();
-            without -= gram(&own) * weight;
-            let r = &fit.corrected[range];
-            right -= DVector::from_fn(own.len(), |i, _| weight * dot(&own[i], r));
-        }
+    let folds = base.settings.folds;
+    // Segments are dealt to folds in turn; where they are fewer than folds, each is cut into as many blocks as there are folds.
+    let parts = if segments.segments.len() < folds {
+        folds
+    } else {
+        1
+    };
+    let cut = |segment: &Segment, j: usize| segment.at + j * segment.len() / parts;
+    let blocks: Vec<Range<usize>> = (segments.segments.iter())
+        .flat_map(|segment| (0..parts).map(move |j| cut(segment, j)..cut(segment, j + 1)))
+        .collect();
+    for fold in 0..folds {
+        let held: Vec<usize> = (blocks.iter().skip(fold).step_by(folds))
+            .flat_map(Range::clone)
+            .collect();
+        let of_held = |column: &Vec<f64>| -> Vec<f64> { held.iter().map(|k| column[*k]).collect() };
+        let own: Vec<Vec<f64>> = columns.iter().map(of_held).collect();
+        let r = of_held(&fit.corrected);
+        let mut without = &hessian - gram(&own) * weight;
+        let right = &gradient - DVector::from_fn(own.len(), |i, _| weight * dot(&own[i], &r));
         for k in 0..without.nrows() {
             without[(k, k)] += SAME * hessian[(k, k)];
         }
         let Some(step) = without.cholesky().map(|c| c.solve(&right) - &whole) else {
             continue;
         };
-        for block in blocks() {
-            for k in block.samples.clone() {
-                let moved = columns.iter().zip(step.iter()).map(|(c, s)| c[k] * s);
-                out[k] -= moved.sum::<f64>();
-            }
+        for (j, k) in held.iter().enumerate() {
+            out[*k] -= (own.iter().zip(step.iter()))
+                .map(|(c, s)| c[j] * s)
+                .sum::<f64>();
         }
     }
     out

@@ -1,5 +1,6 @@
 //! Parts of a model: effects with their values, and free parameters.
 
+use crate::motor::Motor;
 use crate::motor::catalogue::{EffectParameter, Prior, catalogue};
 use crate::motor::fit::ParameterId;
 
@@ -11,6 +12,20 @@ pub(crate) struct Member {
 }
 
 impl Member {
+    /// The effects of a motor that are of the catalogue, with their values.
+    pub fn of(motor: &Motor) -> Vec<Self> {
+        let of_catalogue = motor
+            .effects
+            .iter()
+            .filter(|one| one.index() < catalogue().len());
+        of_catalogue
+            .map(|one| Self {
+                index: one.index(),
+                values: one.parameters().map(|(_, value)| value).collect(),
+            })
+            .collect()
+    }
+
     pub fn id(&self) -> &'static str {
         catalogue()[self.index].id
     }

@@ -11,7 +11,8 @@ mod tolerances;
 pub(crate) use base::{BASE, Base, range_of};
 pub(crate) use member::{Member, Parameter};
 pub(crate) use parameters::Model;
+pub(crate) use prior::freed_width;
 pub(crate) use reference::ReferencePosterior;
 pub(crate) use simulate::{
-    corrected_residual, dot, mean_square, predict, sensitivities, simulated_counts,
+    corrected_residual, dot, less, mean_square, predict, sensitivities, simulated_counts,
 };

@@ -42,8 +42,8 @@ pub(super) fn scale_variance(base: &Base) -> f64 {
 }
 
 /// Width (one sigma) of a base number that an effect sets free, as a share of the motor file's: half the effect's range.
-fn freed_width(base: &Base, member: &Member, number: usize) -> f64 {
-    let parameter = &catalogue()[member.index].parameters[0];
+pub(crate) fn freed_width(base: &Base, index: usize, number: usize) -> f64 {
+    let parameter = &catalogue()[index].parameters[0];
     let (lo, hi) = range_of(parameter, base);
     let own = base.motor.parameters.get(BASE[number]).unwrap_or(1.0);
     0.5 * (hi - lo) / own
@@ -54,7 +54,7 @@ fn freed(base: &Base, members: &[Member], number: usize) -> Option<f64> {
     let freeing = members
         .iter()
         .find(|member| base.frees(member.id()) == Some(number));
-    freeing.map(|member| freed_width(base, member, number))
+    freeing.map(|member| freed_width(base, member.index, number))
 }
 
 /// Covariance of the base numbers that are used, and of the reference's effects after them, by what reference runs say; wider where an

@@ -2,6 +2,8 @@
 
 use std::cell::RefCell;
 
+use nalgebra::DVector;
+
 use super::Model;
 use crate::diagnose::segments::{Recording, Segments};
 use crate::diagnose::settings::solver;
@@ -131,6 +133,15 @@ fn scatter(segments: &Segments, run: usize, column: &[f64], times: f64, out: &mu
             *slot = (value - first) * times;
         }
     }
+}
+
+/// A column less some columns times these coefficients.
+pub(crate) fn less(column: &[f64], columns: &[Vec<f64>], by: &DVector<f64>) -> Vec<f64> {
+    let mut left = column.to_vec();
+    for (column, by) in columns.iter().zip(by.iter()) {
+        left.iter_mut().zip(column).for_each(|(x, c)| *x -= by * c);
+    }
+    left
 }
 
 /// Mean of the squares; 0 of none.

@@ -8,7 +8,6 @@ pub(crate) struct Transition {
     pub f01: f64,
     pub f02: f64,
     pub f11: f64,
-    pub f12: f64,
     pub f22: f64,
     pub gain: [f64; 3],
     /// Reciprocal standard deviation of the innovation; 0 for the first sample of a segment.
@@ -44,7 +43,6 @@ impl Transitions {
                 f01,
                 f02: (dt - f01) / a,
                 f11: e,
-                f12: f01,
                 f22: (-dt / self.correlation_s).exp(),
                 ..Transition::default()
             };
@@ -79,14 +77,14 @@ impl Covariance {
             self.xd + f.f01 * self.vd + f.f02 * self.dd,
         ];
         let v = [
-            f.f11 * self.vv + f.f12 * self.vd,
-            f.f11 * self.vd + f.f12 * self.dd,
+            f.f11 * self.vv + f.f01 * self.vd,
+            f.f11 * self.vd + f.f01 * self.dd,
         ];
         Self {
             xx: x[0] + f.f01 * x[1] + f.f02 * x[2],
-            xv: f.f11 * x[1] + f.f12 * x[2],
+            xv: f.f11 * x[1] + f.f01 * x[2],
             xd: f.f22 * x[2],
-            vv: f.f11 * v[0] + f.f12 * v[1],
+            vv: f.f11 * v[0] + f.f01 * v[1],
             vd: f.f22 * v[1],
             dd: f.f22 * f.f22 * self.dd,
         }

@@ -126,7 +126,7 @@ impl Whitener {
             }
             for c in 0..C {
                 let x = s[0][c] + step.f01 * s[1][c] + step.f02 * s[2][c];
-                let v = step.f11 * s[1][c] + step.f12 * s[2][c];
+                let v = step.f11 * s[1][c] + step.f01 * s[2][c];
                 let d = step.f22 * s[2][c];
                 let e = columns[c][k] - x;
                 s[0][c] = x + step.gain[0] * e;

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::periodic;
 use crate::diagnose::fit::Fit;
-use crate::diagnose::model::{BASE, Base, Member, predict, range_of};
+use crate::diagnose::model::{BASE, Base, Member, freed_width, predict, range_of};
 use crate::diagnose::segments::Segments;
 use crate::diagnose::settings::conventions::EDGES_COUNTED;
 use crate::diagnose::settings::solver::{CLOSE_STARTS, FURTHER_STARTS, SIGNED_STARTS, STARTS};
@@ -147,21 +147,15 @@ pub(crate) fn candidates(segments: &Segments, base: &Base, fit: &Fit) -> Vec<Can
         }
         if let Some(number) = base.frees(kind.id) {
             let place = (fit.model.parameters.iter()).position(|p| p.id.key() == BASE[number]);
-            let own = base.motor.parameters.get(BASE[number]).unwrap_or(1.0);
-            let (lo, hi) = range_of(&kind.parameters[0], base);
-            if let Some(place) = place {
-                out.push(Candidate {
-                    member: Member {
-                        index,
-                        values: vec![0.0],
-                    },
-                    shape: Shape::Widens(place, (0.5 * (hi - lo) / own).powi(-2)),
-                });
-            }
+            let values = vec![0.0];
+            out.extend(place.map(|place| Candidate {
+                member: Member { index, values },
+                shape: Shape::Widens(place, freed_width(base, index, number).powi(-2)),
+            }));
             continue;
         }
-        let before = base.reference.as_ref().and_then(|then| then.effect(index));
         if (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase)) {
+            let before = base.reference.as_ref().and_then(|then| then.effect(index));
             if before.is_none() {
                 out.extend(periodic::candidates(segments, base, fit, index));
             }

@@ -24,9 +24,8 @@ pub(crate) struct Screened {
 
 /// The Gram matrix of all candidates against a fit.
 pub(crate) struct Screen {
-    /// First column of each candidate, and how many it has.
-    blocks: Vec<(usize, usize)>,
-    is_signed: Vec<bool>,
+    /// First column of each candidate, how many it has, and whether their coefficient has a sign.
+    blocks: Vec<(usize, usize, bool)>,
     s: DMatrix<f64>,
     t: DVector<f64>,
     price: Vec<f64>,
@@ -35,59 +34,38 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    /// `prepared` turns a column in counts into one of uncorrelated unit noise (`weight` times that of the residual's units).
+    /// `prepared` turns a column in counts into one of uncorrelated unit noise (`weight` times that of the residual's units). `None` where the
+    /// base parameters are not determined.
     pub fn new(
         fit: &Fit,
         candidates: &[Candidate],
-        prices: &[f64],
+        prices: Vec<f64>,
         prepared: &(dyn Fn(&[f64]) -> Vec<f64> + Sync),
         weight: f64,
         n_eff: Option<f64>,
-    ) -> Self {
+    ) -> Option<Self> {
         let residual = prepared(&fit.residual);
         let base: Vec<Vec<f64>> = fit.columns.par_iter().map(|c| prepared(c)).collect();
         let precision = fit.model.precision_as_unlikely(&fit.x);
         let distance = DVector::from_column_slice(&fit.x) - &fit.model.mean;
-        let (mut blocks, mut is_signed, mut ridge) = (Vec::new(), Vec::new(), Vec::new());
-        let mut raw: Vec<&[f64]> = Vec::new();
-        for candidate in candidates {
-            let at = raw.len();
-            match &candidate.shape {
-                Shape::One(column) => {
-                    raw.push(column);
-                    ridge.push(0.0);
-                    is_signed.push(true);
-                }
-                Shape::Pair([sine, cosine], _) => {
-                    raw.extend([&sine[..], &cosine[..]]);
-                    ridge.extend([0.0, 0.0]);
-                    is_signed.push(false);
-                }
-                Shape::Widens(place, known) => {
-                    raw.push(&fit.columns[*place]);
-                    ridge.push(*known);
-                    is_signed.push(false);
-                }
-            }
-            blocks.push((at, raw.len() - at));
+        let mut blocks = Vec::new();
+        let mut raw: Vec<(&[f64], f64)> = Vec::new();
+        for Candidate { shape, .. } in candidates {
+            let own = match shape {
+                Shape::One(column) => vec![(&column[..], 0.0)],
+                Shape::Pair([sine, cosine], _) => vec![(&sine[..], 0.0), (&cosine[..], 0.0)],
+                Shape::Widens(place, known) => vec![(&fit.columns[*place][..], *known)],
+            };
+            blocks.push((raw.len(), own.len(), matches!(shape, Shape::One(_))));
+            raw.extend(own);
         }
-        let columns: Vec<Vec<f64>> = raw.par_iter().map(|c| prepared(c)).collect();
+        let columns: Vec<Vec<f64>> = raw.par_iter().map(|(c, _)| prepared(c)).collect();
         let m = columns.len();
         let hessian = gram(&base) * weight + &precision;
         let right = DVector::from_fn(base.len(), |i, _| weight * dot(&base[i], &residual))
             - &precision * &distance;
         let cross = DMatrix::from_fn(base.len(), m, |i, k| weight * dot(&base[i], &columns[k]));
-        let Some(cholesky) = hessian.cholesky() else {
-            return Self {
-                blocks,
-                is_signed,
-                s: DMatrix::zeros(m, m),
-                t: DVector::zeros(m),
-                price: prices.to_vec(),
-                n_eff,
-            };
-        };
-        let solved = cholesky.solve(&cross);
+        let solved = hessian.cholesky()?.solve(&cross);
         let rows: Vec<Vec<f64>> = (0..m)
             .into_par_iter()
             .map(|i| {
@@ -102,21 +80,20 @@ impl Screen {
         let mut t = DVector::from_fn(m, |k, _| weight * dot(&columns[k], &residual))
             - solved.transpose() * &right;
         for k in 0..m {
-            s[(k, k)] += ridge[k];
+            s[(k, k)] += raw[k].1;
             if s[(k, k)] < LAST_DIGITS * own[k].max(f64::MIN_POSITIVE) {
                 s.row_mut(k).fill(0.0);
                 s.column_mut(k).fill(0.0);
                 t[k] = 0.0;
             }
         }
-        Self {
+        Some(Self {
             blocks,
-            is_signed,
             s,
             t,
-            price: prices.to_vec(),
+            price: prices,
             n_eff,
-        }
+        })
     }
 
     /// Singles, pairs and triples by worth, best first.
@@ -167,7 +144,7 @@ impl Screen {
         let mut a = s.clone().cholesky()?.solve(&t);
         let mut at = 0;
         for k in &of {
-            if self.is_signed[*k] {
+            if self.blocks[*k].2 {
                 if a[at] <= 0.0 {
                     return None;
                 }

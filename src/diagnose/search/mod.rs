@@ -217,11 +217,14 @@ impl Pool<'_> {
         let screen = if self.judge.is_likelihood {
             let likelihood = self.likelihood_of(from);
             let whitener = Whitener::new(segments, &likelihood.plant, likelihood.noise);
-            Screen::new(from, &all, &prices, &|c| whitener.whiten(c), 1.0, None)
+            Screen::new(from, &all, prices, &|c| whitener.whiten(c), 1.0, None)
         } else {
             let weight = n_eff / (segments.len as f64 * from.mean_square().max(ROUNDING_VARIANCE));
             let corrected = |column: &[f64]| segments.corrected(column);
-            Screen::new(from, &all, &prices, &corrected, weight, Some(n_eff))
+            Screen::new(from, &all, prices, &corrected, weight, Some(n_eff))
+        };
+        let Some(screen) = screen else {
+            return Vec::new();
         };
         let chosen = best_of_each_size(screen.sets(&all, deepest), &all, sets);
         let screened = (chosen.iter())
@@ -320,14 +323,7 @@ impl Pool<'_> {
     /// Fits the set of effects of a motor, started from its values.
     fn propose(&mut self, motor: &Motor) {
         let base = self.base;
-        let members: Vec<Member> = (motor.effects.iter())
-            .filter(|effect| effect.index() < catalogue().len())
-            .map(|effect| Member {
-                index: effect.index(),
-                values: effect.values[..effect.kind().parameters.len()].to_vec(),
-            })
-            .collect();
-        let model = Model::new(base, members);
+        let model = Model::new(base, Member::of(motor));
         let shares = BASE.map(|key| {
             let of = |motor: &Motor| motor.parameters.get(key).filter(|value| *value > 0.0);
             of(motor)

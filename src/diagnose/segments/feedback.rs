@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::diagnose::fit::gram;
-use crate::diagnose::model::dot;
+use crate::diagnose::model::{dot, less};
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::solver::LAST_DIGITS;
 
@@ -48,10 +48,7 @@ fn innovation(columns: &[Vec<f64>], of: &[f64]) -> Option<Vec<f64>> {
     }
     let right = DVector::from_iterator(columns.len(), columns.iter().map(|c| dot(c, of)));
     let solved = normal.cholesky()?.solve(&right);
-    let mut left = of.to_vec();
-    for (column, by) in columns.iter().zip(solved.iter()) {
-        left.iter_mut().zip(column).for_each(|(x, c)| *x -= by * c);
-    }
+    let left = less(of, columns, &solved);
     (dot(&left, &left) > LAST_DIGITS * dot(of, of)).then_some(left)
 }
 

@@ -48,19 +48,11 @@ impl Segment {
     }
 }
 
-/// A block that is held out as a whole: a segment, or part of one where segments are fewer than folds.
-#[derive(Debug, Clone)]
-pub(crate) struct Block {
-    pub samples: std::ops::Range<usize>,
-    pub fold: usize,
-}
-
 /// All segments of all runs.
 #[derive(Debug, Clone)]
 pub(crate) struct Segments {
     pub runs: Vec<Recording>,
     pub segments: Vec<Segment>,
-    pub blocks: Vec<Block>,
     /// Samples in all.
     pub len: usize,
     /// Counts from the segment's first sample, segment after segment.
@@ -124,7 +116,6 @@ impl Segments {
     /// Of segments of recordings, without a correction yet.
     fn of(recordings: Vec<Recording>, segments: Vec<Segment>, arrivals_s: f64) -> Self {
         let len = segments.iter().map(Segment::len).sum();
-        let blocks = blocks(&segments, recordings[0].settings.folds);
         let mut counts = Vec::with_capacity(len);
         let mut weight = Vec::with_capacity(len);
         for segment in &segments {
@@ -140,7 +131,6 @@ impl Segments {
         Self {
             runs: recordings,
             segments,
-            blocks,
             len,
             counts,
             weight,
@@ -229,22 +219,6 @@ pub(crate) fn drag(p: &Parameters, kind: CommandKind) -> f64 {
         _ => 0.0,
     };
     p.viscous_friction_nm_s_per_rad + coupling
-}
-
-/// Segments as blocks, dealt to folds in turn; where segments are fewer than folds, each is cut into as many blocks as there are folds.
-fn blocks(segments: &[Segment], folds: usize) -> Vec<Block> {
-    let parts = if segments.len() < folds { folds } else { 1 };
-    let mut found = Vec::new();
-    for segment in segments {
-        let n = segment.len();
-        for j in 0..parts {
-            found.push(Block {
-                samples: segment.at + j * n / parts..segment.at + (j + 1) * n / parts,
-                fold: found.len() % folds,
-            });
-        }
-    }
-    found
 }
 
 /// How many samples from the first on are one observation of a shaft at rest: those of one count, or of two neighbours between which
