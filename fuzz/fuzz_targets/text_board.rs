@@ -26,7 +26,8 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let columns = COLUMNS[usize::from(told % 4)].and_then(|list| Columns::parse(list).ok());
     let mut decoder = TextDecoder::new(columns.clone());
-    let lines = text.iter().filter(|&&byte| byte == b'\n').count();
+    let is_end = |byte: &&u8| matches!(byte, b'\n' | b'\r');
+    let lines = text.iter().filter(is_end).count();
     let events = text.iter().filter_map(|&byte| decoder.push(byte)).count();
     assert!(events <= lines);
     if pieces & 1 != 0 {

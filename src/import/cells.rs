@@ -194,6 +194,40 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
     }
 }
 
+/// Groups of three digits in a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Groups {
+    /// There are two marks at least, or a decimal mark follows: the groups are no three decimals.
+    pub is_sure: bool,
+}
+
+/// Whether a number is written in groups of three digits with this mark between them: `1,234,567`, `-1.234,5`.
+pub(super) fn grouped(cell: &[u8], mark: u8) -> Option<Groups> {
+    let decimal = if mark == b',' { b'.' } else { b',' };
+    let digits = cell.strip_prefix(b"-").unwrap_or(cell);
+    let mut parts = digits.splitn(2, |byte| *byte == decimal);
+    let (whole, decimals) = (parts.next()?, parts.next());
+    let is_digits = |text: &[u8]| text.iter().all(u8::is_ascii_digit);
+    let mut groups = whole.split(|byte| *byte == mark);
+    let first = groups.next()?;
+    let is_first = (1..=3).contains(&first.len()) && first[0] != b'0' && is_digits(first);
+    let rest: Vec<&[u8]> = groups.collect();
+    let is_group = |group: &&[u8]| group.len() == 3 && is_digits(group);
+    let is_grouped = is_first && !rest.is_empty() && rest.iter().all(is_group);
+    let is_decimal = decimals.is_none_or(|decimals| !decimals.is_empty() && is_digits(decimals));
+    (is_grouped && is_decimal).then_some(Groups {
+        is_sure: rest.len() > 1 || decimals.is_some(),
+    })
+}
+
+/// A number without the marks between its thousands; anything else as it is.
+pub(super) fn without_groups(cell: &[u8], mark: u8) -> Cow<'_, [u8]> {
+    match grouped(cell, mark) {
+        Some(_) => Cow::Owned(cell.iter().copied().filter(|byte| *byte != mark).collect()),
+        None => Cow::Borrowed(cell),
+    }
+}
+
 /// The number after a word in a comment, as in `# Step 2/5 | PWM = 120` after `PWM`. The case of letters is no matter.
 pub(super) fn number_after(comment: &str, word: &str) -> Option<f64> {
     value_after(comment, word).map(|(number, _)| number)

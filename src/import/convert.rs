@@ -8,7 +8,7 @@
 //! An encoder of one channel has no sign. With `unsigned` what came since the row before has the sign of the command that was in
 //! force meanwhile, of the last one that was not 0 while the motor coasts.
 
-use super::cells::{Cells, number};
+use super::cells::Cells;
 use super::clock::{Counts, RowClock};
 use super::error::RowProblem;
 use super::layout::{Layout, Place};
@@ -31,6 +31,8 @@ pub(super) struct Sample {
     /// V, A or N m.
     pub command: f64,
     pub counts: i64,
+    /// Of a log of speeds the speed in counts/s.
+    pub speed_counts_s: Option<f64>,
     pub current_a: Option<f64>,
     pub supply_v: Option<f64>,
     /// The command was this many times full drive, more than there is, and is held to it.
@@ -170,6 +172,8 @@ impl<'a> Converter<'a> {
             t_s,
             command,
             counts,
+            speed_counts_s: matches!(self.map.position, PositionSource::Speed { .. })
+                .then_some(before.speed),
             current_a,
             supply_v,
             beyond_full,
@@ -193,7 +197,7 @@ impl<'a> Converter<'a> {
 
     fn number(&self, cells: &Cells, place: &Place) -> Result<f64, RowProblem> {
         let cell = cells.get(place.at);
-        number(cell, self.map.shape.decimal_comma, &place.name)
+        self.map.shape.number(cell, &place.name)
     }
 
     /// Command of the row, or of the comment before it.

@@ -1,4 +1,5 @@
-//! Lines of `label:value` pairs, as the Arduino plotter takes them: `target:0,actual:5`, `Pos: 123 PWM: 80`, `t=5;n=17`.
+//! Lines of `label:value` pairs, as the Arduino plotter takes them: `target:0,actual:5`, `Pos: 123 PWM: 80`, `t=5;n=17`,
+//! `Motor speed: 12.3 rpm | PWM: 80`. A number in brackets before them, `[0.020] Pos: 123`, is the time.
 //!
 //! The labels of the first such line are the names of the columns, for all lines that have the same in the same order.
 
@@ -7,28 +8,63 @@ use super::unmapped::is_known;
 
 /// A label, its value, and the unit behind the value, which may be empty.
 type Pair<'a> = (&'a [u8], &'a [u8], &'a [u8]);
+/// The label of a number in brackets.
+const TIME: &[u8] = b"time";
 
 /// The pairs of a line (without a terminal's stamp); `None` where something in it is no pair.
 pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
-    let fields = line
-        .split(|byte| matches!(byte, b',' | b';' | b'\t' | b' ' | b'\r'))
-        .filter(|field| !field.is_empty());
+    let is_between = |byte: &u8| matches!(byte, b',' | b';' | b'|' | b'\t' | b' ' | b'\r');
     let mut found: Vec<Pair> = Vec::new();
-    for field in fields {
+    // Where the words before a label of several words begin.
+    let mut words: Option<usize> = None;
+    let mut end = 0;
+    for field in line.split(is_between) {
+        let start = end;
+        end += field.len() + 1;
+        if field.is_empty() {
+            continue;
+        }
         let at = field.iter().position(|byte| matches!(byte, b':' | b'='));
+        // Only blanks stand between the words of a label.
+        if words.is_some_and(|from| {
+            line[from..start]
+                .iter()
+                .any(|byte| *byte != b' ' && is_between(byte))
+        }) {
+            return None;
+        }
         match (at, found.last_mut()) {
-            (Some(at), _) if is_label(&field[..at]) => {
+            (Some(at), _) if is_label(&line[words.unwrap_or(start)..start + at]) => {
                 let (value, unit) = apart(&field[at + 1..]);
-                found.push((&field[..at], value, unit));
+                found.push((
+                    &line[words.take().unwrap_or(start)..start + at],
+                    value,
+                    unit,
+                ));
+            }
+            (None, None) if words.is_none() && bracketed(field).is_some() => {
+                found.push((TIME, bracketed(field)?, b""));
             }
             // `label: value`, with a blank between, and `label: value unit`.
             (None, Some((_, value, unit))) if value.is_empty() => (*value, *unit) = apart(field),
-            (None, Some((_, _, unit))) if unit.is_empty() && is_unit(field) => *unit = field,
+            (None, Some((_, _, unit))) if unit.is_empty() && words.is_none() && is_unit(field) => {
+                *unit = field;
+            }
+            (None, _) if is_label(field) => words = words.or(Some(start)),
             _ => return None,
         }
     }
-    let is_whole = found.iter().all(|(_, value, _)| !value.is_empty());
+    let is_whole = words.is_none() && found.iter().all(|(_, value, _)| !value.is_empty());
     (is_whole && !found.is_empty()).then_some(found)
+}
+
+/// `[0.020]`: the number inside.
+fn bracketed(field: &[u8]) -> Option<&[u8]> {
+    let inside = field.strip_prefix(b"[")?.strip_suffix(b"]")?;
+    let is_number = inside
+        .iter()
+        .all(|byte| byte.is_ascii_digit() || *byte == b'.');
+    (is_number && !inside.is_empty()).then_some(inside)
 }
 
 /// `5ms`: a number and the unit that is glued to it.
@@ -98,9 +134,21 @@ mod tests {
                     ("RPM", "1e3", ""),
                 ]),
             ),
+            (
+                "Motor speed: 12.5 rpm | Motor PWM: 80",
+                Some(vec![
+                    ("Motor speed", "12.5", "rpm"),
+                    ("Motor PWM", "80", ""),
+                ]),
+            ),
+            (
+                "[0.020] Pos: 123",
+                Some(vec![("time", "0.020", ""), ("Pos", "123", "")]),
+            ),
             ("Pos: 5 ready", None),
             ("12:34:56", None),
             ("Motor lab v1: ready now", None),
+            ("Motor, left: 5 and right", None),
             ("Pos:", None),
             ("1,2,3", None),
             ("", None),

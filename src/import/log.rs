@@ -1,7 +1,7 @@
 //! A log line by line: where its rows begin, and the cells of each.
 
 use super::ImportProblem;
-use super::cells::{Cells, Separator, decode, number, number_after};
+use super::cells::{Cells, Separator, decode, number_after};
 use super::labels::labels;
 use super::layout::Layout;
 use super::lines::{Line, Lines};
@@ -129,8 +129,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
     fn has_names(&self) -> bool {
         let is_number = |at: usize| {
             let cell = self.cells.get(at);
-            let decimal_comma = self.map.shape.decimal_comma;
-            stamp(cell).is_some() || number(cell, decimal_comma, "").is_ok()
+            stamp(cell).is_some() || self.map.shape.number(cell, "").is_ok()
         };
         let has_numbers = || (0..self.cells.len()).all(is_number);
         let guess = || self.map.asks_for_names() || !has_numbers();

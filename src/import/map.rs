@@ -10,8 +10,9 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::MapError;
-use super::cells::Separator;
+use super::cells::{Separator, number, without_groups};
 use super::clock::Counts;
+use super::error::RowProblem;
 use super::map_file::MapFile;
 use crate::recording::CommandKind;
 
@@ -48,11 +49,23 @@ pub struct Map {
 pub(super) struct Shape {
     pub separator: Option<Separator>,
     pub decimal_comma: bool,
+    /// The mark between groups of three digits.
+    pub thousands: Option<u8>,
     pub comment: String,
     pub skip_lines: u64,
     /// `None`: names, unless the first line has numbers only and the mapping asks for no name.
     pub names: Option<bool>,
     pub unit_lines: u64,
+}
+
+impl Shape {
+    /// A cell as a finite number; `column` is for the message.
+    pub fn number(&self, cell: &[u8], column: &str) -> Result<f64, RowProblem> {
+        match self.thousands {
+            Some(mark) => number(&without_groups(cell, mark), self.decimal_comma, column),
+            None => number(cell, self.decimal_comma, column),
+        }
+    }
 }
 
 /// A column, by its name or its number (the first is 1).
@@ -225,6 +238,7 @@ impl Map {
         self.shape = Shape {
             separator: Some(Separator::Byte(b',')),
             decimal_comma: false,
+            thousands: None,
             comment: String::new(),
             skip_lines: 0,
             names: Some(true),

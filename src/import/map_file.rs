@@ -46,6 +46,7 @@ fn is_default<T: Default + PartialEq>(value: &T) -> bool {
 pub(super) struct FileSection {
     pub delimiter: Option<String>,
     pub decimal: Option<String>,
+    pub thousands: Option<String>,
     pub comment: Option<String>,
     #[serde(default, skip_serializing_if = "is_default")]
     pub skip_lines: u64,
@@ -298,6 +299,18 @@ impl FileSection {
                 return Err(wrong("delimiter", other, expected));
             }
         };
+        let thousands = match self.thousands.as_deref() {
+            None => None,
+            Some("," | ".") if self.thousands == self.decimal => {
+                return Err(MapError::Conflict {
+                    section: "[file]",
+                    what: "`thousands` and `decimal` are the same mark",
+                });
+            }
+            Some(",") => Some(b','),
+            Some(".") => Some(b'.'),
+            Some(other) => return Err(wrong("thousands", other, ". or ,")),
+        };
         let decimal_comma = match self.decimal.as_deref() {
             None | Some(".") => false,
             // Between commas it stands in quotes.
@@ -307,6 +320,7 @@ impl FileSection {
         Ok(Shape {
             separator,
             decimal_comma,
+            thousands,
             comment: self.comment.unwrap_or_else(|| "#".to_owned()),
             skip_lines: self.skip_lines,
             names: self.names,

@@ -70,6 +70,7 @@ mod tests {
             t_s: 0.01 * seq as f64,
             command: if seq < 5 { 0.0 } else { 6.0 },
             counts: 10 * seq as i64,
+            speed_counts_s: None,
             current_a: None,
             supply_v: None,
             beyond_full: None,

@@ -71,13 +71,14 @@ pub(super) fn angle_rev(unit: &str, axis: &Axis) -> Result<f64, MapError> {
         "mrad" => 1e-3 / TAU,
         "deg" => 1.0 / 360.0,
         "m" => 1.0 / axis.m_per_rev(section)?,
+        "cm" => 1e-2 / axis.m_per_rev(section)?,
         "mm" => 1e-3 / axis.m_per_rev(section)?,
         "um" => 1e-6 / axis.m_per_rev(section)?,
         _ => {
             return Err(unknown(
                 section,
                 unit,
-                "counts, rev, rad, mrad, deg, m, mm, um",
+                "counts, rev, rad, mrad, deg, m, cm, mm, um",
             ));
         }
     })
@@ -93,12 +94,13 @@ pub(super) fn speed_rev_s(unit: &str, axis: &Axis) -> Result<f64, MapError> {
         "deg/s" => 1.0 / 360.0,
         "counts/s" => 1.0 / axis.counts_per_rev,
         "m/s" => 1.0 / axis.m_per_rev(section)?,
+        "cm/s" => 1e-2 / axis.m_per_rev(section)?,
         "mm/s" => 1e-3 / axis.m_per_rev(section)?,
         _ => {
             return Err(unknown(
                 section,
                 unit,
-                "rpm, rev/s, rad/s, deg/s, counts/s, m/s, mm/s",
+                "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s",
             ));
         }
     })

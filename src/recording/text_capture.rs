@@ -708,7 +708,7 @@ impl<'a> TextRecording<'a> {
         if running.coarse_us > 0 {
             notes.push(format!(
                 "the lines' time goes on by {} s at a time, and they come every {sample_time_s} s: a coarse clock, between whose steps they are spread evenly; print micros(), or more decimals",
-                running.coarse_us as f64 * 1e-6
+                running.coarse_us as f64 / 1e6
             ));
         }
         if self.damage.repeated > 0 {

@@ -41,7 +41,7 @@ fn command(t_s: f64, hold_s: f64) -> f64 {
         Some(level) => *level,
         None => {
             let along = (t_s / hold_s - LEVELS_V.len() as f64) / 4.0;
-            let direction = if (2.0 * t_s / hold_s + 1e-9).floor() as u64 % 2 == 0 {
+            let direction = if ((2.0 * t_s / hold_s + 1e-9).floor() as u64).is_multiple_of(2) {
                 1.0
             } else {
                 -1.0

@@ -155,10 +155,12 @@ fn a_time_since_the_row_before_is_summed() {
     let constant = |_: usize| "10000".to_owned();
     let ms = |k: usize| format!("{:.3}", us(k) as f64 / 1000.0);
     type Cell<'a> = &'a dyn Fn(usize) -> String;
-    let cases: [(&str, Cell<'_>, &[&str]); 6] = [
+    let cases: [(&str, Cell<'_>, &[&str]); 8] = [
         ("dt_us", &dt, &[]),
         ("dt_us", &constant, &[]),
         ("delta_ms", &ms, &[]),
+        ("dT (ms)", &ms, &[]),
+        ("loop_us", &dt, &[]),
         ("dt", &dt, &[]),
         ("delta", &dt, &[]),
         ("x", &dt, &["--time", "x:us"]),

@@ -4,7 +4,7 @@
 use std::fs;
 
 use crate::support::command::run;
-use crate::support::foreign_logs::{Truth, asked, counts, import, imported, near};
+use crate::support::foreign_logs::{Truth, asked, counts, import, imported, log, near};
 
 const FLAGS: [&str; 4] = ["--counts-per-rev", "720", "--supply", "12"];
 
@@ -309,4 +309,67 @@ fn a_bad_row_in_brackets_is_named_by_its_line() {
         "{}",
         finished.messages
     );
+}
+
+#[test]
+fn vectors_that_matlab_prints_and_a_table_on_its_side_with_decimal_commas() {
+    let truth = Truth::steps(0.01, 300);
+    let numbers = |of: &dyn Fn(usize) -> String, between: &str| -> String {
+        let all: Vec<String> = truth.rows().map(of).collect();
+        all.join(between)
+    };
+    let (ms, volts) = (
+        |k: usize| truth.ms(k).to_string(),
+        |k: usize| format!("{:.6}", truth.volts(k)),
+    );
+    let turned = |k: usize| truth.counts[k].to_string();
+    let printed =
+        |name: &str, of: &dyn Fn(usize) -> String| format!("\n{name} =\n\n{}\n", numbers(of, "\n"));
+    let text = printed("time_ms", &ms) + &printed("voltage", &volts) + &printed("counts", &turned);
+    holds(&truth, &text, &[]);
+    let line = |name: &str, of: &dyn Fn(usize) -> String| {
+        format!("{name};{}\n", numbers(of, ";").replace('.', ","))
+    };
+    let text = line("time [ms]", &ms) + &line("U [V]", &volts) + &line("n [counts]", &turned);
+    holds(&truth, &text, &[]);
+}
+
+#[test]
+fn labels_of_several_words_between_bars_after_a_time_in_brackets() {
+    let truth = Truth::steps(0.01, 300);
+    let mut text = String::new();
+    for k in truth.rows() {
+        text.push_str(&format!(
+            "[{:.3}] Encoder: {} counts | Motor PWM: {}\n",
+            truth.t_s(k),
+            truth.counts[k],
+            truth.pwm[k]
+        ));
+    }
+    holds(&truth, &text, &[]);
+}
+
+#[test]
+fn marks_between_thousands_are_no_decimal_commas() {
+    let truth = Truth::steps(0.01, 300);
+    let grouped = |number: i64| {
+        let digits = number.abs().to_string();
+        let mut text = String::new();
+        for (at, digit) in digits.chars().enumerate() {
+            if at > 0 && (digits.len() - at).is_multiple_of(3) {
+                text.push(',');
+            }
+            text.push(digit);
+        }
+        format!("\"{}{text}\"", if number < 0 { "-" } else { "" })
+    };
+    let us = |k: usize| grouped(1000 * truth.ms(k) as i64);
+    let turned = |k: usize| grouped(truth.counts[k]);
+    let volts = |k: usize| format!("{:.6}", truth.volts(k));
+    let text = log(
+        "time_us,counts,voltage",
+        truth.rows(),
+        &[&us, &turned, &volts],
+    );
+    holds(&truth, &text, &[]);
 }

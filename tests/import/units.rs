@@ -18,7 +18,12 @@ fn metres_a_second_ask_for_the_travel_with_the_rest() {
             truth.rpm(k).parse::<f64>().expect("rpm") / 60.0 * 0.2
         )
     };
-    for (name, flags) in [("speed [m/s]", &[][..]), ("v", &["--speed", "v:m/s"])] {
+    for (name, flags) in [
+        ("speed [m/s]", &[][..]),
+        ("v [m/s]", &[][..]),
+        ("velocity [cm/s]", &[][..]),
+        ("v", &["--speed", "v:m/s"]),
+    ] {
         let said = asked("log.csv", &table(&truth, name, &metres), flags);
         for flag in ["--m-per-rev METRES", "--counts-per-rev COUNTS"] {
             assert!(said.contains(flag), "{said}");
@@ -126,4 +131,30 @@ fn per_cent_alone_is_no_command() {
     );
     let said = asked("log.csv", &text, &["--counts-per-rev", "720"]);
     assert!(said.contains("no column is named as a command"), "{said}");
+}
+
+#[test]
+fn a_position_without_a_unit_is_proposed_in_the_one_whose_turn_its_steps_divide() {
+    let truth = Truth::steps(0.01, 400);
+    let turned = |k: usize| format!("{:.8}", (truth.turns(k) * 2048.0).floor() / 2048.0);
+    let said = asked("log.csv", &table(&truth, "position", &turned), &[]);
+    assert!(said.contains("--position position:rev"), "{said}");
+    assert!(said.contains("steps of 1/2048 of a turn"), "{said}");
+}
+
+#[test]
+fn the_voltage_of_a_sensor_is_neither_command_nor_position() {
+    let truth = Truth::steps(0.01, 400);
+    let light = |k: usize| {
+        if truth.counts[k] / 30 % 2 == 0 {
+            "4.8"
+        } else {
+            "0.2"
+        }
+        .to_owned()
+    };
+    let said = asked("log.csv", &table(&truth, "Photodiode (V)", &light), &[]);
+    assert!(said.contains("command   `voltage` in V"), "{said}");
+    assert!(said.contains("count its edges first"), "{said}");
+    assert!(!said.contains("--speed Photodiode"), "{said}");
 }

@@ -88,7 +88,11 @@ fn numbers_may_have_units_and_an_ignored_column_words() {
             2 * k
         )
     };
-    let line: [&(dyn Fn(u32) -> String + Sync); 2] = [&with_units, &in_json];
+    let esp_idf = |k: u32| format!("I ({}) motor: pos={} duty=100%\n", 5 * k, 2 * k);
+    let bracketed = |k: u32| format!("[{:.3}] pos: {}, pwm: 255\n", 0.005 * f64::from(k), 2 * k);
+    let teleplot = |k: u32| format!(">pos:{ms}:{}\n>duty_pct:{ms}:100\n", 2 * k, ms = 5 * k);
+    type Line<'a> = &'a (dyn Fn(u32) -> String + Sync);
+    let line: [Line<'_>; 5] = [&with_units, &in_json, &esp_idf, &bracketed, &teleplot];
     for line in line {
         let (done, file) = capture_from(line, &["--columns", "auto", "--duration", "0.5"]);
         assert_eq!(done.status, Some(0), "{}", done.messages);
@@ -98,7 +102,15 @@ fn numbers_may_have_units_and_an_ignored_column_words() {
             (file.rows.len(), file.column("counts")[10]),
             (100, 20.0 + file.column("counts")[0])
         );
+        let supply_v = file.header["supply_v"].as_float();
+        assert_eq!(Some(file.column("command_v")[50]), supply_v);
     }
+    let decimal_commas =
+        |k: u32| format!("{:.3};{};4,50\n", 0.005 * f64::from(k), 2 * k).replace('.', ",");
+    let columns = ["--columns", "t_s,counts,command_v", "--duration", "0.5"];
+    let (done, file) = capture_from(decimal_commas, &columns);
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    assert_eq!(file.expect("a file").column("command_v")[50], 4.5);
     let words = |k: u32| format!("({}, FWD, {}, 255)\n", 5 * k, 2 * k);
     let (done, file) = capture_from(
         words,

@@ -31,6 +31,8 @@ pub enum Column {
     CommandVolts,
     /// Command as the 8-bit PWM value of `analogWrite`, signed.
     CommandPwm255,
+    /// Command in per cent of full drive.
+    CommandPercent,
     /// Measured supply in V.
     SupplyVolts,
     /// Measured current in A.
@@ -84,7 +86,6 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("rev_s", Column::Speed(SpeedUnit::RevPerS)),
     ("speed_rev_s", Column::Speed(SpeedUnit::RevPerS)),
     ("velocity_rev_s", Column::Speed(SpeedUnit::RevPerS)),
-    ("rps", Column::Speed(SpeedUnit::RevPerS)),
     ("counts_s", Column::Speed(SpeedUnit::CountsPerS)),
     ("speed_counts_s", Column::Speed(SpeedUnit::CountsPerS)),
     ("velocity_counts_s", Column::Speed(SpeedUnit::CountsPerS)),
@@ -99,6 +100,13 @@ pub(super) const NAMES: &[(&str, Column)] = &[
     ("pwm", Column::CommandPwm255),
     ("duty", Column::CommandPwm255),
     ("pwm_255", Column::CommandPwm255),
+    ("percent", Column::CommandPercent),
+    ("duty_percent", Column::CommandPercent),
+    ("duty_pct", Column::CommandPercent),
+    ("pwm_percent", Column::CommandPercent),
+    ("pwm_pct", Column::CommandPercent),
+    ("command_percent", Column::CommandPercent),
+    ("control_pct", Column::CommandPercent),
     ("supply_v", Column::SupplyVolts),
     ("battery_v", Column::SupplyVolts),
     ("vbat", Column::SupplyVolts),
@@ -124,7 +132,7 @@ impl Column {
     pub(super) fn is_kind_of(self, other: Self) -> bool {
         let kind = |column| match column {
             Self::TimeMicros | Self::TimeMillis | Self::TimeSeconds => Self::TimeMicros,
-            Self::CommandVolts | Self::CommandPwm255 => Self::CommandVolts,
+            Self::CommandVolts | Self::CommandPwm255 | Self::CommandPercent => Self::CommandVolts,
             Self::Speed(_) => Self::Speed(SpeedUnit::Rpm),
             same => same,
         };
@@ -178,6 +186,7 @@ fn plain(name: &str) -> String {
         unit @ ("us" | "ms" | "s" | "v" | "a") if !stem.ends_with(&format!("_{unit}")) => {
             format!("{stem}_{unit}")
         }
+        "%" => format!("{stem}_percent"),
         // A speed in brackets of another unit is not one of rpm.
         unit if !unit.is_empty() && SPEEDS.contains(&stem.as_str()) => {
             format!("{stem}_{}", unit.replace(['/', ' '], "_"))
@@ -341,6 +350,7 @@ mod tests {
             ("Encoder (counts)", Column::Counts),
             ("Voltage (V)", Column::CommandVolts),
             ("PWM", Column::CommandPwm255),
+            ("Duty (%)", Column::CommandPercent),
             ("RPM", Column::Speed(SpeedUnit::Rpm)),
             ("Speed (rad/s)", Column::Speed(SpeedUnit::RadPerS)),
             ("velocity [deg/s]", Column::Speed(SpeedUnit::DegPerS)),
@@ -373,7 +383,7 @@ mod tests {
             Columns::parse("counts,encoder"),
             Err(ColumnError::Twice { name: "counts" })
         );
-        for name in ["omega", "Speed (m/s)", "rpm_filtered", "angle"] {
+        for name in ["omega", "rps", "Speed (m/s)", "rpm_filtered", "angle"] {
             let error = Columns::parse(&format!("t_ms,{name},pwm"));
             assert_eq!(error, Err(ColumnError::NotCounts { name: name.into() }));
         }

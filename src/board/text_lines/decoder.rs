@@ -1,11 +1,14 @@
 //! From bytes to samples, a line at a time, with everything that was passed over said and counted.
 
 use super::fields::{Field, split, split_header};
+use super::teleplot::{Signal, Teleplot};
 use super::{Column, ColumnError, Columns};
 
 /// Longest line that is read; a longer one is passed over up to its end.
 pub const MAX_LINE_BYTES: usize = 512;
 
+/// Full drive as a PWM value of 8 bits.
+const FULL_PWM255: f64 = 255.0;
 const MICROS_WRAP: i64 = 1 << 32;
 const I16_WRAP: i64 = 1 << 16;
 
@@ -103,6 +106,7 @@ pub struct TextDecoder {
     counts: Unwrapper,
     /// A count outside 16 bits was seen: the board's counter is wider and does not wrap there.
     wide_counts: bool,
+    teleplot: Teleplot,
 }
 
 impl TextDecoder {
@@ -123,6 +127,7 @@ impl TextDecoder {
             time: Unwrapper::default(),
             counts: Unwrapper::default(),
             wide_counts: false,
+            teleplot: Teleplot::default(),
         }
     }
 
@@ -168,6 +173,9 @@ impl TextDecoder {
             Some(self.skip(trimmed, Skipped::TooLong))
         } else if trimmed.is_empty() {
             None
+        } else if let Some(signal) = Signal::of(trimmed) {
+            let row = self.teleplot.push(&signal, bytes.len() + 1);
+            row.map(|row| self.read_line(&row.text, row.wire_bytes))
         } else {
             Some(self.read_line(trimmed, bytes.len() + 1))
         };
@@ -324,6 +332,7 @@ impl TextDecoder {
                 Column::Increments | Column::Speed(_) => sample.summand = Some((column, value)),
                 Column::CommandVolts => sample.command_v = Some(value),
                 Column::CommandPwm255 => sample.command_pwm255 = Some(value),
+                Column::CommandPercent => sample.command_pwm255 = Some(value * FULL_PWM255 / 100.0),
                 Column::SupplyVolts => sample.supply_v = Some(value),
                 Column::CurrentAmperes => sample.current_a = Some(value),
                 Column::Ignored => {}

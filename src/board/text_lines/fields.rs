@@ -5,7 +5,7 @@ use super::Column;
 /// Units that may stand behind a number, as in `20ms` and `3.5 V` without its blank.
 const UNITS: &[&str] = &[
     "us", "\u{b5}s", "\u{3bc}s", "ms", "s", "v", "a", "rpm", "rad/s", "deg/s", "rev/s", "counts",
-    "ticks",
+    "ticks", "%",
 ];
 
 /// One field of a line: `value`, or `label:value`.
@@ -37,7 +37,7 @@ impl<'a> Field<'a> {
 
     /// The number and its unit.
     fn parts(&self) -> Option<(f64, &'a str)> {
-        if let Ok(number) = self.value.parse() {
+        if let Some(number) = parsed(self.value) {
             return Some((number, ""));
         }
         let lower = self.value.to_lowercase();
@@ -47,16 +47,58 @@ impl<'a> Field<'a> {
             .max_by_key(|unit| unit.len())?;
         let at = self.value.len().checked_sub(unit.len())?;
         let (number, unit) = self.value.split_at_checked(at)?;
-        number.trim_end().parse().ok().map(|number| (number, unit))
+        parsed(number.trim_end()).map(|number| (number, unit))
     }
 }
 
-/// Splits at commas, semicolons and tabs where there are any, and at blanks. Brackets and quotation marks, in which Python
+/// A number; a comma in it is a decimal one.
+fn parsed(text: &str) -> Option<f64> {
+    match text.parse() {
+        Ok(number) => Some(number),
+        Err(_) => text.replacen(',', ".", 1).parse().ok(),
+    }
+}
+
+/// Whether commas stand in numbers: something else separates, and a digit is on both sides of each.
+fn has_decimal_commas(text: &str) -> bool {
+    let bytes = text.as_bytes();
+    let is_digit = |at: Option<usize>| {
+        at.and_then(|at| bytes.get(at))
+            .is_some_and(u8::is_ascii_digit)
+    };
+    let mut commas = text.match_indices(',');
+    text.contains([';', '\t'])
+        && commas.all(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1)))
+}
+
+/// The prefix of a message: `I (590) motor: ` of ESP-IDF with its milliseconds, `[0.590] ` with seconds.
+fn stamp(text: &str) -> Option<(Field<'_>, &str)> {
+    let (label, value, rest) = match text.strip_prefix('[') {
+        Some(inside) => {
+            let (value, rest) = inside.split_once("] ")?;
+            // A list of numbers in brackets has no labels.
+            ("t_s", value, rest.contains([':', '=']).then_some(rest)?)
+        }
+        None => {
+            let level = text.strip_prefix(['E', 'W', 'I', 'D', 'V'])?;
+            let (value, rest) = level.strip_prefix(" (")?.split_once(") ")?;
+            ("t_ms", value, rest.split_once(": ")?.1)
+        }
+    };
+    let is_number = value.parse::<f64>().is_ok_and(|number| number >= 0.0);
+    let label = Some(label);
+    is_number.then_some((Field { label, value }, rest))
+}
+
+/// Splits at commas (other than decimal ones), semicolons, tabs and blanks. Brackets and quotation marks, in which Python
 /// and JSON print, part fields too.
 pub(super) fn split(text: &str) -> Vec<Field<'_>> {
     let parts = [',', ';', '\t', ' ', '(', ')', '[', ']', '{', '}', '"', '\''];
-    let mut out: Vec<Field> = Vec::new();
-    for field in text.split(parts).filter(|field| !field.is_empty()) {
+    let (stamp, text) = stamp(text).map_or((None, text), |(field, rest)| (Some(field), rest));
+    let has_decimal_commas = has_decimal_commas(text);
+    let is_between = |c: char| parts.contains(&c) && !(c == ',' && has_decimal_commas);
+    let mut out: Vec<Field> = stamp.into_iter().collect();
+    for field in text.split(is_between).filter(|field| !field.is_empty()) {
         let (label, value) = match field.split_once([':', '=']) {
             Some((label, value)) => (Some(label), value),
             None => (None, field),
@@ -107,6 +149,10 @@ mod tests {
             "t=20ms pos=3counts pwm=-255",
             "{\"t_ms\": 20, \"pos\": 3, \"pwm\": -255}",
             "{\"t_ms\":20,\"pos\":3,\"pwm\":-255}",
+            "20,0;3;-255,0",
+            "20,0\t3\t-255,00",
+            "I (20) motor: pos=3 duty=-255",
+            "[20.0] pos: 3, duty: -255%",
         ] {
             assert_eq!(numbers(text), expected, "{text}");
         }

@@ -22,6 +22,7 @@ impl Column {
             Self::Speed(_) => "a speed by its unit; it is summed up over time",
             Self::CommandVolts => "the command in V",
             Self::CommandPwm255 => "the command as analogWrite has it: -255 to 255",
+            Self::CommandPercent => "the command in per cent of full drive",
             Self::SupplyVolts => "the measured supply in V",
             Self::CurrentAmperes => "the measured current in A",
             Self::Ignored => "nothing that is used: leaves a column out",

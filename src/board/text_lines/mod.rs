@@ -2,7 +2,7 @@
 //!
 //! A line holds one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value`
 //! pairs as the Arduino serial plotter takes them. The meaning of each number comes from `--columns`, from
-//! the labels, or from a header line that the sketch prints once. Increments and speeds stand for counts where there are none. Banners and torn lines are skipped
+//! the labels (Teleplot's lines, `>counts:590:17`, are labels too), or from a header line that the sketch prints once. Increments and speeds stand for counts where there are none. Banners and torn lines are skipped
 //! and counted, never guessed at.
 //!
 //! A line of `n` bytes takes `10 n / baud` seconds on the wire. Where that is more than the sample time,
@@ -13,6 +13,7 @@ mod decoder;
 mod fields;
 mod meanings;
 mod speed_unit;
+mod teleplot;
 
 pub use columns::{Column, ColumnError, Columns};
 pub use decoder::{MAX_LINE_BYTES, Skipped, TextDecoder, TextEvent, TextSample};

@@ -205,10 +205,7 @@ fn needed(function: &Function) -> Vec<Line> {
         let used = |name: &&str| texts.iter().any(|text| names(text, name));
         let (is_used, text) = match line {
             Line::Let(name, expression) => (used(name), expression.clone()),
-            Line::Call(_, _, arguments, gives) => (
-                gives.iter().any(|name| used(&name)),
-                (*arguments).to_owned(),
-            ),
+            Line::Call(_, _, arguments, gives) => (gives.iter().any(used), (*arguments).to_owned()),
         };
         if is_used {
             texts.push(text);

@@ -1,18 +1,23 @@
 //! A signal a line: a table that is turned on its side, and the lists that MATLAB and Python print:
-//! `rpm,0,3.1,6.4`, `rpm = [0.0, 3.1, 6.4]`. A matrix on one line, `[0 5; 10 6]`, has its rows between semicolons.
+//! `rpm,0,3.1,6.4`, `rpm = [0.0, 3.1, 6.4]`. A matrix on one line, `[0 5; 10 6]`, has its rows between semicolons. MATLAB prints
+//! vectors one below the other, each under `rpm =`.
 
+use super::super::cells::number;
 use super::super::table::{Table, TableColumn};
+use super::printed::{block, factor};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Lists;
 /// Numbers behind a name that are a signal: tables of columns have fewer.
 const LEAST_SAMPLES: usize = 20;
+/// Numbers without a name before them that are a signal: few logs have so many columns, and those have names.
+const LEAST_UNNAMED: usize = 100;
 
 /// Whether the first line is a name and its numbers, or a matrix.
 pub(super) fn is_lists(beginning: &[u8]) -> bool {
     let text = String::from_utf8_lossy(beginning);
     let text = text.trim_start();
-    if is_matrix(text) {
+    if is_matrix(text) || is_printed(text) || is_unnamed(text) {
         return true;
     }
     // Content cut off by the beginning is not read, nor the end of a list.
@@ -21,17 +26,55 @@ pub(super) fn is_lists(beginning: &[u8]) -> bool {
     };
     let is_apart = |c: char| matches!(c, '\n' | '=' | ']');
     let first = rest.split(is_apart).next().unwrap_or_default();
-    let cells: Vec<&str> = cells(first).collect();
+    let has_decimal_comma = has_decimal_comma(first);
+    let cells: Vec<&str> = cells(first, has_decimal_comma).collect();
     let whole = &cells[..cells.len().saturating_sub(1)];
-    !name.is_empty()
-        && whole.len() >= LEAST_SAMPLES
-        && whole.iter().all(|cell| cell.parse::<f64>().is_ok())
+    let is_number = |cell: &&str| number(cell.as_bytes(), has_decimal_comma, "").is_ok();
+    !name.is_empty() && whole.len() >= LEAST_SAMPLES && whole.iter().all(is_number)
+}
+
+/// A vector as MATLAB prints it: its name, and a number a line, or blocks of a single row.
+fn is_printed(text: &str) -> bool {
+    let mut lines = (text.lines().map(str::trim)).filter(|line| !line.is_empty());
+    let is_named = lines.next().is_some_and(|line| name_alone(line).is_some());
+    let rows: Vec<&str> = lines
+        .filter(|line| factor(line).is_none())
+        .take(LEAST_SAMPLES)
+        .collect();
+    let is_one = |line: &&str| line.parse::<f64>().is_ok();
+    let is_row = |pair: &[&str]| block(pair[0]).is_some() && block(pair[1]).is_none();
+    let is_vector = match rows.first() {
+        Some(first) if block(first).is_some() => rows.chunks_exact(2).take(2).all(is_row),
+        _ => rows.len() == LEAST_SAMPLES && rows.iter().all(is_one),
+    };
+    is_named && is_vector && rows.len() > 2
+}
+
+/// A first line of nothing but numbers, and of many.
+fn is_unnamed(text: &str) -> bool {
+    let first = text.lines().next().unwrap_or_default();
+    let has_decimal_comma = has_decimal_comma(first);
+    let all: Vec<&str> = cells(first, has_decimal_comma).collect();
+    let whole = &all[..all.len().saturating_sub(1)];
+    let is_number = |cell: &&str| number(cell.as_bytes(), has_decimal_comma, "").is_ok();
+    whole.len() >= LEAST_UNNAMED && whole.iter().all(is_number)
+}
+
+/// `rpm =`
+fn name_alone(line: &str) -> Option<&str> {
+    let name = line.strip_suffix('=')?.trim();
+    name.starts_with(char::is_alphabetic).then_some(name)
+}
+
+/// Whether commas stand in the numbers: other separators stand between them.
+fn has_decimal_comma(cells: &str) -> bool {
+    cells.matches([';', '\t']).count() >= LEAST_SAMPLES
 }
 
 /// `[0 5; 10 6; 20 7]`
 fn is_matrix(text: &str) -> bool {
     let line = text.lines().next().unwrap_or_default();
-    let rows = line.split(';').map(|row| cells(row).count());
+    let rows = line.split(';').map(|row| cells(row, false).count());
     let counts: Vec<usize> = rows.collect();
     line.starts_with('[')
         && counts.len() > LEAST_SAMPLES
@@ -41,8 +84,12 @@ fn is_matrix(text: &str) -> bool {
             .all(|count| *count == counts[0])
 }
 
-fn cells(text: &str) -> impl Iterator<Item = &str> {
-    let is_between = |c: char| c.is_whitespace() || matches!(c, ',' | ';' | '[' | ']' | '(' | ')');
+fn cells(text: &str, has_decimal_comma: bool) -> impl Iterator<Item = &str> {
+    let is_between = move |c: char| {
+        c.is_whitespace()
+            || matches!(c, ';' | '[' | ']' | '(' | ')' | '"' | '}')
+            || (c == ',' && !has_decimal_comma)
+    };
     text.split(is_between).filter(|cell| !cell.is_empty())
 }
 
@@ -51,9 +98,16 @@ fn named(text: &str) -> Option<(&str, &str)> {
     let (name, rest) = match text.strip_prefix('"') {
         Some(quoted) => quoted.split_once('"')?,
         None => {
-            let is_end = |c: char| matches!(c, ',' | ';' | '\t' | '=' | ':' | '[');
-            let comma = text.find(is_end)?;
-            text.split_at(comma)
+            // A bracket after a name holds its unit, or the numbers.
+            let is_list = |at: usize| {
+                let inside = text[at + 1..].trim_start();
+                inside.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.' | '['))
+            };
+            let is_end = |(at, c): &(usize, char)| {
+                matches!(c, ',' | ';' | '\t' | '=' | ':') || (*c == '[' && is_list(*at))
+            };
+            let (end, _) = text.char_indices().find(is_end)?;
+            text.split_at(end)
         }
     };
     let rest = rest.trim_start_matches(|c: char| {
@@ -72,11 +126,26 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     }
     let mut signals: Vec<(String, Vec<f64>)> = Vec::new();
     let mut values = 0;
+    let (mut times, is_unnamed) = (1.0, is_unnamed(text.trim_start()));
     for line in text.lines().map(str::trim).filter(|line| !line.is_empty()) {
+        if let Some(found) = factor(line) {
+            times = found;
+            continue;
+        }
+        if block(line).is_some() {
+            continue;
+        }
+        if name_alone(line).is_some() {
+            times = 1.0;
+        }
         let rest = match named(line) {
             Some((name, rest)) => {
                 signals.push((name.to_owned(), Vec::new()));
                 rest
+            }
+            None if is_unnamed => {
+                signals.push((format!("{}", signals.len() + 1), Vec::new()));
+                line
             }
             // A list goes on in the next line.
             None => line,
@@ -84,8 +153,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         let Some((_, numbers)) = signals.last_mut() else {
             continue;
         };
-        for cell in cells(rest) {
-            numbers.push(cell.parse().unwrap_or(f64::NAN));
+        let has_decimal_comma = has_decimal_comma(rest);
+        for cell in cells(rest, has_decimal_comma) {
+            let value = number(cell.as_bytes(), has_decimal_comma, "").unwrap_or(f64::NAN);
+            numbers.push(times * value);
             values += 1;
         }
         if values > MOST_VALUES {
@@ -113,7 +184,7 @@ fn matrix(text: &str) -> Result<Table, FormatError> {
     let mut columns: Vec<(TableColumn, Vec<f64>)> = Vec::new();
     let rows = text
         .split([';', '\n'])
-        .map(|row| cells(row).collect::<Vec<_>>());
+        .map(|row| cells(row, false).collect::<Vec<_>>());
     for row in rows.filter(|row| !row.is_empty()) {
         if columns.is_empty() {
             let unnamed = |at: usize| TableColumn {
@@ -163,14 +234,39 @@ mod tests {
             format!("t_s = [{t}]\nu = [{wrapped}]\n"),
             format!("t_s = [{}];\nu = [{}];\n", list(" ", 0.5), list(" ", 2.0)),
             format!("\"t_s\": [{t}]\n\"u\": [{u}]\n"),
+            format!(
+                "t_s;{}\nu;{}\n",
+                list(";", 0.5).replace('.', ","),
+                list(";", 2.0)
+            ),
+            format!(
+                "t_s =\n\n{}\nu =\n\n  2.0e+00 *\n\n{}\n",
+                list("\n", 0.5),
+                list("\n", 1.0)
+            ),
+            format!(
+                "t_s =\n  Columns 1 through 20\n{}\n  Columns 21 through 30\n{}\nu =\n{}\n",
+                &list(" ", 0.5)[..list(" ", 0.5).find(" 10 ").expect("10")],
+                &list(" ", 0.5)[list(" ", 0.5).find(" 10 ").expect("10")..],
+                list(" ", 2.0),
+            ),
         ] {
             let found = lines(&text);
             assert_eq!(found[0], "\"t_s\",\"u\"", "{text}");
             assert_eq!((found.len(), found[30].as_str()), (31, "14.5,58"), "{text}");
         }
+        let units = format!("t [s],{t}\nU [V],{u}\n");
+        assert_eq!(lines(&units)[0], "\"t [s]\",\"U [V]\"");
         let rows: Vec<String> = (0..30).map(|k| format!("{} {}", 10 * k, k)).collect();
         let found = lines(&format!("[{}]", rows.join(";")));
         assert_eq!((found.len(), found[30].as_str()), (31, "290,29"));
+        let numbers = |scale: f64| -> String {
+            (0..120)
+                .map(|k| format!("{}, ", f64::from(k) * scale))
+                .collect()
+        };
+        let found = lines(&format!("[{}]\n[{}]\n", numbers(0.5), numbers(2.0)));
+        assert_eq!((found.len(), found[120].as_str()), (121, "59.5,238"));
         for table in [
             "t,u\n0,1\n2,3\n",
             "a 1 2 3\n",

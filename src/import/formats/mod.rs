@@ -118,8 +118,8 @@ impl Form {
             (|text| text.starts_with(lvm::MAGIC), Self::Lvm),
             (json::is_json, Self::Json),
             (teleplot::is_teleplot, Self::Teleplot),
-            (printed::is_printed, Self::Printed),
             (lists::is_lists, Self::Lists),
+            (printed::is_printed, Self::Printed),
             (pairs::is_pairs, Self::Pairs),
         ];
         forms

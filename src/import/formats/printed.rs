@@ -24,12 +24,12 @@ pub(super) fn is_printed(beginning: &[u8]) -> bool {
 }
 
 /// `1.0e+03 *`
-fn factor(line: &str) -> Option<f64> {
+pub(super) fn factor(line: &str) -> Option<f64> {
     line.strip_suffix('*')?.trim().parse().ok()
 }
 
 /// The first column of `Columns 1 through 8`, `Columns 9 and 10:`, `Column 17`.
-fn block(line: &str) -> Option<usize> {
+pub(super) fn block(line: &str) -> Option<usize> {
     let rest = line
         .strip_prefix("Columns ")
         .or(line.strip_prefix("Column "))?;

@@ -279,8 +279,10 @@ impl Decision<'_> {
             Some(_) => 1,
             None => 0,
         };
-        let is_time =
-            |&at: &usize| self.says[at].role == Some(Role::Time) && self.column(at).is_numeric();
+        let is_time = |&at: &usize| {
+            let role = self.says[at].role;
+            matches!(role, Some(Role::Time | Role::Interval)) && self.column(at).is_numeric()
+        };
         let goes_on = |at: usize| {
             let kind = Readings::of(&self.readings(at));
             match self.is_time_by_name(at) {

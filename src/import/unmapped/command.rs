@@ -21,6 +21,9 @@ const SHORT_REST: f64 = 0.1;
 /// Words of comment lines that may stand before a command.
 const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 
+/// Names of a voltage.
+const VOLTAGES: &[&str] = &["voltage", "spannung", "voltaje"];
+
 /// Placeholder of `--command-limit`.
 pub(super) const LIMIT_OF_A_SUM: &str =
     "--command-limit is of a --command that is a sum of columns, such as 2*goal-2*position:V";
@@ -268,9 +271,9 @@ impl Decision<'_> {
                 Some("share")
             } else if says.full.is_some() || (is_drive && column.is_whole() && most > PERCENT) {
                 Some("pwm")
-            } else if is_word(&["voltage", "spannung"]) && most <= MOST_VOLTS {
+            } else if is_word(VOLTAGES) && most <= MOST_VOLTS {
                 Some("V")
-            } else if is_word(&["voltage", "spannung"]) && most > 10.0 * MOST_VOLTS {
+            } else if is_word(VOLTAGES) && most > 10.0 * MOST_VOLTS {
                 Some("mV")
             } else {
                 None

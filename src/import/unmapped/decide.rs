@@ -10,8 +10,12 @@ use super::direction::DIRECTIONS;
 use super::names::{NameSays, name_outputs, says};
 use super::said::{ColumnSaid, Said, expected};
 use super::survey::Survey;
+use super::turns::is_sensor;
 use super::unclear::{Missing, Unclear};
 use super::units::Role;
+
+/// Most columns that a message names.
+pub(super) const MOST_NAMED: usize = 30;
 
 /// One thing as it was understood.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
@@ -59,6 +63,10 @@ impl<'a> Decision<'a> {
                 says(name, column.unit_line.as_deref())
             })
             .collect();
+        // The voltage of a sensor is no command.
+        for says in says.iter_mut().filter(|says| is_sensor(says)) {
+            says.role = says.role.filter(|role| *role != Role::Command);
+        }
         name_outputs(&mut says, |at| survey.columns[at].is_numeric());
         let mut map = MapFile {
             file: survey.file.clone(),
@@ -143,8 +151,13 @@ impl<'a> Decision<'a> {
             let name = (column.name.as_ref()).map_or(String::new(), |name| format!(" `{name}`"));
             format!("{}{name}{range}", at + 1)
         };
-        let names: Vec<String> = (0..self.survey.columns.len()).map(name).collect();
-        names.join(", ")
+        let count = self.survey.columns.len();
+        let names: Vec<String> = (0..count.min(MOST_NAMED)).map(name).collect();
+        let more = match count.saturating_sub(MOST_NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        names.join(", ") + &more
     }
 
     /// The column that a flag names, and its unit.
@@ -335,7 +348,11 @@ impl<'a> Decision<'a> {
             ));
         }
         if !rest.is_empty() {
-            self.understand("unused", None, None, rest.join(", "));
+            let mut words = rest[..rest.len().min(MOST_NAMED)].join(", ");
+            if rest.len() > MOST_NAMED {
+                words.push_str(&format!(" and {} more", rest.len() - MOST_NAMED));
+            }
+            self.understand("unused", None, None, words);
         }
     }
 }

@@ -24,6 +24,7 @@ mod speed_rule;
 mod sum;
 mod survey;
 mod table;
+mod thousands;
 mod turns;
 mod unclear;
 mod units;

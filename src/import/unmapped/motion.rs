@@ -7,7 +7,7 @@ use super::column::Column;
 use super::decide::{Decision, short};
 use super::names::is_input;
 use super::said::expected;
-use super::turns::turn_in;
+use super::turns::{is_sensor, turn_in};
 use super::unclear::Unclear;
 use super::units::Role;
 
@@ -100,7 +100,7 @@ impl Decision<'_> {
         }
         let mut rest: Vec<usize> = (0..self.survey.columns.len())
             .filter(|&at| self.says[at].role.is_none() && self.column(at).is_numeric())
-            .filter(|at| !self.used.contains(at))
+            .filter(|&at| !is_sensor(&self.says[at]) && !self.used.contains(&at))
             .collect();
         if rest.len() > 1 {
             rest.retain(|&at| !self.column(at).is_row_number());
@@ -218,7 +218,14 @@ impl Decision<'_> {
                 _ if column.most() > 360.0 => ("deg", None),
                 _ => ("rad", None),
             };
-            let why = format!("{name} names no unit; {}", expected(Role::Position));
+            let steps = match self.unit_of_counts(at) {
+                Some((unit, counts)) => format!(
+                    ", and moves in steps of 1/{} of a turn in {unit}",
+                    short(counts)
+                ),
+                None => String::new(),
+            };
+            let why = format!("{name} names no unit{steps}; {}", expected(Role::Position));
             self.ask("--position", format!("{flag}:{unit}"), why);
             if let (Some(turn), None) = (turn, self.said.wrap) {
                 let turn = short(turn);
@@ -231,7 +238,7 @@ impl Decision<'_> {
         if unit == "counts" && !is_increments && self.follows_command(at) {
             self.doubt_position(at);
         }
-        if matches!(unit, "m" | "mm" | "um") {
+        if matches!(unit, "m" | "cm" | "mm" | "um") {
             self.travel(at, unit);
         }
         if let Some((other, counts)) = self.unit_of_counts(at)

@@ -34,12 +34,38 @@ const TIMES: &[&str] = &[
     "elapsed",
     "uptime",
     "zeit",
+    "uhrzeit",
+    "tiempo",
+    "temps",
+    "tempo",
     "datetime",
     "date",
 ];
 const POSITIONS: &[&str] = &[
-    "counts", "count", "cnt", "enc", "encoder", "encoders", "ticks", "tick", "pulses", "pos",
-    "position", "angle", "theta", "phi", "winkel",
+    "counts",
+    "count",
+    "cnt",
+    "enc",
+    "encoder",
+    "encoders",
+    "ticks",
+    "tick",
+    "pulses",
+    "pos",
+    "position",
+    "angle",
+    "theta",
+    "phi",
+    "winkel",
+    "zähler",
+    "zaehler",
+    "zählerstand",
+    "impulse",
+    "posición",
+    "posicion",
+    "ángulo",
+    "angulo",
+    "codeur",
 ];
 const INCREMENTS: &[&str] = &[
     "increment",
@@ -50,8 +76,24 @@ const INCREMENTS: &[&str] = &[
     "dticks",
 ];
 const INTERVALS: &[&str] = &["dt", "deltat", "dtime", "deltatime", "interval", "looptime"];
+/// With a unit or a word of time beside it, the time that a loop takes.
+const LOOPS: &[&str] = &["period", "cycle", "loop", "delta", "diff", "zyklus"];
 const SPEEDS: &[&str] = &[
-    "speed", "vel", "velocity", "omega", "rpm", "rps", "dps", "drehzahl",
+    "speed",
+    "vel",
+    "velocity",
+    "omega",
+    "rpm",
+    "rps",
+    "dps",
+    "drehzahl",
+    "geschwindigkeit",
+    "velocidad",
+    "vitesse",
+    "velocità",
+    "velocita",
+    "tach",
+    "tacho",
 ];
 const COMMANDS: &[&str] = &[
     "pwm",
@@ -64,6 +106,7 @@ const COMMANDS: &[&str] = &[
     "volts",
     "volt",
     "spannung",
+    "voltaje",
 ];
 /// Names of a controller's output, if no column is named as a command.
 const OUTPUTS: &[&str] = &[
@@ -88,7 +131,15 @@ const OUTPUTS: &[&str] = &[
 const INPUTS: &[&str] = &[
     "input", "pv", "feedback", "measured", "actual", "ist", "istwert", "entrada",
 ];
-const CURRENTS: &[&str] = &["current", "amps", "strom", "iq"];
+const CURRENTS: &[&str] = &[
+    "current",
+    "amps",
+    "strom",
+    "iq",
+    "corriente",
+    "courant",
+    "corrente",
+];
 const SUPPLIES: &[&str] = &[
     "battery", "batt", "bat", "vbat", "vbatt", "supply", "vin", "vcc", "vdd", "vsupply",
 ];
@@ -102,6 +153,10 @@ const REFERENCES: &[&str] = &[
     "reference",
     "desired",
     "soll",
+    "sollwert",
+    "referencia",
+    "consigna",
+    "consigne",
     "error",
     "err",
 ];
@@ -216,16 +271,19 @@ fn is_interval<'a>(words: &'a [String], units: impl Iterator<Item = &'a str>) ->
     let is_time = |word: &str| TIMES.contains(&word) || unit_of(Role::Time, word).is_some();
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
     let mut all = words.iter().map(String::as_str).chain(units);
-    has(INTERVALS) || (has(&["delta", "diff"]) && all.any(is_time))
+    let is_d_t = matches!(words, [d, t, ..] if d == "d" && t == "t");
+    has(INTERVALS) || is_d_t || (has(LOOPS) && all.any(is_time))
 }
 
 /// A name that is nothing but a unit tells the quantity by it, as `millis`, `vir_V` and `x [rad]` do.
 fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
     let by_text = |text: &str| {
         let roles = [Role::Time, Role::Speed, Role::Position, Role::Command];
-        // Per cent are also an efficiency and a charge.
-        let is_clear =
-            |unit: &str| !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s" | "percent");
+        // Per cent are also an efficiency and a charge; `ms` may be metres a second, and `m/s` nothing else.
+        let is_clear = |unit: &str| {
+            !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s" | "percent")
+                || (unit == "m/s" && text.contains('/'))
+        };
         roles
             .into_iter()
             .find(|role| unit_of(*role, text).is_some_and(is_clear))
@@ -390,6 +448,15 @@ mod tests {
             ("dt_us", Interval, Some("us")),
             ("deltaT", Interval, None),
             ("delta_ms", Interval, Some("ms")),
+            ("dT (ms)", Interval, Some("ms")),
+            ("period_us", Interval, Some("us")),
+            ("Loop time [ms]", Interval, Some("ms")),
+            ("v [m/s]", Speed, Some("m/s")),
+            ("velocity [cm/s]", Speed, Some("cm/s")),
+            ("Zähler", Position, Some("counts")),
+            ("Impulse", Position, Some("counts")),
+            ("velocidad (rpm)", Speed, Some("rpm")),
+            ("vitesse [rad/s]", Speed, Some("rad/s")),
             ("Delta Time (s)", Interval, Some("s")),
             ("sec", Time, Some("s")),
             ("nanosec", Time, Some("ns")),

@@ -137,8 +137,8 @@ impl ColumnSaid {
 pub(super) fn expected(role: Role) -> &'static str {
     match role {
         Role::Time | Role::Interval => "s, ms, us, ns, min",
-        Role::Position | Role::Increments => "counts, rev, rad, mrad, deg, m, mm",
-        Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s",
+        Role::Position | Role::Increments => "counts, rev, rad, mrad, deg, m, cm, mm",
+        Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s",
         Role::Current => "A, mA",
         Role::Supply => "V, mV",
         Role::Command | Role::CommandOrSupply | Role::Reference => {

@@ -47,7 +47,7 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.speed(at, Some(proposed), step_s));
             return;
         };
-        if matches!(unit, "m/s" | "mm/s") {
+        if matches!(unit, "m/s" | "cm/s" | "mm/s") {
             self.travel(at, unit);
         }
         let rev_s = match unit {

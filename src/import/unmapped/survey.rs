@@ -1,6 +1,6 @@
 //! A look at the beginning of a log: how it is laid out, and what its columns hold.
 
-use super::super::cells::{Cells, Separator, decode, number};
+use super::super::cells::{Cells, Separator, decode, number, without_groups};
 use super::super::labels::labels;
 use super::super::lines::{Line, lines};
 use super::super::map_file::FileSection;
@@ -8,6 +8,7 @@ use super::super::stamp::{before_line, stamp};
 use super::super::table::Table;
 use super::column::Column;
 use super::table::{BANNER_LINES, Layout, Numbered, layout};
+use super::thousands::Thousands;
 use super::units::unit_of;
 
 /// Rows that are looked at: a minute at 3 ms.
@@ -118,19 +119,29 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
             }
         }
     }
-    let mut cells = Cells::default();
-    cells.expect(labels(&table[layout.first].1).unwrap_or_default());
-    for (_, line) in table[layout.first..].iter().take(ROWS) {
-        cells.split(line, layout.separator);
-        cells.trim_to(layout.columns);
-        if cells.len() != layout.columns || is_names(&cells) {
-            continue;
+    let each_row = |take: &mut dyn FnMut(&Cells)| {
+        let mut cells = Cells::default();
+        cells.expect(labels(&table[layout.first].1).unwrap_or_default());
+        for (_, line) in table[layout.first..].iter().take(ROWS) {
+            cells.split(line, layout.separator);
+            cells.trim_to(layout.columns);
+            if cells.len() == layout.columns && !is_names(&cells) {
+                take(&cells);
+            }
         }
+    };
+    let mut marks = [b',', b'.'].map(Thousands::of);
+    each_row(&mut |cells| marks.iter_mut().for_each(|mark| mark.take(cells)));
+    let thousands = marks.iter().find_map(Thousands::mark);
+    found.file.thousands = thousands.map(|mark| char::from(mark).to_string());
+    each_row(&mut |cells| {
         found.rows += 1;
         for (at, column) in found.columns.iter_mut().enumerate() {
-            column.take(cells.get(at), layout.is_decimal_comma);
+            let cell = cells.get(at);
+            let cell = thousands.map_or(cell.into(), |mark| without_groups(cell, mark));
+            column.take(&cell, layout.is_decimal_comma);
         }
-    }
+    });
     if layout.is_decimal_comma && found.columns.iter().any(|column| column.has_comma) {
         found.file.decimal = Some(",".to_owned());
     }

@@ -1,6 +1,6 @@
 //! Where in a log the rows of numbers begin, and by what their cells are separated.
 
-use super::super::cells::{Cells, Separator, number};
+use super::super::cells::{Cells, Separator, grouped, number};
 use super::super::labels::labels;
 use super::super::stamp::{before_line, stamp};
 
@@ -121,8 +121,14 @@ impl Look {
             .map(|at| cells.get(at))
             .filter(|cell| !cell.is_empty())
             .collect();
-        let is_number =
-            |cell: &&&[u8]| number(cell, is_decimal_comma, "").is_ok() || stamp(cell).is_some();
+        let is_grouped = |cell: &[u8]| {
+            [b',', b'.']
+                .iter()
+                .any(|mark| grouped(cell, *mark).is_some())
+        };
+        let is_number = |cell: &&&[u8]| {
+            number(cell, is_decimal_comma, "").is_ok() || stamp(cell).is_some() || is_grouped(cell)
+        };
         let numbers = filled.iter().filter(is_number).count();
         Self {
             cells: count,

@@ -3,11 +3,15 @@
 use std::f64::consts::TAU;
 
 use super::decide::Decision;
+use super::names::NameSays;
 
-/// A step that was found in many positions is exact to this share.
+/// A step that was found in many positions is exact to this share at worst, and at best to what a float of 32 bits rounds.
 const EXACT: f64 = 1e-5;
-/// Up to here a number of counts per revolution that is whole to that share is significant.
-const MOST_EXACT: f64 = 20_000.0;
+const MOST_EXACT: f64 = 2e-7;
+/// Counts per revolution are taken as whole where the error of the quotient is less than this. Convention.
+const WHOLE_ERROR: f64 = 0.2;
+/// Counts per revolution of an encoder of 16 bits: what is even in revolutions is even in degrees too, beyond them.
+const MOST_COUNTS: f64 = 65_536.0;
 /// A position shows at least one in so many counts.
 const MOST_SKIPPED: f64 = 8.0;
 /// A step of so many decimals is one of the decimal system, whatever the unit.
@@ -20,10 +24,13 @@ impl Decision<'_> {
     /// The unit of an angle in whose turn the steps of a column divide evenly, where just one does, and the counts: those that are said,
     /// or, as the steps are no round decimals, any whole number.
     pub(super) fn unit_of_counts(&self, at: usize) -> Option<(&'static str, f64)> {
-        let step = self.column(at).step()?;
+        let column = self.column(at);
+        let step = column.step()?;
+        // The largest position has the rounding of its last digit.
+        let exact = (2.0 * column.rounding() / column.most()).clamp(MOST_EXACT, EXACT);
         let named = self.says.iter().find_map(|says| says.counts_per_rev);
         let said = self.said.counts_per_rev.or(named);
-        let is_round = |number: f64| (number - number.round()).abs() < EXACT * number;
+        let is_round = |number: f64| (number - number.round()).abs() < exact * number;
         let mut fits = ["rev", "rad", "deg"].into_iter().filter_map(|unit| {
             let counts = turn_in(unit)? / step;
             let fits = match said {
@@ -31,7 +38,10 @@ impl Decision<'_> {
                 Some(said) => {
                     (0.5..=MOST_SKIPPED).contains(&(said / counts)) && is_round(said / counts)
                 }
-                None => is_round(counts) && counts <= MOST_EXACT && !is_round(step * DECIMALS),
+                None => {
+                    let is_exact = exact * counts <= WHOLE_ERROR && counts <= MOST_COUNTS;
+                    is_round(counts) && is_exact && !is_round(step * DECIMALS)
+                }
             };
             fits.then_some((unit, counts.round()))
         });
@@ -40,10 +50,7 @@ impl Decision<'_> {
 
     /// Of a light barrier or a Hall sensor that is logged as a voltage: how its edges become counts.
     pub(super) fn analogue(&self) -> String {
-        let is_sensor = |at: &usize| {
-            let has = |word: &String| ANALOGUE.iter().any(|sensor| word.starts_with(sensor));
-            self.column(*at).is_numeric() && self.says[*at].words.iter().any(has)
-        };
+        let is_sensor = |at: &usize| self.column(*at).is_numeric() && is_sensor(&self.says[*at]);
         let Some(at) = (0..self.survey.columns.len()).find(is_sensor) else {
             return String::new();
         };
@@ -56,6 +63,12 @@ impl Decision<'_> {
             self.file_name
         )
     }
+}
+
+/// Whether a name is that of a sensor whose voltage is logged.
+pub(super) fn is_sensor(says: &NameSays) -> bool {
+    let has = |word: &String| ANALOGUE.iter().any(|sensor| word.starts_with(sensor));
+    says.words.iter().any(has)
 }
 
 /// One turn in a unit of angle.

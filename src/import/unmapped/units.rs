@@ -61,6 +61,10 @@ const POSITION_UNITS: &[Spelling] = &[
     ("ticks", "counts"),
     ("tick", "counts"),
     ("pulses", "counts"),
+    ("impulse", "counts"),
+    ("zähler", "counts"),
+    ("zaehler", "counts"),
+    ("zählerstand", "counts"),
     ("rev", "rev"),
     ("revs", "rev"),
     ("revolutions", "rev"),
@@ -75,6 +79,7 @@ const POSITION_UNITS: &[Spelling] = &[
     ("degrees", "deg"),
     ("grad", "deg"),
     ("m", "m"),
+    ("cm", "cm"),
     ("mm", "mm"),
     ("um", "um"),
 ];
@@ -97,6 +102,7 @@ const SPEED_UNITS: &[Spelling] = &[
     ("tickss", "counts/s"),
     ("tickssec", "counts/s"),
     ("ms", "m/s"),
+    ("cms", "cm/s"),
     ("mms", "mm/s"),
 ];
 const COMMAND_UNITS: &[Spelling] = &[
@@ -167,6 +173,11 @@ pub(super) fn unit_of(role: Role, text: &str) -> Option<&'static str> {
         "percent" => "percent".to_owned(),
         _ => letters,
     };
+    // `m/s` is no time.
+    let is_rate = text.contains('/') || text.to_lowercase().contains("per");
+    if is_rate && matches!(role, Role::Time | Role::Interval) {
+        return None;
+    }
     let found = spellings(role)
         .iter()
         .find(|(spelling, _)| *spelling == whole);

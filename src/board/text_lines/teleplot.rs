@@ -1,0 +1,99 @@
+//! Teleplot's lines, a signal each: `>counts:590:17` with milliseconds, `>counts:17§unit|flags` without.
+//!
+//! The signals of one time, or up to the one that comes again, are one line of labels.
+
+/// One signal's value.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Signal<'a> {
+    name: &'a str,
+    ms: Option<&'a str>,
+    value: &'a str,
+}
+
+impl<'a> Signal<'a> {
+    /// Of a line with a single sample.
+    pub fn of(line: &'a str) -> Option<Self> {
+        let (name, rest) = line.strip_prefix('>')?.split_once(':')?;
+        let rest = rest.split(['|', '§']).next()?;
+        let (ms, value) = match rest.split_once(':') {
+            Some((ms, value)) => (Some(ms.trim()), value.trim()),
+            None => (None, rest.trim()),
+        };
+        let is_number = |text: &str| text.parse::<f64>().is_ok();
+        let is_one = ms.is_none_or(is_number) && is_number(value) && !name.contains(' ');
+        is_one.then_some(Self { name, ms, value })
+    }
+}
+
+/// Signals that have come of a line that is not whole yet.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Teleplot {
+    names: Vec<String>,
+    ms: Option<String>,
+    row: Row,
+}
+
+/// A line of labels.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Row {
+    pub text: String,
+    /// Bytes of the signals' lines.
+    pub wire_bytes: usize,
+}
+
+impl Teleplot {
+    /// One more signal; the line before it where it begins another.
+    pub fn push(&mut self, signal: &Signal<'_>, wire_bytes: usize) -> Option<Row> {
+        let comes_again = self.names.iter().any(|name| name == signal.name);
+        let is_next = comes_again || self.ms.as_deref() != signal.ms;
+        let whole = (is_next && !self.names.is_empty()).then(|| std::mem::take(&mut self.row));
+        if is_next {
+            self.names.clear();
+            self.row.text = match signal.ms {
+                Some(ms) => format!("t_ms:{ms}"),
+                None => String::new(),
+            };
+            self.ms = signal.ms.map(str::to_owned);
+        }
+        self.names.push(signal.name.to_owned());
+        self.row
+            .text
+            .push_str(&format!(" {}:{}", signal.name, signal.value));
+        self.row.wire_bytes += wire_bytes;
+        whole
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn signals_of_one_time_are_a_line() {
+        let mut teleplot = Teleplot::default();
+        let mut rows = Vec::new();
+        for line in [
+            ">counts:10:5",
+            ">pwm:10:80",
+            ">counts:20:6",
+            ">pwm:20:81|np",
+            ">counts:30:7",
+        ] {
+            let signal = Signal::of(line).expect("a signal");
+            rows.extend(teleplot.push(&signal, line.len() + 1));
+        }
+        let texts: Vec<&str> = rows.iter().map(|row| row.text.as_str()).collect();
+        assert_eq!(
+            texts,
+            ["t_ms:10 counts:5 pwm:80", "t_ms:20 counts:6 pwm:81"]
+        );
+        assert_eq!(rows[0].wire_bytes, 24);
+        let mut untimed = Teleplot::default();
+        let rows: Vec<Row> = [">counts:5", ">pwm:80§%", ">counts:6"]
+            .iter()
+            .filter_map(|line| untimed.push(&Signal::of(line).expect("a signal"), 9))
+            .collect();
+        assert_eq!(rows[0].text, " counts:5 pwm:80");
+        assert!(Signal::of("> counts").is_none() && Signal::of(">counts:up").is_none());
+    }
+}
