@@ -7,8 +7,7 @@ use crate::actuator_cases::{cases, compare};
 use crate::support;
 
 /// Time for which each command is held where every operation is interpreted, in s: a tenth of a second each would take minutes.
-const OCTAVE_HOLD_S: f64 = 0.03;
-const TORCH_HOLD_S: f64 = 0.02;
+const SHORT_HOLD_S: f64 = 0.03;
 
 /// In every folder: the state as the file's first lines give it, then a step for each command.
 const OCTAVE_CALLER: &str = "\
@@ -37,7 +36,7 @@ fn octave_moves_as_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(
         directory.path(),
-        OCTAVE_HOLD_S,
+        SHORT_HOLD_S,
         &["octave", "-o", "motor_step.m"],
     );
     std::fs::write(directory.path().join("caller.m"), OCTAVE_CALLER).expect("a script");
@@ -150,7 +149,7 @@ fn torch_moves_as_the_simulator() {
     let directory = tempfile::tempdir().expect("a folder");
     let cases = cases(
         directory.path(),
-        TORCH_HOLD_S,
+        SHORT_HOLD_S,
         &["isaac-lab", "-o", "motor.py"],
     );
     if python_with(
