@@ -1,6 +1,6 @@
 //! The motor with its effects as a function that other programs call: voltage in, torque on the output shaft out.
 //!
-//! One description of the equations ([`equations`]) is printed in each language; a template a language adds the loop around
+//! One description of the equations (`equations`) is printed in each language; a template a language adds the loop around
 //! them: Runge-Kutta steps of fourth order within a mode (which way the current flows, which side slips which way, which flanks
 //! touch), cut at the instant at which the mode ends. The constants stand at the top of each file, with units.
 
