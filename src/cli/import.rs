@@ -13,6 +13,7 @@ use super::import_flags::Flags;
 use super::import_source::Source;
 use super::import_words::{say, say_understood};
 use super::output_file::{Force, Form, Outputs};
+use super::staged::Staged;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
 use crate::import::{ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over};
@@ -111,7 +112,7 @@ impl Import {
         };
         let target = self.target();
         refuse_no_file(&target).map_err(capture_failure)?;
-        let staged = self.staged(&outputs, &target)?;
+        let staged = Staged::of(self.force, &outputs, &target)?;
         let free = next_free_name(&target);
         if staged.is_none() && free != target && self.output.is_some() {
             output.message(&format!(
@@ -120,7 +121,7 @@ impl Import {
                 shown(&free)
             ));
         }
-        let written = staged.as_ref().map_or(&target, |staged| &staged.run);
+        let written = staged.as_ref().map_or(&target, |staged| staged.run());
         let mut imported = import(source.read(), &name, &map.map, written).map_err(|error| {
             match error.problem {
                 ImportProblem::Write(_) | ImportProblem::Rejected { .. } => Failure::device(error),
@@ -129,7 +130,8 @@ impl Import {
             }
         })?;
         if let Some(staged) = &staged {
-            staged.take_place(&outputs, &mut imported)?;
+            let runs = imported.runs.iter_mut().map(|run| &mut run.path);
+            staged.take_place(&outputs, runs.chain(&mut imported.rejected))?;
         }
         say(output, &name, &imported);
         self.save(&outputs, &map.toml, output)?;
@@ -154,27 +156,6 @@ impl Import {
         } else {
             Status::Done
         })
-    }
-
-    /// Where runs are written that are to replace others: whole, and moved into their places then.
-    fn staged(&self, outputs: &Outputs, target: &Path) -> Result<Option<Staged>, Failure> {
-        if !self.force.is_given() || !target.exists() {
-            return Ok(None);
-        }
-        outputs.may_replace(target, None)?;
-        let beside = match target.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let directory = tempfile::tempdir_in(beside).map_err(Failure::device)?;
-        let run = directory
-            .path()
-            .join(target.file_name().unwrap_or_default());
-        Ok(Some(Staged {
-            directory,
-            run,
-            beside: beside.to_owned(),
-        }))
     }
 
     /// The mapping file, and what flags say instead of it.
@@ -223,35 +204,6 @@ impl Import {
             return output.clone();
         }
         run_name(&self.log)
-    }
-}
-
-/// Runs that are to replace others.
-struct Staged {
-    /// Goes with what is left in it.
-    directory: tempfile::TempDir,
-    run: PathBuf,
-    beside: PathBuf,
-}
-
-impl Staged {
-    /// Moves the runs, and the rejected rows, into their places.
-    fn take_place(&self, outputs: &Outputs, imported: &mut Imported) -> Result<(), Failure> {
-        let runs = imported.runs.iter_mut().map(|run| &mut run.path);
-        for path in runs.chain(&mut imported.rejected) {
-            let Ok(name) = path.strip_prefix(self.directory.path()) else {
-                continue;
-            };
-            let place = self.beside.join(name);
-            let place = match self.beside.as_path() == Path::new(".") {
-                true => name.to_owned(),
-                false => place,
-            };
-            outputs.may_replace(&place, None)?;
-            std::fs::rename(&*path, &place).map_err(Failure::device)?;
-            *path = place;
-        }
-        Ok(())
     }
 }
 

@@ -53,6 +53,7 @@ mod run_facts;
 mod schema;
 mod signals;
 mod simulate;
+mod staged;
 mod tabulate;
 mod threads;
 mod until_known;

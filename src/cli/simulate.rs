@@ -11,6 +11,7 @@ use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s};
 use super::output_file::{Force, Form};
 use super::picture::on_terminal;
+use super::staged::Staged;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
@@ -43,7 +44,7 @@ pub struct Simulate {
     /// Seed of random effects (lost edges, late samples).
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Write the simulated run; an existing file is not overwritten.
+    /// Write the simulated run. An existing file is not overwritten, unless with --force: the next free name is taken.
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Write the picture as SVG.
@@ -91,7 +92,10 @@ const MOST_PRINTED: f64 = 1e6;
 impl Simulate {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         self.threads.set()?;
-        let outputs = self.force.outputs("simulate", self.motor.file());
+        let profile = PathBuf::from(&self.profile);
+        let inputs = self.motor.file().into_iter();
+        let inputs = inputs.chain(profile.is_file().then_some(&profile));
+        let outputs = self.force.outputs("simulate", inputs);
         outputs.check(&self.svg)?;
         let motor = self.motor.motor(output)?;
         let run = self.commanded(&motor, output.json)?;
@@ -117,7 +121,12 @@ impl Simulate {
             ..run
         };
         if let Some(path) = &self.output {
-            let written = write_run(&run, path).map_err(capture_failure)?;
+            let staged = Staged::of(self.force, &outputs, path)?;
+            let target = staged.as_ref().map_or(path, |staged| staged.run());
+            let mut written = write_run(&run, target).map_err(capture_failure)?;
+            if let Some(staged) = &staged {
+                staged.take_place(&outputs, [&mut written])?;
+            }
             output.message(&format!("wrote {}", shown(&written)));
         }
         let figure = self.figure(&run, &trajectory);

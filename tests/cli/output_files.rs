@@ -393,3 +393,33 @@ fn a_demo_that_fails_leaves_the_runs_of_the_earlier_one() {
     assert_eq!(names(&demo), before.0);
     assert_ne!(before.1, read(&demo, "step30.csv"));
 }
+
+/// A simulated run takes the next free name, and with `--force` the place of the run; never that of the profile that it follows.
+#[test]
+fn a_simulated_run_replaces_another_by_force_alone() {
+    let directory = tempfile::tempdir().expect("a directory");
+    let here = directory.path();
+    let simulate = |ts: &str, more: &[&str]| {
+        let asked = ["simulate", "--duration", "1", "-o", "run.csv", "--ts", ts];
+        run(here, &[&asked, more].concat())
+    };
+    let rows = |name: &str| {
+        let text = std::fs::read_to_string(here.join(name)).expect("a run");
+        text.lines().filter(|line| !line.starts_with('#')).count() - 1
+    };
+    for (ts, more) in [("0.1", &[][..]), ("0.05", &[]), ("0.01", &["--force"])] {
+        let done = simulate(ts, more);
+        assert_eq!(done.status, Some(0), "{}", done.messages);
+    }
+    assert_eq!((rows("run.csv"), rows("run-2.csv")), (101, 21));
+    let refused = simulate("0.1", &["--force", "--profile", "run.csv"]);
+    assert_eq!(refused.status, Some(2), "{}", refused.messages);
+    assert!(
+        refused.messages.contains("is an input"),
+        "{}",
+        refused.messages
+    );
+    assert_eq!(rows("run.csv"), 101);
+    let names = std::fs::read_dir(here).expect("a directory");
+    assert_eq!(names.count(), 2, "nothing else is left");
+}

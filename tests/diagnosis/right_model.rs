@@ -6,6 +6,7 @@ use motorlab::diagnose::{Options, Verdict, diagnose};
 use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::{ActiveEffect, Motor};
 use motorlab::recording::Run;
+use motorlab::units::ROUNDING_VARIANCE;
 
 use crate::recorded::{LEVELS, recorded};
 
@@ -14,8 +15,6 @@ const RANDOM: [&str; 2] = ["missed_counts", "sample_jitter"];
 /// Largest ratio of the true model's error to quantization, and of a model without the effect to the noise floor: where in a count a
 /// segment starts is drawn.
 const ABOVE_FLOOR: f64 = 1.25;
-/// RMS of rounding to counts: an error that is uniform over one count.
-const QUANTIZATION_COUNTS: f64 = 0.288_675_134_594_812_9;
 
 /// Eight seconds at 10 ms.
 fn recording(motor: &Motor) -> Run {
@@ -34,7 +33,7 @@ fn the_true_model_is_within_the_noise_floor() {
         visible += usize::from(run.counts != recording(&Motor::default()).counts);
         let found = diagnose(&[run], &motor, &Options::default()).expect("a diagnosis");
         let is_quiet = matches!(found.verdict, Verdict::NoGap | Verdict::Parameters);
-        let is_small = found.gap.before <= ABOVE_FLOOR * QUANTIZATION_COUNTS;
+        let is_small = found.gap.before <= ABOVE_FLOOR * ROUNDING_VARIANCE.sqrt();
         if !(is_quiet && is_small && found.effects.is_empty()) {
             writeln!(wrong, "{}: {}", kind.id, found.sentence).expect("room");
         }

@@ -6,7 +6,8 @@ use std::process::Command;
 use crate::actuator_cases::{cases, compare};
 use crate::support;
 
-/// Time for which each command is held where every operation is interpreted, in s: a tenth of a second each would take minutes.
+/// Time for which each command is held where every operation is interpreted, in s: a tenth of a second each would take minutes. With 20 ms
+/// the simulator misses two events within one of its steps (docs/method/simulation.md).
 const SHORT_HOLD_S: f64 = 0.03;
 
 /// In every folder: the state as the file's first lines give it, then a step for each command.

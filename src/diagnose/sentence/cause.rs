@@ -13,6 +13,12 @@ pub(super) fn cause(said: &Diagnosis, probable: f64) -> String {
         Verdict::NoChange => {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
+        Verdict::Parameters if said.probability < probable => format!(
+            "Re-identified parameters remove {} of the reducible squared error. P(no effect is present) {p}, but none is identified.{}{}",
+            percent(share_of(said, "parameters")),
+            candidates(said),
+            unconfirmed(said, probable)
+        ),
         Verdict::Parameters => format!(
             "Re-identified parameters explain it: they remove {} of the reducible squared error; P(no effect is present) {p}.",
             percent(share_of(said, "parameters"))
@@ -48,7 +54,7 @@ fn candidates(said: &Diagnosis) -> String {
     }
 }
 
-/// That what is probable does not reduce the held-out error, where that is why it is not identified.
+/// That the most probable effects do not reduce the held-out error by a tenth, if that is why they are not identified.
 fn unconfirmed(said: &Diagnosis, probable: f64) -> &'static str {
     // A class has what its members have, and is not identified with one of them at a bound.
     let is_bounded = |cause: &Cause| {
@@ -62,7 +68,9 @@ fn unconfirmed(said: &Diagnosis, probable: f64) -> &'static str {
         cause.class_probability.unwrap_or(cause.inclusion) >= probable && !is_bounded(cause)
     };
     match said.causes.iter().any(is_probable) {
-        true => " Adding the most probable does not reduce the held-out error.",
+        true => {
+            " Adding the most probable reduces the held-out squared error by less than a tenth."
+        }
         false => "",
     }
 }

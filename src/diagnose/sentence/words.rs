@@ -1,10 +1,11 @@
 //! Figures and names as they are printed.
 
-/// A probability; never rounded up to certainty.
+/// A probability with its relation: two decimals, three above 0.99; never a certainty, never an impossibility.
 pub(crate) fn probability(p: f64) -> String {
     match p {
         p if p >= 0.999 => "> 0.999".to_owned(),
         p if p >= 0.99 => format!("= {:.3}", (1000.0 * p).floor() / 1000.0),
+        p if p < 0.005 => "< 0.01".to_owned(),
         p => format!("= {p:.2}"),
     }
 }

@@ -208,12 +208,16 @@ impl Seen {
                 p("no effect is present")
             ),
             Verdict::Parameters => {
-                let no_effect = match probability < Settings::default().confident {
-                    true => "Probably no effect",
-                    false => "No effect",
+                let settings = Settings::default();
+                let missing = match probability {
+                    p if p < settings.identified => {
+                        "An effect is probably missing that these recordings do not identify"
+                    }
+                    p if p < settings.confident => "Probably no effect is missing",
+                    _ => "No effect is missing",
                 };
                 format!(
-                    "{no_effect} is missing, {}; the motor's parameters differ: {seen}.",
+                    "{missing}, {}; the motor's parameters differ: {seen}.",
                     p("no effect is present")
                 )
             }
