@@ -63,7 +63,7 @@ impl Check {
                 runs.push(run);
             }
         }
-        refuse_unused(&self.log, &runs)?;
+        refuse_unused(&self.log, &runs, output)?;
         let findings = check(&runs, motor.as_ref());
         if output.json {
             output.document(&Document {

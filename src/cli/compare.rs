@@ -93,7 +93,7 @@ impl Compare {
                 overlays.push(overlay);
             }
         }
-        refuse_unused(&self.log, &runs)?;
+        refuse_unused(&self.log, &runs, output)?;
         let findings = check_and_say(&runs, self.motor.is_given().then_some(&motor), output);
         let found = Found {
             runs,

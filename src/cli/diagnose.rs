@@ -116,7 +116,7 @@ impl Diagnose {
         runs.extend(self.read(&self.hold_out, output)?);
         let reference_from = runs.len();
         runs.extend(self.read(&self.reference, output)?);
-        refuse_unused(&self.log, &runs)?;
+        refuse_unused(&self.log, &runs, output)?;
         if held_from != self.runs.len() && !repeats.is_empty() {
             return Err(Failure::input(
                 "--repeats names files, and a log among them holds several runs; hint: motorlab import makes a file of each",

@@ -58,10 +58,17 @@ pub(super) fn read_runs(path: &Path, flags: &Flags, output: &Output) -> Result<R
     }
 }
 
-/// Refuses flags for logs of other programs where all files are runs.
-pub(super) fn refuse_unused(flags: &Flags, runs: &[Run]) -> Result<(), Failure> {
+/// Refuses flags for logs of other programs where all files are runs; those of the configuration file wait for the next log.
+pub(super) fn refuse_unused(flags: &Flags, runs: &[Run], output: &Output) -> Result<(), Failure> {
     let given = flags.said().flags();
-    match given.first() {
+    let explicit = |(flag, _): &&(&str, String)| {
+        let name = flag.split('=').next().unwrap_or(flag);
+        !output
+            .configured
+            .iter()
+            .any(|configured| configured == name)
+    };
+    match given.iter().find(explicit) {
         Some((flag, _)) if !runs.iter().any(Run::is_foreign) => Err(Failure::input(format!(
             "{flag}: it says what is what in a log of another program, and these are run files, which say it themselves"
         ))),

@@ -102,6 +102,6 @@ impl Flags {
 fn positive(text: &str) -> Result<f64, String> {
     match number_in(text, plausible::SCALE)? {
         number if number > 0.0 => Ok(number),
-        _ => Err("it is above 0".to_owned()),
+        _ => Err("it has to be above 0".to_owned()),
     }
 }

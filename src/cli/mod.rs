@@ -13,6 +13,7 @@ mod check;
 mod compare;
 mod completing;
 mod completions;
+mod config;
 mod demo;
 mod design;
 mod diagnose;
@@ -43,6 +44,7 @@ mod motor_template;
 mod names;
 mod numbers;
 mod output_file;
+mod overview;
 mod picture;
 mod ports;
 mod progress;
@@ -78,29 +80,22 @@ pub use run_facts::{Role, RunFacts, WithRuns};
 
 use crate::plain::{is_harmful, one_line, plain};
 
-/// Output without arguments.
-const SHORT_HELP: &str = "motorlab records a DC motor over serial, simulates it, compares the two, and says which effect explains the error.
-
-  motorlab demo                     all of it, without hardware
-  motorlab capture PORT             record a run (motorlab ports lists the ports)
-  motorlab import LOG               read a log of another program
-  motorlab check RUN                look at a recording itself
-  motorlab diagnose RUN             say which effect explains the error
-
-All commands: motorlab --help. One command: motorlab COMMAND --help.";
-
 /// Record a DC motor over serial, simulate it, compare the two, and identify the effects that cause the sim-to-real error.
 #[derive(Debug, Parser)]
 #[command(
     name = "motorlab",
     version,
     propagate_version = true,
-    max_term_width = 100
+    max_term_width = 100,
+    help_template = overview::TEMPLATE
 )]
 pub struct CommandLine {
     /// Print one JSON document on standard output, and nothing else there.
     #[arg(long, global = true)]
     json: bool,
+    /// Leave out the configuration file motorlab.toml, which lies beside the runs.
+    #[arg(long, global = true)]
+    no_config: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -141,6 +136,8 @@ pub struct Output {
     pub json: bool,
     /// The command line as it was typed, without what it only writes.
     pub asked: String,
+    /// Flags that the configuration file gave.
+    pub configured: Vec<String>,
     /// Parameters that motor files left to the handout, for the document: file, and keys with the values that stand in.
     filled: Mutex<BTreeMap<String, BTreeMap<&'static str, f64>>>,
 }
@@ -158,6 +155,7 @@ impl Output {
         Self {
             json,
             asked,
+            configured: Vec::new(),
             filled: Mutex::default(),
         }
     }
@@ -224,6 +222,13 @@ impl Output {
 }
 
 impl Output {
+    /// Says the failure, on standard error and with `--json` as a document; its exit status.
+    fn end(&self, failure: &Failure) -> Status {
+        self.message(&failure.to_string());
+        self.failed(failure);
+        failure.status
+    }
+
     /// With `--json`, the failure as a document; a reader that has gone does not want it.
     fn failed(&self, failure: &Failure) {
         if self.json {
@@ -263,33 +268,38 @@ impl CommandLine {
     }
 
     /// Parses these arguments, the program's own name first, and runs the subcommand. Wrong use is said as any other failure.
-    pub fn run_these(arguments: Vec<OsString>) -> Status {
+    pub fn run_these(mut arguments: Vec<OsString>) -> Status {
         if arguments.len() < 2 {
             let output = Output::new(false, String::new());
-            return match output.line(SHORT_HELP) {
+            return match output.line(overview::SHORT_HELP) {
                 Ok(()) => Status::Done,
                 Err(failure) => failure.status,
             };
         }
         let words = arguments.iter().skip(1);
         let asked = asked::asked(words.map(|word| word.to_string_lossy().into_owned()));
-        let wrong = match Self::try_parse_from(&arguments) {
-            Ok(line) => return line.run(asked),
-            Err(wrong) => wrong,
-        };
         let json = (arguments.iter().skip(1))
             .take_while(|argument| *argument != "--")
             .any(|argument| argument == "--json");
+        let mut output = Output::new(json, asked);
+        let configured = match config::configure(&mut arguments) {
+            Ok(configured) => configured,
+            Err(failure) => return output.end(&failure),
+        };
+        if let Some(said) = &configured.said {
+            output.message(said);
+        }
+        output.configured = configured.flags;
+        let wrong = match Self::try_parse_from(&arguments) {
+            Ok(line) => return line.run(&output),
+            Err(wrong) => wrong,
+        };
         if !wrong.use_stderr() {
             // Help and version, which were asked for.
             let _ = wrong.print();
             return Status::Done;
         }
-        let output = Output::new(json, asked);
-        let failure = Self::wrong_use(&arguments, wrong);
-        output.message(&failure.to_string());
-        output.failed(&failure);
-        Status::BadInput
+        output.end(&Self::wrong_use(&arguments, wrong))
     }
 
     /// Errors of the arguments, one per line.
@@ -305,41 +315,36 @@ impl CommandLine {
     }
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
-    fn run(self, asked: String) -> Status {
-        let output = Output::new(self.json, asked);
+    fn run(self, output: &Output) -> Status {
         let result = match self.command {
-            Command::Ports(command) => command.run(&output),
-            Command::Capture(command) => command.run(&output),
-            Command::Replay(command) => command.run(&output),
-            Command::Virtual(command) => command.run(&output),
-            Command::Simulate(command) => command.run(&output),
-            Command::Check(command) => command.run(&output),
-            Command::Compare(command) => command.run(&output),
-            Command::Lab(command) => command.run(&output),
-            Command::Diagnose(command) => command.run(&output),
-            Command::Design(command) => command.run(&output),
-            Command::Effects(command) => command.run(&output),
-            Command::Explain(command) => command.run(&output),
-            Command::Motor(command) => command.run(&output),
-            Command::Names(command) => command.run(&output),
-            Command::Export(command) => command.run(&output),
-            Command::Tabulate(command) => command.run(&output),
-            Command::Blind(command) => command.run(&output),
-            Command::Import(command) => command.run(&output),
-            Command::Demo(command) => command.run(&output),
-            Command::Firmware(command) => command.run(&output),
-            Command::Flash(command) => command.run(&output),
-            Command::Schema(command) => command.run(&output),
-            Command::Completions(command) => command.run(&output),
-            Command::Man(command) => command.run(&output),
+            Command::Ports(command) => command.run(output),
+            Command::Capture(command) => command.run(output),
+            Command::Replay(command) => command.run(output),
+            Command::Virtual(command) => command.run(output),
+            Command::Simulate(command) => command.run(output),
+            Command::Check(command) => command.run(output),
+            Command::Compare(command) => command.run(output),
+            Command::Lab(command) => command.run(output),
+            Command::Diagnose(command) => command.run(output),
+            Command::Design(command) => command.run(output),
+            Command::Effects(command) => command.run(output),
+            Command::Explain(command) => command.run(output),
+            Command::Motor(command) => command.run(output),
+            Command::Names(command) => command.run(output),
+            Command::Export(command) => command.run(output),
+            Command::Tabulate(command) => command.run(output),
+            Command::Blind(command) => command.run(output),
+            Command::Import(command) => command.run(output),
+            Command::Demo(command) => command.run(output),
+            Command::Firmware(command) => command.run(output),
+            Command::Flash(command) => command.run(output),
+            Command::Schema(command) => command.run(output),
+            Command::Completions(command) => command.run(output),
+            Command::Man(command) => command.run(output),
         };
         match result {
             Ok(status) => status,
-            Err(failure) => {
-                output.message(&failure.to_string());
-                output.failed(&failure);
-                failure.status
-            }
+            Err(failure) => output.end(&failure),
         }
     }
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::{Failure, Output};
+use super::{Failure, Output, config};
 use crate::plain::shown;
 
 /// Bytes at the head of a file in which a mark is looked for: more than any format's own header.
@@ -99,6 +99,12 @@ impl Outputs {
     /// Refuses to replace a file that is no earlier output. `witness` is a file of the same folder that can bear
     /// the mark for one whose format has no place for it.
     pub(super) fn may_replace(&self, path: &Path, witness: Option<&Path>) -> Result<(), Failure> {
+        if path.file_name().is_some_and(|name| name == config::NAME) {
+            return Err(refused(
+                path,
+                "is the name of the configuration file; name another file",
+            ));
+        }
         let found = match fs::symlink_metadata(path) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
             Err(error) => return Err(cannot(path, &error)),

@@ -6,6 +6,7 @@ mod support;
 mod asked_wrongly;
 mod bad_input;
 mod completions;
+mod config_file;
 mod hostile_names;
 mod input_limits;
 mod json_documents;
