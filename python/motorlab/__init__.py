@@ -8,6 +8,7 @@ Everything is in SI and says its unit in its name.
 10.0
 """
 
+from ._bench import Design, capture, design, effects, export
 from ._diagnosis import Diagnosis, diagnose
 from ._motor import Motor
 from ._motorlab import MotorlabError, __version__
@@ -16,6 +17,7 @@ from ._verbs import Comparison, Finding, Findings, check, compare, simulate
 
 __all__ = [
     "Comparison",
+    "Design",
     "Diagnosis",
     "Finding",
     "Findings",
@@ -23,8 +25,12 @@ __all__ = [
     "MotorlabError",
     "Run",
     "__version__",
+    "capture",
     "check",
     "compare",
+    "design",
     "diagnose",
+    "effects",
+    "export",
     "simulate",
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any, Callable, Iterable, Optional, Sequence, Union
 
@@ -17,6 +18,33 @@ from ._verbs import Findings, runs_of
 # Keys of a parameter with its interval.
 _INTERVAL = ("value", "lo95", "hi95", "unit", "reference")
 
+# Ends of keys that name a unit which an assumed resistance stands behind.
+_ASSUMED = re.compile("_(nm|nm_s_per_rad|nm_s2_per_rad2|kg_m2|a|ohm|h|per_w)$")
+
+
+def _in_python(sentence: str) -> str:
+    """What to do next as a call, where the command to copy has no files to name."""
+    before, _, command = sentence.rpartition(": `motorlab diagnose ")
+    if not before or "RUN" not in command:
+        return sentence
+    written = re.search(r"--(model-out|html) ([^ `]+)", command)
+    if written is None:
+        motor = ", motor" if "MOTOR.toml" in command else ""
+        call = f'motorlab.diagnose([motorlab.Run.read("next.csv"), *found.runs]{motor})'
+    elif written[1] == "html":
+        call = f'found.html("{written[2]}")'
+    else:
+        call = f'found.motor.save("{written[2]}")'
+    return f"{before}: `{call}`."
+
+
+def _determined(name: str, interval: dict[str, Any]) -> dict[str, Any]:
+    """A parameter as the runs determine it: in SI, or in units of the command."""
+    if "in_command" in interval:
+        return {"parameter": _ASSUMED.sub("", name), **interval["in_command"]}
+    return {"parameter": name, **interval}
+
+
 class Diagnosis:
     """A diagnosis. ``document`` is the document ``motorlab-diagnosis/3``; the rest are parts of it."""
 
@@ -24,6 +52,7 @@ class Diagnosis:
         self._found = found
         self.runs = list(runs)
         self.document: dict[str, Any] = json.loads(found.document())
+        self.document["sentence"] = _in_python(self.document["sentence"])
 
     @property
     def verdict(self) -> str:
@@ -77,12 +106,15 @@ class Diagnosis:
 
     @property
     def parameters(self) -> Any:
-        """A row per parameter of an effect, with its 95 % interval."""
-        rows = [
-            {"effect": cause["effect"], "parameter": name, **interval}
-            for cause in self.document["causes"]
-            for name, interval in cause["parameters"].items()
-        ]
+        """A row per parameter with its 95 % interval: those of the motor that the runs determine (no ``effect``), then those of effects.
+
+        Where no torque is known, those of effects are in units of the command, as the runs determine them.
+        """
+        found = self.document["identifiable"] or {}
+        rows = [{"effect": None, "parameter": name, **interval} for name, interval in found.items() if name != "si"]
+        for cause in self.document["causes"]:
+            for name, interval in cause["parameters"].items():
+                rows.append({"effect": cause["effect"], **_determined(name, interval)})
         return table_of(rows, ["effect", "parameter", *_INTERVAL])
 
     @property

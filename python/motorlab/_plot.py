@@ -9,6 +9,7 @@ import numpy as np
 from ._verbs import Comparison, compare
 
 if TYPE_CHECKING:
+    from ._bench import Design
     from ._diagnosis import Diagnosis
     from ._run import Run
 
@@ -54,19 +55,40 @@ def plot_comparison(comparison: Comparison, axes: Any) -> Any:
     speed.step(run.t_s, comparison["recorded_speed_rad_s"] * _RPM, where="pre", linewidth=2.5, alpha=0.5, label="recorded")
     speed.step(run.t_s, comparison["simulated_speed_rad_s"] * _RPM, where="pre", linewidth=1, label="simulated")
     speed.set_ylabel("speed (RPM)")
-    speed.legend(loc="best")
+    _legend_above(speed)
     position.plot(run.t_s, run.counts, linewidth=2.5, alpha=0.5, label="recorded")
     position.plot(run.t_s, comparison["simulated_position_counts"], linewidth=1, label="simulated")
     position.set_ylabel("position (counts)")
     left.plot(run.t_s, comparison["residual_counts"], linewidth=1, color="C3")
     left.axhline(0, color="0.6", linewidth=0.8)
-    left.set_ylabel("left (counts)")
+    left.set_ylabel("error (counts)")
     left.set_xlabel("time (s)")
     return axes
 
 
 def _left(diagnosis: Diagnosis, motor: Any) -> Optional[np.ndarray]:
     return None if motor is None else compare(diagnosis.runs[0], motor)["residual_counts"]
+
+
+def _legend_above(axes: Any) -> None:
+    """A legend above the curves, where it covers none of them."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False, borderaxespad=0.1, fontsize="small")
+
+
+def plot_design(design: Design, axes: Any) -> Any:
+    names, matrix = design.document["effects"], design._matrix()
+    if axes is None:
+        import matplotlib.pyplot as plt
+
+        _, axes = plt.subplots(figsize=(0.24 * len(names) + 3, 0.22 * len(names) + 2.5), layout="constrained")
+    from matplotlib.colors import LogNorm
+
+    lowest = design.document["tie_below"]
+    shades = axes.imshow(matrix, cmap="magma", norm=LogNorm(lowest, 100 * lowest))
+    axes.set_xticks(range(len(names)), names, rotation=90, fontsize="x-small")
+    axes.set_yticks(range(len(names)), names, fontsize="x-small")
+    axes.figure.colorbar(shades, ax=axes, label="separation D (standard deviations)", shrink=0.7)
+    return axes
 
 
 def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
@@ -83,14 +105,14 @@ def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
     over_time.axhline(0, color="0.6", linewidth=0.8)
     over_time.set_xlabel("time (s)")
     over_time.set_ylabel("measured minus\nsimulated (counts)")
-    over_time.set_title(f"{diagnosis.verdict.replace('_', ' ')}, P = {diagnosis.probability:.2f}")
+    over_time.set_title(f"{diagnosis.verdict.replace('_', ' ')}, P = {diagnosis.probability:.2f}", loc="right", fontsize="medium")
     document = diagnosis.document
     if document["gap"] is None:
         for empty in axes:
             empty.set_axis_off()
         over_time.text(0, 0.5, diagnosis.sentence, wrap=True, va="center", transform=over_time.transAxes)
         return axes
-    over_time.legend(loc="best")
+    _legend_above(over_time)
     steps = document["budget"]
     colours = {"nominal": "C3", "parameters": "C1", "unexplained": "0.6"}
     bars = budget.barh(
@@ -98,13 +120,18 @@ def plot_diagnosis(diagnosis: Diagnosis, axes: Any) -> Any:
         [step["rms_counts"] for step in steps],
         color=[colours.get(step["step"], "C0") for step in steps],
     )
-    budget.bar_label(bars, fmt=" %.3g")
     budget.axvline(document["gap"]["floor"], color="0.3", linestyle=":", label="noise floor")
-    budget.margins(x=0.1)
-    budget.legend(loc="lower right")
+    # The figures stand beside the bars, over no line.
+    budget.bar_label(bars, fmt=" %.3g", bbox={"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 0.5})
+    budget.set_xlim(0, 1.15 * max([step["rms_counts"] for step in steps] + [document["gap"]["floor"]]))
+    _legend_above(budget)
     budget.invert_yaxis()
     budget.set_xlabel("held-out position error after the step (counts RMS)")
     shown = document["causes"][:_MOST_CAUSES]
+    if not shown:
+        causes.set_axis_off()
+        causes.text(0, 0.5, "no effect has an inclusion probability of 0.01 or more", va="center", transform=causes.transAxes)
+        return axes
     bars = causes.barh([one["effect"] for one in shown], [one["inclusion"] for one in shown], color="C0")
     causes.bar_label(bars, fmt=" %.2f")
     causes.set_xlim(0, 1.15)

@@ -119,9 +119,11 @@ def test_a_frame_without_a_motor_is_held_against_the_best_fit(runs, tmp_path, mo
     run = ml.Run.from_frame({"t_s": read.t_s, "u_v": read.command, "counts": read.counts}, counts_per_rev=720, supply_v=4.5)
     found = ml.diagnose(run)
     expected = document("diagnose", run.write("imported.csv"))
-    # A frame has no name to ask again by.
-    assert "motorlab diagnose imported.csv" in expected["sentence"]
-    assert found.sentence == expected["sentence"].replace("imported.csv", "RUN...")
+    # A frame has no name to ask again by: the next step is a call.
+    before, command = expected["sentence"].rsplit(": `motorlab diagnose ", 1)
+    assert "imported.csv" in command
+    assert found.sentence.startswith(before) and "RUN" not in found.sentence
+    assert "`found." in found.sentence or "`motorlab.diagnose([" in found.sentence
     assert found.document["gap"] == expected["gap"]
     assert found.nominal != ml.Motor()
 
