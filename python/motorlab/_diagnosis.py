@@ -23,7 +23,7 @@ _ASSUMED = re.compile("_(nm|nm_s_per_rad|nm_s2_per_rad2|kg_m2|a|ohm|h|per_w)$")
 
 
 def _in_python(sentence: str) -> str:
-    """What to do next as a call, where the command to copy has no files to name."""
+    """The next step as a call, where the command to copy has no files to name."""
     before, _, command = sentence.rpartition(": `motorlab diagnose ")
     if not before or "RUN" not in command:
         return sentence

@@ -14,7 +14,7 @@ _FELL_SHORT = 1
 
 
 def document(*words: object) -> dict[str, Any]:
-    """The JSON document of a command. What it says meanwhile stays on standard error; Ctrl-C reaches it, and it leaves whole files."""
+    """The JSON document of a command. Its messages stay on standard error; Ctrl-C reaches it, and it leaves whole files."""
     command = [sys.executable, "-m", "motorlab", *(str(word) for word in words), "--json"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, encoding="utf-8")
     try:
