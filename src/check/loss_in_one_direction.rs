@@ -6,6 +6,7 @@
 
 use super::edges_lost::{DIFFERS, holds, steady};
 use super::finding::{Finding, Kind, Severity};
+use super::random_loss::{self, RandomLoss};
 use super::subject::Subject;
 use super::words::{digits, unit};
 
@@ -15,6 +16,9 @@ const LOSES: f64 = 0.1;
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if !subject.has("command") || !subject.has("position") {
         return Vec::new();
+    }
+    if let Some(loss) = random_loss::find(subject) {
+        return vec![lost_at_random(subject, &loss)];
     }
     let steady: Vec<(f64, f64, (usize, usize))> = (holds(subject).iter())
         .filter_map(|hold| steady(hold).map(|rate| (hold.command, rate, (hold.from, hold.to))))
@@ -79,4 +83,28 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         evidence,
         "turn the shaft by hand once forth and once back: a counter that loses none comes back to its count; to a model the rest is `asymmetric_gain` or `asymmetric_friction`",
     )]
+}
+
+fn lost_at_random(subject: &Subject<'_>, loss: &RandomLoss) -> Finding {
+    let (loses, other) = match loss.sign < 0.0 {
+        true => ("negative", "positive"),
+        false => ("positive", "negative"),
+    };
+    subject.finding(
+        Kind::LossInOneDirection,
+        Severity::Warning,
+        subject.whole(),
+        format!(
+            "{:.0} % fewer counts in the {loses} direction under the same commands, and their variance from row to row is that of edges lost at random ({:.0} %; {other} direction: {:.0} %). Driver and friction do not do that",
+            100.0 * loss.share,
+            100.0 * loss.by_variance,
+            100.0 * loss.other_variance.max(0.0),
+        ),
+        [
+            ("lost_share", loss.share),
+            ("lost_share_by_variance", loss.by_variance),
+            ("other_direction_by_variance", loss.other_variance),
+        ],
+        "turn the shaft by hand once forth and once back: a counter that loses none comes back to its count. Count in hardware (a timer's encoder mode), decode both channels, check level and pull-up of channel B",
+    )
 }

@@ -43,6 +43,7 @@ mod misread_position;
 mod moving_average;
 mod named_samples;
 mod off_under_command;
+mod random_loss;
 mod response;
 mod sample_time;
 mod speed_between_edges;
@@ -53,12 +54,14 @@ mod supply_varies;
 mod time_unit;
 mod too_short;
 mod words;
+mod zero_speeds;
 
 pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
 pub(crate) use named_samples::misread_or_stale;
 pub use named_samples::samples_named_by_check;
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;
+pub(crate) use zero_speeds::{SPEED_ZERO, ZeroSpeeds};
 
 use crate::motor::Motor;
 use crate::recording::Run;

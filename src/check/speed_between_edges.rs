@@ -7,6 +7,7 @@
 use super::finding::{Finding, Kind, Severity};
 use super::subject::Subject;
 use super::words::{digits, time};
+use super::zero_speeds::SPEED_ZERO;
 use crate::recording::{Run, Steps};
 
 /// Rows around a row whose mean is the speed there.
@@ -39,7 +40,8 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
     if !run.is_integrated() || step_s <= 0.0 {
         return Vec::new();
     }
-    let mut found: Vec<Finding> = zero(subject, step_s).into_iter().collect();
+    let seen = zero(subject, step_s).or_else(|| zero_by_import(subject));
+    let mut found: Vec<Finding> = seen.into_iter().collect();
     if subject.has("command") {
         found.extend(kept(subject, step_s));
     }
@@ -53,6 +55,43 @@ fn increments(run: &Run, step_s: f64) -> Vec<f64> {
         counts * step_s / (run.t_s[k + 1] - run.t_s[k])
     };
     (0..run.len().saturating_sub(1)).map(step).collect()
+}
+
+/// Of the rows of a turning shaft those at 0, by the import: it has the speeds before they are rounded to counts.
+fn zero_by_import(subject: &Subject<'_>) -> Option<Finding> {
+    let seen = subject.run.header.get("imported")?.get(SPEED_ZERO)?;
+    let figure = |key: &str| seen.get(key)?.as_float();
+    let (share, turning) = (figure("share")?, figure("turning_rows")?);
+    let edge_rpm = 60.0 * figure("speed_at_edges_counts_s")? / subject.run.counts_per_rev;
+    Some(zero_finding(
+        subject,
+        subject.whole(),
+        (share, turning, edge_rpm),
+    ))
+}
+
+fn zero_finding(
+    subject: &Subject<'_>,
+    rows: (usize, usize),
+    (share, turning, edge_rpm): (f64, f64, f64),
+) -> Finding {
+    subject.finding(
+        Kind::SpeedZeroBetweenEdges,
+        Severity::Fatal,
+        rows,
+        format!(
+            "the speed jumps between 0 and {} RPM while the shaft turns: {:.0} % of these rows are 0, so the position that is summed up from it is too small",
+            digits(edge_rpm, 3),
+            100.0 * share,
+        ),
+        [
+            ("zero_share", share),
+            ("zero_rows", share * turning),
+            ("turning_rows", turning),
+            ("speed_at_edges_rpm", edge_rpm),
+        ],
+        "log the count itself (--position COL:counts), or leave out the rows without an edge; the rows are faster than the edges",
+    )
 }
 
 fn zero(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
@@ -91,22 +130,10 @@ fn zero(subject: &Subject<'_>, step_s: f64) -> Option<Finding> {
     }
     let edge_rpm =
         60.0 * speed_sum / (turning - at_zero).max(1) as f64 / step_s / run.counts_per_rev;
-    Some(subject.finding(
-        Kind::SpeedZeroBetweenEdges,
-        Severity::Fatal,
+    Some(zero_finding(
+        subject,
         (first, last),
-        format!(
-            "the speed jumps between 0 and {} RPM while the shaft turns: {:.0} % of these rows are 0, so the position that is summed up from it is too small",
-            digits(edge_rpm, 3),
-            100.0 * share,
-        ),
-        [
-            ("zero_share", share),
-            ("zero_rows", at_zero as f64),
-            ("turning_rows", turning as f64),
-            ("speed_at_edges_rpm", edge_rpm),
-        ],
-        "log the count itself (--position COL:counts), or leave out the rows without an edge; the rows are faster than the edges",
+        (share, turning as f64, edge_rpm),
     ))
 }
 

@@ -117,6 +117,7 @@ impl Diagnose {
         let reference_from = runs.len();
         runs.extend(self.read(&self.reference, output)?);
         refuse_unused(&self.log, &runs, output)?;
+        refuse_copies(&runs[..held_from], &runs[held_from..reference_from])?;
         if held_from != self.runs.len() && !repeats.is_empty() {
             return Err(Failure::input(
                 "--repeats names files, and a log among them holds several runs; hint: motorlab import makes a file of each",
@@ -342,4 +343,28 @@ fn bad_recording(
         output.line(&document.sentence)?;
     }
     Ok(Status::FellShort)
+}
+
+/// A copy of a run that is fitted is no test of the fit either, whatever its name.
+fn refuse_copies(fitted: &[Run], held_out: &[Run]) -> Result<(), Failure> {
+    let is_copy = |a: &Run, b: &Run| {
+        let n = a.len().min(b.len());
+        let moves = a.counts[..n].iter().any(|count| *count != a.counts[0]);
+        moves && a.counts[..n] == b.counts[..n] && a.command[..n] == b.command[..n]
+    };
+    let named = |run: &Run| {
+        run.path
+            .as_deref()
+            .map_or_else(String::new, |path| shown(path).to_string())
+    };
+    for held in held_out {
+        if let Some(same) = fitted.iter().find(|run| is_copy(run, held)) {
+            return Err(Failure::input(format!(
+                "--hold-out {}: it has the counts and commands of {}, and what is fitted is no test of the fit; hint: hold out another recording",
+                named(held),
+                named(same)
+            )));
+        }
+    }
+    Ok(())
 }

@@ -1,8 +1,8 @@
 //! The relevance test: whether a model leaves more than simulated recordings of itself do.
 //!
 //! In: segments and a fit. Out: the noise floor, the mean square that the model leaves of its own prediction with the encoder's
-//! quantization, initial states measured anew (parametric bootstrap over where in a count the encoder stands), or what repeats and the user
-//! say of it if that is more.
+//! quantization, and the rounding of the speeds where a log has no position, initial states measured anew (parametric bootstrap over where
+//! in a count the encoder stands, and in their last digit the speeds), or what repeats and the user say of it if that is more.
 
 use super::fit::Fit;
 use super::model::{corrected_residual, mean_square, simulated_counts};

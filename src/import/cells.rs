@@ -179,7 +179,13 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
         Ok(text) if decimal_comma && text.contains(',') && !text.contains('.') => {
             text.replace(',', ".").parse::<f64>()
         }
-        Ok(text) => text.parse::<f64>(),
+        // The minus of spreadsheets and word processors.
+        Ok(text) => match text.strip_prefix('\u{2212}') {
+            Some(rest) if rest.starts_with(|c: char| c.is_ascii_digit()) => {
+                rest.parse::<f64>().map(|number| -number)
+            }
+            _ => text.parse::<f64>(),
+        },
         Err(_) => "".parse::<f64>(),
     };
     match parsed {

@@ -372,7 +372,9 @@ impl<'a> Converter<'a> {
                     before.position = last.position + directed(field.value(raw));
                 }
             }
-            PositionSource::Speed { field, rule, curve } => {
+            PositionSource::Speed {
+                field, rule, curve, ..
+            } => {
                 before.speed = directed(field.value(raw));
                 if let Some(last) = self.before {
                     let mean = match rule {

@@ -189,6 +189,8 @@ pub(super) enum PositionSource {
         rule: Integration,
         /// Time constant in s with which it goes from row to row; a straight line without.
         curve: Option<f64>,
+        /// To which the log rounds it, in counts a second.
+        resolution: Option<f64>,
     },
     NotRecorded,
 }

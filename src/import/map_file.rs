@@ -115,6 +115,8 @@ pub(super) struct SpeedSection {
     pub integrate: Integration,
     /// Time constant with which a speed of the instant goes from row to row.
     pub time_constant_s: Option<f64>,
+    /// To which its numbers are rounded.
+    pub resolution: Option<f64>,
 }
 
 #[derive(Debug, Clone, Deserialize, Serialize)]
@@ -429,10 +431,11 @@ impl SpeedSection {
     fn checked(self, axis: &Axis, counts_per_rev: f64) -> Result<PositionSource, MapError> {
         let section = "[speed]";
         let factor = unit::speed_rev_s(&self.unit, axis)? * counts_per_rev;
+        let scale = nonzero(section, self.scale)? * factor;
         Ok(PositionSource::Speed {
             field: Field {
                 column: self.column,
-                scale: nonzero(section, self.scale)? * factor,
+                scale,
                 offset: finite(section, "offset", self.offset)? * factor,
                 wrap: None,
             },
@@ -450,6 +453,8 @@ impl SpeedSection {
                 }
             },
             rule: self.integrate,
+            resolution: optional_positive(section, "resolution", self.resolution)?
+                .map(|resolution| resolution * scale.abs()),
         })
     }
 }

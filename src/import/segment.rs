@@ -7,8 +7,9 @@ use super::clock::Counts;
 use super::convert::Sample;
 use super::map::{CommandSource, Integration, Map, NumberFrom, PositionSource, TimeSource};
 use super::thin::Thin;
+use crate::check::{SPEED_ZERO, ZeroSpeeds};
 use crate::motor::plausible;
-use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, Steps, Time};
+use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, SPEED_RESOLUTION, Steps, Time};
 
 /// Rows from whose steps the sample time is taken.
 pub(super) const LOOK_AHEAD: usize = 4096;
@@ -45,6 +46,8 @@ pub(super) struct Segment<'a> {
     thin: Thin,
     /// Rows whose command was held to full drive.
     beyond_full: u64,
+    /// A speed that is 0 between edges, in the rows that are looked at ahead.
+    zero_speeds: Option<ZeroSpeeds>,
     /// Samples that are missing in pauses so far.
     lost: u64,
     /// A longer step in s is a pause.
@@ -66,6 +69,7 @@ impl<'a> Segment<'a> {
             before: None,
             thin: Thin::new(map.every),
             beyond_full: 0,
+            zero_speeds: None,
             lost: 0,
             pause_s: f64::INFINITY,
             shortest_s: f64::INFINITY,
@@ -133,6 +137,10 @@ impl<'a> Segment<'a> {
         if let Some(usual) = Steps::of_steps(steps_s(&self.waiting)) {
             self.pause_s = usual.longest_usual_s();
         }
+        let speeds: Vec<f64> = (self.waiting.iter())
+            .filter_map(|sample| sample.speed_counts_s)
+            .collect();
+        self.zero_speeds = ZeroSpeeds::of(&speeds);
         let columns = Columns {
             command: self.map.command_kind,
             seq: true,
@@ -221,11 +229,28 @@ impl<'a> Segment<'a> {
             imported.insert("wrap_counts".into(), (wrap * field.scale.abs()).into());
         }
         if let PositionSource::Speed {
-            curve: Some(time_constant_s),
-            ..
+            curve, resolution, ..
         } = map.position
         {
-            imported.insert("speed_time_constant_s".into(), time_constant_s.into());
+            let figures = [
+                ("speed_time_constant_s", curve),
+                (SPEED_RESOLUTION, resolution),
+            ];
+            for (key, figure) in figures {
+                if let Some(figure) = figure {
+                    imported.insert(key.into(), figure.into());
+                }
+            }
+        }
+        // Rounded to counts it would not show.
+        if let Some(zero) = &self.zero_speeds {
+            let figures = [
+                ("share", zero.share),
+                ("turning_rows", zero.turning as f64),
+                ("speed_at_edges_counts_s", zero.at_edges),
+            ];
+            let figures = figures.map(|(key, figure)| (key.to_owned(), figure.into()));
+            imported.insert(SPEED_ZERO.into(), toml::Table::from_iter(figures).into());
         }
         if map.every > 1 {
             imported.insert("every".into(), (map.every as i64).into());

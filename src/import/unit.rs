@@ -96,11 +96,12 @@ pub(super) fn speed_rev_s(unit: &str, axis: &Axis) -> Result<f64, MapError> {
         "m/s" => 1.0 / axis.m_per_rev(section)?,
         "cm/s" => 1e-2 / axis.m_per_rev(section)?,
         "mm/s" => 1e-3 / axis.m_per_rev(section)?,
+        "km/h" => 1.0 / 3.6 / axis.m_per_rev(section)?,
         _ => {
             return Err(unknown(
                 section,
                 unit,
-                "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s",
+                "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s, km/h",
             ));
         }
     })

@@ -37,6 +37,7 @@ pub use replay::{ReplayError, Speed, replay};
 pub use replay_text::replay_text;
 pub use row::{Columns, Row, Time};
 pub(crate) use rows::MAX_ROWS;
+pub(crate) use run::SPEED_RESOLUTION;
 pub use run::{Flags, Run, UnknownFlag};
 pub use statistics::{Intervals, Observation, Statistics, StatisticsGatherer};
 pub(crate) use steps::Steps;

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::motor::{CommandKind, KnownDifferences};
 
+/// Key of the header of an imported run: to which its log rounds speeds, in counts/s.
+pub(crate) const SPEED_RESOLUTION: &str = "speed_resolution_counts_s";
+
 /// Flags of a sample, from the board and the recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Flags {
@@ -198,6 +201,13 @@ impl Run {
     /// Whether these are means since the sample before, as differences of positions are.
     pub fn is_integrated_backward(&self) -> bool {
         (self.integration()).is_some_and(|rule| rule.ends_with("backward"))
+    }
+
+    /// To which the log rounds the speeds that its position is integrated from, in counts/s.
+    pub fn speed_resolution_counts_s(&self) -> Option<f64> {
+        let imported = self.header.get("imported")?;
+        let said = imported.get(SPEED_RESOLUTION)?.as_float();
+        said.filter(|said| said.is_finite() && *said > 0.0 && self.is_integrated())
     }
 
     /// How its position is integrated from logged speeds, in the header's words.

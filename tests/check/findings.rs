@@ -6,6 +6,7 @@ use motorlab::check::{Finding, Kind, Severity, check, samples_named_by_check};
 use motorlab::motor::catalogue::catalogue;
 use motorlab::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
 use motorlab::recording::Run;
+use rand::{RngExt as _, SeedableRng as _};
 
 /// The kinds that this file is about.
 const KINDS: [Kind; 7] = [
@@ -279,6 +280,65 @@ fn fewer_counts_in_one_direction_are_named_with_their_share() {
             Severity::Note
         };
         assert_eq!(found.severity, expected, "{found:?}");
+    }
+}
+
+/// Each edge of one direction is lost with the same probability. A motor that is as much slower, or a shaft as rough in both
+/// directions, is not that.
+#[test]
+fn edges_lost_at_random_in_one_direction_are_named_with_their_share() {
+    let mut random = rand_pcg::Pcg64::seed_from_u64(61);
+    let held = levels([6.0, -6.0, 4.0, -4.0, 6.0, -6.0]);
+    let square = |t_s: f64| {
+        if ((t_s / 0.4) as u64).is_multiple_of(2) {
+            5.0
+        } else {
+            -5.0
+        }
+    };
+    let sine = |t_s: f64| 6.0 * (2.0 * t_s).sin();
+    let commands: [(&str, &dyn Fn(f64) -> f64); 3] =
+        [("held", &held), ("square", &square), ("sine", &sine)];
+    for (name, command) in commands {
+        for step_s in [0.005, 0.02] {
+            let (run, positions) = turning(step_s, (10.0 / step_s) as usize, command, |_| true);
+            for (backward, forward) in [
+                (0.9, 1.0),
+                (0.85, 1.0),
+                (0.8, 1.0),
+                (1.0, 0.8),
+                (0.85, 0.85),
+            ] {
+                let (mut lossy, mut smooth) = (run.clone(), run.clone());
+                let (mut counter, mut sum) = (0, 0.0);
+                for k in 1..run.len() {
+                    let edges = positions[k].floor() as i64 - positions[k - 1].floor() as i64;
+                    let kept = if edges > 0 { forward } else { backward };
+                    let counted = (0..edges.abs())
+                        .filter(|_| random.random_bool(kept))
+                        .count() as i64;
+                    counter += counted * edges.signum();
+                    lossy.counts[k] = counter;
+                    sum += kept * (positions[k] - positions[k - 1]);
+                    smooth.counts[k] = f64::floor(sum) as i64;
+                }
+                let is_random = |run: &Run| {
+                    let found = of_kind(run, Kind::LossInOneDirection);
+                    let one = found.into_iter().find(|f| f.severity == Severity::Warning);
+                    one.map(|found| found.evidence["lost_share"])
+                };
+                let at = format!("{name} at {step_s} s: {backward}, {forward}");
+                assert_eq!(is_random(&smooth), None, "{at}");
+                let lost = 1.0 - f64::min(backward, forward);
+                match is_random(&lossy) {
+                    Some(share) if backward != forward => {
+                        assert!((share - lost).abs() < 0.04, "{at}: {share}");
+                    }
+                    None if backward == forward => {}
+                    found => panic!("{at}: {found:?}"),
+                }
+            }
+        }
     }
 }
 

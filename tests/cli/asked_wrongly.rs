@@ -95,6 +95,44 @@ fn a_run_that_is_diagnosed_is_not_held_out() {
         "{}",
         done.messages
     );
+    // Nor is a copy of it, nor the beginning of a copy; another run is.
+    let whole = std::fs::read_to_string(folder.path().join("run.csv")).expect("a run");
+    let lines: Vec<&str> = whole.lines().collect();
+    written(folder.path(), "copy.csv", &whole);
+    written(
+        folder.path(),
+        "head.csv",
+        &(lines[..lines.len() - 40].join("\n") + "\n"),
+    );
+    for copy in ["copy.csv", "head.csv"] {
+        let done = run(folder.path(), &["diagnose", "run.csv", "--hold-out", copy]);
+        assert_eq!(done.status, Some(2), "{}", done.messages);
+        assert!(
+            done.messages
+                .contains("it has the counts and commands of run.csv"),
+            "{}",
+            done.messages
+        );
+    }
+    let other = [
+        "simulate",
+        "--duration",
+        "0.6",
+        "--profile",
+        "reversing",
+        "-o",
+        "other.csv",
+    ];
+    assert_eq!(run(folder.path(), &other).status, Some(0));
+    let done = run(
+        folder.path(),
+        &["diagnose", "run.csv", "--hold-out", "other.csv"],
+    );
+    assert!(
+        !done.messages.contains("counts and commands of"),
+        "{}",
+        done.messages
+    );
 }
 
 #[test]

@@ -221,3 +221,36 @@ fn a_clock_that_falls_too_often_ends_the_import_and_leaves_nothing() {
     let finished = import(directory.path(), "log.csv", &text, &flags);
     assert_eq!(finished.output.lines().count(), 20, "{}", finished.messages);
 }
+
+#[test]
+fn minutes_and_seconds_are_one_clock() {
+    let truth = Truth::steps(0.01, 400);
+    // The minute ends within the log.
+    let at_s = |k: usize| truth.t_s(k) + 58.0;
+    let minutes = |k: usize| ((at_s(k) + 1e-9) / 60.0).floor().to_string();
+    let seconds = |k: usize| format!("{:.2}", (at_s(k) + 1e-9) % 60.0);
+    for names in ["min,sec", "minute,s", "Minutes,Seconds"] {
+        let text = clocked(&truth, names, &[&minutes, &seconds]);
+        let (file, said) = imported("log.csv", &text, &COUNTS);
+        assert!(said.contains("in min plus"), "{said}");
+        near(&file.column("t_s"), &truth.times(), 1e-6);
+    }
+}
+
+/// Arrivals at a host come late and in bunches.
+#[test]
+fn the_clock_of_the_device_is_taken_before_that_of_the_host() {
+    let truth = Truth::steps(0.01, 300);
+    let host = |k: usize| format!("{:.4}", 1.7e9 + truth.t_s(k) + 0.004 * (k % 3) as f64);
+    let us = |k: usize| (1000 * truth.ms(k)).to_string();
+    for names in [
+        "host_time,time_us",
+        "pc_time_s,device_us",
+        "t_received,micros",
+    ] {
+        let text = clocked(&truth, names, &[&host, &us]);
+        let (file, said) = imported("log.csv", &text, &COUNTS);
+        near(&file.column("t_s"), &truth.times(), 1e-6);
+        assert!(said.contains("in us"), "{said}");
+    }
+}

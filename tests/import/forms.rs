@@ -373,3 +373,16 @@ fn marks_between_thousands_are_no_decimal_commas() {
     );
     holds(&truth, &text, &[]);
 }
+
+/// MegunoLink names each number; MATLAB names a matrix, and not its columns.
+#[test]
+fn megunolink_is_read_and_the_name_of_a_matrix_is_no_column() {
+    let truth = Truth::steps(0.01, 300);
+    let text = lines(&truth, |_, u, n| {
+        format!("{{TIMEPLOT|DATA|counts|T|{n}}}\n{{TIMEPLOT:Motor|DATA|pwm:b|T|{u}}}")
+    });
+    holds(&truth, &text, &["--time", "10ms"]);
+    let rows = lines(&truth, |t, u, n| format!("    {t}    {u}    {n}"));
+    let said = asked("log.txt", &format!("out =\n\n{rows}"), &FLAGS);
+    assert!(!said.contains('='), "{said}");
+}

@@ -13,6 +13,7 @@ mod mapped;
 mod options;
 mod real_mapped;
 mod real_unmapped;
+mod signs;
 mod speeds;
 mod units;
 mod unmapped;

@@ -125,3 +125,53 @@ fn steps_far_finer_than_an_encoders_are_doubted() {
         "{said}"
     );
 }
+
+/// Whole RPM: under a held command the rounding is the same in each row, and its sum grows. It is part of the noise floor.
+#[test]
+fn a_perfect_motor_whose_speed_is_in_whole_rpm_has_no_further_cause() {
+    for (sample_time_s, speed_is) in [
+        (0.01, Speed::Instant),
+        (0.02, Speed::Mean),
+        (0.05, Speed::Instant),
+        (0.05, Speed::Mean),
+    ] {
+        let mut log = "time_s,voltage,speed_rpm\n".to_owned();
+        for line in text(0.08, sample_time_s, speed_is).lines().skip(1) {
+            let (rest, speed) = line.rsplit_once(',').expect("cells");
+            let rpm: f64 = speed.parse::<f64>().expect("a number") * 60.0 / std::f64::consts::TAU;
+            let _ = writeln!(log, "{rest},{}", rpm.round());
+        }
+        let directory = tempfile::tempdir().expect("a directory");
+        std::fs::write(directory.path().join("log.csv"), log).expect("a log");
+        let asked = ["diagnose", "log.csv", "--counts-per-rev", "720", "--json"];
+        let done = crate::support::command::run(directory.path(), &asked);
+        let document: serde_json::Value = serde_json::from_str(&done.output).expect("a document");
+        let verdict = document["verdict"].as_str().expect("a verdict");
+        let what = format!("{sample_time_s} {speed_is:?}: {verdict}");
+        assert!(matches!(verdict, "no_gap" | "parameters"), "{what}");
+        let tau_s = document["identifiable"]["time_constant_s"]["value"].as_f64();
+        let off = tau_s.expect("a time constant") / 0.08 - 1.0;
+        assert!(off.abs() < 0.03, "{off:+.4} {what}");
+    }
+}
+
+/// A step that is no count's is the rounding of the log: it makes no counts, and the run says it.
+#[test]
+fn rounded_speeds_are_no_differences_of_counts() {
+    let mut log = "time_s,voltage,speed_rpm\n".to_owned();
+    for line in text(0.08, 0.01, Speed::Instant).lines().skip(1) {
+        let (rest, speed) = line.rsplit_once(',').expect("cells");
+        let rpm: f64 = speed.parse::<f64>().expect("a number") * 60.0 / std::f64::consts::TAU;
+        let _ = writeln!(log, "{rest},{:.1}", rpm.round());
+    }
+    let said = asked("log.csv", &log, &[]);
+    assert!(said.contains("are the rounding of its numbers"), "{said}");
+    let (file, said) = imported("log.csv", &log, &["--counts-per-rev", "720"]);
+    assert!(said.contains("it is the speed at the instant"), "{said}");
+    // 1 RPM is 12 counts/s.
+    let resolution = file.header["imported"]["speed_resolution_counts_s"].as_float();
+    assert!(
+        (resolution.expect("a resolution") - 12.0).abs() < 1e-9,
+        "{resolution:?}"
+    );
+}

@@ -158,3 +158,26 @@ fn the_voltage_of_a_sensor_is_neither_command_nor_position() {
     assert!(said.contains("count its edges first"), "{said}");
     assert!(!said.contains("--speed Photodiode"), "{said}");
 }
+
+#[test]
+fn units_of_other_languages_and_of_an_odrive_are_known() {
+    let truth = Truth::steps(0.01, 400);
+    let rpm = |k: usize| truth.rpm(k);
+    for name in ["n [min^-1]", "n (1/min)", "vitesse (tr/min)", "giri/min"] {
+        let (_, said) = imported(
+            "log.csv",
+            &table(&truth, name, &rpm),
+            &["--counts-per-rev", "720"],
+        );
+        assert!(said.contains("in rpm"), "{name}: {said}");
+    }
+    let turned = |k: usize| format!("{:.6}", truth.turns(k) + 0.1234567 * truth.t_s(k));
+    let said = asked(
+        "log.csv",
+        &table(&truth, "axis0.pos_estimate", &turned),
+        &[],
+    );
+    assert!(said.contains("--position axis0.pos_estimate:rev"), "{said}");
+    let said = asked("log.csv", &table(&truth, "speed km/h", &turned), &[]);
+    assert!(said.contains("--m-per-rev METRES"), "{said}");
+}

@@ -1,4 +1,5 @@
-//! Teleplot's lines, a signal each: `>counts:590:17` with milliseconds, `>counts:17§unit|flags` without.
+//! Teleplot's lines, a signal each: `>counts:590:17` with milliseconds, `>counts:17§unit|flags` without; and MegunoLink's, such as
+//! `{TIMEPLOT|DATA|counts|T|17}`.
 //!
 //! The signals of one time, or up to the one that comes again, are one line of labels.
 
@@ -13,6 +14,9 @@ pub(super) struct Signal<'a> {
 impl<'a> Signal<'a> {
     /// Of a line with a single sample.
     pub fn of(line: &'a str) -> Option<Self> {
+        if let Some(rest) = line.strip_prefix("{TIMEPLOT") {
+            return Self::of_megunolink(rest);
+        }
         let (name, rest) = line.strip_prefix('>')?.split_once(':')?;
         let rest = rest.split(['|', '§']).next()?;
         let (ms, value) = match rest.split_once(':') {
@@ -22,6 +26,20 @@ impl<'a> Signal<'a> {
         let is_number = |text: &str| text.parse::<f64>().is_ok();
         let is_one = ms.is_none_or(is_number) && is_number(value) && !name.contains(' ');
         is_one.then_some(Self { name, ms, value })
+    }
+
+    /// Of what follows `{TIMEPLOT`: a channel, if any, then the parts. Its time is that of the arrival.
+    fn of_megunolink(rest: &'a str) -> Option<Self> {
+        let (_, parts) = rest.strip_suffix('}')?.split_once("|DATA|")?;
+        let (name, value) = parts.split_once("|T|")?;
+        let name = name.split(':').next()?.trim();
+        let value = value.trim();
+        let is_one = value.parse::<f64>().is_ok() && !name.is_empty() && !name.contains(' ');
+        is_one.then_some(Self {
+            name,
+            ms: None,
+            value,
+        })
     }
 }
 
@@ -94,6 +112,17 @@ mod tests {
             .filter_map(|line| untimed.push(&Signal::of(line).expect("a signal"), 9))
             .collect();
         assert_eq!(rows[0].text, " counts:5 pwm:80");
+        let mut megunolink = Teleplot::default();
+        let rows: Vec<Row> = [
+            "{TIMEPLOT|DATA|counts|T|5}",
+            "{TIMEPLOT:M|DATA|pwm:b|T|-80.5}",
+            "{TIMEPLOT|DATA|counts|T|6}",
+        ]
+        .iter()
+        .filter_map(|line| megunolink.push(&Signal::of(line).expect("a signal"), 9))
+        .collect();
+        assert_eq!(rows[0].text, " counts:5 pwm:-80.5");
+        assert!(Signal::of("{TIMEPLOT|CLEAR}").is_none());
         assert!(Signal::of("> counts").is_none() && Signal::of(">counts:up").is_none());
     }
 }

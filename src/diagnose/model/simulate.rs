@@ -37,7 +37,8 @@ pub(crate) fn corrected_residual(segments: &Segments, motor: &Motor) -> Option<V
     Some(residual)
 }
 
-/// Counts of each run from its first sample, as an encoder at this share of a count would give them for the predicted angle.
+/// Counts of each run from its first sample, as an encoder at this share of a count would give them for the predicted angle, or the
+/// rounded speeds of the log.
 pub(crate) fn simulated_counts(
     segments: &Segments,
     motor: &Motor,
@@ -49,8 +50,11 @@ pub(crate) fn simulated_counts(
             (run.continuous)
                 .angles(&on_run(motor, run), workspace, &mut angles)
                 .ok()?;
-            let count = |angle: &f64| (angle / run.rad + phase).floor() - run.first_counts;
-            Some(angles.iter().map(count).collect())
+            angles.iter_mut().for_each(|angle| *angle /= run.rad);
+            let off = run.rounding_of_speeds(&angles, phase);
+            let count =
+                |(position, off): (&f64, f64)| (position + off + phase).floor() - run.first_counts;
+            Some(angles.iter().zip(off).map(count).collect())
         };
         segments.runs.iter().map(of_run).collect()
     })

@@ -38,6 +38,10 @@ pub(crate) struct Recording {
     pub clock: Option<(f64, f64)>,
     /// Whether the position is integrated from logged speeds.
     pub is_integrated: bool,
+    /// Whether these are means since the sample before.
+    pub is_integrated_backward: bool,
+    /// To which the log rounds them, in counts/s.
+    pub speed_resolution: Option<f64>,
     /// Whether the shaft turns by half a turn or more per sample.
     pub is_aliased: bool,
     /// Whether the command answers to the motion.
@@ -82,6 +86,8 @@ impl Recording {
         Ok(Self {
             is_closed_loop: answers_to_motion(&command, &counts, settings),
             is_integrated: run.is_integrated(),
+            is_integrated_backward: run.is_integrated_backward(),
+            speed_resolution: run.speed_resolution_counts_s(),
             is_aliased: (counts.windows(2)).any(|pair| (pair[1] - pair[0]).abs() >= half_turn),
             top: speed.iter().fold(1.0_f64, |most, v| most.max(v.abs())),
             t_s: run.t_s.clone(),
@@ -186,6 +192,46 @@ impl Recording {
             return 0.0;
         }
         noise.speed_counts_s * (self.t_s[k] - self.t_s[k - 1])
+    }
+
+    /// By how many counts each sample of a position is off that is integrated from its rounded speeds; `phase` is where in the rounding
+    /// a speed of 0 lies.
+    pub fn rounding_of_speeds(&self, position: &[f64], phase: f64) -> Vec<f64> {
+        let n = position.len();
+        let Some(resolution) = self.speed_resolution else {
+            return vec![0.0; n];
+        };
+        let rate = |a: usize, b: usize| {
+            let span_s = self.t_s[b] - self.t_s[a];
+            if span_s > 0.0 {
+                (position[b] - position[a]) / span_s
+            } else {
+                0.0
+            }
+        };
+        let off = |k: usize| {
+            let speed = match self.is_integrated_backward {
+                true => rate(k.saturating_sub(1), k),
+                false => rate(k.saturating_sub(1), (k + 1).min(n - 1)),
+            };
+            resolution * ((speed / resolution + phase).round() - phase) - speed
+        };
+        let mut sum = 0.0;
+        let mut before = if n > 0 { off(0) } else { 0.0 };
+        (0..n)
+            .map(|k| {
+                let here = off(k);
+                if k > 0 && self.moving[k] {
+                    let mean = match self.is_integrated_backward {
+                        true => here,
+                        false => 0.5 * (before + here),
+                    };
+                    sum += mean * (self.t_s[k] - self.t_s[k - 1]);
+                }
+                before = here;
+                sum
+            })
+            .collect()
     }
 
     /// The angle at a sample in rad.

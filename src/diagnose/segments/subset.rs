@@ -231,6 +231,8 @@ impl Cut {
             is_closed_loop: whole.is_closed_loop,
             clock: whole.clock,
             is_integrated: whole.is_integrated,
+            is_integrated_backward: whole.is_integrated_backward,
+            speed_resolution: whole.speed_resolution,
             is_aliased: whole.is_aliased,
             top: whole.top,
             first_speed: whole.first_speed,

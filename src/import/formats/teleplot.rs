@@ -1,4 +1,5 @@
-//! Teleplot's lines: `>name:value`, `>name:milliseconds:value`, with `§unit` behind and several samples between semicolons.
+//! Teleplot's lines: `>name:value`, `>name:milliseconds:value`, with `§unit` behind and several samples between semicolons. MegunoLink's
+//! are of the same kind: `{TIMEPLOT|DATA|name|T|value}`.
 
 use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
@@ -19,6 +20,9 @@ pub(super) fn is_teleplot(beginning: &[u8]) -> bool {
 type Signal<'a> = (&'a str, Option<&'a str>, Vec<(Option<f64>, f64)>);
 
 fn signal(line: &str) -> Option<Signal<'_>> {
+    if let Some(rest) = line.strip_prefix("{TIMEPLOT") {
+        return megunolink(rest);
+    }
     let (name, rest) = line.strip_prefix('>')?.split_once(':')?;
     let rest = rest.split('|').next()?;
     let (samples, unit) = match rest.split_once('§') {
@@ -34,6 +38,18 @@ fn signal(line: &str) -> Option<Signal<'_>> {
     samples
         .filter(|_| !name.is_empty())
         .map(|samples| (name.trim(), unit, samples))
+}
+
+/// MegunoLink's `{TIMEPLOT|DATA|name:style|T|value}`: `T` is the time of arrival, which is not in the log.
+fn megunolink(rest: &str) -> Option<Signal<'_>> {
+    let mut parts = rest.strip_suffix('}')?.split('|');
+    // The channel, if any.
+    parts.next()?;
+    let (kind, name, time, value) = (parts.next()?, parts.next()?, parts.next()?, parts.next()?);
+    let is_data = matches!(kind.trim(), "DATA" | "D" | "data") && parts.next().is_none();
+    let name = name.split(':').next()?.trim();
+    let value = value.trim().parse::<f64>().ok().filter(|x| x.is_finite())?;
+    (is_data && time.trim() == "T" && !name.is_empty()).then(|| (name, None, vec![(None, value)]))
 }
 
 /// Reads all lines. Without times a row ends where a name comes again.
@@ -111,5 +127,7 @@ mod tests {
         let lines = ">pos:10:0;20:1|np\n>pwm:10:5\n";
         assert_eq!(text(lines), "\"time_ms\",\"pos\",\"pwm\"\n10,0,5\n20,1,\n");
         assert!(!is_teleplot(b"> pos\n"));
+        let lines = "{TIMEPLOT|DATA|pos|T|0}\n{TIMEPLOT:Motor|D|pwm:b|T|-5.5}\nboot\n{TIMEPLOT|DATA|pos|T|1}\n{TIMEPLOT|DATA|pwm|T|6}\n";
+        assert_eq!(text(lines), "\"pos\",\"pwm\"\n0,-5.5\n1,6\n");
     }
 }

@@ -17,6 +17,8 @@ const CLOCK_WRAP: f64 = 4_294_967_296.0;
 const CONTRADICTS: f64 = 0.05;
 /// A clock whose name tells only a unit falls once in so many rows at most, where a board begins anew.
 const MOST_FALLS: usize = 1000;
+/// Words of a host's clock: arrivals come late and in bunches, so a device's clock beside it is better.
+const HOSTS: [&str; 7] = ["host", "pc", "arrival", "arrived", "received", "recv", "rx"];
 /// Names of a time since the row before that say no unit and may as well be counts.
 const BARE_DELTA: [&str; 1] = ["delta"];
 
@@ -294,7 +296,9 @@ impl Decision<'_> {
         let named = all().filter(is_time).filter(|&at| goes_on(at));
         let rank = |&at: &usize| {
             let is_rising = Readings::of(&self.readings(at)) == Readings::Rising;
+            let is_host = (self.says[at].words.iter()).any(|word| HOSTS.contains(&word.as_str()));
             (
+                !is_host,
                 self.is_time_by_name(at),
                 is_rising,
                 fineness(at),

@@ -93,11 +93,7 @@ impl Decision<'_> {
         } else if self.said.supply.is_some() {
             self.supply()?;
         }
-        if is_asked {
-            self.used.extend(column);
-        } else {
-            self.understand("command", column, Some(unit), words);
-        }
+        let place = self.understood.len();
         if let Some(command) = column
             && let Some((at, level, reverse)) = self.direction(command, motion)?
         {
@@ -105,8 +101,37 @@ impl Decision<'_> {
             section.reverse = Some(reverse);
             self.reverse = level.map(|level| (at, level));
         }
+        let full = match unit {
+            "pwm" => section.full,
+            "percent" => Some(PERCENT),
+            "share" => Some(1.0),
+            _ => None,
+        };
+        let mut centre = 0.0;
+        if let (Some(command), Some(motion), Some(full)) = (column, motion, full)
+            && section.direction.is_none()
+            && self.said.direction.is_none()
+            && self.said.unsigned.is_none()
+            && let Some(found) = self.centre(command, motion, full)
+        {
+            let (scale, offset, how) = Self::about_centre(found);
+            (section.scale, section.offset) = (Some(scale), Some(offset));
+            words.push_str(&how);
+            centre = found;
+        }
+        let directions = self.understood.split_off(place);
+        if is_asked {
+            self.used.extend(column);
+        } else {
+            self.understand("command", column, Some(unit), words);
+        }
+        self.understood.extend(directions);
         self.map.command = Some(section);
-        self.commands = of_rows.or_else(|| column.map(|command| self.signed(command)));
+        let signed = column.map(|command| self.signed(command));
+        self.commands = of_rows.or(signed).map(|mut commands| {
+            commands.iter_mut().for_each(|command| *command -= centre);
+            commands
+        });
         if let (Some(command), Some(motion)) = (column, motion) {
             self.sign(command, motion);
         } else if self.said.unsigned == Some(true) {

@@ -74,6 +74,17 @@ impl<'a> Decision<'a> {
         };
         map.rows.every = said.every;
         map.m_per_rev = said.m_per_rev;
+        let notes = (says.iter().zip(&survey.columns))
+            .filter_map(|(says, column)| {
+                let (times, name) = (says.times?, column.name.as_ref()?);
+                Some(format!(
+                    "`{name}`: by its name its numbers are {} times the quantity, and a unit takes them as they are; \
+                     hint: --save-map map.toml, there `scale = {}`, then --map map.toml",
+                    short(times),
+                    short(1.0 / times)
+                ))
+            })
+            .collect();
         Self {
             survey,
             said,
@@ -81,7 +92,7 @@ impl<'a> Decision<'a> {
             says,
             map,
             understood: Vec::new(),
-            notes: Vec::new(),
+            notes,
             missing: Vec::new(),
             line: said.flags(),
             used: Vec::new(),

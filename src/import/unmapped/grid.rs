@@ -10,6 +10,8 @@ const BY_CHANCE: f64 = 1e-6;
 const OFF: f64 = 1e-3;
 /// A step is looked for among so many of the smallest distances between neighbours.
 const DISTANCES: usize = 6;
+/// Levels that differ by the last digit are taken as one, so any numbers have steps of two digits (4 roundings); a step beyond is told.
+const TOLD: f64 = 4.5;
 /// The smallest distance may be a multiple of the step up to this.
 const MULTIPLES: u32 = 4;
 
@@ -35,9 +37,17 @@ pub(super) fn step_of(numbers: &[f64], rounding: f64) -> Option<f64> {
     let candidates = distances
         .into_iter()
         .flat_map(|distance| (1..=MULTIPLES).map(move |parts| distance / f64::from(parts)));
+    let is_told = |step: &f64| *step > TOLD * rounding || all_on(numbers, *step);
     candidates
         .filter_map(|step| on_grid(&levels, step, rounding))
+        .filter(is_told)
         .max_by(f64::total_cmp)
+}
+
+/// Whether each of these numbers is a multiple of the step.
+fn all_on(numbers: &[f64], step: f64) -> bool {
+    let is_on = |x: &f64| (x - (x / step).round() * step).abs() <= tolerance(*x, 0.0);
+    numbers.iter().filter(|x| x.is_finite()).all(is_on)
 }
 
 /// The step made exact over all levels, if they lie on its multiples.
@@ -120,5 +130,9 @@ mod tests {
             .collect();
         assert_eq!(step_of(&rounded, 0.5), None);
         assert_eq!(step_of(&[0.0, 5.0], 0.5), None);
+        let whole: Vec<f64> = (0..100).map(f64::from).collect();
+        assert_eq!(step_of(&whole, 0.5), None);
+        let even: Vec<f64> = (0..100).map(|k| 2.0 * f64::from(k)).collect();
+        assert_eq!(step_of(&even, 0.5), Some(2.0));
     }
 }

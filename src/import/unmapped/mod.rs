@@ -3,6 +3,7 @@
 //! [`understand`] looks at the beginning of a log and gives a mapping of the same kind that a mapping file holds, or one message
 //! with all missing facts and the finished command line. Facts that change a verdict and that neither names nor values determine are requested.
 
+mod centred;
 mod clock;
 mod column;
 mod command;

@@ -19,6 +19,8 @@ pub(super) const WHOLE: f64 = 0.005;
 /// Definition of counts per revolution.
 pub(super) const COUNTED: &str = "counts of the encoder in one turn, all four edges counted";
 
+/// `pos_estimate` and `vel_estimate` of an ODrive are in revolutions.
+pub(super) const ODRIVE: &str = "estimate";
 /// Share of a turn that an angle takes which wraps.
 const FILLED: f64 = 0.9;
 /// Counts in which a sensor of 10, 12 or 14 bits tells one turn.
@@ -211,6 +213,7 @@ impl Decision<'_> {
             let raw_turn = POWERS.into_iter().find(fills);
             let (unit, turn) = match (is_angle, column.is_whole()) {
                 _ if let Some((unit, _)) = self.unit_of_counts(at) => (unit, None),
+                (_, false) if words.iter().any(|word| word == ODRIVE) => ("rev", None),
                 (true, true) if raw_turn.is_some() => ("counts", raw_turn),
                 (false, true) => ("counts", None),
                 _ if fills(&360.0) => ("deg", Some(360.0)),

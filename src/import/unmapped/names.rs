@@ -15,6 +15,8 @@ pub(super) struct NameSays {
     pub full: Option<f64>,
     /// `counts_8192_per_rev`.
     pub counts_per_rev: Option<f64>,
+    /// `rpm_x10`: its numbers are so many times the quantity.
+    pub times: Option<f64>,
     /// The words, to find what belongs to it: `left` of `rpm_left`.
     pub words: Vec<String>,
     /// The quantity is said by a word of its own, not by a unit alone.
@@ -229,6 +231,9 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         .find_map(|text| unit_of(role, text))
         .or_else(|| unit_at_end(role, &words))
         .or(is_read_and_reset.then_some("counts"));
+    found.times = times(&words);
+    // Ten times a unit is another one.
+    found.unit = found.unit.filter(|_| found.times.is_none());
     if role == Role::Command {
         found.full = words.iter().find_map(|word| {
             let digits = word.strip_suffix("max").unwrap_or(word);
@@ -332,6 +337,15 @@ fn unit_at_end(role: Role, words: &[String]) -> Option<&'static str> {
                 .iter()
                 .find_map(|word| unit_of(role, word).filter(|_| word.len() > 1))
         })
+}
+
+/// `x10`, `x100` behind other words.
+fn times(words: &[String]) -> Option<f64> {
+    let at = words.iter().skip(1).position(|word| word == "x")? + 1;
+    let times = words.get(at + 1)?;
+    matches!(times.as_str(), "10" | "100" | "1000" | "10000")
+        .then(|| times.parse().ok())
+        .flatten()
 }
 
 /// A name without its brackets, and what stands in them.

@@ -61,6 +61,7 @@ pub fn map_over(text: &str, said: &Said) -> Result<Ready, Unclear> {
             offset: None,
             integrate: Default::default(),
             time_constant_s: None,
+            resolution: None,
         });
     }
     match (&mut map.speed, said.integrate) {

@@ -138,7 +138,7 @@ pub(super) fn expected(role: Role) -> &'static str {
     match role {
         Role::Time | Role::Interval => "s, ms, us, ns, min",
         Role::Position | Role::Increments => "counts, rev, rad, mrad, deg, m, cm, mm",
-        Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s",
+        Role::Speed => "rpm, rev/s, rad/s, deg/s, counts/s, m/s, cm/s, mm/s, km/h",
         Role::Current => "A, mA",
         Role::Supply => "V, mV",
         Role::Command | Role::CommandOrSupply | Role::Reference => {

@@ -1,10 +1,14 @@
-//! A clock in two columns: whole seconds, and what is less than a second: `sec` and `nanosec`, `tv_sec` and `tv_usec`.
+//! A clock in two columns: whole seconds, and what is less than a second: `sec` and `nanosec`, `tv_sec` and `tv_usec`; or minutes and
+//! seconds.
 
 use super::super::clock::Counts;
 use super::clock::{Clock, in_seconds, median};
 use super::decide::Decision;
 use super::readings::Readings;
 use super::units::Role;
+
+/// Names of a column of minutes.
+const MINUTES: [&str; 5] = ["min", "mins", "minute", "minutes", "minuten"];
 
 impl Decision<'_> {
     /// A time in two columns, one of which is `with` where that is known. The rest begins anew in just the rows in which the seconds
@@ -39,16 +43,21 @@ impl Decision<'_> {
 
     fn pair_of(&self, whole: usize, rest: usize) -> Option<Clock> {
         let (seconds, parts) = (self.column(whole), self.column(rest));
-        let unit = match self.says[rest].unit {
-            Some(unit @ ("ns" | "us" | "ms")) => unit,
-            None => unit_of_part(parts.highest())?,
-            Some(_) => return None,
+        let is_minutes =
+            (self.says[whole].words.iter()).any(|word| MINUTES.contains(&word.as_str()));
+        let whole_unit = if is_minutes { "min" } else { "s" };
+        let unit = match (self.says[rest].unit, is_minutes) {
+            (Some(unit @ ("ns" | "us" | "ms")), false) => unit,
+            (None | Some("s"), true) => "s",
+            (None, false) => unit_of_part(parts.highest())?,
+            _ => return None,
         };
         let unit_s = in_seconds(unit);
+        let whole_s = in_seconds(whole_unit);
         let is_part = parts.is_numeric()
-            && parts.is_whole()
+            && (parts.is_whole() || is_minutes)
             && parts.lowest() >= 0.0
-            && parts.highest() * unit_s < 1.0;
+            && parts.highest() * unit_s < whole_s;
         let rows: Vec<(f64, f64)> = (seconds.numbers.iter().copied())
             .zip(parts.numbers.iter().copied())
             .filter(|(whole, rest)| whole.is_finite() && rest.is_finite())
@@ -61,13 +70,13 @@ impl Decision<'_> {
         };
         let first = rows.first()?.0;
         let times: Vec<f64> = (rows.iter())
-            .map(|(whole, rest)| whole - first + rest * unit_s)
+            .map(|(whole, rest)| (whole - first) * whole_s + rest * unit_s)
             .collect();
         let is_clock =
             is_part && rows.windows(2).all(fits) && Readings::of(&times) == Readings::Rising;
         is_clock.then(|| Clock {
             at: whole,
-            unit: "s",
+            unit: whole_unit,
             fraction: Some((rest, unit)),
             counts: Counts::SinceOrigin,
             wrap: None,

@@ -6,7 +6,7 @@ use super::super::map::Integration;
 use super::super::map_file::SpeedSection;
 use super::decide::{Decision, short};
 use super::grid::step_of;
-use super::motion::{FINEST, WHOLE, whole};
+use super::motion::{FINEST, ODRIVE, WHOLE, whole};
 use super::said::expected;
 use super::speed_rule::{Row, SpeedOf, rule};
 use super::units::{EITHER_PER_S, Role};
@@ -15,6 +15,10 @@ use super::units::{EITHER_PER_S, Role};
 const PERFECT: f64 = 2e-3;
 /// Counts per revolution beyond those of usual encoders, gears included: read off a speed, they are the rounding of its numbers.
 const MOST_USUAL: f64 = 100_000.0;
+/// Rounding to this share of the largest speed is immaterial: the usual relevant error is a hundred times as large.
+const IMMATERIAL: f64 = 1e-4;
+/// A step is a power of ten within this: it is read off many levels.
+const ROUND: f64 = 1e-5;
 /// So a fine speed without steps has more levels.
 const LEVELS: usize = 50;
 
@@ -32,14 +36,19 @@ impl Decision<'_> {
         let by_steps = || self.unit_of_steps(at, step_s).filter(|_| is_either);
         let Some(unit) = named.filter(|_| !is_either).or_else(by_steps) else {
             let flag = self.flag_name(at);
-            let is_omega = self.says[at].words.iter().any(|word| word == "omega");
+            let is_word = |of: &str| self.says[at].words.iter().any(|word| word == of);
+            let usual = match (is_word("omega"), is_word(ODRIVE)) {
+                (true, _) => "rad/s",
+                (_, true) => "rev/s",
+                _ => "rpm",
+            };
             let (proposed, why) = match is_either {
                 true => (
                     "rad/s",
                     format!("{name} may be radians or revolutions a second: rad/s or rev/s"),
                 ),
                 false => (
-                    if is_omega { "rad/s" } else { "rpm" },
+                    usual,
                     format!("{name} names no unit; {}", expected(Role::Speed)),
                 ),
             };
@@ -47,7 +56,7 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.speed(at, Some(proposed), step_s));
             return;
         };
-        if matches!(unit, "m/s" | "cm/s" | "mm/s") {
+        if matches!(unit, "m/s" | "cm/s" | "mm/s" | "km/h") {
             self.travel(at, unit);
         }
         let rev_s = match unit {
@@ -73,11 +82,28 @@ impl Decision<'_> {
             .map(|(turns, rev_s)| whole(1.0 / (turns * rev_s)));
         let found = found.filter(|counts| (1.0..=FINEST).contains(counts));
         // Steps of a number that was rounded, or of a drive's own units, are no counts.
+        let said = self.said.counts_per_rev.or(self.says[at].counts_per_rev);
+        let is_round = step.is_some_and(is_power_of_ten);
         let (found, doubted) = match found {
             Some(counts) if counts > MOST_USUAL => (None, Some(counts)),
+            Some(counts) if is_round && said.is_none() => (None, Some(counts)),
+            Some(counts) if said.is_some_and(|said| !is_whole_multiple(counts, said)) => {
+                self.notes.push(format!(
+                    "the steps of {name} are those of {} counts per revolution in a row, not of {}: its numbers are rounded",
+                    short(counts),
+                    short(said.unwrap_or(counts))
+                ));
+                (None, Some(counts))
+            }
             found => (found, None),
         };
         let why = match (doubted, step) {
+            (Some(counts), Some(step)) if counts <= MOST_USUAL => format!(
+                "steps of {name} of {} are the rounding of its numbers, or those of {} counts per revolution; counts of the encoder in one turn, \
+                 all four edges counted",
+                short(step),
+                short(counts)
+            ),
             (Some(counts), Some(step)) => format!(
                 "steps of {name} of {} would be those of {} counts per revolution, more than encoders have; counts of the encoder in one turn, \
                  all four edges counted",
@@ -102,6 +128,7 @@ impl Decision<'_> {
             offset: None,
             integrate: rule,
             time_constant_s: None,
+            resolution: self.resolution(at, step.filter(|_| doubted.is_some())),
         });
         let how = match (step, by_rows) {
             (Some(step), _) => format!("in steps of {}", short(step)),
@@ -119,7 +146,7 @@ impl Decision<'_> {
             format!("{name} in {unit}, {how}"),
         );
         if let (Some(found), Some(step_s)) = (found, step_s) {
-            match self.said.counts_per_rev.or(self.says[at].counts_per_rev) {
+            match said {
                 None => {
                     let words = format!(
                         "{} counts per revolution, read off: one count in {} s is a step of the speed. The encoder's number, or a multiple of it \
@@ -205,6 +232,13 @@ impl Decision<'_> {
         }
     }
 
+    /// To which the speeds are rounded: their steps, where those are no counts, or the last digit; `None` where it is no matter.
+    fn resolution(&self, at: usize, step: Option<f64>) -> Option<f64> {
+        let column = self.column(at);
+        let resolution = step.unwrap_or(2.0 * column.rounding());
+        (resolution > IMMATERIAL * column.most()).then(|| digits(resolution, 6))
+    }
+
     /// Rows with a time, a command and a speed.
     fn rows_of_motor(&self, at: usize) -> Vec<Row> {
         let (Some(times_s), Some(commands)) = (&self.times_s, &self.commands) else {
@@ -255,6 +289,18 @@ impl Decision<'_> {
             .collect();
         step_of(&travels, speeds.rounding() * step_s?)
     }
+}
+
+/// 1, 10, 0.1: what numbers are rounded to, and seldom one count in a row.
+fn is_power_of_ten(step: f64) -> bool {
+    let power = 10_f64.powi(step.log10().round() as i32);
+    (step / power - 1.0).abs() < ROUND
+}
+
+/// Whether one is a whole multiple of the other: counts of one channel or four, and the mean of several rows.
+fn is_whole_multiple(found: f64, said: f64) -> bool {
+    let times = f64::max(found / said, said / found);
+    (times - times.round()).abs() < WHOLE * times
 }
 
 /// A number of this many significant digits, as people read it and a mapping holds it.

@@ -259,7 +259,8 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
         let (line, text) = &table[at];
         Some((*line, cells_of(text, layout.separator)))
     };
-    let is_header = |cells: &[String]| all_words(cells) && cells.len() == layout.columns;
+    let is_header =
+        |cells: &[String]| all_words(cells) && cells.len() == layout.columns && !is_banner(cells);
     let fits = |header: &Option<(u64, Vec<String>)>| {
         header.as_ref().is_some_and(|(_, cells)| is_header(cells))
     };
@@ -292,7 +293,9 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
             }
         }
         // A line of names without the stamp that the terminal put before the rows.
-        Some((_, cells)) if all_words(&cells) && cells.len() + 1 == layout.columns => {
+        Some((_, cells))
+            if all_words(&cells) && cells.len() + 1 == layout.columns && !is_banner(&cells) =>
+        {
             found.file.skip_lines = lines_before_rows;
             found.file.names = Some(false);
             for (column, name) in found.columns.iter_mut().skip(1).zip(cells) {
@@ -306,6 +309,12 @@ fn name_columns(found: &mut Survey, table: &[Numbered], layout: &Layout) {
         None => found.file.names = Some(false),
     }
     only_one_of_a_name(&mut found.columns);
+}
+
+/// Whether a line holds no names: `out =` of MATLAB, or the lines that a terminal prints after a rule.
+fn is_banner(cells: &[String]) -> bool {
+    let is_rule = |cell: &String| cell.starts_with("---");
+    cells.last().is_some_and(|last| last == "=") || cells.first().is_some_and(is_rule)
 }
 
 /// A name that stands twice is no name: the number tells.

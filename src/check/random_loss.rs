@@ -1,0 +1,145 @@
+//! Edges that are lost at random in one direction.
+//!
+//! A counter that misses each edge with probability `p` shows `n = (1 - p) N` of `N` edges in a slot of time, with the variance
+//! `N p (1 - p) = n p` of a binomial number. So `p` is read twice: off the counts that pass in either direction under the same
+//! commands, and off the variance of the counts in short slots. Driver, brushes and friction may take the same share of the
+//! speed, but the inertia keeps it smooth; a rough shaft is rough in both directions. The second difference of three slots
+//! takes away speed and acceleration: of independent counts it has six times their variance, of quantization 20/12 (1, -3, 3, -1).
+
+use super::edges_lost::DIFFERS;
+use super::subject::Subject;
+use crate::recording::{Run, Steps};
+
+/// Counts in a slot of the usual speed: fewer are lost in quantization, in longer slots the speed changes.
+const SLOT_COUNTS: f64 = 8.0;
+/// A slot of fewer counts is no turning shaft.
+const LEAST_COUNTS: f64 = 4.0;
+/// Fewest differences in either direction: the variance has an error of 12 % then.
+const LEAST_SLOTS: usize = 150;
+/// Variance of a second difference of counts: of independent ones, as a multiple of theirs, and of quantization.
+const OF_INDEPENDENT: f64 = 6.0;
+const OF_QUANTIZATION: f64 = 20.0 / 12.0;
+/// Squared differences up to this quantile are averaged, so that starts and jolts do not weigh; of a normal distribution their mean is
+/// this share of the variance.
+const KEPT: f64 = 0.9;
+const KEPT_VARIANCE: f64 = 0.623;
+/// The commands of the two directions have integrals and squares that differ by less than this share.
+const ALIKE: f64 = 0.25;
+/// The two readings of the probability agree within this factor.
+const AGREE: f64 = 2.0;
+/// The variance of the other direction is below this share.
+const SMOOTH: f64 = 0.3;
+
+/// Edges lost at random in one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RandomLoss {
+    /// Share of the edges that is lost, by the counts that pass.
+    pub share: f64,
+    /// The same by the variance of the counts in slots.
+    pub by_variance: f64,
+    /// The variance of the other direction by the same rule.
+    pub other_variance: f64,
+    /// -1 where the negative direction loses.
+    pub sign: f64,
+}
+
+/// Counts and commands of one direction.
+#[derive(Debug, Default)]
+struct Direction {
+    counts: f64,
+    command: f64,
+    command_squared: f64,
+    squares: Vec<f64>,
+    of_counts: f64,
+}
+
+impl Direction {
+    /// Variance of the counts in a slot over their mean.
+    fn variance(&mut self) -> Option<f64> {
+        let many = self.squares.len();
+        if many < LEAST_SLOTS {
+            return None;
+        }
+        self.squares.sort_by(f64::total_cmp);
+        let kept = &self.squares[..(KEPT * many as f64) as usize];
+        let variance = kept.iter().sum::<f64>() / kept.len() as f64 / KEPT_VARIANCE;
+        let mean = self.of_counts / many as f64;
+        Some((variance - OF_QUANTIZATION) / OF_INDEPENDENT / mean)
+    }
+}
+
+pub(super) fn find(subject: &Subject<'_>) -> Option<RandomLoss> {
+    let run = subject.run;
+    if run.is_integrated() {
+        return None;
+    }
+    let mut directions = [Direction::default(), Direction::default()];
+    fill(run, &mut directions)?;
+    let [negative, positive] = &mut directions;
+    let (first, second) = (negative.variance()?, positive.variance()?);
+    let alike = |a: f64, b: f64| a.min(b) >= (1.0 - ALIKE) * a.max(b);
+    let is_comparable = alike(negative.command, positive.command)
+        && alike(negative.command_squared, positive.command_squared);
+    let rates = [negative, positive].map(|one| one.counts / one.command);
+    let loses_negative = rates[0] < rates[1];
+    let (less, more) = if loses_negative {
+        (rates[0], rates[1])
+    } else {
+        (rates[1], rates[0])
+    };
+    let (by_variance, other_variance) = if loses_negative {
+        (first, second)
+    } else {
+        (second, first)
+    };
+    let share = 1.0 - less / more;
+    let is_found = is_comparable
+        && share >= DIFFERS
+        && other_variance <= SMOOTH * by_variance
+        && (share / AGREE..=share * AGREE).contains(&by_variance);
+    is_found.then_some(RandomLoss {
+        share,
+        by_variance,
+        other_variance,
+        sign: if loses_negative { -1.0 } else { 1.0 },
+    })
+}
+
+/// Counts, commands and differences of either direction; `None` of a shaft that hardly moves.
+fn fill(run: &Run, directions: &mut [Direction; 2]) -> Option<()> {
+    let usual_s = Steps::of(run)?.median_s();
+    let mut moving: Vec<u64> = (run.counts.windows(2))
+        .map(|pair| pair[1].abs_diff(pair[0]))
+        .filter(|&counts| counts > 0)
+        .collect();
+    moving.sort_unstable();
+    let usual = *moving.get(moving.len() / 2)? as f64;
+    let slot = (SLOT_COUNTS / usual).ceil().max(1.0) as usize;
+    let slot_s = slot as f64 * usual_s;
+    let mut last: Vec<f64> = Vec::new();
+    for from in (0..run.len().saturating_sub(slot)).step_by(slot) {
+        let to = from + slot;
+        let lasts_s = run.t_s[to] - run.t_s[from];
+        let counts = run.counts[to].saturating_sub(run.counts[from]) as f64;
+        for k in from..to {
+            let one = &mut directions[usize::from(run.command[k] > 0.0)];
+            let step_s = run.t_s[k + 1] - run.t_s[k];
+            one.command += run.command[k].abs() * step_s;
+            one.command_squared += run.command[k].powi(2) * step_s;
+        }
+        let one = &mut directions[usize::from(counts > 0.0)];
+        one.counts += counts.abs();
+        let is_usual = (lasts_s - slot_s).abs() <= DIFFERS * slot_s;
+        if !is_usual || counts.abs() < LEAST_COUNTS || last.iter().any(|n| n * counts < 0.0) {
+            last.clear();
+            continue;
+        }
+        last.push(counts * slot_s / lasts_s);
+        if let [a, b, c] = last[..] {
+            one.squares.push((a - 2.0 * b + c).powi(2));
+            one.of_counts += b.abs();
+            last.remove(0);
+        }
+    }
+    Some(())
+}

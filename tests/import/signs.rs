@@ -1,0 +1,75 @@
+//! Commands that are never negative while the shaft turns both ways, numbers that are ten times their quantity, and numbers with the
+//! minus of a spreadsheet.
+
+use crate::support::foreign_logs::{Truth, asked, counts, imported, log, near};
+
+const FLAGS: [&str; 4] = ["--counts-per-rev", "720", "--supply", "12"];
+
+fn written(truth: &Truth, name: &str, command: impl Fn(i64) -> String) -> String {
+    let ms = |k: usize| truth.ms(k).to_string();
+    let command = |k: usize| command(truth.pwm[k]);
+    let position = |k: usize| truth.counts[k].to_string();
+    let names = format!("time_ms,{name},counts");
+    log(&names, truth.rows(), &[&ms, &command, &position])
+}
+
+/// Locked antiphase: half of full drive is standstill.
+#[test]
+fn a_command_about_half_drive_is_read_about_it() {
+    let truth = Truth::steps(0.01, 300);
+    for (name, full) in [("pwm_255", 255.0), ("duty_percent", 100.0), ("duty", 1.0)] {
+        let text = written(&truth, name, |pwm| {
+            let level = full * (0.5 + 0.5 * pwm as f64 / 255.0);
+            format!("{level:.4}")
+        });
+        let (file, said) = imported("log.csv", &text, &FLAGS);
+        assert!(
+            said.contains("is standstill, as the motion shows"),
+            "{said}"
+        );
+        near(&file.column("command_v"), &truth.commands(), 0.01);
+        assert_eq!(counts(&file), truth.counts);
+    }
+}
+
+/// A magnitude says nothing of the way; one that is positive all the time, of a motor that turns one way, is no such thing.
+#[test]
+fn a_magnitude_without_its_direction_is_reported() {
+    let truth = Truth::steps(0.01, 300);
+    let text = written(&truth, "pwm_255", |pwm| pwm.abs().to_string());
+    let (_, said) = imported("log.csv", &text, &FLAGS);
+    assert!(
+        said.contains("the command's direction is not in it"),
+        "{said}"
+    );
+    assert!(said.contains("hint: --direction COLUMN"), "{said}");
+    let one_way = Truth::of(0.01, (0..300).map(|k| [0, 200, 80][k / 100]));
+    let text = written(&one_way, "pwm_255", |pwm| pwm.to_string());
+    let (file, said) = imported("log.csv", &text, &FLAGS);
+    assert!(
+        !said.contains("direction") && !said.contains("standstill"),
+        "{said}"
+    );
+    near(&file.column("command_v"), &one_way.commands(), 1e-6);
+}
+
+#[test]
+fn a_name_that_says_ten_times_is_no_unit() {
+    let truth = Truth::steps(0.01, 300);
+    let text = truth.rpm_log("time_ms,pwm,rpm_x10");
+    let said = asked("log.csv", &text, &FLAGS);
+    assert!(
+        said.contains("`rpm_x10`: by its name its numbers are 10 times"),
+        "{said}"
+    );
+    assert!(said.contains("scale = 0.1"), "{said}");
+}
+
+#[test]
+fn the_minus_of_a_spreadsheet_is_one() {
+    let truth = Truth::steps(0.01, 300);
+    let text = truth.counts_log().replace('-', "\u{2212}");
+    let (file, _) = imported("log.csv", &text, &FLAGS);
+    assert_eq!(counts(&file), truth.counts);
+    near(&file.column("command_v"), &truth.commands(), 1e-6);
+}
