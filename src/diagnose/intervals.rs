@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::fit::Fit;
 use super::model::{Base, Parameter, corrected_residual, dot};
 use super::report::Interval;
-use super::score::{effective_observations, scale_free};
+use super::score::{effective_observations, likelihood, random_information, scale_free};
 use super::segments::Segments;
 use super::settings::{conventions::WITHIN_95, solver};
 use crate::motor::catalogue::kind;
@@ -14,7 +14,13 @@ use crate::motor::fit::ParameterId;
 /// A fit's posterior covariance.
 pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix<f64> {
     let n_eff = effective_observations(segments, &fit.corrected);
-    let hessian = scale_free(base, fit, n_eff).hessian;
+    let mut hessian = scale_free(base, fit, n_eff).hessian;
+    if fit.model.is_random() {
+        let noise = likelihood(segments, base, fit).noise;
+        for (k, information) in random_information(segments, base, fit, noise) {
+            hessian[(k, k)] += information;
+        }
+    }
     let n = hessian.nrows();
     let ridged = || {
         let mut ridged = hessian.clone();

@@ -22,6 +22,7 @@ mod nested;
 mod noise;
 mod nominal;
 mod pipeline;
+mod random;
 mod reference;
 mod relevance;
 mod report;

@@ -7,6 +7,9 @@ use super::fit::{Fit, Metric, fit};
 use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
+use super::settings::solver::CONVERGED;
+use crate::motor::fit::ParameterId;
+use crate::units::ROUNDING_VARIANCE;
 
 /// One step.
 #[derive(Debug, Clone)]
@@ -22,7 +25,7 @@ pub(crate) fn least_squares(
     model: &Model,
     starts: &[Vec<f64>],
 ) -> Option<Fit> {
-    let metric = Metric::ScaleFree(segments.len as f64);
+    let metric = Metric::LeastSquares;
     let found = fit(segments, model, starts, metric, None)?;
     // Once more with a new damping: along a valley the first ends early.
     fit(segments, model, &[found.x], metric, None)
@@ -46,7 +49,7 @@ pub(crate) fn without_effects(segments: &Segments, base: &Base, none: &Fit) -> O
     ])
 }
 
-/// The same with these effects, in the order of what they remove; an effect that cannot be fitted ends the list.
+/// The same with these effects, in the order of what they remove; an effect that removes nothing ends the list.
 pub(crate) fn with_effects(
     segments: &Segments,
     base: &Base,
@@ -65,18 +68,22 @@ pub(crate) fn with_effects(
             Some((k, extended(segments, base, with, &before, found)?))
         });
         let best = fits.min_by(|a, b| a.1.square_sum().total_cmp(&b.1.square_sum()));
-        let Some((k, fit)) = best else { break };
+        // A larger model is not reported with a larger error than the one that it extends, but for what ends a fit and what is less than
+        // quantization.
+        let n = before.corrected.len() as f64;
+        let most = before.square_sum() * (2.0 * CONVERGED / n).exp();
+        let most = most.max(ROUNDING_VARIANCE * n);
+        let Some((k, fit)) = best.filter(|(_, fit)| fit.square_sum() <= most) else {
+            break;
+        };
         members.push(left.remove(k));
         let name = members.last().map_or("", Member::id);
-        steps.push(Step {
-            name,
-            fit: smaller(&before, fit),
-        });
+        steps.push(Step { name, fit });
     }
     steps
 }
 
-/// The fit with the smaller error: a larger model is not reported with a larger error than the one it extends.
+/// The fit with the smaller error.
 fn smaller(before: &Fit, fit: Fit) -> Fit {
     if fit.square_sum() <= before.square_sum() {
         fit
@@ -96,13 +103,24 @@ fn extended(
     let model = Model::new(base, members);
     let ids = model.ids();
     let mut starts = vec![model.start_from(&before.model, &before.x)];
+    // The same counts of a motor that is as much faster as edges are lost.
+    let motor = model.motor(&starts[0]);
+    let lost = ParameterId::effect("missed_counts", "probability").and_then(|id| id.get(&motor));
+    starts.extend(lost.map(|lost| model.faster(&starts[0], 1.0 - lost)));
     let has_all = |set: &&super::search::Scored| {
         let own = set.fit.ids();
         ids.iter().all(|id| own.contains(id))
     };
+    // The same error with another prior: a base parameter that an effect frees, edges that a faster motor makes up for.
+    let same = starts
+        .iter()
+        .filter_map(|x| Fit::at(segments, &model, x.clone()));
+    let same: Vec<Fit> = same.collect();
     let others = found.sets.iter().filter(has_all).take(2);
     starts.extend(others.map(|set| model.start_from(&set.fit.model, &set.fit.x)));
-    least_squares(segments, &model, &starts)
+    let fitted = least_squares(segments, &model, &starts);
+    let smaller = |a: &Fit, b: &Fit| a.square_sum().total_cmp(&b.square_sum());
+    same.into_iter().chain(fitted).min_by(smaller)
 }
 
 /// An effect as the best set that contains it has it, its discrete values included.

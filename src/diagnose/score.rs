@@ -19,7 +19,9 @@ use super::fit::{Fit, gram};
 use super::model::{Base, Member, Model, dot, less, range_of};
 use super::noise::{LinearPlant, Noise, Whitener, likeliest};
 use super::segments::{Segments, drag, time_constant_s};
-use super::settings::solver::{COEFFICIENTS, LAST_DIGITS, REFINEMENTS, TIME_CONSTANTS_S};
+use super::settings::solver::{
+    COEFFICIENTS, DIFFERENCE, LAST_DIGITS, REFINEMENTS, TIME_CONSTANTS_S,
+};
 use crate::motor::catalogue::{Prior, catalogue};
 use crate::motor::fit::ParameterId;
 use crate::motor::{CommandKind, Motor};
@@ -64,7 +66,11 @@ pub(crate) struct Likelihood {
 pub(crate) fn plant_of(segments: &Segments, motor: &Motor, kind: CommandKind) -> LinearPlant {
     let p = &motor.parameters;
     let commands = segments.runs.iter().flat_map(|run| &run.command);
-    let largest = commands.fold(LAST_DIGITS, |most, u| most.max(u.abs()));
+    let supply = match kind {
+        CommandKind::Voltage => p.supply_v,
+        _ => LAST_DIGITS,
+    };
+    let largest = commands.fold(supply, |most, u| most.max(u.abs()));
     let number = |id: &str, key: &str| {
         let number = ParameterId::effect(id, key);
         number.and_then(|id| id.get(motor)).unwrap_or(0.0)
@@ -76,6 +82,30 @@ pub(crate) fn plant_of(segments: &Segments, motor: &Motor, kind: CommandKind) ->
         jitter_s: number("sample_jitter", "spread_s").hypot(segments.arrivals_s),
         loss: number("missed_counts", "probability"),
     }
+}
+
+/// Fisher information of a random effect's parameter in the variances `s` of the innovations: `1/2 sum (d ln s/dx)^2`.
+pub(crate) fn random_information(
+    segments: &Segments,
+    base: &Base,
+    fit: &Fit,
+    noise: Noise,
+) -> Vec<(usize, f64)> {
+    let of = |k: usize| {
+        let parameter = &fit.model.parameters[k];
+        let h = DIFFERENCE * (parameter.hi - parameter.lo);
+        let variances = [-h, h].map(|by| {
+            let mut x = fit.x.clone();
+            x[k] += by;
+            let plant = plant_of(segments, &fit.model.motor(&x), base.kind);
+            Whitener::new(segments, &plant, noise)
+        });
+        let pairs = variances[0].variances().zip(variances[1].variances());
+        let slopes = pairs.filter(|(a, _)| *a > 0.0);
+        let squares = slopes.map(|(a, b)| ((b / a).ln() / (2.0 * h)).powi(2));
+        (k, 0.5 * squares.sum::<f64>())
+    };
+    fit.model.random().map(of).collect()
 }
 
 /// Log prior odds of a set and log volume of its posterior relative to its prior: `1/2 ln|P| - 1/2 ln|H| - ln(options) - |S| ln(39)`. An angle
@@ -179,12 +209,20 @@ pub(crate) fn likelihood(segments: &Segments, base: &Base, fit: &Fit) -> Likelih
         let whitener = Whitener::new(segments, &plant, noise);
         let white = whitener.whiten(&fit.residual);
         let columns = whitener.whiten_all(&fit.columns);
-        let hessian = gram(&columns) + &precision;
-        let right = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white))
+        let mut hessian = gram(&columns) + &precision;
+        let mut right = DVector::from_fn(columns.len(), |i, _| dot(&columns[i], &white))
             - &precision * &distance;
         let none = DVector::zeros(columns.len());
-        let cholesky = hessian.clone().cholesky();
-        let step = cholesky.map_or_else(|| none.clone(), |cholesky| cholesky.solve(&right));
+        let mut solved = hessian.clone();
+        for (k, information) in random_information(segments, base, fit, noise) {
+            hessian[(k, k)] += information;
+            // The variance of the innovations was not made for another value of it.
+            solved.row_mut(k).fill(0.0);
+            solved.column_mut(k).fill(0.0);
+            solved[(k, k)] = 1.0;
+            right[k] = 0.0;
+        }
+        let step = (solved.cholesky()).map_or_else(|| none.clone(), |solved| solved.solve(&right));
         for step in [&step, &none] {
             let moved = less(&white, &columns, step);
             let found = Likelihood {

@@ -10,6 +10,7 @@ mod more_data;
 mod musts;
 mod perfect_motors;
 mod plain_fit;
+mod random_effects;
 mod real_motors;
 mod recorded;
 mod reference_runs;

@@ -106,7 +106,7 @@ impl<S: Scalar> Sensor<S> {
 
     /// Angle in rad and speed in rad/s of the shaft where the encoder says this angle (rad at `stated` counts per revolution) and this
     /// speed: what [`Self::unrounded`] and [`Self::rate`] make of them, backward. An encoder so far off its axis that one reading is that
-    /// of several angles, and edges that are lost, are left out of it.
+    /// of several angles, and edges that are lost at a rate, are left out of it.
     pub(crate) fn shaft(&self, stated: S, angle_rad: f64, speed_rad_s: f64) -> (S, S) {
         let scale = stated / self.counts_per_rev;
         let (seen_rad, seen_rad_s) = (scale * angle_rad, scale * speed_rad_s);
@@ -137,7 +137,7 @@ impl<S: Scalar> Sensor<S> {
             }
             _ => (seen_rad, S::from(1.0)),
         };
-        (angle, seen_rad_s / slope)
+        (angle, seen_rad_s / slope / (-self.loss + 1.0))
     }
 
     /// Whether edges at this speed come too fast.

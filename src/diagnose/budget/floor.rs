@@ -14,6 +14,7 @@ pub(crate) fn stated_floor(
 ) -> FloorParts {
     FloorParts {
         rounding: 0.0,
+        random: None,
         repeats: repeats(runs, segments, said),
         good_enough: good_enough.map(|good| match good {
             GoodEnough::Counts(counts) => counts,

@@ -83,8 +83,13 @@ pub(crate) struct Shares {
 }
 
 impl Shares {
-    /// Of nested models on segments, nominal first, above a floor in counts RMS.
-    pub fn new(segments: &Segments, models: &[Vec<f64>], floor: f64, settings: &Settings) -> Self {
+    /// Of nested models on segments, nominal first, above the floor of each in counts RMS.
+    pub fn new(
+        segments: &Segments,
+        models: &[Vec<f64>],
+        floors: &[f64],
+        settings: &Settings,
+    ) -> Self {
         let is_by_run = segments.runs.len() >= settings.folds;
         let units = if is_by_run {
             segments.runs.len()
@@ -107,7 +112,7 @@ impl Shares {
                 let sums = weights.iter().zip(&squares).map(|(w, s)| w * s[m]);
                 sums.sum::<f64>() / n.max(f64::MIN_POSITIVE)
             };
-            let reducible = |m: usize| (mean(m) - floor * floor).max(0.0);
+            let reducible = |m: usize| (mean(m) - floors[m] * floors[m]).max(0.0);
             let nominal = reducible(0);
             let relative = |m: usize| {
                 if nominal > 0.0 {

@@ -6,16 +6,18 @@ pub(crate) use causes::weighed;
 
 use super::budget::{Shares, cross_validated, median, regions, travel};
 use super::error::name_of;
+use super::fit::Fit;
 use super::identifiable::identifiable;
 use super::model::{Base, corrected_residual, mean_square};
 use super::nested::{self, Step};
+use super::noise::{Noise, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
     BudgetStep, Diagnosis, Fitted, FloorParts, Gap, Place, PredictedRun, SHAPE, Scoring,
     Unexplained, Verdict,
 };
-use super::score::{effective_observations, likelihood};
-use super::search::Scored;
+use super::score::{effective_observations, likelihood, plant_of};
+use super::search::{Judge, Scored};
 use super::segments::{Segment, Segments};
 use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};
@@ -51,32 +53,45 @@ pub(super) fn document(
     let steps = loop {
         let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
         let steps = nested::with_effects(segments, base, without.clone(), &ids, found);
-        // A parameter at a bound of its range in the reported fit is not identified.
-        match at_bound(&steps[steps.len() - 1].fit).first() {
-            Some(bounded) if ids.contains(bounded) => named.retain(|one| one.effect != *bounded),
-            _ => break steps,
+        // In the reported fits an identified effect removes something, and its parameter is not at a bound of its range.
+        let bounded = at_bound(&steps[steps.len() - 1].fit);
+        let is_reached = |id: &str| steps.iter().any(|step| step.name == id);
+        let dropped = match ids.iter().find(|id| !is_reached(id)) {
+            Some(id) => Some(*id),
+            None => bounded.first().copied().filter(|id| ids.contains(id)),
+        };
+        match dropped {
+            Some(dropped) => named.retain(|one| one.effect != dropped),
+            None => break steps,
         }
     };
     (options.progress)("measuring the held-out error");
     let judged_on = held.or(prepared.subset.as_ref().map(|_| all));
     let errors = errors(base, segments, &steps, judged_on)?;
     let judged_on = judged_on.unwrap_or(segments);
-    let parts = FloorParts {
+    let last = steps.len() - 1;
+    let without_random = FloorParts {
         rounding: searched.quantization,
         ..stated
     };
-    let floor = parts.largest();
-    let shares = Shares::new(judged_on, &errors, floor, settings);
-    let last = steps.len() - 1;
+    let random = steps
+        .iter()
+        .map(|step| random_floor(judged_on, base, &found.judge, &step.fit));
+    let random: Vec<Option<f64>> = random.collect();
+    let parts = |m: usize| FloorParts {
+        random: random[m],
+        ..without_random
+    };
+    let floors: Vec<f64> = (0..steps.len()).map(|m| parts(m).largest()).collect();
+    let shares = Shares::new(judged_on, &errors, &floors, settings);
     let n_eff = effective_observations(judged_on, &errors[0]);
     let is_within = |m: usize, floor_square: f64| {
         !relevance::exceeds(mean_square(&errors[m]), floor_square, n_eff, settings)
     };
     // The relevance test is of the fitted error; cross-validation adds what the parameters do not know.
-    let (_, least_left, _) = shares.left(last);
-    let is_settled_at_floor = least_left <= 0.0 || !found.judge.is_relevant;
+    let is_settled_at_floor = shares.left(last).1 <= 0.0 || !found.judge.is_relevant;
     let budget_shares = BudgetShares {
-        is_nominal_at_floor: is_within(0, floor * floor),
+        is_nominal_at_floor: is_within(0, floors[0] * floors[0]),
         parameters: shares.between(0, 1).0,
         effects: shares.between(1, last).0,
         beyond_parameters: shares.left(1).0,
@@ -116,6 +131,7 @@ pub(super) fn document(
     let reported = &steps[shown].fit;
     let noise = likelihood(segments, base, best).noise;
     let at = if is_named { last } else { 1 };
+    let floor = floors[at];
     let (left, lo95, hi95) = shares.left(at);
     let unexplained = Unexplained {
         rms_counts: (mean_square(&errors[at]) - floor * floor).max(0.0).sqrt(),
@@ -170,7 +186,7 @@ pub(super) fn document(
             &steps,
             &errors,
             at,
-            parts,
+            parts(at),
             shares.between(0, shown),
             match (held.is_some(), prepared.subset.is_some()) {
                 (true, _) => "held-out runs",
@@ -218,6 +234,15 @@ pub(super) fn document(
     let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
+}
+
+/// Error in counts RMS of a perfect model on recordings with a fit's random effects; none where it has none, and where the likelihood, which
+/// alone sees their variance, is not the score.
+fn random_floor(segments: &Segments, base: &Base, judge: &Judge, fit: &Fit) -> Option<f64> {
+    let plant = plant_of(segments, &fit.model.motor(&fit.x), base.kind);
+    let has_effect = plant.loss > 0.0 || plant.jitter_s > segments.arrivals_s;
+    (judge.is_likelihood && has_effect)
+        .then(|| expected_mean_square(segments, &plant, Noise::NONE).sqrt())
 }
 
 /// Held-out residuals of each step: on other segments, or by cross-validation.
@@ -324,7 +349,8 @@ fn gap(
         fitted: Fitted {
             before: steps[0].fit.rms(),
             after_parameters: steps[1].fit.rms(),
-            after_effect: steps[at].fit.rms(),
+            // An effect that parameters imitate leaves as much, but for what ends a fit.
+            after_effect: steps[at].fit.rms().min(steps[1].fit.rms()),
         },
         held_out: held_out.to_owned(),
     }

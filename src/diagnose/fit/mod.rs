@@ -84,6 +84,8 @@ impl Fit {
 pub(crate) enum Metric<'a> {
     /// `N/2 ln MSE` of the corrected residual with an effective number of observations.
     ScaleFree(f64),
+    /// The same with every sample an observation.
+    LeastSquares,
     /// Half the squares of whitened innovations.
     Whitened(&'a Whitener),
 }
@@ -91,30 +93,36 @@ pub(crate) enum Metric<'a> {
 impl Metric<'_> {
     fn prepared(&self, segments: &Segments, column: &[f64]) -> Vec<f64> {
         match self {
-            Self::ScaleFree(_) => segments.corrected(column),
+            Self::ScaleFree(_) | Self::LeastSquares => segments.corrected(column),
             Self::Whitened(whitener) => whitener.whiten(column),
+        }
+    }
+
+    /// The number of observations of `n` samples, if their variance is unknown.
+    fn observations(&self, n: usize) -> Option<f64> {
+        match self {
+            Self::ScaleFree(n_eff) => Some(*n_eff),
+            Self::LeastSquares => Some(n as f64),
+            Self::Whitened(_) => None,
         }
     }
 
     /// Cost of a sum of prepared squares. A mean square far below quantization's is no better than that.
     fn cost(&self, square_sum: f64, n: usize) -> f64 {
-        match self {
-            Self::ScaleFree(n_eff) => {
-                let mean = square_sum / n.max(1) as f64;
-                0.5 * n_eff * mean.max(solver::LEAST_SQUARE * ROUNDING_VARIANCE).ln()
-            }
-            Self::Whitened(_) => 0.5 * square_sum,
-        }
+        let mean = square_sum / n.max(1) as f64;
+        let logarithm = mean.max(solver::LEAST_SQUARE * ROUNDING_VARIANCE).ln();
+        (self.observations(n)).map_or(0.5 * square_sum, |count| 0.5 * count * logarithm)
     }
 
     /// Weight of a prepared square.
     fn weight(&self, square_sum: f64, n: usize) -> f64 {
-        match self {
-            Self::ScaleFree(n_eff) => {
-                n_eff / square_sum.max(solver::LEAST_SQUARE * ROUNDING_VARIANCE * n.max(1) as f64)
-            }
-            Self::Whitened(_) => 1.0,
-        }
+        let least = solver::LEAST_SQUARE * ROUNDING_VARIANCE * n.max(1) as f64;
+        (self.observations(n)).map_or(1.0, |count| count / square_sum.max(least))
+    }
+
+    /// Whether the parameters of random effects are held: their variance, which is likeliest, is not in the squares.
+    fn holds_random(&self) -> bool {
+        !matches!(self, Self::ScaleFree(_))
     }
 }
 
@@ -245,7 +253,10 @@ impl Problem<'_> {
             let gradient = DVector::from_fn(x.len(), |i, _| weight * dot(&columns[i], &residual))
                 - &precision * &distance;
             let hessian = gram(&columns) * weight + &precision;
-            let held = held(model, &x, &gradient);
+            let mut held = held(model, &x, &gradient);
+            if metric.holds_random() {
+                model.random().for_each(|k| held[k] = true);
+            }
             let mut next = None;
             for _ in 0..solver::ATTEMPTS {
                 let Some(step) = solved(&hessian, &gradient, &held, damping) else {

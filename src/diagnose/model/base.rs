@@ -14,6 +14,10 @@ pub(crate) const BASE: [&str; 6] = [
     "inductance_h",
     "torque_constant_nm_per_a",
 ];
+/// Places of some of them.
+pub(super) const INERTIA: usize = 0;
+const COULOMB: usize = 2;
+pub(super) const VISCOUS: usize = 3;
 /// Those of them that only a voltage-driven motor has.
 pub(super) const BACK_EMF: usize = 1;
 pub(super) const INDUCTANCE: usize = 4;
@@ -21,9 +25,9 @@ pub(super) const INDUCTANCE: usize = 4;
 pub(super) const TORQUE_CONSTANT: usize = 5;
 /// Effects that widen the prior of a base parameter, and which.
 const FREEING: [(&str, usize); 3] = [
-    ("inertia", 0),
-    ("coulomb_friction", 2),
-    ("viscous_friction", 3),
+    ("inertia", INERTIA),
+    ("coulomb_friction", COULOMB),
+    ("viscous_friction", VISCOUS),
 ];
 
 /// Data that all models of a diagnosis share.

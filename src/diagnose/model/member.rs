@@ -42,6 +42,8 @@ pub(crate) struct Parameter {
     pub lo: f64,
     pub hi: f64,
     pub smooth: bool,
+    /// Whether it sets the variance of a random effect, which the likelihood alone shows.
+    pub random: bool,
 }
 
 impl Parameter {

@@ -7,7 +7,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::base::{BACK_EMF, BASE, Base, INDUCTANCE, TORQUE_CONSTANT, freed_by, range_of};
+use super::base::{
+    BACK_EMF, BASE, Base, INDUCTANCE, INERTIA, TORQUE_CONSTANT, VISCOUS, freed_by, range_of,
+};
 use super::member::{Member, Parameter, is_free};
 use super::prior::{scale_variance, since, tolerances};
 use super::tolerances::Tolerances;
@@ -56,6 +58,7 @@ impl Model {
                 lo: base.settings.largest_factor.recip(),
                 hi: base.settings.largest_factor,
                 smooth: true,
+                random: false,
             });
             start.push(1.0);
         }
@@ -120,6 +123,7 @@ impl Model {
                     lo: if phase { f64::NEG_INFINITY } else { x(least) },
                     hi: if phase { f64::INFINITY } else { x(most) },
                     smooth: parameter.smooth,
+                    random: kind.random && parameter.key != "max_rate_hz",
                 });
                 start.push(x(member.values[k]));
                 mean.push(0.5 * (lo + hi));
@@ -188,6 +192,30 @@ impl Model {
             }
         }
         start
+    }
+
+    /// Parameters of a motor that does the same in a share of the time, at the same currents: inertia, viscous friction and back-EMF are that
+    /// share of what they were.
+    pub fn faster(&self, x: &[f64], share: f64) -> Vec<f64> {
+        let scaled = [INERTIA, BACK_EMF, VISCOUS].map(|k| BASE[k]);
+        let numbers = self.parameters.iter().zip(x);
+        numbers
+            .map(|(number, x)| match scaled.contains(&number.id.key()) {
+                true => x * share,
+                false => *x,
+            })
+            .collect()
+    }
+
+    /// Places of the parameters that set the variance of a random effect.
+    pub fn random(&self) -> impl Iterator<Item = usize> {
+        let parameters = self.parameters.iter().enumerate();
+        parameters.filter_map(|(k, parameter)| parameter.random.then_some(k))
+    }
+
+    /// Whether there is one.
+    pub fn is_random(&self) -> bool {
+        self.random().next().is_some()
     }
 
     /// Whether another model differs from this one in nothing but the parameters that are fitted.

@@ -47,6 +47,8 @@ pub struct Gap {
 pub struct FloorParts {
     /// Error on simulated recordings of the re-identified motor: quantization.
     pub rounding: f64,
+    /// Error of a perfect model on recordings with the random effects of the model (lost edges, late samples); none where it has none.
+    pub random: Option<f64>,
     /// Difference between runs with the same commands, as one run's share; none where no commands repeat.
     pub repeats: Option<f64>,
     /// Error accepted by the user; none where none is stated.
@@ -56,7 +58,7 @@ pub struct FloorParts {
 impl FloorParts {
     /// The largest.
     pub fn largest(&self) -> f64 {
-        let others = [self.repeats, self.good_enough];
+        let others = [self.random, self.repeats, self.good_enough];
         others.into_iter().flatten().fold(self.rounding, f64::max)
     }
 }

@@ -333,18 +333,18 @@ impl Pool<'_> {
         self.add_fitted(&model, &[model.start_with(shares), model.start()], None);
     }
 
-    /// Fits the effects that are random, whose variance only the likelihood sees, from each of their starts.
+    /// Fits the effects that are random, whose variance only the likelihood sees; it is found from any start.
     fn fit_stochastic(&mut self, from: &Fit) {
         let base = self.base;
-        let random: Vec<Candidate> = candidates(self.segments, base, from)
-            .into_iter()
-            .filter(|candidate| catalogue()[candidate.member.index].random)
-            .collect();
-        for candidate in random {
+        let mut taken = Vec::new();
+        for candidate in candidates(self.segments, base, from) {
             let members = from.model.members.iter().cloned().chain([candidate.member]);
             let model = Model::new(base, members.collect());
-            let start = model.start_from(&from.model, &from.x);
-            self.add_likeliest(&model, start);
+            if model.is_random() && !taken.contains(&model.ids()) {
+                taken.push(model.ids());
+                let start = model.start_from(&from.model, &from.x);
+                self.add_likeliest(&model, start);
+            }
         }
     }
 
@@ -357,7 +357,7 @@ impl Pool<'_> {
                 let mut fewer = members.clone();
                 fewer.remove(k);
                 let model = Model::new(self.base, fewer);
-                if !self.has(&model.ids()) {
+                if self.is_new(set.fit.ids(), model.ids()) {
                     let starts = [
                         model.start_from(&set.fit.model, &set.fit.x),
                         self.none_start(&model),
@@ -394,9 +394,12 @@ impl Pool<'_> {
                         Model::new(self.base, others)
                     })
                     .collect();
-                let Some(model) = models.first().filter(|model| !self.has(&model.ids())) else {
+                let Some(model) = models.first() else {
                     continue;
                 };
+                if !self.is_new(best.ids(), model.ids()) {
+                    continue;
+                }
                 let starts: Vec<Vec<f64>> = (models.iter())
                     .filter(|other| other.members.len() == model.members.len())
                     .map(|other| other.start_from(&best.model, &best.x))

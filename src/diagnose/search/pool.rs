@@ -1,10 +1,11 @@
 //! Fitted sets with their scores, and which of the two scores judges them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnose::fit::{Fit, Metric, fit};
 use crate::diagnose::model::{Base, Member, Model, mean_square};
 use crate::diagnose::noise::Whitener;
+use crate::diagnose::random;
 use crate::diagnose::relevance::{exceeds, noise_floor};
 use crate::diagnose::score::{
     Likelihood, effective_observations, likelihood, log_options, scale_free,
@@ -45,6 +46,8 @@ pub(crate) struct Pool<'a> {
     pub base: &'a Base,
     pub judge: Judge,
     sets: BTreeMap<Vec<&'static str>, Scored>,
+    /// Pairs of sets of which the second was fitted from the parameters of the first.
+    derived: BTreeSet<(Vec<&'static str>, Vec<&'static str>)>,
     /// Sets fitted so far.
     pub fitted: usize,
     /// Data cost below which nothing is rewarded.
@@ -64,6 +67,7 @@ impl<'a> Pool<'a> {
                 stated_floor: 0.0,
             },
             sets: BTreeMap::new(),
+            derived: BTreeSet::new(),
             fitted: 0,
             least: (f64::NEG_INFINITY, f64::NEG_INFINITY),
         }
@@ -80,8 +84,14 @@ impl<'a> Pool<'a> {
         };
         self.score(&mut scored);
         let ids = scored.fit.ids();
+        // A scale-free score does not see the variance that a random effect predicts.
+        let is_random = scored.fit.model.is_random();
+        let merit = |set: &Scored| match is_random {
+            true => set.likelihood.optimum.score(f64::NEG_INFINITY),
+            false => set.score,
+        };
         match self.sets.get(&ids) {
-            Some(known) if known.score >= scored.score => {}
+            Some(known) if merit(known) >= merit(&scored) => {}
             _ => {
                 self.sets.insert(ids, scored);
             }
@@ -95,18 +105,18 @@ impl<'a> Pool<'a> {
         }
     }
 
-    /// Fits a model in the metric of the likelihood, under the noise of its start, and adds it.
+    /// Fits a model with a random effect, whose variance only the likelihood sees, and adds it.
     pub fn add_likeliest(&mut self, model: &Model, start: Vec<f64>) {
-        let Some(begun) = Fit::at(self.segments, model, start) else {
-            return;
-        };
-        let own = likelihood(self.segments, self.base, &begun);
-        let whitener = Whitener::new(self.segments, &own.plant, own.noise);
-        let metric = Metric::Whitened(&whitener);
-        if let Some(found) = fit(self.segments, model, &[begun.x], metric, None) {
-            let likelihood = likelihood(self.segments, self.base, &found);
+        if let Some((found, likelihood)) = self.likeliest_from(model, start) {
             self.add(found, likelihood);
         }
+    }
+
+    fn likeliest_from(&self, model: &Model, start: Vec<f64>) -> Option<(Fit, Likelihood)> {
+        let begun = Fit::at(self.segments, model, start)?;
+        let begun = random::with_likeliest(self.segments, self.base, begun);
+        let own = likelihood(self.segments, self.base, &begun);
+        self.whitened_from(model, &[begun.x], own, None)
     }
 
     fn fitted_from(
@@ -115,28 +125,37 @@ impl<'a> Pool<'a> {
         starts: &[Vec<f64>],
         extends: Option<&Fit>,
     ) -> Option<(Fit, Likelihood)> {
-        let (segments, base) = (self.segments, self.base);
         let best = (self.sets.values()).max_by(|a, b| a.score.total_cmp(&b.score));
         let Some(best) = best.filter(|_| self.judge.is_likelihood) else {
             let metric = Metric::ScaleFree(self.judge.n_eff);
-            let found = fit(segments, model, starts, metric, extends)?;
-            let own = likelihood(segments, base, &found);
+            let found = fit(self.segments, model, starts, metric, extends)?;
+            let own = likelihood(self.segments, self.base, &found);
             return Some((found, own));
         };
+        if model.is_random() {
+            return self.likeliest_from(model, starts.first()?.clone());
+        }
         // Under the noise of the best set first, then under the fit's own.
-        let mut before = best.likelihood.clone();
+        self.whitened_from(model, starts, best.likelihood.clone(), extends)
+    }
+
+    /// Fits under one noise, then under that which the fit leaves itself, until that stays.
+    fn whitened_from(
+        &self,
+        model: &Model,
+        starts: &[Vec<f64>],
+        mut before: Likelihood,
+        extends: Option<&Fit>,
+    ) -> Option<(Fit, Likelihood)> {
+        let (segments, base) = (self.segments, self.base);
         let mut starts = starts.to_vec();
         let mut round = 0;
         loop {
             let whitener = Whitener::new(segments, &before.plant, before.noise);
+            let metric = Metric::Whitened(&whitener);
             let extends = extends.filter(|_| round == 0);
-            let found = fit(
-                segments,
-                model,
-                &starts,
-                Metric::Whitened(&whitener),
-                extends,
-            )?;
+            let found = fit(segments, model, &starts, metric, extends)?;
+            let found = random::with_likeliest(segments, base, found);
             let own = likelihood(segments, base, &found);
             if own.noise == before.noise || round == REFINEMENTS {
                 return Some((found, own));
@@ -257,8 +276,9 @@ impl<'a> Pool<'a> {
         near
     }
 
-    pub fn has(&self, ids: &[&'static str]) -> bool {
-        self.sets.contains_key(ids)
+    /// Whether a set is fitted from the parameters of another for the first time.
+    pub fn is_new(&mut self, from: Vec<&'static str>, to: Vec<&'static str>) -> bool {
+        self.derived.insert((from, to))
     }
 
     pub fn likelihood_of(&self, fit: &Fit) -> Likelihood {

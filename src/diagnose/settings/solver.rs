@@ -59,6 +59,8 @@ pub(crate) const LOAD_TIMES_S: [f64; 4] = [0.05, 0.2, 0.6, 2.0];
 pub(crate) const LOAD_LEVELS: i32 = 12;
 pub(crate) const LEAST_LOAD: f64 = 0.01;
 pub(crate) const LOAD_FACTORS: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
+/// Recordings that are drawn to find what random errors leave.
+pub(crate) const RECORDINGS: usize = 32;
 /// Scatter of logged speeds, in halvings of the top speed: from a sixteenth to what ten bits resolve.
 pub(crate) const SCATTER_LEVELS: std::ops::RangeInclusive<i32> = 4..=10;
 

@@ -1,0 +1,51 @@
+//! Parameters of random effects (lost edges, late samples): maximum likelihood of the variance that they predict.
+//!
+//! In: a fit. Out: the same with these parameters where the likelihood is largest, all others moved along by linear steps. Least squares
+//! does not see them: a variance has no residual.
+
+use super::fit::Fit;
+use super::model::{Base, predict};
+use super::score::likelihood;
+use super::segments::Segments;
+use super::settings::solver::{BISECTIONS, SAME};
+
+/// A fit with the likeliest parameters of its random effects: steps that are halved where they lead no further.
+pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
+    if !fit.model.is_random() {
+        return fit;
+    }
+    let cost_at = |x: &[f64]| -> f64 {
+        let Some(predicted) = predict(segments, &fit.model.motor(x)) else {
+            return f64::INFINITY;
+        };
+        let moved = Fit {
+            x: x.to_vec(),
+            residual: segments.residual(&predicted),
+            prior: fit.model.prior(x),
+            ..fit.clone()
+        };
+        let optimum = likelihood(segments, base, &moved).optimum;
+        optimum.data + optimum.prior
+    };
+    let mut x = fit.x.clone();
+    let mut least = cost_at(&x);
+    for k in fit.model.random() {
+        let parameter = &fit.model.parameters[k];
+        let mut step = 0.25 * (parameter.hi - parameter.lo);
+        for _ in 0..BISECTIONS {
+            let moved = [-step, step].map(|by| {
+                let mut moved = x.clone();
+                moved[k] = (x[k] + by).clamp(parameter.lo, parameter.hi);
+                (cost_at(&moved), moved)
+            });
+            let [below, above] = moved;
+            let (cost, moved) = if below.0 < above.0 { below } else { above };
+            if cost < least - SAME {
+                (least, x) = (cost, moved);
+            } else {
+                step *= 0.5;
+            }
+        }
+    }
+    Fit::at(segments, &fit.model, x).unwrap_or(fit)
+}
