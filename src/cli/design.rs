@@ -9,17 +9,19 @@ use serde::Deserialize;
 
 use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s, supply_v};
+use super::output_file::{Force, Form};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
 use crate::diagnose::{Isolability, NextExperiment, Pair, Plan, SHAPE, isolability};
-use crate::plain::shown;
+use crate::plain::{quoted, shown};
 use crate::report::diagnosis::few_words;
+use crate::report::isolability::{CLEAR, page};
 
 /// List the effects that a profile cannot show and the pairs that it cannot separate, before it is recorded.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab design --profile step --ts 0.03 --duration 4\n  motorlab design --motor motor.toml --profile reversing --duration 15 --json\n  motorlab diagnose run.csv --json > why.json && motorlab design --diagnosis why.json"
+    after_help = "Examples:\n  motorlab design --profile step --ts 0.03 --duration 4\n  motorlab design --motor motor.toml --profile reversing --duration 15 --json\n  motorlab design --profile reversing --html design.html\n  motorlab diagnose run.csv --json > why.json && motorlab design --diagnosis why.json"
 )]
 pub struct Design {
     #[command(flatten)]
@@ -40,6 +42,11 @@ pub struct Design {
     /// Print the next experiment of this diagnosis (the JSON of `diagnose`) instead.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["profile", "ts", "duration", "supply"])]
     diagnosis: Option<PathBuf>,
+    /// Write the separations as one HTML page with a heatmap.
+    #[arg(long, value_name = "FILE", conflicts_with = "diagnosis")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     #[command(flatten)]
     threads: Threads,
 }
@@ -52,8 +59,6 @@ const MOST_SAMPLES: f64 = 200_000.0;
 const MOST_BYTES: u64 = 1 << 26;
 /// Earlier versions of the document, whose next experiment has the same keys.
 const EARLIER_SHAPES: [&str; 2] = ["motorlab-diagnosis/1", "motorlab-diagnosis/2"];
-/// Separation from which two effects are separated clearly.
-const CLEAR: f64 = 10.0;
 
 /// The part of a diagnosis that is read.
 #[derive(Debug, Deserialize)]
@@ -72,6 +77,9 @@ impl Design {
         if let Some(path) = &self.diagnosis {
             return next_of(path, output);
         }
+        let inputs = self.motor.file().into_iter();
+        let outputs = self.force.outputs("design", inputs);
+        outputs.check(&self.html)?;
         let mut motor = self.motor.motor(output)?;
         if let Some(supply_v) = self.supply {
             motor.parameters.supply_v = supply_v;
@@ -97,12 +105,26 @@ impl Design {
                 "the motor cannot be simulated on this profile\nhint: `motorlab motor FILE` lists its parameters with their units",
             )
         })?;
+        if let Some(path) = &self.html {
+            outputs.write(path, &page(&found, &self.capture()), Form::Markup, output)?;
+        }
         if output.json {
             output.document(&found)?;
         } else {
             show(&found, output)?;
         }
         Ok(Status::Done)
+    }
+
+    /// The command that records the plan.
+    fn capture(&self) -> String {
+        let duration = self.duration.map(|s| format!(" --duration {s}"));
+        format!(
+            "motorlab capture PORT --profile {} --ts {}{} -o run.csv",
+            quoted(&self.profile),
+            self.ts,
+            duration.unwrap_or_default()
+        )
     }
 }
 

@@ -20,7 +20,7 @@ use crate::diagnose::{
     BadRecording, GoodEnough, NominalFit, NominalSource, Options, Settings, diagnose, nominal_fit,
 };
 use crate::motor::{Motor, read_motor};
-use crate::plain::shown;
+use crate::plain::{quoted, shown};
 use crate::recording::Run;
 use crate::report::diagnosis::{bad_recording_page, page_held_out};
 
@@ -191,6 +191,7 @@ impl Diagnose {
         // A motor driven by voltage has torques only where the motor file or a known load says one.
         diagnosis.model.resistance_assumed =
             known.si.is_none() && known.electrical_time_constant_s.is_some();
+        diagnosis.rewrite_next(|next| self.next_after(next));
         if let Some(path) = &self.model_out {
             outputs.write(path, &diagnosis.model.to_toml(), Form::Toml, output)?;
         }
@@ -224,6 +225,24 @@ impl Diagnose {
 }
 
 impl Diagnose {
+    /// The next step, where this call has already done the one that the sentence proposes.
+    fn next_after(&self, next: &str) -> Option<String> {
+        let before = &next[..next.find("Next, ")?];
+        let path = match (&self.model_out, &self.html) {
+            (Some(path), _) if next.contains(" --model-out ") => path,
+            (_, Some(_)) if next.contains(" --html ") => {
+                return Some(format!(
+                    "{before}Next, see on the page where the error lies, and recorded over simulated."
+                ));
+            }
+            _ => return None,
+        };
+        Some(format!(
+            "{before}Next, simulate with the motor that was written: `motorlab simulate --motor {}`.",
+            quoted(&path.to_string_lossy())
+        ))
+    }
+
     /// A run that is fitted shows nothing when it is held out too.
     fn refuse_fitted_twice(&self) -> Result<(), Failure> {
         let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());

@@ -127,7 +127,8 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
     if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < DETAILED_FROM {
         return Ok(());
     }
-    for (name, number) in &cause.parameters {
+    for (key, number) in &cause.parameters {
+        let (name, number) = number.determined(key);
         let reference = number.reference.map_or_else(String::new, |then| {
             format!("; {} in the reference", figure(then, 4))
         });
@@ -135,7 +136,7 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
             "            {name} = {} {} (95 %: {}{reference})",
             figure(number.value, 4),
             number.unit,
-            interval_words(number)
+            interval_words(&number)
         ))?;
     }
     Ok(())

@@ -61,14 +61,14 @@ pub(super) fn class(
         .map_err(Failure::device)?;
     let students = runtime.block_on(all(&folders, motor, output));
     runtime.shutdown_background();
-    let class = Class {
+    let mut class = Class {
         shape: "motorlab-class/1",
         folder: shown(asked.folder),
         folders: folders.len(),
         students: students?,
     };
-    fs::create_dir_all(asked.to)
-        .map_err(|error| Failure::device(format!("cannot make {}: {error}", shown(asked.to))))?;
+    make(asked.to)?;
+    write_pages(&mut class, asked.to, outputs)?;
     outputs.write_silently(&files[0], &page(&class), Form::Markup)?;
     let json = serde_json::to_string_pretty(&class).map_err(Failure::input)?;
     outputs.write_silently(&files[1], &json, Form::Json)?;
@@ -93,6 +93,27 @@ pub(super) fn class(
         true => Status::Done,
         false => Status::FellShort,
     })
+}
+
+fn make(folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder)
+        .map_err(|error| Failure::device(format!("cannot make {}: {error}", shown(folder))))
+}
+
+/// A page for each recording, in a folder for each student.
+fn write_pages(class: &mut Class, to: &Path, outputs: &Outputs) -> Result<(), Failure> {
+    for student in &mut class.students {
+        for recording in &mut student.recordings {
+            let Some(page) = recording.page.take() else {
+                continue;
+            };
+            make(&to.join(&student.name))?;
+            let file = format!("{}/{}.html", student.name, recording.name);
+            outputs.write_silently(&to.join(&file), &page, Form::Markup)?;
+            recording.page_file = Some(file);
+        }
+    }
+    Ok(())
 }
 
 /// The folders of the class by name; hidden ones, and the one that the page goes to, are none.

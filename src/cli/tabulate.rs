@@ -100,6 +100,9 @@ impl Tabulate {
         }
         let population = Population::of(&documents);
         if let Some(path) = &self.html {
+            for document in &mut documents {
+                document.page = page_of(&document.document, path);
+            }
             self.write_page(path, &documents, &damaged, &population, &outputs)?;
         }
         self.say(of, &population, &damaged, output)?;
@@ -216,6 +219,27 @@ impl Tabulate {
         }
         Ok(())
     }
+}
+
+/// The page of a document, `NAME.html` beside `NAME.json`, as a path from the fleet page.
+fn page_of(document: &str, fleet: &Path) -> Option<String> {
+    let page = Path::new(document)
+        .with_extension("html")
+        .canonicalize()
+        .ok()?;
+    let here = match fleet.parent() {
+        Some(folder) if folder != Path::new("") => folder.canonicalize().ok()?,
+        _ => Path::new(".").canonicalize().ok()?,
+    };
+    if page == here.join(fleet.file_name()?) {
+        return None;
+    }
+    let shared = page.components().zip(here.components());
+    let shared = shared.take_while(|(one, other)| one == other).count();
+    let up = here.components().skip(shared).map(|_| "..".to_owned());
+    let down = page.components().skip(shared);
+    let down = down.map(|part| part.as_os_str().to_string_lossy().into_owned());
+    Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
 /// Format of a table.

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::command_units::CommandUnits;
 use super::fit::Fit;
 use super::model::{Base, Parameter, corrected_residual, dot};
 use super::report::Interval;
@@ -32,21 +33,41 @@ pub(crate) fn covariance(segments: &Segments, base: &Base, fit: &Fit) -> DMatrix
         .unwrap_or_else(|| DMatrix::zeros(n, n))
 }
 
-/// The interval of parameter `k` in SI.
+/// The interval of parameter `k` in SI, and in units of the command where no torque is known.
 pub(crate) fn interval(
     segments: &Segments,
     fit: &Fit,
     covariance: &DMatrix<f64>,
     k: usize,
+    units: Option<CommandUnits>,
 ) -> Interval {
-    let Parameter {
-        log, lo, hi, id, ..
-    } = fit.model.parameters[k];
-    let unit = unit_of(id);
+    let unit = unit_of(fit.model.parameters[k].id);
+    let own = ends(segments, fit, covariance, k, has_torque(unit));
+    // R and Kt do not enter there, nor do their tolerances.
+    let in_command = units.and_then(|units| {
+        let own = ends(segments, fit, covariance, k, false);
+        units.of(&Interval { unit, ..own })
+    });
+    Interval {
+        unit,
+        in_command,
+        ..own
+    }
+}
+
+/// Value and ends of the interval, with the tolerances of R and Kt or without.
+fn ends(
+    segments: &Segments,
+    fit: &Fit,
+    covariance: &DMatrix<f64>,
+    k: usize,
+    is_relative: bool,
+) -> Interval {
+    let Parameter { log, lo, hi, .. } = fit.model.parameters[k];
     let x = fit.x[k];
     let mut deviation = covariance[(k, k)].max(0.0).sqrt();
     // Torques, inertias and currents are seen relative to R and Kt, whose tolerances add.
-    if has_torque(unit) {
+    if is_relative {
         let share = if log { 1.0 } else { x.abs() };
         deviation = deviation.hypot(fit.model.scale * share);
     }
@@ -63,8 +84,9 @@ pub(crate) fn interval(
         value: parameter.value(x),
         lo95: a.min(b),
         hi95: a.max(b),
-        unit,
+        unit: "",
         reference: None,
+        in_command: None,
     }
 }
 
@@ -151,5 +173,6 @@ pub(crate) fn interval_of(
         hi95: value + half,
         unit,
         reference: None,
+        in_command: None,
     }
 }

@@ -10,6 +10,7 @@
 
 mod budget;
 mod classes;
+mod command_units;
 mod design;
 mod document;
 mod error;
@@ -39,12 +40,15 @@ pub use design::{Isolability, Pair, Plan, isolability};
 pub use error::DiagnoseError;
 pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
-    Alternative, BadRecording, BudgetStep, Cause, Diagnosis, EffectClass, EffectSet, Fitted,
-    FloorParts, Gap, GoodEnough, Identifiable, Interval, KnownChange, KnownTorque, NextExperiment,
-    NominalSource, Place, PredictedRun, ReferenceRuns, Regime, Region, SHAPE, Scoring, SearchStep,
-    Unexplained, Verdict, other_means,
+    Alternative, BadRecording, BudgetStep, Cause, CommandInterval, Diagnosis, EffectClass,
+    EffectSet, Fitted, FloorParts, Gap, GoodEnough, Identifiable, Interval, KnownChange,
+    KnownTorque, NextExperiment, NominalSource, Place, PredictedRun, ReferenceRuns, Regime, Region,
+    SHAPE, Scoring, SearchStep, Unexplained, Verdict, other_means,
 };
 pub use settings::Settings;
+
+pub(crate) use classes::class_of;
+pub(crate) use report::without_assumed_unit;
 
 use std::borrow::Cow;
 

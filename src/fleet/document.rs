@@ -10,6 +10,7 @@ use time::format_description::well_known::Rfc3339;
 use time::{OffsetDateTime, Time};
 
 use super::date::{DATE_LENGTH, date_in};
+use super::determined::Identifiable;
 use crate::diagnose::SHAPE;
 use crate::plain::clipped;
 
@@ -74,6 +75,11 @@ pub struct Document {
     pub next_experiment: Option<Next>,
     /// How long it took in s.
     pub elapsed_s: f64,
+    pub(super) nominal_source: Option<String>,
+    pub(super) identifiable: Option<Identifiable>,
+    /// Its page, where there is one, from the fleet page.
+    #[serde(skip)]
+    pub page: Option<String>,
     /// The recordings.
     #[serde(default)]
     pub runs: Vec<RunFacts>,
@@ -170,6 +176,8 @@ pub struct Interval {
     pub hi95: f64,
     /// Unit; empty for a pure number.
     pub unit: String,
+    /// The same in units of the command, where the resistance or the torque constant is assumed.
+    pub(super) in_command: Option<Box<Interval>>,
 }
 
 /// A number; JSON has null for one that is not finite.
@@ -289,7 +297,7 @@ impl Document {
         if !(0.0..=1.0).contains(&found.probability) {
             return Err(format!("its probability is {}", found.probability));
         }
-        Ok(found)
+        Ok(found.determined())
     }
 
     /// Identity of the motor: from the first run's header, else the file's name without the date in it.
@@ -311,6 +319,12 @@ impl Document {
                 None => stem.into_owned(),
             }
         })
+    }
+
+    /// Its file's name without the ending.
+    pub fn name(&self) -> String {
+        let stem = Path::new(&self.document).file_stem().unwrap_or_default();
+        stem.to_string_lossy().into_owned()
     }
 
     /// When the first run began: as it says itself, else the date in the file's name.

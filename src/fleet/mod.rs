@@ -1,14 +1,16 @@
 //! Many diagnoses side by side: their documents as flat tables, and each unit compared with the population.
 //!
 //! [`Document`] is a document `motorlab-diagnosis/2` or `/3`; [`tables`] makes rows of many of them; [`Population`]
-//! finds units that are outliers in a parameter, and drift. Nothing is fitted here: every figure is a document's.
+//! finds units with a recurring effect or an outlying parameter, and drift. Nothing is fitted here: every figure is a document's.
 
 mod date;
+mod determined;
 mod document;
 mod identified;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod population;
+mod recurring;
 mod robust;
 mod table;
 mod tables;
@@ -19,5 +21,6 @@ pub use parquet::write_table;
 pub use population::{
     Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Population, SIGNIFICANT, Standing, Unit,
 };
+pub use recurring::Recurring;
 pub use table::{Column, Table, Values};
 pub use tables::{Tables, tables};

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::document::{Document, Interval};
+use super::recurring::{Recurring, recurring};
 use super::robust::{centre_and_sigma, median, trend};
 
 /// Fewest units that make a population: of fewer the spread is hardly known.
@@ -71,6 +72,8 @@ pub struct Population {
     pub units: Vec<Unit>,
     /// Parameters, the base parameters first.
     pub numbers: Vec<Number>,
+    /// Effects that recur in one unit's recordings, the most significant first.
+    pub recurring: Vec<Recurring>,
     /// Outliers, farthest first.
     pub standing: Vec<Standing>,
     /// Drifts, most significant first.
@@ -92,6 +95,7 @@ impl Population {
         let numbers = numbers(documents, &units);
         let (trends, drifts) = drifts(&numbers);
         Self {
+            recurring: recurring(documents, &units),
             standing: standing(&numbers),
             verdicts: counted(documents.iter().map(|document| document.verdict.clone())),
             effects: effects(documents, &units),
@@ -101,6 +105,18 @@ impl Population {
             most_dates: most_dates(&numbers),
             numbers,
         }
+    }
+
+    /// Units that stand out: first those in whose recordings an effect recurs, then those with an outlying parameter, farthest first.
+    pub fn apart(&self) -> Vec<usize> {
+        let recurring = self.recurring.iter().map(|one| one.unit);
+        let mut units: Vec<usize> = Vec::new();
+        for unit in recurring.chain(self.standing.iter().map(|one| one.unit)) {
+            if !units.contains(&unit) {
+                units.push(unit);
+            }
+        }
+        units
     }
 }
 
@@ -131,7 +147,7 @@ fn numbers(documents: &[Document], units: &[Unit]) -> Vec<Number> {
                 .numbers()
                 .filter(|(_, number)| number.value.is_finite())
             {
-                let key = (!document.base.contains_key(&name), name);
+                let key = (!document.is_relative(&name), name);
                 let of_unit = found.entry(key).or_default().entry(k).or_default();
                 of_unit.push((document.started_days(), interval.clone()));
             }

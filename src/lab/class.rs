@@ -10,6 +10,9 @@ use crate::compare::compare;
 use crate::diagnose::{Diagnosis, NominalSource, Options, Verdict, diagnose, nominal_fit};
 use crate::motor::{Model, Motor};
 use crate::recording::Run;
+use crate::report::Panel;
+use crate::report::diagnosis::{bad_recording_page, overlays, page, recorded_speed};
+use crate::report::number::probability_of;
 
 /// The class whole; serialises to the shape `motorlab-class/1`.
 #[derive(Debug, Clone, Serialize)]
@@ -52,6 +55,15 @@ pub struct Recording {
     pub figures: Option<Figures>,
     /// Diagnosis of this recording alone.
     pub outcome: Option<Outcome>,
+    /// Recorded speed, over that of the models where it is diagnosed; none of a file that cannot be read.
+    #[serde(skip)]
+    pub picture: Option<Panel>,
+    /// Its page.
+    #[serde(skip)]
+    pub page: Option<String>,
+    /// Where its page is, from the page of the class.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub page_file: Option<String>,
 }
 
 /// Figures of a recording.
@@ -99,6 +111,29 @@ impl Outcome {
             after_counts: found.gap.after_effect,
             floor_counts: found.gap.floor,
             next: (found.next_experiment.as_ref()).map(|next| next.command.clone()),
+        }
+    }
+
+    /// The verdict as a sentence.
+    pub fn verdict_words(&self) -> String {
+        let names: Vec<String> = self.effects.iter().map(|id| id.replace('_', " ")).collect();
+        let named = names.join(" and ");
+        let p = probability_of("", self.probability);
+        match self.verdict {
+            Verdict::BadRecording => "The recording has a fatal finding.".to_owned(),
+            Verdict::NoGap => "The model describes the recordings; nothing is missing.".to_owned(),
+            Verdict::Parameters => {
+                format!("Other parameters describe the recordings; no effect is missing ({p}).")
+            }
+            Verdict::Effect => format!("Cause: {named} ({p})."),
+            Verdict::Partial => {
+                format!("Cause: {named} ({p}); a part of the error is unexplained.")
+            }
+            Verdict::Ambiguous => {
+                format!("An effect is present ({p}); the recordings do not show which.")
+            }
+            Verdict::OutsideCatalogue => "No known effect describes the error.".to_owned(),
+            Verdict::NoChange => "Nothing has changed since the reference.".to_owned(),
         }
     }
 
@@ -173,8 +208,8 @@ impl Student {
         let (together, undiagnosed) = match usable.len() {
             0 => (None, Some("no recording is usable".to_owned())),
             1 if only.is_some() => (only, None),
-            _ => match work.outcome(&usable) {
-                Ok(outcome) => (Some(outcome), None),
+            _ => match work.diagnosed(&usable) {
+                Ok(found) => (Some(Outcome::of(&found)), None),
                 Err(why) => (None, Some(why)),
             },
         };
@@ -198,6 +233,24 @@ impl Student {
         self.problem.is_none() && self.together.is_some() && self.unusable().next().is_none()
     }
 
+    /// Recordings to repeat and what to correct before, and the next experiment; none where nothing is open.
+    pub fn record_again(&self) -> Vec<String> {
+        let repeat = |recording: &Recording| {
+            let why = recording.unusable.as_deref().unwrap_or_default();
+            format!("{} again: {why}", recording.name)
+        };
+        let mut all: Vec<String> = self.unusable().map(repeat).collect();
+        if let Some(why) = &self.problem {
+            all.push(why.clone());
+        }
+        let next = self
+            .together
+            .as_ref()
+            .and_then(|outcome| outcome.next.as_ref());
+        all.extend(next.map(|command| format!("next: `{command}`")));
+        all
+    }
+
     /// In a few words: what all recordings show, or why nothing is said.
     pub fn words(&self) -> String {
         let why = self.problem.as_ref().or(self.undiagnosed.as_ref());
@@ -217,6 +270,9 @@ impl Recording {
             findings: Vec::new(),
             figures: None,
             outcome: None,
+            picture: None,
+            page: None,
+            page_file: None,
         }
     }
 }
@@ -237,12 +293,22 @@ impl Work<'_> {
             .iter()
             .find(|found| found.severity == Severity::Fatal);
         let fatal = fatal.map(Finding::sentence);
-        let (unusable, outcome) = match fatal {
+        let runs = std::slice::from_ref(run);
+        let (unusable, found) = match fatal {
             Some(why) => (Some(why), None),
-            None => match self.outcome(std::slice::from_ref(run)) {
-                Ok(outcome) => (None, Some(outcome)),
+            None => match self.diagnosed(runs) {
+                Ok(found) => (None, Some(found)),
                 Err(why) => (Some(why), None),
             },
+        };
+        let speed = found.as_ref().and_then(|found| {
+            let over = overlays(found, runs).into_iter().next()?;
+            over.figure.panels.into_iter().next()
+        });
+        let is_fatal = is_fatal(&findings);
+        let drawn = match &found {
+            Some(found) => page(found, runs, &name).ok(),
+            None => is_fatal.then(|| bad_recording_page(&findings, runs)),
         };
         Recording {
             name,
@@ -254,12 +320,15 @@ impl Work<'_> {
                 duration_s: run.t_s.last().copied().unwrap_or(0.0),
                 position_rmse_counts: laid.map(|laid| laid.figures.position_rmse_counts),
             }),
-            outcome,
+            outcome: found.as_ref().map(Outcome::of),
+            picture: Some(speed.unwrap_or_else(|| recorded_speed(run))),
+            page: drawn,
+            page_file: None,
         }
     }
 
     /// Diagnosis of these runs: of a log of another program without a motor file, against the model that fits it.
-    fn outcome(&self, runs: &[Run]) -> Result<Outcome, String> {
+    fn diagnosed(&self, runs: &[Run]) -> Result<Diagnosis, String> {
         if is_fatal(&check(runs, self.is_given.then_some(&self.motor))) {
             return Err("the recordings contradict each other; see motorlab check".to_owned());
         }
@@ -280,9 +349,6 @@ impl Work<'_> {
             progress: &self.progress,
             ..Options::default()
         };
-        let found = diagnose(runs, &motor, &options);
-        found
-            .map(|found| Outcome::of(&found))
-            .map_err(|why| why.to_string())
+        diagnose(runs, &motor, &options).map_err(|why| why.to_string())
     }
 }

@@ -1,8 +1,8 @@
 //! The page of a class: a row a student, then each student's recordings.
 
 use super::class::{Class, Outcome, Recording, Student};
-use crate::report::Page;
-use crate::report::number::{figure, probability, probability_of, time};
+use crate::report::number::{figure, probability_of, time};
+use crate::report::{Cell, Page};
 
 /// Placeholder for a missing figure.
 const NONE: &str = "\u{2013}";
@@ -11,20 +11,22 @@ const NONE: &str = "\u{2013}";
 pub fn page(class: &Class) -> String {
     let mut page = Page::new("Diagnoses of a class");
     page.lead(&summary(class));
-    let rows: Vec<Vec<String>> = class.students.iter().map(row).collect();
-    page.table(
+    let rows: Vec<Vec<Cell>> = class.students.iter().map(row).collect();
+    page.linked_table(
         &[
             "student",
-            "diagnosis",
-            "probability",
+            "recorded (broad) over simulated",
+            "verdict",
+            "record again",
             "nominal error (counts)",
             "noise floor (counts)",
             "usable",
+            "recordings",
         ],
         &rows,
     );
     page.note(
-        "Nominal error: held-out prediction error of the nominal model in counts RMS, over segments of the recordings from their measured initial states. Noise floor: quantization, repeatability and what is good enough. Probability: of the named effects; of no gap and parameter mismatch, that no effect is present. All usable recordings of a student together.",
+        "The picture is of the first recording that is diagnosed, else of the first that can be read: speed over the whole recording. Nominal error: held-out prediction error of the nominal model in counts RMS, over segments of the recordings from their measured initial states. Noise floor: quantization, repeatability and what is good enough. Probability: of the named effects; of no gap and parameter mismatch, that no effect is present. All usable recordings of a student together.",
     );
     unusable(&mut page, class);
     for student in &class.students {
@@ -59,18 +61,33 @@ fn summary(class: &Class) -> String {
     }
 }
 
-fn row(student: &Student) -> Vec<String> {
+fn row(student: &Student) -> Vec<Cell> {
     let outcome = student.together.as_ref();
     let or_none = |text: Option<String>| text.unwrap_or_else(|| NONE.to_owned());
     let all = student.recordings.len();
     let usable = all - student.unusable().count();
+    let verdict = outcome.map_or_else(|| student.words(), Outcome::verdict_words);
+    let again = student.record_again();
+    let again = (!again.is_empty()).then(|| again.join("; "));
+    let pictures = || student.recordings.iter();
+    let diagnosed = pictures().find(|one| one.outcome.is_some() && one.picture.is_some());
+    let picture = diagnosed.or_else(|| pictures().find(|one| one.picture.is_some()));
+    let picture = picture.and_then(|one| one.picture.clone());
+    let links = student.recordings.iter();
+    let links = links.map(|one| (one.name.clone(), one.page_file.clone()));
     vec![
-        student.name.clone(),
-        student.words(),
-        or_none(outcome.map(|outcome| probability(outcome.probability))),
-        or_none(outcome.map(|outcome| figure(outcome.gap_counts, 3))),
-        or_none(outcome.map(|outcome| figure(outcome.floor_counts, 3))),
-        format!("{usable} of {all}"),
+        Cell::Text(student.name.clone()),
+        picture.map_or_else(|| Cell::Text(NONE.to_owned()), Cell::Drawing),
+        Cell::Text(verdict),
+        Cell::Text(or_none(again)),
+        Cell::Text(or_none(
+            outcome.map(|outcome| figure(outcome.gap_counts, 3)),
+        )),
+        Cell::Text(or_none(
+            outcome.map(|outcome| figure(outcome.floor_counts, 3)),
+        )),
+        Cell::Text(format!("{usable} of {all}")),
+        Cell::Links(links.collect()),
     ]
 }
 

@@ -58,6 +58,7 @@ impl Missing {
 /// Parameters of an effect with their 95 % intervals.
 pub fn cause_numbers(cause: &Cause) -> String {
     let number = |(key, interval): (&&str, &Interval)| {
+        let (key, interval) = interval.determined(key);
         format!(
             "{key} {} [{}, {}]",
             figure(interval.value, 3),

@@ -22,22 +22,14 @@ pub struct Bar {
     pub colour: usize,
 }
 
-/// How values become lengths.
+/// How values become lengths: in proportion, from 0 to this value.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Scale {
-    /// In proportion, from 0 to this value.
-    Linear(f64),
-    /// By the logarithm, between these values.
-    Logarithmic(f64, f64),
-}
+pub struct Scale(pub f64);
 
 impl Scale {
     /// Share of the full length, 0 to 1.
     pub fn share(self, value: f64) -> f64 {
-        let share = match self {
-            Self::Linear(most) => value / most,
-            Self::Logarithmic(least, most) => (value / least).ln() / (most / least).ln(),
-        };
+        let share = value / self.0;
         if share.is_finite() {
             share.clamp(0.0, 1.0)
         } else {
@@ -153,18 +145,17 @@ mod tests {
 
     #[test]
     fn lengths_follow_the_scale() {
-        assert_eq!(Scale::Linear(4.0).share(1.0), 0.25);
-        assert!((Scale::Logarithmic(0.1, 1000.0).share(10.0) - 0.5).abs() < 1e-12);
+        assert_eq!(Scale(4.0).share(1.0), 0.25);
         // Values that are not finite make no invalid drawing.
-        assert_eq!(Scale::Logarithmic(0.1, 10.0).share(f64::NAN), 0.0);
-        assert_eq!(Scale::Linear(0.0).share(0.0), 0.0);
+        assert_eq!(Scale(1.0).share(f64::NAN), 0.0);
+        assert_eq!(Scale(0.0).share(0.0), 0.0);
     }
 
     #[test]
     fn a_bar_is_as_long_as_its_share_and_names_are_escaped() {
         let bars = Bars {
             title: "shares".into(),
-            scale: Scale::Linear(1.0),
+            scale: Scale(1.0),
             bars: vec![Bar {
                 name: "<b>".into(),
                 value: 0.5,
@@ -196,7 +187,7 @@ mod tests {
         );
         let bars = Bars {
             title: "left".into(),
-            scale: Scale::Linear(1.0),
+            scale: Scale(1.0),
             bars: vec![bar.clone(), bar],
         };
         let svg = bars.inline(360);

@@ -113,7 +113,7 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         panels: vec![
             Panel::new("speed (RPM)", speed).weighing(2.0).robust(),
             Panel::new("position (counts)", position).weighing(1.5),
-            Panel::new("gap (counts)", vec![residual]).marked(0.0, ""),
+            Panel::new("error (counts)", vec![residual]).marked(0.0, ""),
             Panel::new(command_label(run), vec![command]).weighing(0.6),
         ],
     }

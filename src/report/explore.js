@@ -35,6 +35,7 @@
     const stroke = colour("--c" + one.c);
     const out = { label: one.n, class: one.n ? undefined : "nameless", stroke, width: 1.6, value: (u, v) => said(v, one.decimals), points: { show: false } };
     if (one.k === "dash") out.dash = [6, 4];
+    if (one.k === "lower" || one.k === "upper") Object.assign(out, { stroke: "transparent", width: 0 });
     if (one.k === "faint") Object.assign(out, { stroke: faded(stroke, 0.3) });
     if (one.k.startsWith("broad")) Object.assign(out, { stroke: faded(stroke, 0.5), width: 5 });
     if (one.k.endsWith("step") || one.k === "faint") out.paths = uPlot.paths.stepped({ align: 1 });
@@ -63,10 +64,11 @@
   };
 
   // One panel; `all` are the panels of its figure, which share their time axis, cursor and names.
-  const panel = (box, spec, part, x, key, all) => {
+  const panel = (box, spec, part, x, key, all, isLast) => {
     const colour = name => getComputedStyle(box).getPropertyValue(name).trim();
     const ink = colour("--ink"), grid = { stroke: colour("--grid"), width: 1 };
-    const isWhole = u => u.scales.x.min == null || u.scales.x.min <= x[0] && u.scales.x.max >= x[x.length - 1];
+    // The ends that are drawn; the scale of x itself is set after the range of y is asked for.
+    const isWhole = u => u.series[0].min == null || u.series[0].min <= x[0] && u.series[0].max >= x[x.length - 1];
     const plot = new uPlot({
       width: box.clientWidth,
       height: part.h,
@@ -75,13 +77,27 @@
         y: { range: (u, lo, hi) => (lo == null || isWhole(u) ? part.range : uPlot.rangeNum(lo, hi, 0.1, true)) },
       },
       axes: [
-        { stroke: ink, grid, ticks: grid, size: 30 },
-        { stroke: ink, grid, ticks: grid, size: beside, space: (u, side, lo, hi, height) => (height < 110 ? 14 : 18) },
+        { stroke: ink, grid, ticks: grid, size: 30, ...(isLast && { label: spec.x, labelSize: 18, labelGap: 0, labelFont: "12px system-ui" }) },
+        { stroke: ink, grid, ticks: grid, label: part.y, labelSize: 18, labelGap: 0, labelFont: "12px system-ui", size: beside, space: (u, side, lo, hi, height) => (height < 110 ? 14 : 18) },
       ],
       cursor: { sync: { key, setSeries: false }, drag: { x: true, y: false, dist: 4 } },
       series: [{ label: spec.x, value: (u, v) => said(v) }, ...part.s.map(one => series(one, colour))],
+      bands: part.s.flatMap((one, k) => one.k === "upper" ? [{ series: [k + 1, k], fill: faded(colour("--c" + one.c), 0.2) }] : []),
       hooks: {
-        drawClear: [u => part.bands.forEach(([from, to, strength]) => {
+        drawClear: [u => {
+          u.ctx.save();
+          Object.assign(u.ctx, { strokeStyle: ink, globalAlpha: 0.45 });
+          u.ctx.setLineDash([2, 4]);
+          u.ctx.beginPath();
+          for (const start of part.starts) {
+            const at = Math.round(u.valToPos(start, "x", true));
+            if (at < u.bbox.left || at > u.bbox.left + u.bbox.width) continue;
+            u.ctx.moveTo(at, u.bbox.top);
+            u.ctx.lineTo(at, u.bbox.top + u.bbox.height);
+          }
+          u.ctx.stroke();
+          u.ctx.restore();
+        }, u => part.bands.forEach(([from, to, strength]) => {
           const [a, b] = [u.valToPos(from, "x", true), u.valToPos(to, "x", true)];
           const left = Math.max(a, u.bbox.left), right = Math.min(Math.max(b, a + 2), u.bbox.left + u.bbox.width);
           if (right <= left) return;
@@ -170,9 +186,10 @@
         xs.push(typeof part.t === "number" ? xs[part.t] : times(part.t));
         const name = document.createElement("p"), place = document.createElement("div");
         name.className = "axis";
-        name.textContent = part.said ? part.y + " \u2013 " + part.said : part.y;
+        name.textContent = part.said ?? "";
         box.append(name, place);
-        if (xs[xs.length - 1].length > 0) all.push(panel(place, spec, part, xs[xs.length - 1], key, all));
+        const isLast = part === spec.panels[spec.panels.length - 1];
+        if (xs[xs.length - 1].length > 0) all.push(panel(place, spec, part, xs[xs.length - 1], key, all, isLast));
       }
       if (all.length > 0) buttons(box, all, xs.filter(x => x.length > 0), key === "figure0");
     };
@@ -227,6 +244,14 @@
       head.addEventListener("keydown", event => event.key === "Enter" && sort());
     });
   };
+
+  // Says where a table has more columns than are seen.
+  const hint = box => box.classList.toggle("scrolls", box.scrollWidth > box.clientWidth + 1);
+  const tables = new ResizeObserver(boxes => boxes.forEach(one => hint(one.target)));
+  document.querySelectorAll(".wide").forEach(box => {
+    box.tabIndex = 0;
+    tables.observe(box);
+  });
 
   document.querySelectorAll("figure[data-plot]").forEach(show);
   document.querySelectorAll("table.sortable").forEach(sortable);

@@ -17,7 +17,8 @@ pub(super) const SCRIPT: [&str; 3] = [
 /// How uPlot and the figures around it look.
 pub(super) const STYLE: [&str; 2] = [
     include_str!("uplot/uPlot.min.css"),
-    "figure.explored>.broad,figure.explored>.narrow,figure.explored>svg{display:none}\
+    ".wide.scrolls::before{content:'more columns: scroll sideways \\2192';position:sticky;left:0;font-size:.8rem;color:var(--faint)}\
+figure.explored>.broad,figure.explored>.narrow,figure.explored>svg{display:none}\
 .live .title{font-weight:600;font-size:.9rem;margin:.4rem 0}.live .axis{font-size:.8rem;margin:.5rem 0 0}\
 .live .uplot,.live .u-wrap{max-width:100%}.live .u-legend{font-size:.75rem;text-align:left;margin:0}\
 .live .u-legend th,.live .u-legend td{border:0;padding:.1rem .3rem .1rem 0;font-weight:400}.live .u-legend tr{margin-right:.6rem}\
@@ -37,12 +38,15 @@ const GAP: u16 = 65535;
 const MOST_DECIMALS: f64 = 100.0;
 /// Height of the x axis below a panel in pixels.
 const AXIS: f64 = 30.0;
+/// Height of the name of the x axis in pixels; as much is the width of the name of a y axis.
+const NAME: f64 = 18.0;
 /// Height of a panel without its axis in pixels, at least.
 const LOW: f64 = 70.0;
 
 /// The figure as the script reads it.
 pub(super) fn data(figure: &Figure, size: Size) -> String {
     let weights: f64 = figure.panels.iter().map(|panel| panel.weight).sum();
+    let last = figure.panels.len().saturating_sub(1);
     let mut times: Vec<(usize, String)> = Vec::new();
     let panels: Vec<Value> = (figure.panels.iter().enumerate())
         .map(|(k, panel)| {
@@ -58,10 +62,12 @@ pub(super) fn data(figure: &Figure, size: Size) -> String {
             let (low, high) = widened(scale.map_or((0.0, 1.0), |scale| scale.range));
             json!({
                 "y": panel.y_label,
-                "h": (f64::from(size.height) * panel.weight / weights).max(LOW) + AXIS,
+                "h": (f64::from(size.height) * panel.weight / weights).max(LOW) + AXIS
+                    + if k == last { NAME } else { 0.0 },
                 "range": [low, high],
                 "said": scale.and_then(|scale| scale.words()),
                 "marks": panel.marks,
+                "starts": panel.starts,
                 "bands": panel.bands.iter().map(|band| json!([band.from, band.to, band.strength, band.label])).collect::<Vec<_>>(),
                 "t": t,
                 "s": panel.series.iter().zip(&rows.y).map(|(series, y)| curve(series, y)).collect::<Vec<_>>(),
@@ -85,8 +91,8 @@ impl Rows {
         if count <= ROWS {
             return all;
         }
-        // Of each block every curve's least and largest value stay.
-        let blocks = (ROWS / (2 * all.y.len().max(1))).max(1);
+        // Of each block every curve's least and largest value stay, and a gap.
+        let blocks = (ROWS / (3 * all.y.len().max(1))).max(1);
         let long = count.div_ceil(blocks);
         let mut kept = Vec::new();
         for from in (0..count).step_by(long) {
@@ -105,6 +111,9 @@ impl Rows {
                         .partial_cmp(&column[*b])
                         .unwrap_or(std::cmp::Ordering::Equal)
                 }));
+                // A gap stays one.
+                let is_gap = |k: &usize| column[*k].is_some_and(|y| !y.is_finite());
+                kept.extend(block.clone().find(is_gap));
             }
             if kept.len() == before {
                 kept.push(from);
@@ -181,6 +190,8 @@ fn curve(series: &Series, y: &[Option<f64>]) -> Value {
             Stroke::Broad => "broad",
             Stroke::BroadStep => "broadstep",
             Stroke::Dots => "dots",
+            Stroke::Lower => "lower",
+            Stroke::Upper => "upper",
         },
         "c": series.colour % super::svg::COLOURS,
         "lo": low,

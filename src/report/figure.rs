@@ -19,6 +19,17 @@ pub enum Stroke {
     BroadStep,
     /// A dot at each point.
     Dots,
+    /// Lower end of a band; its upper end is the next series.
+    Lower,
+    /// Upper end of a band: shaded down to the series before.
+    Upper,
+}
+
+impl Stroke {
+    /// Whether it is an end of a band, which has no line.
+    pub fn is_band(self) -> bool {
+        matches!(self, Self::Lower | Self::Upper)
+    }
 }
 
 /// One curve. Points that are not finite leave a gap.
@@ -76,6 +87,8 @@ pub struct Panel {
     pub weight: f64,
     /// Horizontal lines of reference with their names.
     pub marks: Vec<(f64, String)>,
+    /// Vertical lines: where something begins anew.
+    pub starts: Vec<f64>,
     /// Shaded intervals, behind everything.
     pub bands: Vec<Band>,
     /// Whether isolated spikes do not set its scale.
@@ -90,6 +103,7 @@ impl Panel {
             series,
             weight: 1.0,
             marks: Vec::new(),
+            starts: Vec::new(),
             bands: Vec::new(),
             is_robust: false,
         }
@@ -104,6 +118,12 @@ impl Panel {
     /// The panel with a horizontal line of reference.
     pub fn marked(mut self, y: f64, name: impl Into<String>) -> Self {
         self.marks.push((y, name.into()));
+        self
+    }
+
+    /// The panel with vertical lines where something begins anew.
+    pub fn starting_anew(mut self, starts: &[f64]) -> Self {
+        self.starts = starts.to_vec();
         self
     }
 
@@ -213,7 +233,7 @@ pub fn y_ticks(range: (f64, f64), height: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// At most four points a pixel column (first, lowest, highest, last), so that a long run draws as fast
+/// At most five points a pixel column (first, lowest, highest, a gap, last), so that a long run draws as fast
 /// and looks the same as with all its points.
 pub fn thinned(points: &[(f64, f64)], x_range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {
     if points.len() <= 4 * columns {
@@ -223,12 +243,15 @@ pub fn thinned(points: &[(f64, f64)], x_range: (f64, f64), columns: usize) -> Ve
     let column = |x: f64| ((x - x_range.0) * scale).floor();
     let mut out = Vec::with_capacity(4 * columns);
     for group in points.chunk_by(|a, b| column(a.0) == column(b.0)) {
-        let lowest = (0..group.len()).min_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
-        let highest = (0..group.len()).max_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
+        let finite = || (0..group.len()).filter(|&k| group[k].1.is_finite());
+        let lowest = finite().min_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
+        let highest = finite().max_by(|&a, &b| group[a].1.total_cmp(&group[b].1));
+        let gap = (0..group.len()).find(|&k| !group[k].1.is_finite());
         let mut kept = vec![
             0,
             lowest.unwrap_or(0),
             highest.unwrap_or(0),
+            gap.unwrap_or(0),
             group.len() - 1,
         ];
         kept.sort_unstable();
@@ -260,8 +283,9 @@ mod tests {
         let mut points: Vec<_> = (0..100_000).map(|k| (f64::from(k), 0.0)).collect();
         points[77_777].1 = 9.0;
         points[33_333].1 = -9.0;
+        points[33_340].1 = f64::NAN;
         let thin = thinned(&points, (0.0, 100_000.0), 500);
-        assert!(thin.len() <= 2000);
+        assert!(thin.len() <= 2500 && thin.iter().any(|point| point.1.is_nan()));
         assert!(thin.contains(&(77_777.0, 9.0)) && thin.contains(&(33_333.0, -9.0)));
     }
 

@@ -5,6 +5,7 @@
 use std::fmt::Write;
 
 use super::bars::Bars;
+use super::cell::{Cell, of_texts};
 use super::escape::{escaped, with_code};
 use super::explore;
 use super::figure::Figure;
@@ -12,26 +13,7 @@ use super::matrix::Matrix;
 use super::strip::Strip;
 use super::svg::{self, Size};
 
-const STYLE: &str = "\
-:root{color-scheme:light dark;--ink:#1f2328;--faint:#59636e;--grid:#d8dee4;--paper:#fff;--good:#1a7f37;--bad:#b35900}\
-@media(prefers-color-scheme:dark){:root{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--good:#3fb950;--bad:#f0883e}}\
-*{box-sizing:border-box}body{margin:0 auto;padding:1.2rem;max-width:62rem;background:var(--paper);color:var(--ink);\
-font:16px/1.55 system-ui,-apple-system,'Segoe UI',sans-serif}\
-h1{font-size:1.5rem;line-height:1.25;margin:.2rem 0 .8rem}h2{font-size:1.15rem;margin:2rem 0 .5rem}h3{font-size:1rem;margin:1.2rem 0 .3rem}\
-.lead{font-size:1.15rem;margin:.4rem 0 1.2rem}dt{font-size:.85rem;color:var(--faint)}dd{margin:0 0 .7rem}dd code{display:block;overflow-x:auto;white-space:pre;font-size:.85rem;padding:.3rem .5rem;margin:.2rem 0;border:1px solid var(--grid);border-radius:6px}p,li,h1,h2,h3,figcaption{overflow-wrap:anywhere}.note{color:var(--faint)}.answer{border-left:3px solid var(--good);padding-left:.8rem;font-weight:600}\
-figure{margin:1rem 0}figure svg{width:100%;height:auto}figure .narrow{display:none}figcaption{color:var(--faint);font-size:.9rem}\
-.grid{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,22rem),1fr));gap:0 1rem}.grid figure{margin:.5rem 0}\
-.wide{overflow-x:auto}table{border-collapse:collapse;font-variant-numeric:tabular-nums;margin:.5rem 0}\
-th,td{padding:.3rem .8rem .3rem 0;border-bottom:1px solid var(--grid);text-align:left;vertical-align:top}\
-td.number,th.number{text-align:right}mfrac>mtext{padding:.15rem .3rem}code{font-size:.92em}pre{overflow-x:auto;padding:.6rem;border:1px solid var(--grid);border-radius:6px}\
-table.sortable th{cursor:pointer}table.sortable th::after{content:' \\2195';color:var(--faint)}\
-th[aria-sort=ascending]::after{content:' \\2191'!important}th[aria-sort=descending]::after{content:' \\2193'!important}\
-details{margin:1rem 0}summary{cursor:pointer}\
-footer{margin-top:2.5rem;color:var(--faint);font-size:.85rem}\
-@media(max-width:40rem){figure .broad{display:none}figure .narrow{display:block}.wide table{font-size:.9rem}.wide th,.wide td{padding-right:.5rem}\
-td:first-child:not(.number){min-width:6.5rem}td:last-child:not(.number){min-width:9rem}\
-.prose thead{display:none}.prose tr{display:block;padding:.4rem 0;border-bottom:1px solid var(--grid)}\
-.prose td{display:block;border:0;padding:0}.prose td:first-child{font-weight:600}}";
+const STYLE: &str = include_str!("page.css");
 
 /// Width of a drawing on a phone in pixels.
 const PHONE: u32 = 360;
@@ -137,22 +119,27 @@ impl Page {
     /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words, and rows with
     /// whole sentences, stand one above the other on a phone.
     pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
+        self.rows(names, &of_texts(rows), None);
+    }
+
+    /// A table with links to other pages.
+    pub fn linked_table(&mut self, names: &[&str], rows: &[Vec<Cell>]) {
         self.rows(names, rows, None);
     }
 
     /// A table that sorts by a click on a column's name.
     pub fn sortable(&mut self, names: &[&str], rows: &[Vec<String>]) {
         self.is_live = true;
-        self.rows(names, rows, Some("sortable"));
+        self.rows(names, &of_texts(rows), Some("sortable"));
     }
 
-    fn rows(&mut self, names: &[&str], rows: &[Vec<String>], class_name: Option<&str>) {
+    fn rows(&mut self, names: &[&str], rows: &[Vec<Cell>], class_name: Option<&str>) {
         let numeric: Vec<bool> = (0..names.len())
             .map(|k| {
                 !rows.is_empty()
                     && rows
                         .iter()
-                        .all(|row| row.get(k).is_some_and(|c| is_number(c)))
+                        .all(|row| row.get(k).is_some_and(Cell::is_number))
             })
             .collect();
         let class = |k: usize| {
@@ -162,7 +149,7 @@ impl Page {
                 ""
             }
         };
-        let is_sentence = |cell: &String| cell.chars().count() > SENTENCE;
+        let is_sentence = |cell: &Cell| cell.text().chars().count() > SENTENCE;
         let has_sentences = rows.iter().flatten().any(is_sentence);
         let prose = (names.len() == 2 || has_sentences) && !numeric.contains(&true);
         let _ = write!(
@@ -182,8 +169,8 @@ impl Page {
             for (k, cell) in row.iter().enumerate() {
                 // A number and its per cent stay on one line.
                 let cell = match numeric.get(k) {
-                    Some(true) => escaped(&cell.replace(" %", "\u{a0}%")).into_owned(),
-                    _ => breakable(&with_code(cell)),
+                    Some(true) => escaped(&cell.text().replace(" %", "\u{a0}%")).into_owned(),
+                    _ => cell.markup(),
                 };
                 let _ = write!(self.body, "<td{}>{cell}</td>", class(k));
             }
@@ -237,15 +224,24 @@ impl Page {
         self.in_both_widths(|width| strip.inline(width), caption);
     }
 
-    /// A long table that is unfolded by a click.
-    pub fn folded_table(&mut self, summary: &str, names: &[&str], rows: &[Vec<String>]) {
-        let _ = write!(
+    /// Content that is unfolded by a click.
+    pub fn folded(&mut self, summary: &str, content: impl FnOnce(&mut Self)) {
+        let _ = writeln!(
             self.body,
             "<details><summary>{}</summary>",
             escaped(summary)
         );
-        self.table(names, rows);
+        content(self);
         self.body.push_str("</details>\n");
+    }
+
+    /// A drawing that is wider than a phone, with what it shows.
+    pub(super) fn drawing(&mut self, svg: &str, caption: &str) {
+        let _ = writeln!(
+            self.body,
+            "<figure><div class=\"wide\">{svg}</div><figcaption>{}</figcaption></figure>",
+            escaped(caption)
+        );
     }
 
     /// A table of counts as a drawing, with what it shows.
@@ -293,18 +289,6 @@ impl Page {
             env!("CARGO_PKG_VERSION"),
         )
     }
-}
-
-/// The same, where names that are joined by `+` may be broken behind it: a set of effects is as broad as one of them.
-fn breakable(html: &str) -> String {
-    let mut parts = html.split('+');
-    let mut out = parts.next().unwrap_or_default().to_owned();
-    for part in parts {
-        let joins = part.starts_with(char::is_alphabetic);
-        out.push_str(if joins { "+<wbr>" } else { "+" });
-        out.push_str(part);
-    }
-    out
 }
 
 /// Whether a cell is a number, alone or with its unit after a space.

@@ -74,6 +74,7 @@ pub(super) fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width
             } else {
                 // A faint curve shows by its many strokes; one stroke in the legend needs full strength.
                 let look = match series.stroke {
+                    Stroke::Upper => " style=\"stroke-width:9;stroke-opacity:.2\"",
                     Stroke::FaintStep => " style=\"stroke-width:1;stroke-opacity:.8\"",
                     stroke => look(stroke),
                 };
@@ -98,7 +99,7 @@ pub(super) fn look(stroke: Stroke) -> &'static str {
         Stroke::Dashed => " stroke-dasharray=\"6 4\"",
         Stroke::FaintStep => " stroke-opacity=\".3\"",
         Stroke::Broad | Stroke::BroadStep => " style=\"stroke-width:5;stroke-opacity:.5\"",
-        Stroke::Line | Stroke::Step | Stroke::Dots => "",
+        Stroke::Line | Stroke::Step | Stroke::Dots | Stroke::Lower | Stroke::Upper => "",
     }
 }
 

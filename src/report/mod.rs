@@ -5,6 +5,7 @@
 //! inlined) and tables sorted; without scripts the drawings stay.
 
 mod bars;
+mod cell;
 pub mod comparison;
 pub mod demo;
 pub mod diagnosis;
@@ -12,7 +13,9 @@ mod escape;
 mod explore;
 pub mod figure;
 pub mod fleet;
+mod frame;
 mod html;
+pub mod isolability;
 mod legend;
 mod matrix;
 pub mod number;
@@ -21,8 +24,10 @@ mod strip;
 pub mod svg;
 pub mod table;
 pub mod terminal;
+mod thumbnail;
 
 pub use bars::{Bar, Bars, Scale};
+pub use cell::Cell;
 pub use escape::escaped;
 pub use figure::{Band, Figure, Panel, Series, Stroke};
 pub use html::Page;

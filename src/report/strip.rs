@@ -34,6 +34,13 @@ pub struct Strip {
 }
 
 const HEIGHT: f64 = 210.0;
+/// Least distance of marks that are written upright, in pixels; others are left out.
+const APART: f64 = 12.0;
+/// Letters of a mark that are written upright, and the width of one in pixels.
+const LETTERS: usize = 14;
+const LETTER: f64 = 6.5;
+/// More marks than these are written upright.
+const LEVEL: usize = 3;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 44.0;
 const LEFT: f64 = 58.0;
@@ -46,6 +53,7 @@ impl Strip {
     /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`].
     pub fn inline(&self, width: u32) -> String {
         let width = f64::from(width);
+        let height = self.height();
         let (x0, x1) = range(self.dots.iter().map(|dot| dot.x));
         let (y0, y1) = self.y_range();
         let ticks = [y0, 0.5 * (y0 + y1), y1];
@@ -57,7 +65,7 @@ impl Strip {
         let y = |value: f64| foot - (foot - TOP) * ((value.clamp(y0, y1) - y0) / (y1 - y0));
         let title = escaped(&self.title);
         let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {HEIGHT}\" role=\"img\" aria-label=\"{title}\">\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"plot\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{title}\">\
              <text class=\"title\" x=\"4\" y=\"17\">{title}</text>"
         );
         if let Some((middle, far)) = self.ordinary {
@@ -87,7 +95,19 @@ impl Strip {
             );
         }
         let last = self.ticks.len().saturating_sub(1);
-        for (k, (at, words)) in self.ticks.iter().enumerate() {
+        if self.is_upright() {
+            for (at, words) in self.written(&x) {
+                let middle = x(at) + 4.0;
+                let _ = write!(
+                    out,
+                    "<text class=\"tick\" transform=\"translate({middle:.1} {:.1}) rotate(-90)\" text-anchor=\"end\">{}</text>",
+                    foot + 6.0,
+                    escaped(&words)
+                );
+            }
+        }
+        let level = self.ticks.iter().enumerate();
+        for (k, (at, words)) in level.filter(|_| !self.is_upright()) {
             let anchor = match k {
                 0 => "start",
                 k if k == last => "end",
@@ -105,7 +125,7 @@ impl Strip {
             out,
             "<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
             0.5 * (left + width - RIGHT),
-            HEIGHT - 8.0,
+            height - 8.0,
             escaped(&self.x_label)
         );
         let mut bars = String::new();
@@ -137,6 +157,45 @@ impl Strip {
         }
         out.push_str("</svg>");
         out
+    }
+
+    /// Whether the marks are names that stand upright.
+    fn is_upright(&self) -> bool {
+        self.ticks.len() > LEVEL
+    }
+
+    fn height(&self) -> f64 {
+        let longest = self
+            .ticks
+            .iter()
+            .map(|(_, words)| words.chars().count().min(LETTERS))
+            .max();
+        match self.is_upright() {
+            true => HEIGHT - LETTER + LETTER * longest.unwrap_or(0) as f64,
+            false => HEIGHT,
+        }
+    }
+
+    /// The marks that find room: those of the values that are looked for first, then from the left.
+    fn written(&self, x: &dyn Fn(f64) -> f64) -> Vec<(f64, String)> {
+        let is_marked = |at: f64| self.dots.iter().any(|dot| dot.x == at && dot.is_marked);
+        let (first, others): (Vec<_>, Vec<_>) =
+            self.ticks.iter().partition(|tick| is_marked(tick.0));
+        let mut written: Vec<(f64, String)> = Vec::new();
+        for (at, words) in first.into_iter().chain(others) {
+            if written
+                .iter()
+                .all(|(other, _)| (x(*other) - x(*at)).abs() >= APART)
+            {
+                let mut short: String = words.chars().take(LETTERS).collect();
+                if short.len() < words.len() {
+                    short.pop();
+                    short.push('\u{2026}');
+                }
+                written.push((*at, short));
+            }
+        }
+        written
     }
 
     fn y_range(&self) -> (f64, f64) {

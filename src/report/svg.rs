@@ -7,17 +7,14 @@
 use std::fmt::Write;
 
 use super::escape::escaped;
-use super::figure::{
-    Band, Figure, Panel, Series, Stroke, thinned, tick_label, ticks, widened, y_ticks,
-};
-use super::legend::{
-    LEFT, LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, look, margin,
-};
+use super::figure::{Figure, Panel, Series, widened, y_ticks};
+use super::frame::Frame;
+use super::legend::{LEFT, LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, margin};
 
 /// Colours of a drawing, light and dark; put once into a page, or into a drawing of its own.
 pub const STYLE: &str = "\
 .plot{--ink:#1f2328;--faint:#6e7781;--grid:#d8dee4;--paper:#fff;--c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#aa4499;--c4:#b58900;--c5:#3a93c7;--c6:#666}\
-@media(prefers-color-scheme:dark){.plot{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--c0:#56b4e9;--c1:#ff8c42;--c2:#3ddc97;--c3:#e58fc8;--c4:#f0c808;--c5:#9ad1f5;--c6:#aaa}}\
+@media screen and (prefers-color-scheme:dark){.plot{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--c0:#56b4e9;--c1:#ff8c42;--c2:#3ddc97;--c3:#e58fc8;--c4:#f0c808;--c5:#9ad1f5;--c6:#aaa}}\
 .plot text{font:12px system-ui,-apple-system,'Segoe UI',sans-serif;fill:var(--ink)}\
 .plot .tick{fill:var(--faint);font-size:11px}.plot .title{font-weight:600;font-size:14px}\
 .plot .grid{stroke:var(--grid);stroke-width:1}.plot .frame{stroke:var(--faint);stroke-width:1;fill:none}\
@@ -145,171 +142,10 @@ fn drawing(figure: &Figure, size: Size, alone: bool) -> String {
     out
 }
 
-/// Where a panel lies on the paper and what its axes span.
-struct Frame {
-    left: f64,
-    top: f64,
-    width: f64,
-    height: f64,
-    x_range: (f64, f64),
-    y_range: (f64, f64),
-}
-
-impl Frame {
-    fn x(&self, value: f64) -> f64 {
-        let (low, high) = self.x_range;
-        self.left + (value - low) / (high - low) * self.width
-    }
-
-    /// Values beyond the scale are drawn at the frame's edge.
-    fn y(&self, value: f64) -> f64 {
-        let (low, high) = self.y_range;
-        let value = value.clamp(low, high);
-        self.top + (high - value) / (high - low) * self.height
-    }
-
-    fn draw(&self, out: &mut String, panel: &Panel, said: Option<String>) {
-        let (bottom, right) = (self.top + self.height, self.left + self.width);
-        self.draw_bands(out, panel);
-        let x_ticks = ticks(self.x_range, ((self.width / 60.0) as usize).clamp(3, 8));
-        let x_step = x_ticks.get(1).map_or(1.0, |second| second - x_ticks[0]);
-        for &tick in &x_ticks {
-            let x = self.x(tick);
-            let _ = write!(
-                out,
-                "<path class=\"grid\" d=\"M{x:.1} {:.1}V{bottom:.1}\"/>",
-                self.top
-            );
-            let _ = write!(
-                out,
-                "<text class=\"tick\" x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                bottom + 15.0,
-                tick_label(tick, x_step)
-            );
-        }
-        for (tick, label) in y_ticks(self.y_range, self.height) {
-            let y = self.y(tick);
-            let _ = write!(
-                out,
-                "<path class=\"grid\" d=\"M{:.1} {y:.1}H{right:.1}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                self.left,
-                self.left - 6.0,
-                y + 4.0,
-                label
-            );
-        }
-        for (value, name) in &panel.marks {
-            let y = self.y(*value);
-            let _ = write!(
-                out,
-                "<path class=\"mark\" d=\"M{:.1} {y:.1}H{right:.1}\"/><text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                self.left,
-                right - 4.0,
-                y - 4.0,
-                escaped(name)
-            );
-        }
-        for series in &panel.series {
-            self.draw_series(out, series);
-        }
-        if let Some(said) = said {
-            let _ = write!(
-                out,
-                "<text class=\"tick\" x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
-                right - 4.0,
-                self.top + 12.0,
-                escaped(&said)
-            );
-        }
-        let _ = write!(
-            out,
-            "<rect class=\"frame\" x=\"{:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/><text transform=\"translate(16 {:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            self.left,
-            self.top,
-            self.width,
-            self.height,
-            self.top + self.height / 2.0,
-            escaped(&panel.y_label)
-        );
-    }
-
-    /// Shades intervals; none is narrower than two pixels. A label that would run into a stronger one's is left out.
-    fn draw_bands(&self, out: &mut String, panel: &Panel) {
-        let mut bands: Vec<&Band> = panel.bands.iter().collect();
-        bands.sort_by(|a, b| b.strength.total_cmp(&a.strength));
-        let mut taken: Vec<(f64, f64)> = Vec::new();
-        for band in bands {
-            let x = self.x(band.from);
-            let width = (self.x(band.to) - x).max(2.0);
-            let _ = write!(
-                out,
-                "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{:.1}\" fill=\"var(--c1)\" fill-opacity=\"{:.2}\"/>",
-                self.top,
-                self.height,
-                band.strength.clamp(0.0, 1.0)
-            );
-            let half = 3.5 * band.label.chars().count() as f64;
-            let middle = (x + width / 2.0).min(self.left + self.width - half);
-            let is_free = |(at, wide): &(f64, f64)| (at - middle).abs() >= wide + half;
-            if half > 0.0 && taken.iter().all(is_free) {
-                let _ = write!(
-                    out,
-                    "<text class=\"tick\" x=\"{middle:.1}\" y=\"{:.1}\" text-anchor=\"middle\">{}</text>",
-                    self.top + 12.0,
-                    escaped(&band.label)
-                );
-                taken.push((middle, half));
-            }
-        }
-    }
-
-    fn draw_series(&self, out: &mut String, series: &Series) {
-        let points = thinned(&series.points, self.x_range, self.width as usize);
-        let colour = series.colour % COLOURS;
-        if series.stroke == Stroke::Dots {
-            let _ = write!(out, "<g fill=\"var(--c{colour})\">");
-            for (x, y) in points
-                .into_iter()
-                .filter(|p| p.0.is_finite() && p.1.is_finite())
-            {
-                let _ = write!(
-                    out,
-                    "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"2\"/>",
-                    self.x(x),
-                    self.y(y)
-                );
-            }
-            out.push_str("</g>");
-            return;
-        }
-        let mut path = String::new();
-        let mut pen_down = false;
-        for (x, y) in points {
-            if !(x.is_finite() && y.is_finite()) {
-                pen_down = false;
-                continue;
-            }
-            let (px, py) = (self.x(x), self.y(y));
-            let _ = match (pen_down, series.stroke) {
-                (false, _) => write!(path, "M{px:.1} {py:.1}"),
-                (true, Stroke::Step | Stroke::FaintStep | Stroke::BroadStep) => {
-                    write!(path, "H{px:.1}V{py:.1}")
-                }
-                (true, _) => write!(path, "L{px:.1} {py:.1}"),
-            };
-            pen_down = true;
-        }
-        let _ = write!(
-            out,
-            "<path class=\"curve\" d=\"{path}\" stroke=\"var(--c{colour})\"{}/>",
-            look(series.stroke)
-        );
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::figure::Stroke;
 
     fn figure(name: &str) -> Figure {
         Figure {

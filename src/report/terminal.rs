@@ -29,7 +29,7 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
     let width = columns.saturating_sub(label_width + 1).max(10);
     let height = rows.saturating_sub(3).max(3);
     let mut canvas = Canvas::new(width, height);
-    for series in &panel.series {
+    for series in panel.series.iter().filter(|one| !one.stroke.is_band()) {
         let points = thinned(&series.points, x_range, 2 * width);
         let place = |(x, y): (f64, f64)| {
             let column = (x - x_range.0) / (x_range.1 - x_range.0) * (2 * width - 1) as f64;
@@ -86,13 +86,13 @@ fn legend(panel: &Panel, colours: bool) -> String {
     let names = panel
         .series
         .iter()
-        .filter(|s| !s.name.is_empty())
+        .filter(|s| !s.name.is_empty() && !s.stroke.is_band())
         .map(|series| {
             let sign = match series.stroke {
                 Stroke::Dots => "••",
                 Stroke::Dashed => "╌╌",
                 Stroke::Broad | Stroke::BroadStep => "━━",
-                Stroke::Line | Stroke::Step | Stroke::FaintStep => "──",
+                _ => "──",
             };
             painted(&format!("{sign} {}", series.name), series.colour, colours)
         });

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod assumed_torque;
 mod cases;
 mod figures;
 mod hold_out;

@@ -325,16 +325,16 @@ fn an_outlier_among_ten_units_and_a_drift_are_found() {
     let page = fs::read_to_string(here.join("fleet.html")).expect("a page");
     assert!(
         page.contains(
-            "120 diagnoses of 10 units. 1 unit is an outlier. 1 recording is not usable."
+            "120 diagnoses of 10 units. 1 unit stands out. First: U3, coulomb_friction_nm, relative to the motor file. 1 recording is not usable."
         )
     );
     let between = |from: &str, to: &str| {
         let rest = &page[page.find(from).expect(from)..];
         rest[..rest.find(to).expect(to)].to_owned()
     };
-    let apart = between("Outlying units", "Verdicts and identified effects");
+    let apart = between("Units that stand out", "Verdicts and identified effects");
     assert!(
-        apart.contains("<td>U3</td><td>coulomb_friction_nm"),
+        apart.contains("<td>U3</td>") && apart.contains("<td>coulomb_friction_nm"),
         "{apart}"
     );
     assert!(!apart.contains("U4") && !apart.contains("U6"), "{apart}");
@@ -413,4 +413,82 @@ fn parquet_has_the_cells_of_the_csv() {
             }
         }
     }
+}
+
+/// The unit that is faulty in five of five recordings stands first, before one whose friction is far off in the median; each recording
+/// leads to its page.
+#[test]
+fn a_fault_in_every_recording_of_a_unit_stands_first() {
+    let keep = tempfile::tempdir().expect("a folder");
+    let here = keep.path();
+    fs::create_dir(here.join("out")).expect("a folder");
+    for unit in 0..8 {
+        for day in 1..6 {
+            let name = format!("axis{unit}");
+            let friction = match unit {
+                2 => 3.0,
+                _ => 1.0 + 0.01 * f64::from(unit) + 0.001 * f64::from(day),
+            };
+            let mut one = diagnosis(&name, day, friction);
+            let has_fault = unit == 5 || (unit == 7 && day == 1);
+            one["effects"] = if has_fault {
+                json!(["backlash"])
+            } else {
+                json!([])
+            };
+            if !has_fault {
+                one["verdict"] = json!("parameters");
+            }
+            write(here, &format!("out/{name}_{day} #.json"), &one);
+            fs::write(here.join(format!("out/{name}_{day} #.html")), "").expect("written");
+        }
+    }
+    let done = tabulate(here, "out -o fleet.csv --html fleet.html");
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let page = fs::read_to_string(here.join("fleet.html")).expect("a page");
+    assert!(page.contains("First: axis5, backlash in 5 of 5 recordings."));
+    let rows = page.split("Units that stand out").nth(1).expect("a table");
+    let at = |text: &str| rows.find(text).unwrap_or_else(|| panic!("no {text}"));
+    assert!(at("<td>axis5</td><td>backlash in 5 of 5 recordings</td>") < at("<td>axis2</td>"));
+    // Once in five is no recurrence.
+    assert!(!page.contains("backlash in 1 of 5"));
+    assert!(rows.contains("<a href=\"./out/axis5_1%20%23.html\">2026-03-01</a>"));
+    assert_eq!(page.matches("<a href=\"./out/").count(), 2 * 5 + 8 * 5);
+    // The axis of a picture carries the names of the units.
+    assert!(page.contains("text-anchor=\"end\">axis5</text>"));
+
+    // The same from fits without a motor file: parameters that need no resistance, and torques in V.
+    for unit in 0..8 {
+        for day in 1..6 {
+            let mut one = diagnosis(&format!("axis{unit}"), day, 1.0);
+            one["nominal_source"] = json!("fit");
+            one["effects"] = json!(["cogging"]);
+            one["causes"][1]["parameters"] = json!({"torque_nm": {"value": 0.001, "lo95": 0.0009, "hi95": 0.0011, "unit": "N m",
+                "in_command": {"value": 0.5, "lo95": 0.4, "hi95": 0.6, "unit": "V"}}});
+            write(here, &format!("out/axis{unit}_{day} #.json"), &one);
+        }
+    }
+    let done = tabulate(
+        here,
+        "out -o fleet.csv --numbers numbers.csv --html fleet.html",
+    );
+    assert_eq!(done.status, Some(0), "{}", done.messages);
+    let page = fs::read_to_string(here.join("fleet.html")).expect("a page");
+    assert!(
+        !page.contains("(N m") && !page.contains("coulomb_friction_nm (") && !page.contains("kg m")
+    );
+    assert!(page.contains("speed_per_volt (rad/s/V)") && page.contains("cogging.torque (V)"));
+    let numbers = rows_of(&here.join("numbers.csv"), "cogging.torque");
+    assert!(
+        numbers
+            .iter()
+            .all(|row| row["value"] == "0.5" && row["si_unit"] == "V")
+    );
+}
+
+fn rows_of(path: &Path, name: &str) -> Vec<std::collections::BTreeMap<String, String>> {
+    let mut all = rows(path);
+    all.retain(|row| row["name"] == name);
+    assert!(!all.is_empty(), "no {name}");
+    all
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnose::classes::{class_of, members_of};
+use crate::diagnose::command_units::CommandUnits;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::intervals::{covariance, interval};
 use crate::diagnose::model::{BASE, Base};
@@ -85,6 +86,7 @@ pub(super) fn causes(
     weighed: &[Weighed],
     reported: Option<&Fit>,
     named: &[&'static str],
+    units: Option<CommandUnits>,
 ) -> Vec<Cause> {
     let mut ids: Vec<&'static str> = weighed.iter().flat_map(|set| set.ids.clone()).collect();
     ids.sort_unstable();
@@ -110,7 +112,7 @@ pub(super) fn causes(
                 class: class.filter(|_| !is_separated),
                 class_probability: (!is_separated).then_some(of_class),
                 at_bound: at_bound(from).contains(&id),
-                parameters: parameters(segments, base, from, id),
+                parameters: parameters(segments, base, from, id, units),
             })
         })
         .collect();
@@ -125,6 +127,7 @@ fn parameters(
     base: &Base,
     fit: &Fit,
     id: &'static str,
+    units: Option<CommandUnits>,
 ) -> BTreeMap<&'static str, Interval> {
     let covariance = covariance(segments, base, fit);
     let Some((index, kind)) = find(id) else {
@@ -144,8 +147,12 @@ fn parameters(
     for (k, parameter) in fit.model.parameters.iter().enumerate() {
         match parameter.id {
             ParameterId::Effect(of, which) if of == index => {
-                let mut one = interval(segments, fit, &covariance, k);
+                let mut one = interval(segments, fit, &covariance, k, units);
                 one.reference = reference(parameter.id, &kind.parameters[which]);
+                let reference = units.and_then(|units| units.of(&one)?.reference);
+                if let Some(own) = &mut one.in_command {
+                    own.reference = reference;
+                }
                 found.insert(kind.parameters[which].key, one);
             }
             ParameterId::Nominal(_)
@@ -153,9 +160,10 @@ fn parameters(
                     .frees(id)
                     .is_some_and(|number| BASE[number] == parameter.id.key()) =>
             {
-                let mut one = interval(segments, fit, &covariance, k);
+                let mut one = interval(segments, fit, &covariance, k, None);
                 one.unit = kind.parameters[0].unit;
                 one.reference = base.reference.as_ref().map(|_| parameter.unit);
+                one.in_command = units.and_then(|units| units.of(&one));
                 found.insert(kind.parameters[0].key, one);
             }
             _ => {}
@@ -175,6 +183,7 @@ fn parameters(
             hi95: value,
             unit: parameter.unit,
             reference: None,
+            in_command: None,
         });
     }
     found
@@ -202,7 +211,7 @@ pub(super) fn base_parameters(
     parameters
         .filter(|(_, parameter)| matches!(parameter.id, ParameterId::Nominal(_)))
         .map(|(k, parameter)| {
-            let mut one = interval(segments, fit, &covariance, k);
+            let mut one = interval(segments, fit, &covariance, k, None);
             for end in [&mut one.value, &mut one.lo95, &mut one.hi95] {
                 *end /= parameter.unit;
             }

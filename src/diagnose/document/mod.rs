@@ -5,6 +5,7 @@ mod causes;
 pub(crate) use causes::weighed;
 
 use super::budget::{Shares, cross_validated, median, regions, travel};
+use super::command_units::CommandUnits;
 use super::error::name_of;
 use super::fit::Fit;
 use super::identifiable::identifiable;
@@ -177,6 +178,7 @@ pub(super) fn document(
             &weighed,
             is_named.then_some(best),
             &effects,
+            CommandUnits::new(base, options.nominal_source),
         ),
         sets: sets(&found.sets, &weighed),
         identifiable: identifiable(segments, base, reported, options.nominal_source),

@@ -107,6 +107,24 @@ pub struct Diagnosis {
     pub refitted: Motor,
 }
 
+impl Diagnosis {
+    /// Replaces the fourth part of the sentence, where `rewrite` has another one.
+    pub fn rewrite_next(&mut self, rewrite: impl FnOnce(&str) -> Option<String>) {
+        if let Some(next) = rewrite(&self.parts[3]) {
+            self.parts[3] = next;
+            let said = self.parts.iter().filter(|part| !part.is_empty());
+            self.sentence = said.cloned().collect::<Vec<_>>().join(" ");
+        }
+    }
+
+    /// Whether numbers in N m, kg m^2, ohm and A mean something: a motor file, the handout or a known load states a torque.
+    pub fn has_torque(&self) -> bool {
+        self.identifiable.si.is_some()
+            || self.nominal_source == NominalSource::Handout
+            || self.command_kind == CommandKind::Torque
+    }
+}
+
 /// A class that stands for one effect.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectClass {
@@ -190,4 +208,59 @@ pub struct Interval {
     /// The value in the reference runs, where there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
+    /// The same in units of the command, where the resistance or the torque constant is assumed: this is what the runs determine.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub in_command: Option<CommandInterval>,
+}
+
+/// A parameter and its 95 % interval in units of the command.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CommandInterval {
+    /// Estimate.
+    pub value: f64,
+    /// Lower end.
+    pub lo95: f64,
+    /// Upper end.
+    pub hi95: f64,
+    /// Unit.
+    pub unit: &'static str,
+    /// The value in the reference runs, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
+}
+
+/// Ends of keys that name a unit which stands for an assumed resistance or torque constant.
+const ASSUMED_UNITS: [&str; 8] = [
+    "_nm",
+    "_nm_s_per_rad",
+    "_nm_s2_per_rad2",
+    "_kg_m2",
+    "_a",
+    "_ohm",
+    "_h",
+    "_per_w",
+];
+
+/// A key without the unit that stands for an assumed resistance or torque constant.
+pub(crate) fn without_assumed_unit(key: &str) -> &str {
+    let mut units = ASSUMED_UNITS.iter();
+    units.find_map(|unit| key.strip_suffix(unit)).unwrap_or(key)
+}
+
+impl Interval {
+    /// The parameter as the runs determine it, with its name: in SI, or in units of the command and without the unit in the key.
+    pub fn determined<'a>(&self, key: &'a str) -> (&'a str, Self) {
+        let Some(own) = self.in_command else {
+            return (key, *self);
+        };
+        let determined = Self {
+            value: own.value,
+            lo95: own.lo95,
+            hi95: own.hi95,
+            unit: own.unit,
+            reference: own.reference,
+            in_command: None,
+        };
+        (without_assumed_unit(key), determined)
+    }
 }

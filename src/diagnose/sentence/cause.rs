@@ -123,21 +123,23 @@ fn identified(said: &Diagnosis, p: &str) -> String {
 /// Parameters of an effect with their intervals.
 fn parameters(cause: &Cause) -> Option<String> {
     let of = |(key, interval): (&&'static str, &Interval)| {
+        let (key, interval) = interval.determined(key);
         let Interval {
             value,
             lo95,
             hi95,
             unit,
             reference,
+            ..
         } = interval;
         let before = reference.map_or_else(String::new, |then| {
             format!(", {} in the reference", three(then))
         });
         format!(
             "{key} {} {unit} (95 % {} to {}{before})",
-            three(*value),
-            three(*lo95),
-            three(*hi95)
+            three(value),
+            three(lo95),
+            three(hi95)
         )
     };
     let all: Vec<String> = cause.parameters.iter().take(2).map(of).collect();

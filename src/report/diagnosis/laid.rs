@@ -23,8 +23,8 @@ pub(super) struct LaidModel {
     /// Colour in every picture.
     pub colour: usize,
     pub overlay: Overlay,
-    /// Its residual torque in N m.
-    pub residual_nm: Vec<Option<f64>>,
+    /// Its residual torque in N m, or in the unit of the command where no torque is known.
+    pub residual: Vec<Option<f64>>,
 }
 
 /// Colours of the models, from the nominal on.
@@ -39,16 +39,23 @@ pub(super) fn lay<'a>(
     let models = [nominal, &diagnosis.refitted, &diagnosis.model];
     let motors: Vec<_> = words::models(diagnosis).into_iter().zip(models).collect();
     let names = names(runs);
+    let unit = match diagnosis.has_torque() {
+        true => 1.0,
+        false => diagnosis.command_kind.per_nm(&nominal.parameters),
+    };
     runs.iter()
         .zip(names)
         .enumerate()
         .map(|(k, (run, name))| {
             let models = motors.iter().zip(COLOURS).map(|((name, motor), colour)| {
                 let overlay = compare(run, motor, Model::SecondOrder)?;
+                let residual_nm =
+                    missing_torque(run, &overlay.residual_counts, &nominal.parameters);
+                let in_unit = |torque: Option<f64>| torque.map(|torque| unit * torque);
                 Ok(LaidModel {
                     name: name.clone(),
                     colour,
-                    residual_nm: missing_torque(run, &overlay.residual_counts, &nominal.parameters),
+                    residual: residual_nm.into_iter().map(in_unit).collect(),
                     overlay,
                 })
             });

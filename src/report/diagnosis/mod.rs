@@ -7,6 +7,8 @@ mod ordered;
 mod overlay;
 mod parameters;
 mod place;
+mod residual;
+mod spread;
 mod words;
 
 use super::number::{figure, percent, probability};
@@ -19,6 +21,7 @@ use laid::{lay, names};
 use overlay::Beside;
 
 pub use bad_recording::bad_recording_page;
+pub use overlay::recorded_speed;
 pub use words::{
     BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,
     effects_words, few_words, fitted_words, identifiable_rows, interval_words, measured,
@@ -33,6 +36,8 @@ pub struct RunOverlay {
     pub figure: Figure,
     /// The error of each model.
     pub caption: String,
+    /// Spectrum and autocorrelation of the last model's residual.
+    pub residual: Vec<Figure>,
     /// RMS error of the nominal model in counts.
     pub nominal_rms: f64,
 }
@@ -40,12 +45,14 @@ pub struct RunOverlay {
 /// The runs that the error budget is measured on, recorded over simulated.
 pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
     let names = names(measured);
-    let overlays = Beside::all(diagnosis, measured).into_iter();
-    overlays
+    let all = Beside::all(diagnosis, measured);
+    let spreads = overlay::Spreads::of(&all);
+    all.iter()
         .map(|beside| RunOverlay {
             name: names[beside.predicted.run].clone(),
-            figure: overlay::figure(&beside),
-            caption: overlay::caption(&beside),
+            figure: overlay::figure(beside, &spreads),
+            caption: overlay::caption(beside),
+            residual: residual::figures(beside),
             nominal_rms: beside.predicted.rms(0),
         })
         .collect()
@@ -103,16 +110,24 @@ pub(super) fn lay_out(
         page.note(&of_reference(reference));
     }
     checks(page, &diagnosis.data);
-    error_budget(page, diagnosis);
+    page.section("Error budget");
+    page.bars(&budget_bars(diagnosis), BUDGET_NOTE);
+    recorded_over_simulated(page, diagnosis, measured);
+    budget_in_numbers(page, diagnosis);
     causes(page, diagnosis);
     sets(page, diagnosis);
     parameters::of_motor(page, diagnosis);
-    recorded_over_simulated(page, diagnosis, measured);
     place::section(page, diagnosis, &laid);
     next_experiment(page, diagnosis);
     page.section("Motor file of the verdict");
-    page.note("For simulate and compare; diagnose writes it with --model-out.");
-    page.verbatim(&diagnosis.model.to_toml());
+    if diagnosis.has_torque() {
+        page.note("For simulate and compare; diagnose writes it with --model-out.");
+        page.verbatim(&diagnosis.model.to_toml());
+    } else {
+        page.note(
+            "diagnose writes it with --model-out, for simulate and compare. It has to assume a resistance, and says so in its first lines; it is not printed here, since no recording determines those numbers.",
+        );
+    }
     page.note(&format!(
         "The diagnosis took {}\u{a0}s.",
         figure(diagnosis.elapsed_s, 2)
@@ -120,9 +135,8 @@ pub(super) fn lay_out(
     Ok(())
 }
 
-fn error_budget(page: &mut Page, diagnosis: &Diagnosis) {
-    page.section("Error budget");
-    page.bars(&budget_bars(diagnosis), BUDGET_NOTE);
+fn budget_in_numbers(page: &mut Page, diagnosis: &Diagnosis) {
+    page.section("Error budget in numbers");
     let rows = budget_rows(diagnosis);
     let columns = rows.first().map_or(0, Vec::len);
     page.table(&BUDGET_COLUMNS[..columns], &rows);
@@ -179,7 +193,7 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
     );
     for id in words::explained(diagnosis) {
         if let Some(kind) = words::kind(id) {
-            page.note(&format!("{id}: {}.", kind.equation));
+            page.note(&format!("{id}: {}.", words::equation(diagnosis, kind)));
         }
     }
     parameters::of_effects(page, diagnosis);
@@ -219,12 +233,36 @@ fn sets(page: &mut Page, diagnosis: &Diagnosis) {
 fn recorded_over_simulated(page: &mut Page, diagnosis: &Diagnosis, measured: &[Run]) {
     page.section("Recorded over simulated");
     page.note(
-        "Each segment is predicted from its measured initial state, as in the error budget. Error: recorded minus predicted position.",
+        "Each segment is predicted from its measured initial state, as in the error budget; it begins at a dashed vertical line, where the curves of the models are broken. Error: recorded minus predicted position. Band: 95 % of the errors at this time since the start of a segment, over all segments.",
     );
-    for overlay in overlays(diagnosis, measured) {
-        page.subsection(&overlay.name);
-        page.figure(&overlay.figure, OVERLAY, &overlay.caption);
+    let mut overlays = overlays(diagnosis, measured);
+    overlays.sort_by(|a, b| b.nominal_rms.total_cmp(&a.nominal_rms));
+    let further = overlays.split_off(overlays.len().min(1));
+    for overlay in &overlays {
+        one_run(page, overlay);
     }
+    let summary = match further.len() {
+        0 => return,
+        1 => "One further run, with a smaller error".to_owned(),
+        n => format!("{n} further runs, with smaller errors"),
+    };
+    page.folded(&summary, |page| {
+        for overlay in &further {
+            one_run(page, overlay);
+        }
+    });
+}
+
+fn one_run(page: &mut Page, overlay: &RunOverlay) {
+    page.subsection(&overlay.name);
+    page.figure(&overlay.figure, OVERLAY, &overlay.caption);
+    if overlay.residual.is_empty() {
+        return;
+    }
+    page.folded("Spectrum and autocorrelation of the residual", |page| {
+        page.figures(overlay.residual.iter().map(|figure| (figure, "")));
+        page.note("Of the last model's held-out residual, over the segments of this run. Of a white residual 95 % of the correlations lie between the dashed lines.");
+    });
 }
 
 /// Findings of `check` about the recordings.

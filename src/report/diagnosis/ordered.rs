@@ -1,4 +1,4 @@
-//! Residual torque against speed, angle, time and voltage: means in bins.
+//! Residual torque, or command where no torque is known, against speed, angle, time and voltage: means in bins.
 
 use super::laid::LaidRun;
 use crate::recording::CommandKind;
@@ -18,12 +18,13 @@ const INDEPENDENT_S: f64 = 0.045;
 /// One sample: its place on the axis, the residual torque of the models, and how many independent samples it counts as.
 struct Sample {
     x: f64,
-    residual_mnm: Vec<f64>,
+    /// In thousandths of the unit.
+    residual: Vec<f64>,
     independent: f64,
 }
 
 /// A figure for each quantity that takes several values.
-pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
+pub(super) fn figures(laid: &[LaidRun<'_>], y_label: &str) -> Vec<Figure> {
     let kind = laid.first().map(|run| run.run.command_kind);
     let command = match kind {
         Some(CommandKind::Current) => "current (A)",
@@ -43,12 +44,22 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
         360.0 * turns.rem_euclid(1.0)
     };
     let all = [
-        figure(laid, "speed (RPM)", BINS, &speed),
-        figure(laid, "angle of the encoder (degrees)", ANGLE_BINS, &angle),
-        figure(laid, "time since the run began (s)", BINS, &|run, k| {
-            run.run.t_s[k]
-        }),
-        figure(laid, command, BINS, &|run, k| run.run.command[k]),
+        figure(laid, y_label, "speed (RPM)", BINS, &speed),
+        figure(
+            laid,
+            y_label,
+            "angle of the encoder (degrees)",
+            ANGLE_BINS,
+            &angle,
+        ),
+        figure(
+            laid,
+            y_label,
+            "time since the run began (s)",
+            BINS,
+            &|run, k| run.run.t_s[k],
+        ),
+        figure(laid, y_label, command, BINS, &|run, k| run.run.command[k]),
     ];
     // One bin shows no dependence.
     let is_dependence = |figure: &Figure| {
@@ -63,6 +74,7 @@ pub(super) fn figures(laid: &[LaidRun<'_>]) -> Vec<Figure> {
 
 fn figure(
     laid: &[LaidRun<'_>],
+    y_label: &str,
     x_label: &str,
     bins: usize,
     x: &dyn Fn(&LaidRun<'_>, usize) -> f64,
@@ -88,9 +100,9 @@ fn figure(
         at.push(members.iter().map(|s| s.x).sum::<f64>() / count);
         let mut spread = 0.0;
         for (m, means) in means.iter_mut().enumerate() {
-            let mean = members.iter().map(|s| s.residual_mnm[m]).sum::<f64>() / count;
+            let mean = members.iter().map(|s| s.residual[m]).sum::<f64>() / count;
             means.push(mean);
-            let squares = members.iter().map(|s| (s.residual_mnm[m] - mean).powi(2));
+            let squares = members.iter().map(|s| (s.residual[m] - mean).powi(2));
             spread = squares.sum::<f64>() / (count - 1.0);
         }
         null95.push(1.96 * (spread / independent).sqrt());
@@ -115,7 +127,7 @@ fn figure(
     Figure {
         title: String::new(),
         x_label: x_label.to_owned(),
-        panels: vec![Panel::new("residual torque (mN m)", series).marked(0.0, "")],
+        panels: vec![Panel::new(y_label, series).marked(0.0, "")],
     }
 }
 
@@ -126,13 +138,13 @@ fn samples(laid: &[LaidRun<'_>], x: &dyn Fn(&LaidRun<'_>, usize) -> f64) -> Vec<
         for k in 0..run.run.len() {
             let residual: Option<Vec<f64>> = run.models[1..]
                 .iter()
-                .map(|model| model.residual_nm[k].map(|torque| 1e3 * torque))
+                .map(|model| model.residual[k].map(|residual| 1e3 * residual))
                 .collect();
             let at = x(run, k);
-            if let (Some(residual_mnm), true) = (residual, at.is_finite()) {
+            if let (Some(residual), true) = (residual, at.is_finite()) {
                 all.push(Sample {
                     x: at,
-                    residual_mnm,
+                    residual,
                     independent,
                 });
             }

@@ -1,5 +1,6 @@
 //! One run, recorded over simulated: speed, position and error; each segment from its measured initial state, as in the error budget.
 
+use super::spread::Spread;
 use super::words;
 use crate::compare::speed_of_one_count;
 use crate::diagnose::{Diagnosis, PredictedRun};
@@ -37,6 +38,24 @@ impl<'a> Beside<'a> {
             .collect()
     }
 
+    /// Starts of the segments but the first, in s: there the model starts anew from the measured state.
+    fn restarts_s(&self) -> Vec<f64> {
+        let restarts = self.restarts();
+        restarts.map(|k| self.run.t_s[k]).collect()
+    }
+
+    fn restarts(&self) -> impl Iterator<Item = usize> {
+        let starts = self.predicted.starts.iter().copied();
+        starts.filter(|k| *k > 0 && *k < self.run.len())
+    }
+
+    /// A curve that is broken where the model starts anew, so that a restart is not read as a step.
+    fn broken(&self, values: &[f64]) -> Vec<f64> {
+        let mut broken = values.to_vec();
+        self.restarts().for_each(|k| broken[k] = f64::NAN);
+        broken
+    }
+
     /// Position as a model predicts it.
     fn position(&self, model: usize) -> Vec<f64> {
         let gaps = &self.predicted.gap_counts[model];
@@ -60,6 +79,14 @@ impl<'a> Beside<'a> {
         }
         rpm
     }
+}
+
+/// The recorded speed of a run.
+pub fn recorded_speed(run: &Run) -> Panel {
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let rpm = smooth_rpm(run, &counts);
+    let series = Series::new("recorded", Stroke::Line, RECORDED, &run.t_s, &rpm);
+    Panel::new("speed (RPM)", vec![series]).robust()
 }
 
 /// Whether one count in one sample is much of the speed.
@@ -92,8 +119,41 @@ fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f6
     samples.clone().map(speed).collect()
 }
 
+/// Errors of the last model in all runs: of the speed in RPM and of the position in counts.
+pub(super) struct Spreads {
+    speed: Spread,
+    position: Spread,
+}
+
+impl Spreads {
+    pub fn of(all: &[Beside<'_>]) -> Self {
+        let last = |beside: &Beside<'_>| beside.models.len() - 1;
+        let position = all.iter().map(|beside| {
+            let errors = beside.predicted.gap_counts[last(beside)].clone();
+            (beside.predicted, errors)
+        });
+        let speed = all.iter().map(|beside| {
+            let predicted = beside.speed(&beside.position(last(beside)), is_coarse(beside.run));
+            let recorded = recorded_rpm(beside.run);
+            let errors = recorded.iter().zip(&predicted).map(|(a, b)| a - b);
+            (beside.predicted, errors.collect())
+        });
+        Self {
+            speed: Spread::of(speed),
+            position: Spread::of(position),
+        }
+    }
+}
+
+/// The recorded speed as it is drawn over predictions.
+fn recorded_rpm(run: &Run) -> Vec<f64> {
+    let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
+    let over_s = if is_coarse(run) { SMOOTH_S } else { 0.0 };
+    smooth(run, &counts, 0..counts.len(), over_s)
+}
+
 /// Speed, position, error and command of a run, with every model.
-pub(super) fn figure(beside: &Beside<'_>) -> Figure {
+pub(super) fn figure(beside: &Beside<'_>, spreads: &Spreads) -> Figure {
     let run = beside.run;
     let t_s = &run.t_s;
     let coarse = is_coarse(run);
@@ -103,8 +163,7 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
         (Stroke::BroadStep, Stroke::Step)
     };
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
-    let whole = 0..counts.len();
-    let recorded_rpm = smooth(run, &counts, whole, if coarse { SMOOTH_S } else { 0.0 });
+    let recorded_rpm = recorded_rpm(run);
     let recorded = |stroke, y: &[f64]| Series::new("recorded", stroke, RECORDED, t_s, y);
     let mut speed = vec![recorded(broad, &recorded_rpm)];
     let mut position = vec![recorded(Stroke::Broad, &counts)];
@@ -112,10 +171,22 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     for (k, (name, colour)) in beside.models.iter().zip(COLOURS).enumerate() {
         let line = |stroke, y: &[f64]| Series::new(name.clone(), stroke, colour, t_s, y);
         let predicted = beside.position(k);
-        speed.push(line(thin, &beside.speed(&predicted, coarse)));
-        position.push(line(Stroke::Line, &predicted));
-        gaps.push(line(Stroke::Line, &beside.predicted.gap_counts[k]));
+        let rpm = beside.speed(&predicted, coarse);
+        speed.push(line(thin, &beside.broken(&rpm)));
+        position.push(line(Stroke::Line, &beside.broken(&predicted)));
+        gaps.push(line(
+            Stroke::Line,
+            &beside.broken(&beside.predicted.gap_counts[k]),
+        ));
+        if k + 1 == beside.models.len() {
+            let band = |spread: &Spread, middle: &[f64]| {
+                spread.around(beside.predicted, t_s, &beside.broken(middle), colour)
+            };
+            speed.extend(band(&spreads.speed, &rpm));
+            position.extend(band(&spreads.position, &predicted));
+        }
     }
+    let restarts = &beside.restarts_s();
     let with_effects = gaps.split_off(gaps.len().min(2));
     let mut panels = vec![
         Panel::new("speed (RPM)", speed).weighing(2.0).robust(),
@@ -125,6 +196,9 @@ pub(super) fn figure(beside: &Beside<'_>) -> Figure {
     if !with_effects.is_empty() {
         panels.push(Panel::new("error (counts)", with_effects).marked(0.0, ""));
     }
+    panels = (panels.into_iter())
+        .map(|panel| panel.starting_anew(restarts))
+        .collect();
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
     panels.push(Panel::new(command_label(run), vec![command]).weighing(0.6));
     Figure {

@@ -13,9 +13,10 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
         if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < words::DETAILED_FROM {
             continue;
         }
-        for (name, interval) in &cause.parameters {
+        for (key, interval) in &cause.parameters {
+            let (name, interval) = interval.determined(key);
             let name = format!("{}: {name}", cause.effect);
-            rows.push(row(diagnosis, name, interval, interval.reference));
+            rows.push(row(diagnosis, name, &interval, interval.reference));
         }
     }
     if rows.is_empty() {
@@ -36,7 +37,9 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
         .map(|(name, interval)| row(diagnosis, name.to_owned(), &interval, None))
         .collect();
     let whose = words::whose(diagnosis);
-    for (key, share) in &diagnosis.base {
+    // Without a known torque, what the runs determine of them stands above.
+    let base = diagnosis.has_torque().then_some(&diagnosis.base);
+    for (key, share) in base.into_iter().flatten() {
         let nominal = diagnosis.nominal.parameters.get(key);
         let Some(nominal) = nominal.filter(|value| *value != 0.0) else {
             continue;
@@ -48,6 +51,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
             hi95: share.hi95 * nominal,
             unit: named.map_or("", |named| named.unit),
             reference: None,
+            in_command: None,
         };
         let name = format!("{key} ({} of the {whose})", percent(share.value));
         rows.push(row(diagnosis, name, &value, Some(nominal)));

@@ -3,6 +3,7 @@
 use super::laid::LaidRun;
 use super::ordered;
 use super::overlay::smooth_rpm;
+use super::words;
 use crate::diagnose::{Diagnosis, Region};
 use crate::motor::catalogue::Stage;
 use crate::report::comparison::{COMMAND, RECORDED, command_label};
@@ -30,11 +31,14 @@ pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_
     let is_unexplained = diagnosis.unexplained.share > 0.0;
     let listed = &diagnosis.place.regions[..];
     regions(page, if is_unexplained { listed } else { &[] }, laid);
-    page.subsection("Residual torque against speed, angle, time and voltage");
-    page.paragraph(
-        "Torque that would remove the position error of a model. Of a complete model it stays between the dashed lines.",
-    );
-    let pictures = ordered::figures(laid);
+    let (name, unit) = words::residual_words(diagnosis);
+    page.subsection(&format!(
+        "Residual {name} against speed, angle, time and command"
+    ));
+    page.paragraph(&format!(
+        "Additional {name} that would remove the position error of a model. Of a complete model it stays between the dashed lines."
+    ));
+    let pictures = ordered::figures(laid, &format!("residual {name} ({unit})"));
     page.figures(pictures.iter().map(|figure| (figure, "")));
     page.note("Dashed: 95 % interval of the mean of a bin without a dependence.");
 }
@@ -53,7 +57,7 @@ fn stages(diagnosis: &Diagnosis) -> Bars {
     });
     Bars {
         title: "Stage of the chain".to_owned(),
-        scale: Scale::Linear(1.0),
+        scale: Scale(1.0),
         bars: bars.collect(),
     }
 }

@@ -2,7 +2,9 @@
 
 use crate::diagnose::{
     BudgetStep, Diagnosis, EffectClass, Gap, Interval, NominalSource, ReferenceRuns,
+    without_assumed_unit,
 };
+use crate::motor::CommandKind;
 use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::{figure, percent, probability, probability_of};
 use crate::report::{Bar, Bars, Scale};
@@ -199,7 +201,7 @@ pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
     };
     Bars {
         title: "Error budget".to_owned(),
-        scale: Scale::Linear(1.0),
+        scale: Scale(1.0),
         bars: diagnosis.budget.iter().map(bar).collect(),
     }
 }
@@ -237,14 +239,45 @@ pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)>
         ("mechanical time constant", found.time_constant_s),
         ("Coulomb friction in units of the command", found.friction_v),
     ];
-    if let Some(electrical) = found.electrical_time_constant_s {
+    // Held at what was assumed, it is not determined.
+    let electrical = found.electrical_time_constant_s;
+    let electrical = electrical.filter(|one| diagnosis.has_torque() || one.lo95 < one.hi95);
+    if let Some(electrical) = electrical {
         rows.push(("electrical time constant L/R", electrical));
     }
     rows
 }
 
-/// Where figures in N m and kg m^2 come from.
+/// Name and unit of what would remove an error: a torque, or the command where no torque is known.
+pub(super) fn residual_words(diagnosis: &Diagnosis) -> (&'static str, &'static str) {
+    match (diagnosis.has_torque(), diagnosis.command_kind) {
+        (true, _) | (_, CommandKind::Torque) => ("torque", "mN m"),
+        (_, CommandKind::Voltage) => ("voltage", "mV"),
+        (_, CommandKind::Current) => ("current", "mA"),
+    }
+}
+
+/// The equation of an effect; its names are without units where no torque is known.
+pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
+    let equation = kind.equation.to_owned();
+    if diagnosis.has_torque() {
+        return equation;
+    }
+    let keys = kind.parameters.iter().map(|parameter| parameter.key);
+    keys.fold(equation, |text, key| {
+        text.replace(key, without_assumed_unit(key))
+    })
+}
+
+/// Where figures in N m and kg m^2 come from, or why there are none.
 pub fn torque_words(diagnosis: &Diagnosis) -> String {
+    if !diagnosis.has_torque() {
+        return match diagnosis.command_kind {
+            CommandKind::Voltage => "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. The resistance, measured with an ohmmeter, gives torques: `motorlab motor diagnosed.toml --resistance OHM`.",
+            _ => "The torque constant is not known: friction and loads are in units of the command.",
+        }
+        .to_owned();
+    }
     match diagnosis.identifiable.si {
         Some(known) => format!(
             "Torques in N m are known from the {}: {} {} of the command for 1 N m.",

@@ -1,10 +1,12 @@
 //! The fleet page: units compared with the population, drift, verdicts, recordings that are not usable.
 
+mod outlying;
 mod queries;
 
 pub use queries::Names;
 
-use super::number::{figure, percent};
+use super::cell::Cell;
+use super::number::{figure, percent, probability};
 use super::strip::{Dot, Strip};
 use super::{Bar, Bars, Page, Scale};
 use crate::fleet::{
@@ -32,36 +34,45 @@ pub fn page(
 ) -> String {
     let mut page = Page::new("Many diagnoses side by side");
     page.lead(&lead(documents, damaged, population));
-    outstanding(&mut page, documents, population);
+    outlying::section(&mut page, documents, population);
     named(&mut page, documents, population);
     numbers(&mut page, population);
     drift(&mut page, population);
     unusable(&mut page, documents, damaged);
+    recordings(&mut page, documents, population);
     units(&mut page, documents, population);
     queries::put(&mut page, names);
     page.finish()
 }
 
 fn lead(documents: &[Document], damaged: &[Damaged], population: &Population) -> String {
-    let mut apart: Vec<usize> = population
-        .standing
-        .iter()
-        .map(|standing| standing.unit)
-        .collect();
-    apart.sort_unstable();
-    apart.dedup();
+    let apart = population.apart();
     let bad = documents
         .iter()
         .filter(|document| document.is_bad())
         .count();
+    let first = apart.first().map_or(String::new(), |first| {
+        let recurring = population.recurring.iter().filter(|one| one.unit == *first);
+        let why = match outlying::recurring_words(recurring) {
+            none if none.is_empty() => population
+                .standing
+                .iter()
+                .find(|one| one.unit == *first)
+                .map_or(String::new(), |one| {
+                    name_of(&population.numbers[one.number])
+                }),
+            recurring => recurring,
+        };
+        format!(" First: {}, {why}.", population.units[*first].name)
+    });
     format!(
-        "{} of {}. {}. {}.",
+        "{} of {}. {}.{first} {}.",
         several(documents.len(), "diagnosis", "diagnoses"),
         several(population.units.len(), "unit", "units"),
         match apart.len() {
-            0 => "No unit is an outlier".to_owned(),
-            1 => "1 unit is an outlier".to_owned(),
-            n => format!("{n} units are outliers"),
+            0 => "No unit stands out".to_owned(),
+            1 => "1 unit stands out".to_owned(),
+            n => format!("{n} units stand out"),
         },
         match bad + damaged.len() {
             0 => "Every recording is usable".to_owned(),
@@ -122,54 +133,6 @@ fn cause_of(documents: &[Document], population: &Population, unit: usize) -> Str
     }
 }
 
-fn outstanding(page: &mut Page, documents: &[Document], population: &Population) {
-    page.section("Outlying units");
-    if population.standing.is_empty() {
-        page.answer("None.");
-    } else {
-        let row = |standing: &Standing| {
-            let number = &population.numbers[standing.number];
-            let of_unit = number
-                .values
-                .iter()
-                .find(|(unit, _)| *unit == standing.unit);
-            let ends = of_unit.map_or(String::new(), |(_, value)| {
-                format!("{} to {}", figure(value.lo95, 3), figure(value.hi95, 3))
-            });
-            vec![
-                population.units[standing.unit].name.clone(),
-                name_of(number),
-                of_unit.map_or(String::new(), |(_, value)| figure(value.value, 4)),
-                ends,
-                number
-                    .centre
-                    .map_or(String::new(), |(centre, _)| figure(centre, 4)),
-                figure(standing.z, 3),
-                cause_of(documents, population, standing.unit),
-            ]
-        };
-        let rows: Vec<Vec<String>> = population.standing.iter().take(LISTED).map(row).collect();
-        page.table(
-            &[
-                "unit",
-                "parameter",
-                "value",
-                "95 % interval",
-                "median of all",
-                "robust z",
-                "last diagnosis",
-            ],
-            &rows,
-        );
-        left_out(page, population.standing.len());
-    }
-    page.note(&format!(
-        "A unit is an outlier where a parameter lies more than {OUTSTANDING} robust standard deviations from the median of all units, and its own interval does not \
-         contain that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, 1.2533 times the mean \
-         absolute deviation. At least {FEWEST_UNITS} units are needed."
-    ));
-}
-
 fn left_out(page: &mut Page, all: usize) {
     if all > LISTED {
         page.note(&format!("{} more are in the tables.", all - LISTED));
@@ -181,7 +144,7 @@ fn named(page: &mut Page, documents: &[Document], population: &Population) {
     let most = documents.len().max(1) as f64;
     let bars = |title: &str, counts: Vec<(String, usize, String)>, colour: usize| Bars {
         title: title.to_owned(),
-        scale: Scale::Linear(most),
+        scale: Scale(most),
         bars: (counts.into_iter())
             .map(|(name, count, text)| Bar {
                 name,
@@ -238,11 +201,13 @@ fn numbers(page: &mut Page, population: &Population) {
             interval: Some((value.lo95, value.hi95)),
             is_marked: is_marked(*unit),
         };
-        let last = number.values.len() - 1;
+        let name = |(k, (unit, _)): (usize, &(usize, crate::fleet::Interval))| {
+            (k as f64, population.units[*unit].name.clone())
+        };
         let strip = Strip {
             title: drawn_name(number),
-            x_label: "units, in ascending order".to_owned(),
-            ticks: vec![(0.0, "1".to_owned()), (last as f64, (last + 1).to_string())],
+            x_label: "unit, in ascending order of the value".to_owned(),
+            ticks: number.values.iter().enumerate().map(name).collect(),
             dots: number.values.iter().enumerate().map(dot).collect(),
             ordinary: number
                 .centre
@@ -367,6 +332,43 @@ fn unusable(page: &mut Page, documents: &[Document], damaged: &[Damaged]) {
     left_out(page, rows.len());
 }
 
+/// Every recording with the verdict on it, and its page.
+fn recordings(page: &mut Page, documents: &[Document], population: &Population) {
+    page.section("Every recording");
+    let of_units = population.units.iter();
+    let rows: Vec<Vec<Cell>> = of_units
+        .flat_map(|unit| {
+            unit.documents.iter().map(|place| {
+                let document = &documents[*place];
+                let effects = match document.effects.is_empty() {
+                    true => "\u{2013}".to_owned(),
+                    false => document.effects.join("+"),
+                };
+                vec![
+                    Cell::Links(vec![(document.name(), document.page.clone())]),
+                    Cell::Text(unit.name.clone()),
+                    Cell::Text(document.verdict.replace('_', " ")),
+                    Cell::Text(effects),
+                    Cell::Text(probability(document.probability)),
+                ]
+            })
+        })
+        .collect();
+    if documents.iter().all(|document| document.page.is_none()) {
+        page.note("A recording is linked where its page lies beside its document: motorlab diagnose RUN --html NAME.html --json > NAME.json.");
+    }
+    let names = [
+        "recording",
+        "unit",
+        "verdict",
+        "identified effects",
+        "probability",
+    ];
+    page.folded(&several(rows.len(), "recording", "recordings"), |page| {
+        page.linked_table(&names, &rows);
+    });
+}
+
 fn units(page: &mut Page, documents: &[Document], population: &Population) {
     page.section("Every unit");
     let mut farthest = vec![None; population.units.len()];
@@ -388,9 +390,8 @@ fn units(page: &mut Page, documents: &[Document], population: &Population) {
         ]
     };
     let rows: Vec<Vec<String>> = population.units.iter().enumerate().map(row).collect();
-    page.folded_table(
-        &several(rows.len(), "unit", "units"),
-        &["unit", "diagnoses", "last diagnosis", "largest robust z"],
-        &rows,
-    );
+    let names = ["unit", "diagnoses", "last diagnosis", "largest robust z"];
+    page.folded(&several(rows.len(), "unit", "units"), |page| {
+        page.table(&names, &rows);
+    });
 }

@@ -1,0 +1,99 @@
+//! Cells of a page's tables: texts, and links to other pages.
+
+use std::fmt::Write;
+
+use super::escape::{escaped, with_code};
+use super::html::is_number;
+use super::{Panel, thumbnail};
+
+/// A cell of a table whose texts lead to other pages.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// A text.
+    Text(String),
+    /// The curves of a panel over seconds, small.
+    Drawing(Panel),
+    /// Names, and the page of each where there is one: its path from this page.
+    Links(Vec<(String, Option<String>)>),
+}
+
+impl Cell {
+    /// The text that is read.
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Text(text) => text.clone(),
+            Self::Drawing(panel) => panel.y_label.clone(),
+            Self::Links(links) => {
+                let names = links.iter().map(|(name, _)| name.as_str());
+                names.collect::<Vec<_>>().join(", ")
+            }
+        }
+    }
+
+    /// Whether it is a number, alone or with its unit; dates of links are none.
+    pub(super) fn is_number(&self) -> bool {
+        matches!(self, Self::Text(text) if is_number(text))
+    }
+
+    pub(super) fn markup(&self) -> String {
+        let link = |(name, page): &(String, Option<String>)| match page {
+            Some(page) => format!("<a href=\"{}\">{}</a>", address(page), escaped(name)),
+            None => format!("<span class=\"whole\">{}</span>", escaped(name)),
+        };
+        match self {
+            Self::Text(text) => breakable(&with_code(text)),
+            Self::Drawing(panel) => thumbnail::inline(panel, "s"),
+            Self::Links(links) => links.iter().map(link).collect::<Vec<_>>().join(", "),
+        }
+    }
+}
+
+/// A path as the address of a link (RFC 3986): it begins with a dot, so that no name in it is a scheme.
+fn address(path: &str) -> String {
+    let mut out = String::from("./");
+    for byte in path.bytes() {
+        match byte {
+            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+                out.push(char::from(byte));
+            }
+            _ => {
+                let _ = write!(out, "%{byte:02X}");
+            }
+        }
+    }
+    out
+}
+
+/// A table of texts.
+pub(super) fn of_texts(rows: &[Vec<String>]) -> Vec<Vec<Cell>> {
+    let of_row = |row: &Vec<String>| row.iter().cloned().map(Cell::Text).collect();
+    rows.iter().map(of_row).collect()
+}
+
+/// A text where names that are joined by `+` may be broken behind it: a set of effects is as broad as one of them.
+pub(super) fn breakable(html: &str) -> String {
+    let mut parts = html.split('+');
+    let mut out = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let joins = part.starts_with(char::is_alphabetic);
+        out.push_str(if joins { "+<wbr>" } else { "+" });
+        out.push_str(part);
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_stays_a_path_whatever_the_file_is_called() {
+        let page = "a b/javascript:1\"#?.html".to_owned();
+        let cell = Cell::Links(vec![("<1>".to_owned(), Some(page)), ("2".to_owned(), None)]);
+        assert_eq!(
+            cell.markup(),
+            "<a href=\"./a%20b/javascript%3A1%22%23%3F.html\">&lt;1&gt;</a>, <span class=\"whole\">2</span>"
+        );
+        assert_eq!(cell.text(), "<1>, 2");
+    }
+}

@@ -1,0 +1,102 @@
+//! Units that stand out: a recurring effect, or a parameter that is an outlier.
+
+use super::{cause_of, name_of};
+use crate::fleet::{
+    Document, FEWEST_UNITS, OUTSTANDING, Population, Recurring, SIGNIFICANT, Standing,
+};
+use crate::report::Page;
+use crate::report::cell::Cell;
+use crate::report::number::figure;
+
+/// Units that are listed; all are in the tables of `tabulate`.
+const LISTED: usize = 100;
+
+/// The section of the page.
+pub(super) fn section(page: &mut Page, documents: &[Document], population: &Population) {
+    page.section("Units that stand out");
+    let apart = population.apart();
+    if apart.is_empty() {
+        page.answer("None.");
+    } else {
+        let rows: Vec<Vec<Cell>> = (apart.iter().take(LISTED))
+            .map(|unit| row(documents, population, *unit))
+            .collect();
+        page.linked_table(
+            &[
+                "unit",
+                "cause",
+                "outlying parameter",
+                "value",
+                "95 % interval",
+                "median of all",
+                "robust z",
+                "recordings",
+            ],
+            &rows,
+        );
+        if apart.len() > LISTED {
+            page.note(&format!("{} more are in the tables.", apart.len() - LISTED));
+        }
+    }
+    page.note(&format!(
+        "First stand units in whose recordings an effect is identified more often than in those of the others (binomial test, p times the number of \
+         tests below {SIGNIFICANT}), then those with an outlying parameter: it lies more than {OUTSTANDING} robust standard deviations from the median of all \
+         units, and its own interval does not contain that median. A robust standard deviation is 1.4826 times the median absolute deviation; where that is 0, \
+         1.2533 times the mean absolute deviation. At least {FEWEST_UNITS} units are needed. Of a unit with several outlying parameters the farthest is shown."
+    ));
+}
+
+/// The effects that recur in a unit's recordings.
+pub(super) fn recurring_words<'a>(of_unit: impl Iterator<Item = &'a Recurring>) -> String {
+    let words = |one: &Recurring| {
+        format!(
+            "{} in {} of {} recordings",
+            one.effect.replace('_', " "),
+            one.found,
+            one.of
+        )
+    };
+    of_unit.map(words).collect::<Vec<_>>().join("; ")
+}
+
+fn row(documents: &[Document], population: &Population, unit: usize) -> Vec<Cell> {
+    let own = &population.units[unit];
+    let recurring = population.recurring.iter().filter(|one| one.unit == unit);
+    let cause = match recurring_words(recurring) {
+        none if none.is_empty() => cause_of(documents, population, unit),
+        recurring => recurring,
+    };
+    let farthest = population.standing.iter().find(|one| one.unit == unit);
+    let number = |of: &dyn Fn(&Standing) -> String| farthest.map_or("\u{2013}".to_owned(), of);
+    let value = |of: &dyn Fn(&crate::fleet::Interval) -> String| {
+        number(&|standing| {
+            let values = &population.numbers[standing.number].values;
+            let own = values.iter().find(|(at, _)| *at == unit);
+            own.map_or(String::new(), |(_, value)| of(value))
+        })
+    };
+    let recordings = own.documents.iter().enumerate();
+    let recordings = recordings.map(|(k, place)| {
+        let document = &documents[*place];
+        let name = document.started().unwrap_or_else(|| (k + 1).to_string());
+        (name.chars().take(DATE).collect(), document.page.clone())
+    });
+    vec![
+        Cell::Text(own.name.clone()),
+        Cell::Text(cause),
+        Cell::Text(number(&|one| name_of(&population.numbers[one.number]))),
+        Cell::Text(value(&|value| figure(value.value, 4))),
+        Cell::Text(value(&|value| {
+            format!("{} to {}", figure(value.lo95, 3), figure(value.hi95, 3))
+        })),
+        Cell::Text(number(&|one| {
+            let centre = population.numbers[one.number].centre;
+            centre.map_or(String::new(), |(centre, _)| figure(centre, 4))
+        })),
+        Cell::Text(number(&|one| figure(one.z, 3))),
+        Cell::Links(recordings.collect()),
+    ]
+}
+
+/// Characters of a date.
+const DATE: usize = 10;
