@@ -55,7 +55,9 @@ pub(super) fn find(subjects: &[Subject<'_>]) -> Vec<Finding> {
     let mut found = Vec::new();
     for (subject, tally) in told {
         let gain = gain(subject.run).map(|gain| gain.over_error);
-        if tally.is_against(subject.run.counts_per_rev) || gain.is_some_and(|gain| gain < -BELOW) {
+        // A command that is logged long after the motion has a negative gain too, but most counts go along with it.
+        let is_negative = gain.is_some_and(|gain| gain < -BELOW) && tally.share() < AGAINST;
+        if tally.is_against(subject.run.counts_per_rev) || is_negative {
             found.push(finding(subject, &tally, gain, None));
         } else if are_reversed && tally.tells() && tally.share() <= -AGAINST {
             found.push(finding(subject, &tally, gain, Some((together, all))));

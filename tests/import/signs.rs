@@ -73,3 +73,48 @@ fn the_minus_of_a_spreadsheet_is_one() {
     assert_eq!(counts(&file), truth.counts);
     near(&file.column("command_v"), &truth.commands(), 1e-6);
 }
+
+#[test]
+fn a_voltage_that_never_changes_is_no_command_of_a_shaft_that_turns_both_ways() {
+    let truth = Truth::steps(0.01, 300);
+    let ms = |k: usize| truth.ms(k).to_string();
+    let turned = |k: usize| truth.counts[k].to_string();
+    let constant = |_| "24.0".to_owned();
+    let text = log(
+        "time_ms,voltage,counts",
+        truth.rows(),
+        &[&ms, &constant, &turned],
+    );
+    let said = asked("log.csv", &text, &FLAGS);
+    assert!(
+        said.contains("`voltage` is 24 in every row while the shaft turns both ways"),
+        "{said}"
+    );
+    assert!(said.contains("--command COLUMN:UNIT"), "{said}");
+}
+
+/// Degrees in a row, and a speed under the name of a position.
+#[test]
+fn a_speed_is_not_silently_taken_as_a_position() {
+    let truth = Truth::steps(0.01, 300);
+    let ms = |k: usize| truth.ms(k).to_string();
+    let volts = |k: usize| format!("{:.6}", truth.volts(k));
+    let step = |k: usize| {
+        let counts = truth.counts[k] - truth.counts[k.saturating_sub(1)];
+        (counts as f64 / 2.0).to_string()
+    };
+    let text = log(
+        "time_ms,voltage,deg_per_sample",
+        truth.rows(),
+        &[&ms, &volts, &step],
+    );
+    let (file, said) = imported("log.csv", &text, &["--counts-per-rev", "720"]);
+    assert!(said.contains("since the row before"), "{said}");
+    assert_eq!(counts(&file), truth.counts);
+    let text = text.replace("deg_per_sample", "angle_deg");
+    let (_, said) = imported("log.csv", &text, &["--counts-per-rev", "720"]);
+    assert!(
+        said.contains("follows the command as a speed does"),
+        "{said}"
+    );
+}

@@ -65,6 +65,23 @@ impl Decision<'_> {
         })
     }
 
+    /// Whether a column has one value while the shaft turns both ways.
+    pub(super) fn is_constant_both_ways(&self, command: usize, motion: usize) -> bool {
+        let column = self.column(command);
+        let rates = self.rates(motion);
+        let top = (rates.iter().filter(|rate| rate.is_finite()))
+            .fold(0.0_f64, |most, rate| most.max(rate.abs()));
+        let turning = |sign: f64| {
+            let is_turning = |rate: &&f64| sign * **rate >= TURNS * top;
+            rates.iter().filter(is_turning).count() as f64
+        };
+        let (on, back) = (turning(1.0), turning(-1.0));
+        column.lowest() == column.highest()
+            && column.most() > 0.0
+            && top > 0.0
+            && on.min(back) > EITHER_WAY * (on + back)
+    }
+
     /// In words, and as the scale and offset of a mapping: full drive is as far from the centre as half of it.
     pub(super) fn about_centre(centre: f64) -> (f64, f64, String) {
         let words = format!("; {} is standstill, as the motion shows", short(centre));

@@ -191,7 +191,10 @@ impl Decision<'_> {
             let (at, unit) = self.said_column("--command", Role::Command, text)?;
             return Ok(self.command_column(at, unit));
         }
-        let candidates = self.beside_used(self.candidates(Role::Command));
+        let mut candidates = self.beside_used(self.candidates(Role::Command));
+        let supply = (candidates.iter().copied())
+            .find(|&at| motion.is_some_and(|motion| self.is_constant_both_ways(at, motion)));
+        candidates.retain(|at| Some(*at) != supply);
         match candidates.as_slice() {
             [at] => return Ok(self.command_column(*at, None)),
             [] => {}
@@ -205,12 +208,17 @@ impl Decision<'_> {
             return Ok(Some(found));
         }
         let unclear = self.candidates(Role::CommandOrSupply);
-        let doubt = match unclear.first() {
-            Some(&at) => format!(
+        let doubt = match (supply, unclear.first()) {
+            (Some(at), _) => format!(
+                "{} is {} in every row while the shaft turns both ways, as a supply is; ",
+                self.name(at),
+                short(self.column(at).highest())
+            ),
+            (None, Some(&at)) => format!(
                 "{} may be what was commanded or the supply; ",
                 self.name(at)
             ),
-            None => String::new(),
+            (None, None) => String::new(),
         };
         let (proposed, named) = self.command_of_file_name(motion);
         let from = match (&proposed, named.len() > 1) {

@@ -238,8 +238,15 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.position(at, Some(unit)));
             return;
         };
-        if unit == "counts" && !is_increments && self.follows_command(at) {
-            self.doubt_position(at);
+        if !is_increments && self.follows_command(at) {
+            match unit {
+                "counts" => self.doubt_position(at),
+                _ => self.notes.push(format!(
+                    "{name} follows the command as a speed does, and not as a position; hint: --speed {}:UNIT, or --increments where it \
+                     is the travel since the row before",
+                    self.flag_name(at)
+                )),
+            }
         }
         if matches!(unit, "m" | "cm" | "mm" | "um") {
             self.travel(at, unit);

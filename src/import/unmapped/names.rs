@@ -199,7 +199,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         })
     } else if is_interval(&words, inside.iter().map(String::as_str).chain(unit_line)) {
         Some(Role::Interval)
-    } else if is_read_and_reset || (has(INCREMENTS) && !has(TIMES)) {
+    } else if is_read_and_reset || is_per_row(&words) || (has(INCREMENTS) && !has(TIMES)) {
         Some(Role::Increments)
     } else if has(POSITIONS) && !has(&["pwm", "duty", "voltage"]) {
         let is_asked = has(&["cmd", "command"]);
@@ -314,6 +314,21 @@ fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
     alone
         .or_else(|| beside.iter().find_map(|text| by_text(text)))
         .or_else(at_end)
+}
+
+/// `deg_per_sample`: since the row before.
+fn is_per_row(words: &[String]) -> bool {
+    const ROWS: [&str; 8] = [
+        "sample",
+        "samples",
+        "row",
+        "loop",
+        "cycle",
+        "step",
+        "frame",
+        "iteration",
+    ];
+    (words.windows(2)).any(|two| two[0] == "per" && ROWS.contains(&two[1].as_str()))
 }
 
 /// Whether the last words are a unit of speed: `angle_deg_s`.
@@ -476,6 +491,7 @@ mod tests {
             ("nanosec", Time, Some("ns")),
             ("header.stamp.nsecs", Time, Some("ns")),
             ("increments", Increments, None),
+            ("deg_per_sample", Increments, Some("deg")),
             ("delta_counts", Increments, Some("counts")),
         ] {
             let found = says(name, None);
