@@ -14,8 +14,8 @@ use crate::recording::{Run, Steps};
 const SLOT_COUNTS: f64 = 8.0;
 /// A slot of fewer counts is no turning shaft.
 const LEAST_COUNTS: f64 = 4.0;
-/// Fewest differences in either direction: the variance has an error of 12 % then.
-const LEAST_SLOTS: usize = 150;
+/// Fewest differences in either direction: the variance has an error of 25 % then, as neighbouring ones share two slots.
+const LEAST_SLOTS: usize = 60;
 /// Variance of a second difference of counts: of independent ones, as a multiple of theirs, and of quantization.
 const OF_INDEPENDENT: f64 = 6.0;
 const OF_QUANTIZATION: f64 = 20.0 / 12.0;
