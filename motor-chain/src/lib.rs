@@ -32,7 +32,9 @@ pub use known::{KnownDifferences, KnownError};
 pub use parameter_id::ParameterId;
 pub use parameters::Parameters;
 pub use plant::Plant;
-pub use simulate::{Drive, SimulationError, SimulationOptions, Trajectory, simulate};
+pub use simulate::{
+    Drive, SimulationError, SimulationOptions, Trajectory, simulate, simulate_reporting,
+};
 
 /// Which of the handout's models: without or with the inductance of the motor file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -108,11 +108,24 @@ pub enum SimulationError {
 
 /// Most steps for each longest step of a run that is simulated once: four a tick, where one without events takes one.
 const MOST_STEPS: u64 = 4000;
+/// Samples between two reports of a simulation.
+const REPORTED_SAMPLES: usize = 4096;
+
 /// Simulates a motor from rest.
 pub fn simulate(
     motor: &Motor,
     drive: &Drive<'_>,
     options: &SimulationOptions,
+) -> Result<Trajectory, SimulationError> {
+    simulate_reporting(motor, drive, options, &|_| ())
+}
+
+/// Simulates a motor from rest; `done` is told how many samples are simulated, once in some thousands.
+pub fn simulate_reporting(
+    motor: &Motor,
+    drive: &Drive<'_>,
+    options: &SimulationOptions,
+    done: &dyn Fn(usize),
 ) -> Result<Trajectory, SimulationError> {
     let schedule = Schedule::new(drive)?;
     let chain = Chain::new(
@@ -124,10 +137,10 @@ pub fn simulate(
     );
     let machine = Machine::new(chain);
     let trajectory = match (machine.two, machine.warms()) {
-        (false, false) => trajectory::<3>(&schedule, machine, options),
-        (false, true) => trajectory::<4>(&schedule, machine, options),
-        (true, false) => trajectory::<5>(&schedule, machine, options),
-        (true, true) => trajectory::<6>(&schedule, machine, options),
+        (false, false) => trajectory::<3>(&schedule, machine, options, done),
+        (false, true) => trajectory::<4>(&schedule, machine, options, done),
+        (true, false) => trajectory::<5>(&schedule, machine, options, done),
+        (true, true) => trajectory::<6>(&schedule, machine, options, done),
     }?;
     match trajectory.angle_rad.iter().position(|x| !x.is_finite()) {
         Some(sample) => Err(SimulationError::Diverged {
@@ -142,6 +155,7 @@ fn trajectory<const N: usize>(
     schedule: &Schedule,
     machine: Machine<f64>,
     options: &SimulationOptions,
+    done: &dyn Fn(usize),
 ) -> Result<Trajectory, SimulationError> {
     let longest_s = schedule.longest_s(machine.chain.timing.clock_scale);
     let mut engine = Engine::<f64, N>::new(machine, longest_s);
@@ -157,7 +171,10 @@ fn trajectory<const N: usize>(
         &mut engine,
         MOST_STEPS,
         |_| 0.5 * jitter_s,
-        |k, engine: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+        |k: usize, engine: &Engine<f64, N>, sample: &Sample<'_, f64, N>| {
+            if k.is_multiple_of(REPORTED_SAMPLES) {
+                done(k);
+            }
             let y = sample.state();
             let (angle, speed) = (y[shaft], y[shaft + 1]);
             out.angle_rad.push(angle);

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::{fs, io, thread};
 
 use clap::{Args, Subcommand};
-use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form};
+use super::progress::bar;
 use super::signals::StopSignal;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
@@ -201,7 +201,7 @@ impl Make {
             other_motors: self.other_motors,
             wander_scale: self.random_load,
         };
-        let bar = bar(self.cases as u64, "made");
+        let bar = bar(self.cases, "made");
         let cases = blind::make(&recipe, &|| bar.inc(1))
             .map_err(|error| Failure::input(error.to_string()))?;
         bar.finish_and_clear();
@@ -280,7 +280,7 @@ impl Run {
             .cases
             .len();
         let (stop, _runtime) = stop_flag().map_err(Failure::device)?;
-        let bar = bar(cases as u64, "judged");
+        let bar = bar(cases, "judged");
         let failed = AtomicU64::new(0);
         let ledger = blind::run(&self.directory, &program, jobs, &stop, &|progress| {
             bar.set_position(progress.done as u64);
@@ -344,7 +344,7 @@ impl Score {
         outputs.check(self.html.iter().chain(&self.markdown))?;
         let opened =
             blind::open(&self.directory, &self.labels, self.head.as_deref()).map_err(failure)?;
-        let bar = bar(opened.cases.len() as u64, "unseen runs");
+        let bar = bar(opened.cases.len(), "unseen runs");
         let judged = opened.cases.par_iter().map(|case| {
             let gap = measure_gap(&self.directory, case)?;
             bar.inc(1);
@@ -396,14 +396,6 @@ fn failure(error: BlindError) -> Failure {
     } else {
         Failure::input(error)
     }
-}
-
-/// A bar on standard error; none where that is no terminal.
-fn bar(length: u64, what: &'static str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:32} {pos} of {len} {msg}, {eta} left");
-    ProgressBar::new(length)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        .with_message(what)
 }
 
 /// A flag that Ctrl-C sets; holds as long as the runtime is kept.

@@ -10,6 +10,7 @@ use serde::Deserialize;
 use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s, supply_v};
 use super::output_file::{Force, Form};
+use super::progress::{set_share, spinner};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
@@ -100,7 +101,11 @@ impl Design {
             sample_time_s: self.ts,
             duration_s,
         };
-        let found = isolability(&motor, &plan).ok_or_else(|| {
+        let spinner = spinner();
+        spinner.set_message("simulating every effect on the profile");
+        let found = isolability(&motor, &plan, &|share| set_share(&spinner, share));
+        spinner.finish_and_clear();
+        let found = found.ok_or_else(|| {
             Failure::input(
                 "the motor cannot be simulated on this profile\nhint: `motorlab motor FILE` lists its parameters with their units",
             )

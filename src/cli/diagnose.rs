@@ -11,7 +11,7 @@ use super::import_flags::Flags;
 use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
-use super::progress::spinner;
+use super::progress::{set_share, spinner};
 use super::run_facts::{Role, RunFacts, WithRuns};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
@@ -54,6 +54,10 @@ pub struct Diagnose {
     /// Position error that is good enough: counts, or a share of the travel as in 1%; a part of the noise floor.
     #[arg(long, value_name = "COUNTS|SHARE%", value_parser = good_enough)]
     good_enough: Option<GoodEnough>,
+    /// A quick answer from a tenth of the samples: whole segments, with every run and every command level among them. The errors are those
+    /// of all samples; sentence, page and document say that the answer is quick.
+    #[arg(long)]
+    quick: bool,
     /// Print how the verdict came about: the steps of the search, all sets with their scores, the effective observations.
     #[arg(long)]
     explain: bool,
@@ -171,6 +175,7 @@ impl Diagnose {
             (self.settings.as_deref()).map_or_else(|| Ok(Settings::default()), settings)?;
         let spinner = spinner();
         let progress = |what: &str| spinner.set_message(what.to_owned());
+        let done = |share: f64| set_share(&spinner, share);
         let options = Options {
             held_out: &held_out,
             reference: &reference,
@@ -182,6 +187,8 @@ impl Diagnose {
             proposed: &proposed,
             settings,
             progress: &progress,
+            done: &done,
+            quick: self.quick,
         };
         let found = diagnose(&runs, &motor, &options);
         spinner.finish_and_clear();

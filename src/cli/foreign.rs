@@ -11,6 +11,7 @@ use super::import::{open, run_name};
 use super::import_flags::Flags;
 use super::import_source::Source;
 use super::import_words::{say_rows, say_understood};
+use super::progress::FileProgress;
 use super::{Failure, Output};
 use crate::import::{Form, Said, Unclear, import, understand};
 use crate::plain::{quoted, shown};
@@ -88,11 +89,12 @@ fn no_run(path: &Path, what: String) -> Failure {
 /// Imports a log into a folder that goes with its runs.
 fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut source = Source::new(Box::new(open(path)?), &name).map_err(|why| {
-        let why = why.to_string();
-        let named = format!("{name}: ");
-        no_run(path, why.strip_prefix(&named).unwrap_or(&why).to_owned())
-    })?;
+    let mut source =
+        Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name).map_err(|why| {
+            let why = why.to_string();
+            let named = format!("{name}: ");
+            no_run(path, why.strip_prefix(&named).unwrap_or(&why).to_owned())
+        })?;
     let reading = source.understand(&name, &flags.said(), &command_line())?;
     let ready = match reading.map {
         Ok(ready) => ready,

@@ -13,6 +13,7 @@ use super::import_flags::Flags;
 use super::import_source::Source;
 use super::import_words::{say, say_understood};
 use super::output_file::{Force, Form, Outputs};
+use super::progress::FileProgress;
 use super::staged::Staged;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
@@ -86,7 +87,7 @@ impl Import {
         let bytes: Box<dyn Read> = if standard_input {
             Box::new(io::stdin().lock())
         } else {
-            Box::new(open(&self.log)?)
+            Box::new(FileProgress::new(open(&self.log)?, &name))
         };
         let at = |failure: Failure| match standard_input {
             true => failure,

@@ -241,6 +241,7 @@ impl Lab {
                 "source": lab.source,
                 "findings": lab.findings,
                 "answers": lab.answers,
+                "not_shown": lab.not_shown,
                 "files": files,
             }));
         }

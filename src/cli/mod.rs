@@ -217,7 +217,8 @@ impl Output {
 
     /// A message for people, on standard error; one that cannot be said is not. Control characters from files and devices are removed.
     pub fn message(&self, text: &str) {
-        let _ = writeln!(io::stderr().lock(), "{}", for_people(text));
+        let text = for_people(text);
+        let _ = progress::past_drawn(|| writeln!(io::stderr().lock(), "{text}"));
     }
 }
 
@@ -316,6 +317,9 @@ impl CommandLine {
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
     fn run(self, output: &Output) -> Status {
+        if output.json {
+            progress::hide();
+        }
         let result = match self.command {
             Command::Ports(command) => command.run(output),
             Command::Capture(command) => command.run(output),

@@ -1,12 +1,14 @@
-//! A line on the terminal that shows a recording while it runs, on a thread of its own.
+//! Lines on the terminal: of a recording while it runs, on a thread of its own, and of a computation that takes long.
 
-use std::io::{self, IsTerminal, Write};
+use std::fmt;
+use std::fs::File;
+use std::io::{self, IsTerminal, Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, WeakProgressBar};
 
 use crate::recording::{Live, SharedLive};
 use crate::units::rpm_from_rad_s;
@@ -17,14 +19,146 @@ const EVERY: Duration = Duration::from_millis(100);
 /// Characters of the picture.
 const WIDTH: usize = 32;
 
-/// Progress of a long computation with its time, on standard error if that is a terminal.
+/// A computation that ends earlier shows no progress.
+const DELAY: Duration = Duration::from_secs(2);
+
+/// Parts that a computation is counted in where only the share that is done is known.
+const PARTS: f64 = 1000.0;
+
+/// Least share that is done from which the time that is left is estimated.
+const ESTIMATED_FROM: f64 = 0.03;
+
+/// Whether no computation draws its progress: with `--json`.
+static IS_HIDDEN: AtomicBool = AtomicBool::new(false);
+
+/// The computation on the terminal, which gives way to messages.
+static DRAWN: Mutex<Option<WeakProgressBar>> = Mutex::new(None);
+
+/// Draws no progress of computations from now on.
+pub(super) fn hide() {
+    IS_HIDDEN.store(true, Ordering::Relaxed);
+}
+
+/// Progress of a long computation: what, how far, how long still. On standard error if that is a terminal, after a delay.
 pub(super) fn spinner() -> ProgressBar {
-    let spinner = ProgressBar::new_spinner();
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
-        spinner.set_style(style);
+    let style = ProgressStyle::with_template("{spinner} {msg}{far}");
+    after_delay(
+        ProgressBar::with_draw_target(Some(PARTS as u64), ProgressDrawTarget::hidden()).with_style(
+            style
+                .unwrap_or_else(|_| ProgressStyle::default_spinner())
+                .with_key("far", far),
+        ),
+    )
+}
+
+/// The same of a number of items, with a bar.
+pub(super) fn bar(items: usize, what: &'static str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:32} {pos} of {len} {msg}{far}");
+    after_delay(
+        ProgressBar::with_draw_target(Some(items as u64), ProgressDrawTarget::hidden())
+            .with_style(
+                style
+                    .unwrap_or_else(|_| ProgressStyle::default_bar())
+                    .with_key("far", far),
+            )
+            .with_message(what),
+    )
+}
+
+/// Sets the share of a computation that is done.
+pub(super) fn set_share(bar: &ProgressBar, share: f64) {
+    bar.set_position((share.clamp(0.0, 1.0) * PARTS) as u64);
+}
+
+/// Writes to the terminal past what is drawn there.
+pub(super) fn past_drawn<R>(write: impl FnOnce() -> R) -> R {
+    let drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
+    match drawn.as_ref().and_then(WeakProgressBar::upgrade) {
+        Some(bar) => bar.suspend(write),
+        None => write(),
     }
-    spinner.enable_steady_tick(EVERY);
-    spinner
+}
+
+fn after_delay(bar: ProgressBar) -> ProgressBar {
+    if IS_HIDDEN.load(Ordering::Relaxed) || !io::stderr().is_terminal() {
+        return bar;
+    }
+    let later = bar.downgrade();
+    let shown = thread::Builder::new()
+        .name("progress".to_owned())
+        .spawn(move || {
+            thread::sleep(DELAY);
+            let Some(bar) = later.upgrade().filter(|bar| !bar.is_finished()) else {
+                return;
+            };
+            *DRAWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(later);
+            bar.set_draw_target(ProgressDrawTarget::stderr());
+            bar.enable_steady_tick(EVERY);
+        });
+    // Without a thread there is no progress, and the computation goes on.
+    drop(shown);
+    bar
+}
+
+/// The share that is done and an estimate of the time that is left, or the time so far where neither is known.
+fn far(state: &ProgressState, to: &mut dyn fmt::Write) {
+    let share = state.pos() as f64 / state.len().unwrap_or(1).max(1) as f64;
+    let _ = to.write_str(&words(share, state.elapsed()));
+}
+
+fn words(share: f64, elapsed: Duration) -> String {
+    let so_far_s = elapsed.as_secs_f64();
+    if share < ESTIMATED_FROM {
+        return format!(", {so_far_s:.0} s so far");
+    }
+    let left_s = so_far_s * (1.0 - share) / share;
+    let left = match left_s {
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    };
+    format!(", {:.0} %, about {left} left", 100.0 * share)
+}
+
+/// A file that is read, with its progress.
+pub(super) struct FileProgress {
+    file: File,
+    read: u64,
+    length: u64,
+    bar: ProgressBar,
+}
+
+impl FileProgress {
+    /// Of a file of this name.
+    pub fn new(file: File, name: &str) -> Self {
+        let bar = spinner();
+        bar.set_message(format!("reading {name}"));
+        // Of a pipe the length is 0, and only the time so far is known.
+        let length = file.metadata().map_or(0, |found| found.len());
+        Self {
+            file,
+            read: 0,
+            length,
+            bar,
+        }
+    }
+}
+
+impl Read for FileProgress {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let bytes = self.file.read(into)?;
+        self.read += bytes as u64;
+        if self.length > 0 {
+            set_share(&self.bar, self.read as f64 / self.length as f64);
+        }
+        Ok(bytes)
+    }
+}
+
+impl Drop for FileProgress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
 }
 
 /// The line; dropping it wipes the line away. A terminal that blocks blocks this thread alone.
@@ -113,4 +247,19 @@ fn picture(live: &Live) -> String {
         .iter()
         .map(|speed| HEIGHTS[(((speed - low) * scale).round() as usize).min(7)])
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_that_is_left_is_in_proportion_to_what_is_done() {
+        let of = |share, seconds| words(share, Duration::from_secs(seconds));
+        assert_eq!(of(0.0, 3), ", 3 s so far");
+        assert_eq!(of(0.25, 10), ", 25 %, about 30 s left");
+        assert_eq!(of(0.1, 60), ", 10 %, about 9 min left");
+        assert_eq!(of(0.05, 1200), ", 5 %, about 6.3 h left");
+        assert_eq!(of(1.0, 20), ", 100 %, about 0 s left");
+    }
 }

@@ -11,11 +11,12 @@ use super::motor_choice::MotorChoice;
 use super::numbers::{duration_s, sample_time_s};
 use super::output_file::{Force, Form};
 use super::picture::on_terminal;
+use super::progress::{set_share, spinner};
 use super::staged::Staged;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::board::Profile;
-use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate};
+use crate::motor::{Drive, Motor, SimulationOptions, Trajectory, simulate_reporting};
 use crate::plain::shown;
 use crate::recording::{CommandKind, Run, difference_velocities, write_run};
 use crate::report::{Figure, Panel, Series, Size, Stroke, svg};
@@ -109,7 +110,13 @@ impl Simulate {
             seed: self.seed,
             ..SimulationOptions::default()
         };
-        let trajectory = simulate(&motor, &drive, &options).map_err(Failure::input)?;
+        let spinner = spinner();
+        let samples = run.t_s.len();
+        spinner.set_message(format!("simulating {samples} samples"));
+        let done = |simulated| set_share(&spinner, simulated as f64 / samples as f64);
+        let trajectory = simulate_reporting(&motor, &drive, &options, &done);
+        spinner.finish_and_clear();
+        let trajectory = trajectory.map_err(Failure::input)?;
         let run = Run {
             velocity_rad_s: Some(difference_velocities(
                 &trajectory.counts,

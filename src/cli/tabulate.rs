@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::output_file::{Force, Form, Outputs};
+use super::progress::bar;
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::fleet::{Damaged, Document, Population, Table, tables};
@@ -73,7 +74,11 @@ impl Tabulate {
             outputs.may_replace(path, self.witness(path))?;
         }
         self.threads.set()?;
-        let read: Vec<_> = inputs.par_iter().map(|path| Document::read(path)).collect();
+        let bar = bar(inputs.len(), "documents read");
+        let read: Vec<_> = (inputs.par_iter().map(|path| Document::read(path)))
+            .inspect(|_| bar.inc(1))
+            .collect();
+        bar.finish_and_clear();
         let (mut documents, mut damaged) = (Vec::new(), Vec::new());
         for one in read {
             match one {

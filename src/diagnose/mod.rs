@@ -42,8 +42,8 @@ pub use nominal::{NominalFit, nominal_fit};
 pub use report::{
     Alternative, BadRecording, BudgetStep, Cause, CommandInterval, Diagnosis, EffectClass,
     EffectSet, Fitted, FloorParts, Gap, GoodEnough, Identifiable, Interval, KnownChange,
-    KnownTorque, NextExperiment, NominalSource, Place, PredictedRun, ReferenceRuns, Regime, Region,
-    SHAPE, Scoring, SearchStep, Unexplained, Verdict, other_means,
+    KnownTorque, NextExperiment, NominalSource, Place, PredictedRun, Quick, ReferenceRuns, Regime,
+    Region, SHAPE, Scoring, SearchStep, Unexplained, Verdict, other_means,
 };
 pub use settings::Settings;
 
@@ -58,6 +58,7 @@ use crate::recording::Run;
 use error::usable;
 use pipeline::{Prepared, searched};
 use segments::Segments;
+use settings::conventions::SEARCH_SHARE;
 
 /// Options of a diagnosis besides its runs and its motor.
 #[derive(Clone, Copy)]
@@ -80,6 +81,10 @@ pub struct Options<'a> {
     pub proposed: &'a [Motor],
     /// Is told what is being done.
     pub progress: &'a dyn Fn(&str),
+    /// Is told an estimate of the share of the work that is done.
+    pub done: &'a dyn Fn(f64),
+    /// Whether a tenth of the samples is enough for a quick answer.
+    pub quick: bool,
     /// Numbers of the method.
     pub settings: Settings,
 }
@@ -96,6 +101,8 @@ impl Default for Options<'_> {
             asked: None,
             proposed: &[],
             progress: &|_| (),
+            done: &|_| (),
+            quick: false,
             settings: Settings::default(),
         }
     }
@@ -133,7 +140,7 @@ pub fn diagnose(
     let recorded = runs;
     let runs = &without_named_samples(runs)[..];
     let held_out = &without_named_samples(options.held_out)[..];
-    let prepared = Prepared::new(runs, motor, settings)?;
+    let prepared = Prepared::new(runs, motor, settings, options.quick)?;
     let mut stated =
         budget::stated_floor(runs, &prepared.all, options.repeats, options.good_enough);
     let earlier = &without_named_samples(options.reference)[..];
@@ -144,6 +151,7 @@ pub fn diagnose(
                 stated.largest(),
                 options.proposed,
                 options.progress,
+                &|share| (options.done)(SEARCH_SHARE * share),
             )?;
             (prepared, found, None)
         }

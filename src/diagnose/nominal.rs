@@ -68,7 +68,7 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
     let mut best: Option<(Motor, f64, Prepared)> = None;
     for _ in 0..CUTS {
         let tolerant = with_tolerances(&motor, super::model::BASE, settings.largest_factor);
-        let prepared = Prepared::new(runs, &tolerant, &settings)?;
+        let prepared = Prepared::new(runs, &tolerant, &settings, false)?;
         let (segments, _) = prepared.searched();
         let model = Model::new(&prepared.base, Vec::new());
         let mut starts = vec![model.start()];
@@ -155,7 +155,7 @@ fn start(
     let slowest = (candidates[1..].iter())
         .max_by(|a, b| time_constant_s(a).total_cmp(&time_constant_s(b)))
         .ok_or(DiagnoseError::NoFit)?;
-    let prepared = Prepared::new(runs, slowest, settings)?;
+    let prepared = Prepared::new(runs, slowest, settings, false)?;
     let left = candidates
         .iter()
         .filter_map(|motor| Some((left_by(motor, &prepared)?, motor)));

@@ -1,5 +1,7 @@
 //! From runs to fitted sets: the part of a diagnosis that reads data.
 
+use std::cell::Cell;
+
 use super::error::{DiagnoseError, usable};
 use super::fit::{Fit, Metric, fit};
 use super::inverse::{own_part, shares};
@@ -10,7 +12,7 @@ use super::score::{effective_observations, fitted_time_constant_s};
 use super::search::{Found, search};
 use super::segments::{Recording, Segments, Subset};
 use super::settings::Settings;
-use super::settings::conventions::MOVED_COUNTS;
+use super::settings::conventions::{LEFT_AFTER_ROUND, MOVED_COUNTS, REFITTED_SHARE};
 use crate::motor::Motor;
 use crate::motor::catalogue::find;
 use crate::recording::Run;
@@ -26,13 +28,22 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    pub fn new(runs: &[Run], motor: &Motor, settings: &Settings) -> Result<Self, DiagnoseError> {
+    /// Of these runs; a quick answer searches a subset of short runs too.
+    pub fn new(
+        runs: &[Run],
+        motor: &Motor,
+        settings: &Settings,
+        quick: bool,
+    ) -> Result<Self, DiagnoseError> {
         let kind = usable(runs)?;
         let mut motor = motor.clone();
         motor.parameters.counts_per_rev = runs[0].counts_per_rev;
         motor.parameters.supply_v = runs[0].supply_v.unwrap_or(motor.parameters.supply_v);
         let all = Segments::new(runs, &motor, settings)?;
-        let subset = Subset::new(&all, runs, &motor, settings.searched_samples, None)?;
+        let subset = match quick {
+            true => Subset::quick(&all, runs, &motor)?,
+            false => Subset::new(&all, runs, &motor, settings.searched_samples, None)?,
+        };
         let clocks = all.runs.iter().filter_map(|run| run.clock);
         let longest = clocks.max_by(|a, b| a.1.total_cmp(&b.1));
         // A reading beyond what a clock errs by is none: rows that were sent faster than real time, or all at once.
@@ -100,6 +111,7 @@ pub(crate) fn searched(
     stated_floor_counts: f64,
     proposed: &[Motor],
     progress: &dyn Fn(&str),
+    done: &dyn Fn(f64),
 ) -> Result<Searched, DiagnoseError> {
     let Prepared { all, base, .. } = prepared;
     let settings = &base.settings;
@@ -150,6 +162,14 @@ pub(crate) fn searched(
     )?;
     let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
     let begun = if is_relevant { &none } else { &refitted };
+    // How many rounds there are is known at the end: each is reported as a part of what is left.
+    let left = Cell::new(1.0 - REFITTED_SHARE);
+    done(REFITTED_SHARE);
+    let progress = |what: &str| {
+        done(1.0 - left.get());
+        left.set(left.get() * LEFT_AFTER_ROUND);
+        progress(what);
+    };
     let found = search(
         &segments,
         coarse,
@@ -157,7 +177,7 @@ pub(crate) fn searched(
         begun,
         (is_relevant, stated_floor),
         proposed,
-        progress,
+        &progress,
     );
     let found = found.ok_or(DiagnoseError::NoFit)?;
     Ok(Searched {

@@ -20,6 +20,7 @@ use super::pipeline::{Prepared, Searched, searched};
 use super::report::ReferenceRuns;
 use super::score::scale_free;
 use super::segments::Segments;
+use super::settings::conventions::SEARCH_SHARE;
 use super::verdict::identified;
 use super::{Options, Settings};
 use crate::motor::Motor;
@@ -55,19 +56,29 @@ pub(super) fn compared(
 ) -> Result<(Prepared, Searched, Option<ReferenceRuns>), DiagnoseError> {
     usable(&[&prepared.runs[..1], &earlier[..1]].concat())?;
     let settings = &options.settings;
-    let mut then = Prepared::new(earlier, motor, settings)?;
+    let mut then = Prepared::new(earlier, motor, settings, options.quick)?;
     // One motor has the same parameters then and now.
     let torque_identifiable = prepared.base.torque_identifiable || then.base.torque_identifiable;
     prepared.base.torque_identifiable = torque_identifiable;
     then.base.torque_identifiable = torque_identifiable;
     (options.progress)("diagnosing the reference runs");
     let floor = stated_floor(earlier, &then.all, &[], options.good_enough);
-    let reference = searched(&then, floor.largest(), &[], &|_| ())?;
+    let reference = searched(&then, floor.largest(), &[], &|_| (), &|share| {
+        (options.done)(0.5 * SEARCH_SHARE * share);
+    })?;
     let mut fit = identified_fit(&then, &reference, settings).ok_or(DiagnoseError::NoFit)?;
     loop {
         let (motor, posterior) = posterior_of(&reference.segments, &then.base, &fit);
         prepared.base = prepared.base.after(motor, posterior);
-        let found = searched(&prepared, stated_floor_counts, &[], options.progress)?;
+        let found = searched(
+            &prepared,
+            stated_floor_counts,
+            &[],
+            options.progress,
+            &|share| {
+                (options.done)(0.5 * SEARCH_SHARE * (1.0 + share));
+            },
+        )?;
         let both = (&then, &reference, &prepared, &found);
         if let Some(with) = shared(both, &fit, settings) {
             (options.progress)("sharing an effect with the reference runs");

@@ -8,6 +8,7 @@
 //! | [`sampling`] | Part 2: encoder, sampling, difference |
 //! | [`recorded`] | Part 3: recordings against simulations |
 //! | [`missing`] | Part 3: what explains the gap between them |
+//! | [`not_shown`] | Part 3: effects that the recordings would not show |
 //! | [`answers`] | every question of the handout, answered |
 //! | [`class`], [`class_page`] | many students' recordings side by side, and their page |
 //! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
@@ -18,6 +19,7 @@ pub mod class_page;
 pub mod columns;
 pub mod damping;
 pub mod missing;
+pub mod not_shown;
 pub mod page;
 pub mod recorded;
 pub mod sampling;
@@ -80,6 +82,8 @@ pub struct Lab {
     pub findings: Vec<Finding>,
     /// Causes of the error in Part 3.
     pub missing: Missing,
+    /// Effects that the recordings would not show at a typical magnitude; empty without a diagnosis.
+    pub not_shown: Vec<&'static str>,
     /// Where the recordings come from.
     pub source: Source,
     /// Every question of the handout, answered.
@@ -159,7 +163,10 @@ impl Lab {
             Some(progress) => Missing::in_simulation_of(&motor, &runs, &findings, progress),
             None => Missing::Undiagnosed("it was not asked for".to_owned()),
         };
-        let answers = answers::all(&part_1, &part_2, &part_3, &missing, &source);
+        let not_shown = (missing.diagnosis())
+            .map_or_else(Vec::new, |found| not_shown::not_shown(&motor, &runs, found));
+        let why = (&missing, &not_shown[..]);
+        let answers = answers::all(&part_1, &part_2, &part_3, why, &source);
         Ok(Self {
             shape: "motorlab-lab/1",
             parameters: p,
@@ -169,6 +176,7 @@ impl Lab {
             part_3,
             findings,
             missing,
+            not_shown,
             source,
             answers,
             motor,

@@ -11,6 +11,7 @@ mod more_data;
 mod musts;
 mod perfect_motors;
 mod plain_fit;
+mod quick;
 mod random_effects;
 mod real_motors;
 mod recorded;

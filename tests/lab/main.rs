@@ -4,4 +4,5 @@
 mod support;
 
 mod class;
+mod first_try;
 mod handout;

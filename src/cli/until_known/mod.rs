@@ -14,7 +14,7 @@ use super::capture_report::trouble;
 use super::findings::listed;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
-use super::progress::spinner;
+use super::progress::{set_share, spinner};
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, Severity, check, is_fatal};
@@ -209,10 +209,12 @@ impl Session<'_> {
         let said = shown.clone();
         let computing = tokio::task::spawn_blocking(move || {
             let progress = |what: &str| said.set_message(what.to_owned());
+            let done = |share: f64| set_share(&said, share);
             let options = Options {
                 nominal_source,
                 asked: Some(&asked),
                 progress: &progress,
+                done: &done,
                 ..Options::default()
             };
             diagnose(&runs, &motor, &options)

@@ -4,6 +4,7 @@
 //! counts, its parameters free within their ranges and the base parameters within their tolerances.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 use serde::Serialize;
@@ -81,8 +82,9 @@ pub(super) fn base_of(motor: &Motor, sample_time_s: f64, settings: &Settings) ->
     }
 }
 
-/// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it.
-pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
+/// The isolability matrix of a plan for a motor; `None` where the motor cannot be simulated on it. `done` is told the share of the
+/// simulations that are made.
+pub fn isolability(motor: &Motor, plan: &Plan, done: &(dyn Fn(f64) + Sync)) -> Option<Isolability> {
     let settings = Settings::default();
     let base = base_of(motor, plan.sample_time_s, &settings);
     let at = Sampling {
@@ -110,8 +112,11 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
         truths.push(with(&base, Some(Member { index, values })));
         effects.push(kind.id);
     }
+    let (made, all) = (AtomicUsize::new(0), truths.len() + rivals.len());
+    let one_more = || done((made.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all as f64);
     let views: Vec<Option<View>> = (truths.par_iter())
         .map(|(model, x)| planned.view((model, x), None))
+        .inspect(|_| one_more())
         .collect();
     // A rival at a time: its columns are large.
     let columns: Vec<(usize, Vec<f64>)> = (rivals.par_iter())
@@ -123,6 +128,7 @@ pub fn isolability(motor: &Motor, plan: &Plan) -> Option<Isolability> {
             };
             (*column, views.iter().map(from).collect())
         })
+        .inspect(|_| one_more())
         .collect();
     let mut separation = vec![vec![f64::INFINITY; truths.len()]; truths.len()];
     for (column, separations) in columns {
@@ -247,7 +253,7 @@ mod tests {
             sample_time_s,
             duration_s: 4.0,
         };
-        isolability(&Motor::default(), &plan).expect("a motor")
+        isolability(&Motor::default(), &plan, &|_| ()).expect("a motor")
     }
 
     fn between(found: &Isolability, a: &str, b: &str) -> f64 {

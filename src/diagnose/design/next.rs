@@ -297,8 +297,8 @@ mod tests {
         let settings = Settings::default();
         let mut run = recording(&motor_with(&[("voltage_drop", &[0.8])]), 1500);
         run.supply_v = Some(4.5);
-        let prepared = Prepared::new(&[run], &Motor::default(), &settings).expect("a run");
-        let found = searched(&prepared, 0.0, &[], &|_| ()).expect("a search");
+        let prepared = Prepared::new(&[run], &Motor::default(), &settings, false).expect("a run");
+        let found = searched(&prepared, 0.0, &[], &|_| (), &|_| ()).expect("a search");
         let mut posterior = weighed(&found.found.sets, &settings);
         // As if the best and the best without its effect were equally probable, and nothing else possible.
         let best = posterior[0].ids.clone();

@@ -14,12 +14,13 @@ use super::nested::{self, Step};
 use super::noise::{Noise, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, Place, PredictedRun, SHAPE, Scoring,
+    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, Place, PredictedRun, Quick, SHAPE, Scoring,
     Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, plant_of};
 use super::search::{Judge, Scored};
 use super::segments::{Segment, Segments};
+use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
@@ -50,6 +51,7 @@ pub(super) fn document(
     let empty = weighed.iter().find(|set| set.ids.is_empty());
     let none = empty.map_or(0.0, |set| set.probability);
     (options.progress)("fitting the nested models");
+    (options.done)(SEARCH_SHARE);
     let without = nested::without_effects(segments, base, &searched.none)?;
     let steps = loop {
         let ids: Vec<&'static str> = named.iter().map(|one| one.effect).collect();
@@ -67,6 +69,7 @@ pub(super) fn document(
         }
     };
     (options.progress)("measuring the held-out error");
+    (options.done)(HELD_OUT_FROM);
     let judged_on = held.or(prepared.subset.as_ref().map(|_| all));
     let errors = errors(base, segments, &steps, judged_on)?;
     let judged_on = judged_on.unwrap_or(segments);
@@ -199,6 +202,10 @@ pub(super) fn document(
         base: base_parameters(segments, base, reported),
         effects,
         unexplained,
+        quick: options.quick.then_some(Quick {
+            samples: segments.len,
+            of_samples: all.len,
+        }),
         note: String::new(),
         data: Vec::new(),
         next_experiment: None,
@@ -223,6 +230,7 @@ pub(super) fn document(
     };
     if !is_settled {
         (options.progress)("choosing what to record next");
+        (options.done)(NEXT_FROM);
         diagnosis.next_experiment = design::next_experiment(prepared, searched, &weighed);
     }
     diagnosis.note = sentence::note(

@@ -117,7 +117,7 @@ mod tests {
     fn a_plain_motor_has_its_own_parameters() {
         let run = recording(&Motor::default(), 3000);
         let prepared =
-            Prepared::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
+            Prepared::new(&[run], &Motor::default(), &Settings::default(), false).expect("a run");
         let own = own_part(&prepared.all).expect("it moves");
         let of = shares(&prepared.base, own);
         assert!(of.iter().all(|share| (share - 1.0).abs() < 0.15), "{of:?}");
@@ -129,7 +129,7 @@ mod tests {
         let mut run = recording(&Motor::default(), 1000);
         run.counts.iter_mut().for_each(|count| *count = -*count);
         let prepared =
-            Prepared::new(&[run], &Motor::default(), &Settings::default()).expect("a run");
+            Prepared::new(&[run], &Motor::default(), &Settings::default(), false).expect("a run");
         assert_eq!(own_part(&prepared.all), Some([0.0; OWN]));
     }
 }

@@ -71,6 +71,9 @@ pub struct Diagnosis {
     pub gap: Gap,
     /// Re-identified base parameters beside the named effects, relative to the motor file's.
     pub base: BTreeMap<&'static str, Interval>,
+    /// Of a quick answer, the samples that it was searched and fitted on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub quick: Option<Quick>,
     /// Reservations; empty where there are none.
     pub note: String,
     /// Findings about the recordings.
@@ -122,6 +125,26 @@ impl Diagnosis {
         self.identifiable.si.is_some()
             || self.nominal_source == NominalSource::Handout
             || self.command_kind == CommandKind::Torque
+    }
+}
+
+/// The part of the data that a quick answer rests on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Quick {
+    /// Samples that were searched and fitted.
+    pub samples: usize,
+    /// Samples of the runs.
+    pub of_samples: usize,
+}
+
+impl Quick {
+    /// For the sentence.
+    pub(crate) fn sentence(&self) -> String {
+        let share = 100.0 * self.samples as f64 / self.of_samples.max(1) as f64;
+        format!(
+            "Quick answer: {} of {} samples ({share:.0} %) were searched and fitted; without --quick the probabilities rest on more.",
+            self.samples, self.of_samples
+        )
     }
 }
 

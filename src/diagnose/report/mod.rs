@@ -19,8 +19,8 @@ pub use bad_recording::BadRecording;
 pub use budget::{Alternative, BudgetStep, Unexplained};
 pub(crate) use document::without_assumed_unit;
 pub use document::{
-    Cause, CommandInterval, Diagnosis, EffectClass, EffectSet, Interval, ReferenceRuns, SHAPE,
-    Scoring, Verdict,
+    Cause, CommandInterval, Diagnosis, EffectClass, EffectSet, Interval, Quick, ReferenceRuns,
+    SHAPE, Scoring, Verdict,
 };
 pub use gap::{Fitted, FloorParts, Gap, GoodEnough};
 pub use identifiable::{Identifiable, KnownTorque};

@@ -36,7 +36,34 @@ impl Subset {
             return Ok(None);
         }
         let first = residual.map_or_else(Vec::new, |r| largest(all, r, most_samples / 2));
-        let drawn = drawn(all, most_samples, &first);
+        Self::of(all, runs, motor, &drawn(all, most_samples, &first, false)).map(Some)
+    }
+
+    /// For a quick answer: a share of the samples that are searched otherwise, as whole segments, with each run, regime and command level
+    /// among them, and no fewer segments than a cross-validation has folds. None where that is all.
+    pub fn quick(
+        all: &Segments,
+        runs: &[Run],
+        motor: &Motor,
+    ) -> Result<Option<Self>, DiagnoseError> {
+        let settings = &all.runs[0].settings;
+        let searched = all.len.min(settings.searched_samples);
+        let share = (settings.quick_share * searched as f64).ceil() as usize;
+        let of_folds = settings.folds * all.len.div_ceil(all.segments.len().max(1));
+        let drawn = drawn(all, share.max(of_folds), &[], true);
+        if drawn.len() == all.segments.len() {
+            return Ok(None);
+        }
+        Self::of(all, runs, motor, &drawn).map(Some)
+    }
+
+    /// Of these segments.
+    fn of(
+        all: &Segments,
+        runs: &[Run],
+        motor: &Motor,
+        drawn: &BTreeSet<usize>,
+    ) -> Result<Self, DiagnoseError> {
         let (mut recordings, mut segments, mut shorter) = (Vec::new(), Vec::new(), Vec::new());
         let mut at = 0;
         for (number, run) in runs.iter().enumerate() {
@@ -66,18 +93,24 @@ impl Subset {
         let mut segments = Segments::of(recordings, segments, all.arrivals_s)
             .with_time_constant(time_constant_s(motor));
         segments.work = all.work.clone();
-        Ok(Some(Self {
+        Ok(Self {
             segments,
             runs: shorter,
-        }))
+        })
     }
 }
 
-/// A stratum: what the motor does, and in which part of its range the command is.
-type Cell = (Regime, i32);
+/// A stratum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Cell {
+    /// A regime, and in which part of its range the command is.
+    Motion(Regime, i32),
+    /// A run.
+    Run(usize),
+}
 
-/// Numbers of the segments of the subset, in order.
-fn drawn(all: &Segments, most_samples: usize, first: &[usize]) -> BTreeSet<usize> {
+/// Numbers of the segments of the subset, in order. `covers`: every stratum and every run is in it, whatever it takes.
+fn drawn(all: &Segments, most_samples: usize, first: &[usize], covers: bool) -> BTreeSet<usize> {
     let mut cells: BTreeMap<Cell, Vec<usize>> = BTreeMap::new();
     let commands = all.runs.iter().flat_map(|run| &run.command);
     let largest = commands.fold(f64::MIN_POSITIVE, |most, u| most.max(u.abs()));
@@ -88,12 +121,11 @@ fn drawn(all: &Segments, most_samples: usize, first: &[usize]) -> BTreeSet<usize
         while let Some((k, segment)) = segments.next_if(|(_, segment)| segment.run == number) {
             let cell = |k: usize| {
                 let level = run.settings.command_levels * run.command[k] / largest;
-                (
-                    regimes[k],
-                    level.signum() as i32 * level.abs().ceil() as i32,
-                )
+                let level = level.signum() as i32 * level.abs().ceil() as i32;
+                Cell::Motion(regimes[k], level)
             };
-            let seen: BTreeSet<Cell> = (segment.from..segment.to).map(cell).collect();
+            let of_run = covers.then_some(Cell::Run(number));
+            let seen: BTreeSet<Cell> = (segment.from..segment.to).map(cell).chain(of_run).collect();
             for cell in &seen {
                 cells.entry(*cell).or_default().push(k);
             }
@@ -104,7 +136,11 @@ fn drawn(all: &Segments, most_samples: usize, first: &[usize]) -> BTreeSet<usize
     let mut of_cell: BTreeMap<Cell, BTreeSet<usize>> = BTreeMap::new();
     let mut samples = 0;
     let mut first = first.iter().copied();
-    while samples < most_samples && !cells.is_empty() {
+    while !cells.is_empty() {
+        let is_covered = || !covers || cells.keys().all(|cell| of_cell.contains_key(cell));
+        if samples >= most_samples && is_covered() {
+            break;
+        }
         let segment = first.next().or_else(|| {
             let taken = |cell: &Cell| of_cell.get(cell).map_or(0, BTreeSet::len);
             // Of those with as few, the one that has fewest to give.
@@ -288,4 +324,57 @@ fn skips(
             means: sums.map(|sum| sum / span_s),
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::settings::Settings;
+    use crate::motor::{CommandKind, SimulationOptions, simulate};
+
+    /// A run of one level of 1.5 s after the other.
+    fn run(levels: &[f64]) -> Run {
+        let command: Vec<f64> = levels.iter().flat_map(|level| vec![*level; 150]).collect();
+        let t_s: Vec<f64> = (0..command.len()).map(|k| 0.01 * k as f64).collect();
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let simulated = simulate(&Motor::default(), &drive, &SimulationOptions::default());
+        Run {
+            sample_time_s: 0.01,
+            counts_per_rev: 720.0,
+            counts: simulated.expect("a motor").counts,
+            t_s,
+            command,
+            ..Run::default()
+        }
+    }
+
+    /// Long runs of one level, and short ones with a level each that no other run has.
+    #[test]
+    fn a_quick_answer_has_every_run_and_every_command_level() {
+        let settings = Settings::default();
+        let long = run(&[4.5; 60]);
+        let runs = [
+            long.clone(),
+            run(&[1.0]),
+            long,
+            run(&[-2.0]),
+            run(&[-4.0]),
+            run(&[2.5]),
+        ];
+        let all = Segments::new(&runs, &Motor::default(), &settings).expect("runs");
+        let quick = Subset::quick(&all, &runs, &Motor::default()).expect("runs");
+        let quick = quick.expect("a part").segments;
+        assert!(5 * quick.len < all.len, "{} of {}", quick.len, all.len);
+        assert_eq!(quick.runs.len(), runs.len());
+        for level in [4.5, 1.0, -2.0, -4.0, 2.5] {
+            let has = |segment: &Segment| {
+                quick.runs[segment.run].command[segment.from..segment.to].contains(&level)
+            };
+            assert!(quick.segments.iter().any(has), "{level} V");
+        }
+    }
 }

@@ -22,6 +22,14 @@ pub(crate) fn parts(said: &Diagnosis, asked: &str, probable: f64) -> [String; 4]
 
 /// First part: the held-out error of the nested models and the noise floor.
 fn size(said: &Diagnosis) -> String {
+    let error = error(said);
+    match &said.quick {
+        Some(quick) => format!("{error} {}", quick.sentence()),
+        None => error,
+    }
+}
+
+fn error(said: &Diagnosis) -> String {
     let gap = &said.gap;
     let floor = counts(gap.floor);
     if said.verdict == Verdict::NoGap {

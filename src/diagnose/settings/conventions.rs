@@ -39,3 +39,13 @@ pub(crate) const MOST_REGIONS: usize = 16;
 pub(crate) const SCREENED_SHOWN: usize = 8;
 /// A command of so many characters is printed whole: three lines of a terminal.
 pub(crate) const COPIED_CHARACTERS: usize = 240;
+
+// Progress, in shares of the time that diagnoses take.
+/// Share up to the fitted sets, up to the held-out error, up to the choice of the next experiment.
+pub(crate) const SEARCH_SHARE: f64 = 0.8;
+pub(crate) const HELD_OUT_FROM: f64 = 0.85;
+pub(crate) const NEXT_FROM: f64 = 0.9;
+/// Share of the re-identification in the first of these.
+pub(crate) const REFITTED_SHARE: f64 = 0.1;
+/// Share of the search that is left after a round: later rounds fit a third as many sets.
+pub(crate) const LEFT_AFTER_ROUND: f64 = 0.4;

@@ -26,6 +26,8 @@ pub struct Settings {
     pub segment_samples: usize,
     /// Most samples that are searched; longer recordings are represented by a stratified subset of segments.
     pub searched_samples: usize,
+    /// Share of these samples that a quick answer searches.
+    pub quick_share: f64,
     /// Most samples on which candidates are screened.
     pub screened_samples: usize,
     /// Fewest segments on which candidates are screened.
@@ -97,6 +99,7 @@ impl Default for Settings {
             segment_time_constants: 3.0,
             segment_samples: 40,
             searched_samples: 16_000,
+            quick_share: 0.1,
             screened_samples: 2_000,
             screened_segments: 8,
             lead_s: 0.3,

@@ -52,7 +52,7 @@ pub fn all(
     part_1: &StepResponses,
     part_2: &Sampling,
     part_3: &[Recorded],
-    missing: &Missing,
+    (missing, not_shown): (&Missing, &[&str]),
     source: &Source,
 ) -> Vec<Answer> {
     vec![
@@ -66,6 +66,6 @@ pub fn all(
         sampling::smaller_sample_time(part_2),
         recorded::plots(part_3, source),
         recorded::match_now(part_3),
-        recorded::missing(part_3, missing, source),
+        recorded::missing(part_3, missing, not_shown, source),
     ]
 }

@@ -4,6 +4,7 @@ use super::{Answer, NO_USABLE_RECORDING, not_usable, usable};
 use crate::diagnose::{Diagnosis, Settings, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
+use crate::lab::not_shown;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
 use crate::report::demo::two_measures;
@@ -90,7 +91,12 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
     }
 }
 
-pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> Answer {
+pub(super) fn missing(
+    runs: &[Recorded],
+    missing: &Missing,
+    not_shown: &[&str],
+    source: &Source,
+) -> Answer {
     let usable = usable(runs);
     let open: Vec<&Recorded> = (usable.iter().copied())
         .filter(|recorded| !recorded.is_at_the_floor())
@@ -148,9 +154,10 @@ pub(super) fn missing(runs: &[Recorded], missing: &Missing, source: &Source) -> 
                 _ => two_measures(diagnosis) + " ",
             };
             format!(
-                "{} {measures}The diagnosis: {}",
+                "{} {measures}The diagnosis: {}{}",
                 seen.answer(diagnosis.verdict, &diagnosis.effects, diagnosis.probability),
-                diagnosis.sentence
+                diagnosis.sentence,
+                not_shown::words(not_shown)
             )
         }
         Missing::Undiagnosed(why) => {
