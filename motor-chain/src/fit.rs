@@ -25,7 +25,7 @@ pub use crate::workspace::Workspace;
 
 /// Most steps for each longest step of a run, on average, and for each as long as a spring allows. A small motor with a voltage drop
 /// takes some 60 under a chirp at 1 ms, where an event ends nearly every sample.
-const MOST_STEPS: u64 = 200;
+const MOST_STEPS: u64 = 100;
 const MOST_BY_PACE: u64 = 2;
 
 /// Largest error of a step: a thousandth of a count over a run, a hundredth of what rounding leaves. With a torque ripple, whose
@@ -140,7 +140,7 @@ impl Simulator {
     /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
     ///
     /// # Errors
-    /// An angle that is not finite; a motor too stiff for a fit, with over 200 steps for each longest one on average (12 ms
+    /// An angle that is not finite; a motor too stiff for a fit, with over 100 steps for each longest one on average (12 ms
     /// at most), and over two for each that its spring asks for.
     pub fn angles(
         &self,

@@ -43,7 +43,7 @@ fn two_runs_are_drawn_on_the_terminal_as_svg_and_as_one_page() {
     assert!(!done.output.contains('\u{1b}'));
     let is_drawn = |c: char| ('\u{2801}'..='\u{28ff}').contains(&c);
     assert!(done.output.contains(is_drawn));
-    for label in ["speed (RPM)", "position (counts)", "gap (counts)"] {
+    for label in ["speed (RPM)", "position (counts)", "error (counts)"] {
         assert_eq!(done.output.matches(label).count(), 1, "{label}");
     }
     let plotted = done.output.lines().filter(|line| line.contains('┤'));

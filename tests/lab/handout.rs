@@ -173,7 +173,7 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     let short = answer(&lab, "3.a")["short"].as_str().expect("text");
     assert!(!short.starts_with("Nothing"), "{short}");
     let diagnosis = &lab["missing"]["diagnosed"];
-    assert!(short.ends_with(diagnosis["sentence"].as_str().expect("text")));
+    assert!(short.contains(diagnosis["sentence"].as_str().expect("text")));
     assert_ne!(diagnosis["verdict"], "no_gap");
     let causes = diagnosis["causes"].as_array().expect("causes");
     for cause in causes {

@@ -125,7 +125,7 @@ fn a_body_that_creeps_onto_its_level_stays_there() {
             kind: CommandKind::Voltage,
         };
         let mut angles = vec![0.0; command.len()];
-        // The simulator for fits gives up at 200 steps a sample: chatter is two thousand.
+        // The simulator for fits gives up at 100 steps a sample: chatter is two thousand.
         Simulator::new(&drive, Model::SecondOrder)
             .unwrap()
             .angles(&motor, &mut Workspace::default(), &mut angles)
@@ -135,9 +135,9 @@ fn a_body_that_creeps_onto_its_level_stays_there() {
 
 #[test]
 fn a_motor_with_no_end_of_events_is_an_error_that_says_so() {
-    // Detents 1 MN m deep, a thousand a revolution: the shaft swings in one at sqrt(A N / J) = 710 krad/s and stops twice a
+    // Detents 10 kN m deep, a thousand a revolution: the shaft swings in one at sqrt(A N / J) = 71 krad/s and stops twice a
     // swing.
-    let motor = motor(&[("cogging", &[1e6, 1e3, 0.5])]);
+    let motor = motor(&[("cogging", &[1e4, 1e3, 0.5])]);
     let command = vec![4.5; 200];
     let t_s = times(&command);
     let drive = Drive {
@@ -150,8 +150,8 @@ fn a_motor_with_no_end_of_events_is_an_error_that_says_so() {
         .unwrap()
         .angles(&motor, &mut Workspace::default(), &mut angles)
         .unwrap_err();
-    // 200 steps for each of 200 longest ones.
-    assert!(matches!(error, SimulationError::TooStiff { steps, .. } if steps > 40_000));
+    // 100 steps for each of 200 longest ones.
+    assert!(matches!(error, SimulationError::TooStiff { steps, .. } if steps > 20_000));
     assert!(error.to_string().contains("too stiff to simulate"));
     // Simulated once it may take its time: steps are at least a tick long, so it ends.
     let run = simulate(&motor, &drive, &SimulationOptions::default()).unwrap();
