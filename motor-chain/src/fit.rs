@@ -24,7 +24,7 @@ pub use crate::parameter_id::ParameterId;
 pub use crate::workspace::Workspace;
 
 /// Most steps for each longest step of a run, on average, and for each as long as a spring allows. A small motor with a voltage drop
-/// takes some 60 under a chirp at 1 ms, where an event ends nearly every sample.
+/// takes more than 40 under a chirp at 1 ms, where an event ends nearly every sample.
 const MOST_STEPS: u64 = 100;
 const MOST_BY_PACE: u64 = 2;
 

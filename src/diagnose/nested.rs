@@ -7,9 +7,8 @@ use super::fit::{Fit, Metric, fit};
 use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
-use super::settings::solver::CONVERGED;
+use super::settings::solver::WITHIN_OPTIMUM;
 use crate::motor::fit::ParameterId;
-use crate::units::ROUNDING_VARIANCE;
 
 /// One step.
 #[derive(Debug, Clone)]
@@ -68,11 +67,9 @@ pub(crate) fn with_effects(
             Some((k, extended(segments, base, with, &before, found)?))
         });
         let best = fits.min_by(|a, b| a.1.square_sum().total_cmp(&b.1.square_sum()));
-        // A larger model is not reported with a larger error than the one that it extends, but for what ends a fit and what is less than
-        // quantization.
+        // A larger model is not reported with a larger error than the one that it extends, but for the convergence of the fits.
         let n = before.corrected.len() as f64;
-        let most = before.square_sum() * (2.0 * CONVERGED / n).exp();
-        let most = most.max(ROUNDING_VARIANCE * n);
+        let most = before.square_sum() * (2.0 * WITHIN_OPTIMUM / n).exp();
         let Some((k, fit)) = best.filter(|(_, fit)| fit.square_sum() <= most) else {
             break;
         };

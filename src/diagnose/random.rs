@@ -7,7 +7,7 @@ use super::fit::Fit;
 use super::model::{Base, predict};
 use super::score::likelihood;
 use super::segments::Segments;
-use super::settings::solver::{BISECTIONS, SAME};
+use super::settings::solver::{BISECTIONS, RANDOM_STEP, SAME};
 
 /// A fit with the likeliest parameters of its random effects: steps that are halved where they lead no further.
 pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit {
@@ -31,7 +31,7 @@ pub(crate) fn with_likeliest(segments: &Segments, base: &Base, fit: Fit) -> Fit 
     let mut least = cost_at(&x);
     for k in fit.model.random() {
         let parameter = &fit.model.parameters[k];
-        let mut step = 0.25 * (parameter.hi - parameter.lo);
+        let mut step = RANDOM_STEP * (parameter.hi - parameter.lo);
         for _ in 0..BISECTIONS {
             let moved = [-step, step].map(|by| {
                 let mut moved = x.clone();

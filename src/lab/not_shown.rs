@@ -80,14 +80,18 @@ fn plan(run: &Run) -> Plan {
     }
 }
 
-/// In words, for the answer; empty where all effects would be shown.
-pub fn words(effects: &[&str]) -> String {
+/// In words, for the answer; empty where all effects would be shown. `reverses`: one of the recordings is driven in both directions.
+pub fn words(effects: &[&str], reverses: bool) -> String {
     if effects.is_empty() {
         return String::new();
     }
     let names: Vec<String> = effects.iter().map(|id| id.replace('_', " ")).collect();
+    let hint = match reverses {
+        true => "",
+        false => " hint: record with --profile reversing too, for more of them.",
+    };
     format!(
-        " At a typical magnitude these recordings do not show: {}. hint: record with --profile reversing too, for more of them.",
+        " At a typical magnitude these recordings do not show: {}.{hint}",
         names.join(", ")
     )
 }

@@ -91,7 +91,7 @@ fn trace(kind: &EffectKind) -> String {
             )
             .weighing(1.6),
             Panel::new(
-                "gap (counts)",
+                "error (counts)",
                 vec![series("with less without", Stroke::Line, 3, gap)],
             ),
         ],

@@ -4,22 +4,12 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use motorlab::motor::Parameters;
 use serde_json::Value;
 
 use crate::support::command::{RunFile, run};
 
-/// Keys of a motor file, with a gear motor of 12 V and a small one of 6 V.
-const KEYS: [&str; 9] = [
-    "resistance_ohm",
-    "back_emf_v_s_per_rad",
-    "torque_constant_nm_per_a",
-    "viscous_friction_nm_s_per_rad",
-    "inductance_h",
-    "inertia_kg_m2",
-    "coulomb_friction_nm",
-    "counts_per_rev",
-    "supply_v",
-];
+/// Values of a motor file, in its order: of a gear motor of 12 V, and of a small one of 6 V.
 const GEAR: [f64; 9] = [3.2, 0.75, 0.75, 0.006, 0.0018, 0.012, 0.09, 1320.0, 12.0];
 const SMALL: [f64; 9] = [5.5, 0.14, 0.14, 0.0002, 0.002, 0.0003, 0.012, 360.0, 6.0];
 /// A guess: each number a quarter too large or a fifth too small, but for what a data sheet says.
@@ -29,7 +19,7 @@ const RIGHT: [&str; 2] = ["parameters", "no_gap"];
 
 fn motor_file(values: [f64; 9], factors: [f64; 9]) -> String {
     let mut text = String::new();
-    for ((key, value), factor) in KEYS.iter().zip(values).zip(factors) {
+    for ((key, value), factor) in Parameters::KEYS.iter().zip(values).zip(factors) {
         writeln!(text, "{key} = {}", value * factor).expect("a text");
     }
     text

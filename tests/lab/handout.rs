@@ -173,7 +173,15 @@ fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
     let short = answer(&lab, "3.a")["short"].as_str().expect("text");
     assert!(!short.starts_with("Nothing"), "{short}");
     let diagnosis = &lab["missing"]["diagnosed"];
-    assert!(short.contains(diagnosis["sentence"].as_str().expect("text")));
+    let (_, rest) = (short.split_once(diagnosis["sentence"].as_str().expect("text"))).expect("it");
+    let not_shown = lab["not_shown"].as_array().expect("effects");
+    assert!(!not_shown.is_empty(), "one step shows few effects");
+    for effect in not_shown {
+        let name = effect.as_str().expect("an id").replace('_', " ");
+        assert!(rest.contains(&name), "{name}: {rest}");
+    }
+    assert!(rest.starts_with(" At a typical magnitude these recordings do not show: "));
+    assert!(rest.ends_with("hint: record with --profile reversing too, for more of them."));
     assert_ne!(diagnosis["verdict"], "no_gap");
     let causes = diagnosis["causes"].as_array().expect("causes");
     for cause in causes {

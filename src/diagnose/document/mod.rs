@@ -359,7 +359,7 @@ fn gap(
         fitted: Fitted {
             before: steps[0].fit.rms(),
             after_parameters: steps[1].fit.rms(),
-            // An effect that parameters imitate leaves as much, but for what ends a fit.
+            // An effect that parameters imitate leaves as much, but for the convergence of the fits.
             after_effect: steps[at].fit.rms().min(steps[1].fit.rms()),
         },
         held_out: held_out.to_owned(),

@@ -14,6 +14,8 @@ pub(crate) const ATTEMPTS: usize = 8;
 pub(crate) const PATIENCE: usize = 5;
 /// A step that lowers the cost by less, in nats, is the last.
 pub(crate) const CONVERGED: f64 = 0.1;
+/// Nats within which two fits that end so are at their optimum: they end 0.3 above it and less.
+pub(crate) const WITHIN_OPTIMUM: f64 = 0.5;
 /// Damping at first, relative to the diagonal; its factors after a step that lowers the cost, and after one that does not (Marquardt 1963).
 pub(crate) const DAMPING: f64 = 1e-3;
 pub(crate) const DAMPING_LESS: f64 = 0.2;
@@ -61,6 +63,8 @@ pub(crate) const LEAST_LOAD: f64 = 0.01;
 pub(crate) const LOAD_FACTORS: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
 /// Recordings that are drawn to find what random errors leave.
 pub(crate) const RECORDINGS: usize = 32;
+/// First step of a random effect's parameter, as a share of its range.
+pub(crate) const RANDOM_STEP: f64 = 0.25;
 /// Scatter of logged speeds, in halvings of the top speed: from a sixteenth to what ten bits resolve.
 pub(crate) const SCATTER_LEVELS: std::ops::RangeInclusive<i32> = 4..=10;
 

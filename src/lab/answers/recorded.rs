@@ -7,6 +7,7 @@ use crate::lab::missing::Missing;
 use crate::lab::not_shown;
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
+use crate::recording::Run;
 use crate::report::demo::two_measures;
 use crate::report::number::{change, figure, percent, probability_of, rpm, time};
 
@@ -91,6 +92,12 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
     }
 }
 
+/// Whether a recording is driven in both directions.
+fn reverses(run: &Run) -> bool {
+    let driven = |sign: f64| run.command.iter().any(|command| sign * command > 0.0);
+    driven(1.0) && driven(-1.0)
+}
+
 pub(super) fn missing(
     runs: &[Recorded],
     missing: &Missing,
@@ -157,7 +164,7 @@ pub(super) fn missing(
                 "{} {measures}The diagnosis: {}{}",
                 seen.answer(diagnosis.verdict, &diagnosis.effects, diagnosis.probability),
                 diagnosis.sentence,
-                not_shown::words(not_shown)
+                not_shown::words(not_shown, usable.iter().any(|one| reverses(&one.run)))
             )
         }
         Missing::Undiagnosed(why) => {
