@@ -122,6 +122,41 @@ const BANNED: &[(&str, &str)] = &[
     ("% sure", "P = ..."),
 ];
 
+/// Phrases that readers of the pages read twice, with the plain words. Searched in the pages of [`PAGES`] only.
+const BANNED_IN_PAGES: &[(&str, &str)] = &[
+    ("begins anew", "restarts, wraps"),
+    ("cannot see", "cannot show, not visible"),
+    (
+        "difference rule",
+        "difference of the counts over one sample",
+    ),
+    ("finished call", "call to complete"),
+    ("finished command", "command to complete"),
+    ("goes on", "continues"),
+    ("held against", "compared with"),
+    ("holds against", "compares with"),
+    ("in mid-run", "during a run"),
+    ("in play", "considered"),
+    ("is told", "is printed, is commanded"),
+    ("one of 255", "full scale 255"),
+    ("one folder a", "one folder per"),
+    ("one page a", "one page per"),
+    ("one row a", "one row per"),
+    ("one rule a", "one rule per"),
+    ("passed over", "ignored"),
+    ("passes over", "ignores"),
+    ("says the other", "sets the other"),
+    ("taken for", "mistaken for"),
+    ("there and back", "up and down"),
+    ("told as", "declared as"),
+    ("told by", "recognised by"),
+    ("turned round", "reversed"),
+    ("wait for the clock", "faster than real time"),
+];
+
+/// Pages that people read, from the root: every `.md` file of these.
+const PAGES: &[&str] = &["README.md", "docs", "firmware-protocol"];
+
 /// Files below a path that are read.
 fn files(path: PathBuf, found: &mut Vec<PathBuf>) {
     if LEFT_OUT.iter().any(|out| path == root().join(out)) {
@@ -216,10 +251,18 @@ fn findings(text: &str) -> Vec<String> {
     for key in PUBLISHED {
         original = original.replace(key, "");
     }
-    let spaced = running(&original).to_lowercase();
-    let parted = with_parts_of_identifiers(&running(&original));
+    let mut found = phrases(&original, BANNED);
+    let what = what_sentences(&original).into_iter();
+    found.extend(what.map(|sentence| format!("a sentence with `What` as its subject: {sentence}")));
+    found
+}
+
+/// Which of some banned phrases a text has.
+fn phrases(text: &str, banned: &[(&str, &str)]) -> Vec<String> {
+    let spaced = running(text).to_lowercase();
+    let parted = with_parts_of_identifiers(&running(text));
     let mut found = Vec::new();
-    for (phrase, term) in BANNED {
+    for (phrase, term) in banned {
         let text = if phrase.contains(' ') {
             &spaced
         } else {
@@ -235,8 +278,6 @@ fn findings(text: &str) -> Vec<String> {
             found.push(format!("`{phrase}` ({term}): {around}"));
         }
     }
-    let what = what_sentences(&original).into_iter();
-    found.extend(what.map(|sentence| format!("a sentence with `What` as its subject: {sentence}")));
     found
 }
 
@@ -252,6 +293,12 @@ fn phrases_of_nobody_are_found() {
     ] {
         assert!(!findings(bad).is_empty(), "{bad}");
     }
+    for bad in [
+        "`speed=max` does not wait for the clock.",
+        "A bad line is passed\nover.",
+    ] {
+        assert!(!phrases(bad, BANNED_IN_PAGES).is_empty(), "{bad}");
+    }
     for good in [
         "What is held out?",
         "# What it is",
@@ -262,24 +309,45 @@ fn phrases_of_nobody_are_found() {
     }
 }
 
-#[test]
-fn texts_use_the_terms_of_the_field() {
+/// Findings of `search` in the files below some paths, more than `least`, each with the file's name.
+fn found_in(
+    covered: &[&str],
+    least: usize,
+    is_read: fn(&Path) -> bool,
+    search: fn(&str) -> Vec<String>,
+) -> Vec<String> {
     let mut paths = Vec::new();
-    for covered in COVERED {
-        files(root().join(covered), &mut paths);
+    for path in covered {
+        files(root().join(path), &mut paths);
     }
+    paths.retain(|path| is_read(path));
     paths.sort();
-    assert!(paths.len() > 80, "{}", paths.len());
+    assert!(paths.len() > least, "{}", paths.len());
     let mut found = Vec::new();
     for path in &paths {
         let text = fs::read_to_string(path).expect("text");
         let name = path.strip_prefix(root()).unwrap_or(Path::new("")).display();
-        found.extend(
-            findings(&text)
-                .into_iter()
-                .map(|one| format!("{name}: {one}")),
-        );
+        let of_file = search(&text).into_iter();
+        found.extend(of_file.map(|one| format!("{name}: {one}")));
     }
+    found
+}
+
+#[test]
+fn pages_have_no_phrase_that_is_read_twice() {
+    let is_page = |path: &Path| path.extension().is_some_and(|end| end == "md");
+    let found = found_in(PAGES, 60, is_page, |text| phrases(text, BANNED_IN_PAGES));
+    assert!(
+        found.is_empty(),
+        "{} phrases\n{}",
+        found.len(),
+        found.join("\n")
+    );
+}
+
+#[test]
+fn texts_use_the_terms_of_the_field() {
+    let found = found_in(COVERED, 80, |_| true, findings);
     assert!(
         found.is_empty(),
         "{} phrases\n{}",
