@@ -231,12 +231,12 @@ class Findings(Sequence[Finding]):
 
     def __repr__(self) -> str:
         if not self:
-            return "nothing found"
+            return "no findings"
         return "\n".join(f"{one.severity}: {one.message}; {one.remedy}" for one in self)
 
     def _repr_html_(self) -> str:
         if not self:
-            return paragraph("nothing found")
+            return paragraph("no findings")
         rows = [[one.severity, one.id, one.message, one.remedy] for one in self]
         return table(["severity", "finding", "what", "what to do"], rows)
 

@@ -70,7 +70,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
                 "the program that recorded read nothing for a while before (suspended, or a machine under load), not the board: record again"
             }
             false => {
-                "print or send less a sample, raise the baud rate or the sample time, and record again; what was commanded in a pause is not known"
+                "send fewer bytes per sample, raise the baud rate or the sample time, and record again; what was commanded in a pause is not known"
             }
         };
         let places = if pauses.len() == 1 { "place" } else { "places" };

@@ -117,7 +117,7 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
         Severity::Fatal,
         subject.whole(),
         format!(
-            "the times are {longer}, as of {told} told as {right}: {}",
+            "the times are {longer}, as if {told} had been read as {right}: {}",
             words.join(", ")
         ),
         [],
@@ -131,16 +131,16 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
 fn remedy(power: i32) -> &'static str {
     match power {
         3 => {
-            "a thousandth is right: `unit = \"ms\"` instead of \"s\" (or \"us\" instead of \"ms\") in [time] of the mapping (--time COL:UNIT of the import), t_ms instead of t_s (or t_us instead of t_ms) in --columns"
+            "import again with `--time COL:ms` where s was told (us where ms was); in a mapping `unit = \"ms\"` in [time], in --columns t_ms"
         }
         6 => {
-            "a millionth is right: `unit = \"us\"` instead of \"s\" in [time] of the mapping (--time COL:UNIT of the import), t_us instead of t_s in --columns"
+            "import again with `--time COL:us`; in a mapping `unit = \"us\"` in [time], in --columns t_us"
         }
         -3 => {
-            "a thousand times as long is right: `unit = \"s\"` instead of \"ms\" (or \"ms\" instead of \"us\") in [time] of the mapping (--time COL:UNIT of the import), t_s instead of t_ms (or t_ms instead of t_us) in --columns"
+            "import again with `--time COL:s` where ms was told (ms where us was); in a mapping `unit = \"s\"` in [time], in --columns t_s"
         }
         _ => {
-            "a million times as long is right: `unit = \"s\"` instead of \"us\" in [time] of the mapping (--time COL:UNIT of the import), t_s instead of t_us in --columns"
+            "import again with `--time COL:s`; in a mapping `unit = \"s\"` in [time], in --columns t_s"
         }
     }
 }

@@ -71,7 +71,8 @@ impl Check {
                 findings: &findings,
             })?;
         } else if findings.is_empty() {
-            output.line("nothing found")?;
+            let samples: usize = runs.iter().map(|run| run.counts.len()).sum();
+            output.line(&format!("no findings in {samples} samples"))?;
         }
         if !output.json {
             for text in listed(&findings, self.verbose) {

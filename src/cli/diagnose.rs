@@ -343,15 +343,15 @@ fn good_enough(text: &str) -> Result<GoodEnough, String> {
 /// Residuals of the nominal fit, of the motor that it starts from and of a shaft at rest.
 fn words_of(fit: &NominalFit) -> String {
     let given = match fit.given_left_counts {
-        Some(left) => format!("{left:.2} with the motor that it starts from"),
-        None => "the motor that it starts from cannot be simulated".to_owned(),
+        Some(left) => format!("{left:.2} before the fit"),
+        None => "the motor before the fit cannot be simulated".to_owned(),
     };
     let motor = match fit.is_given {
         true => "the given motor, since no fit leaves less",
         false => "fitted to these runs without effects",
     };
     format!(
-        "nominal motor: {motor}; residual RMS {:.2} counts ({given}, {:.1} with a shaft at rest)",
+        "nominal motor: {motor}; RMS error of whole runs in open loop {:.2} counts ({given}, {:.1} for a shaft at rest)",
         fit.left_counts, fit.at_rest_counts
     )
 }

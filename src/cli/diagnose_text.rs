@@ -32,7 +32,7 @@ pub(super) fn show(
             output.line("")?;
         }
         output.line(&name.to_uppercase())?;
-        output.line(part)?;
+        output.line(&part)?;
     }
     if !diagnosis.note.is_empty() {
         output.line(&format!("\n{}", diagnosis.note))?;
@@ -42,7 +42,7 @@ pub(super) fn show(
     }
     output.line("\nERROR BUDGET")?;
     budget(diagnosis, output)?;
-    output.line("\nCAUSES BY INCLUSION PROBABILITY")?;
+    output.line("\nCAUSES (probability that an effect is present, alone or with others)")?;
     for class in &diagnosis.classes {
         output.line(&format!("  not separated: {}", class_words(class)))?;
     }
@@ -65,7 +65,7 @@ pub(super) fn show(
 
 /// Writes how the search went, all sets with their scores, and what the scores rest on.
 pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
-    output.line("\nSEARCH")?;
+    output.line("\nSEARCH (log score in nats; screened: expected gain of an effect from one starting value, before it is fitted)")?;
     for step in &diagnosis.steps {
         output.line(step.to_string().trim_end())?;
     }
@@ -73,7 +73,7 @@ pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Fail
     output.line(&sets(&diagnosis.sets))?;
     let scoring = &diagnosis.scoring;
     output.line(&format!(
-        "  score: {}; effective observations {}; random load torque {} of stall; whitened squares {} times their expectation",
+        "  score: {}; effective observations {}; random load torque {} of stall; whitened residual variance {} times its expectation (1: the noise model is adequate)",
         scoring.score.replace('_', " "),
         figure(scoring.effective_observations, 4),
         percent(scoring.random_load_share),
@@ -121,7 +121,7 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
         line.push_str(&format!("; class {class}: {}", probability(p)));
     }
     if cause.at_bound {
-        line.push_str("; its parameter is at a bound: not identified");
+        line.push_str("; its parameter is at the limit of its range: not counted as identified");
     }
     output.line(&line)?;
     if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < DETAILED_FROM {
@@ -143,7 +143,12 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
 }
 
 fn sets(sets: &[EffectSet]) -> String {
-    let mut table = Table::new(["probability", "score (nats)", "RMS (counts)", "set"]);
+    let mut table = Table::new([
+        "probability",
+        "log score (nats)",
+        "RMS on the fitted segments (counts)",
+        "set",
+    ]);
     for set in sets {
         table.row([
             probability(set.probability),
@@ -186,12 +191,25 @@ fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> R
     Ok(())
 }
 
+/// The stage of the identified effects; the stages of their classes' members where they differ.
+fn stage_words(diagnosis: &Diagnosis, stage: &str) -> String {
+    if diagnosis.classes.is_empty() {
+        return format!("stage of the cause: {stage}");
+    }
+    let probable = diagnosis.place.stage_probabilities.iter();
+    let probable = probable.filter(|(_, p)| **p >= DETAILED_FROM);
+    let stages: Vec<String> = probable
+        .map(|(stage, p)| format!("{stage} {}", probability(*p)))
+        .collect();
+    format!("stages by probability: {}", stages.join(", "))
+}
+
 fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     if let Some(stage) = &diagnosis.place.stage {
-        output.line(&format!("  stage of the chain: {stage}"))?;
+        output.line(&format!("  {}", stage_words(diagnosis, stage)))?;
     }
     if diagnosis.place.regions.is_empty() || diagnosis.unexplained.share <= 0.0 {
-        return output.line("  no error above the noise floor is left to locate");
+        return output.line("  no error above the noise floor remains");
     }
     for region in diagnosis.place.regions.iter().take(LISTED) {
         output.line(&format!(
@@ -203,7 +221,7 @@ fn place(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
             one_line(&region.run)
         ))?;
     }
-    output.line("  shares of the unexplained squared error")
+    output.line("  shares of the unexplained squared error, the largest first")
 }
 
 fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
@@ -214,13 +232,13 @@ fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     let Some(next) = &diagnosis.next_experiment else {
         return match means {
             Some(_) => Ok(()),
-            None => output.line("  no recording is proposed"),
+            None => output.line("  no further recording is needed"),
         };
     };
     let change = next.change.as_ref();
     let change = change.map_or_else(String::new, |change| format!(", with {}", change.words()));
     output.line(&format!(
-        "  profile {} for {} s{change}: expected to separate {} by {} standard deviations at least",
+        "  profile {} for {} s{change}: the predictions of {} are expected to differ by at least {} standard deviations of the noise",
         next.profile,
         figure(next.duration_s, 3),
         few_words(&next.tells_apart),

@@ -81,28 +81,15 @@ fn figures(finding: &Finding) -> String {
     figures.join(", ")
 }
 
-/// Checks runs and says what is fatal or a warning; notes are left to `motorlab check`.
+/// Checks runs and says what was found, each kind once.
 pub(super) fn check_and_say(runs: &[Run], motor: Option<&Motor>, output: &Output) -> Vec<Finding> {
     said(check(runs, motor), output)
 }
 
-/// Says what is fatal or a warning.
+/// Says findings, each kind once.
 pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
-    let (heavy, notes): (Vec<Finding>, Vec<Finding>) = findings
-        .iter()
-        .cloned()
-        .partition(|finding| finding.severity != Severity::Note);
-    for text in listed(&heavy, false) {
+    for text in listed(&findings, false) {
         output.message(&text);
-    }
-    if !notes.is_empty() {
-        let mut ids: Vec<String> = notes.iter().map(Finding::id).collect();
-        ids.sort();
-        ids.dedup();
-        output.message(&format!(
-            "notes: {} (motorlab check tells more)",
-            ids.join(", ")
-        ));
     }
     findings
 }

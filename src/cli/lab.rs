@@ -44,7 +44,7 @@ pub struct Lab {
     /// says what each recording shows, and which are not usable.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["runs", "board", "no_diagnosis"])]
     class: Option<PathBuf>,
-    /// Folder for the page, drawings and tables. [default: lab; of a class, class]
+    /// Folder for the page, drawings and tables. [default: lab; with --class: class]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
     #[command(flatten)]

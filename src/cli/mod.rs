@@ -93,7 +93,7 @@ pub struct CommandLine {
     /// Print one JSON document on standard output, and nothing else there.
     #[arg(long, global = true)]
     json: bool,
-    /// Leave out the configuration file motorlab.toml, which lies beside the runs.
+    /// Ignore the configuration file motorlab.toml that lies beside the runs.
     #[arg(long, global = true)]
     no_config: bool,
     #[command(subcommand)]

@@ -10,7 +10,7 @@ const MOST_THREADS: u16 = 4096;
 /// `--threads`, in the same words for every subcommand that computes.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct Threads {
-    /// Threads that compute, 1 on a node that is shared; the answer is the same to the bit. [default: one a core]
+    /// Number of threads; use 1 on a shared machine. The answer does not depend on it, to the last bit. [default: one per core]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=i64::from(MOST_THREADS)))]
     threads: Option<u16>,
 }

@@ -187,6 +187,11 @@ fn tip_of_option(error: &Error, typed: &str) -> Option<String> {
         (asked.get_arguments()).any(|argument| argument.get_long() == option.strip_prefix("--"))
     };
     let Some(name) = typed.strip_prefix('-') else {
+        if asked.get_name() == "design" {
+            return Some(format!(
+                "a design takes a profile (--profile); the next experiment of a recording: motorlab diagnose {typed}"
+            ));
+        }
         return has(TAKES_RECORDINGS)
             .then(|| format!("a recording is given by {TAKES_RECORDINGS} {typed}"));
     };

@@ -9,7 +9,7 @@ use super::settings::Settings;
 pub(crate) struct Weighed {
     pub ids: Vec<&'static str>,
     pub probability: f64,
-    /// Members whose first parameter is at a bound.
+    /// Members with a parameter at a bound of its range.
     pub at_bound: Vec<&'static str>,
 }
 

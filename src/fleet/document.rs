@@ -106,7 +106,7 @@ pub struct Cause {
     pub class: Option<String>,
     /// Probability of the class.
     pub class_probability: Option<f64>,
-    /// Whether its first parameter is at a bound.
+    /// Whether one of its parameters is at a bound.
     pub at_bound: Option<bool>,
     /// Held-out evidence, of the earlier shape.
     pub evidence: Option<Evidence>,

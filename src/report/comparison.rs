@@ -83,7 +83,7 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         ));
     }
     speed.push(Series::new(
-        "true speed of the simulation",
+        "simulated before quantization",
         Stroke::Dashed,
         TRUE_SPEED,
         t_s,
@@ -190,14 +190,14 @@ pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
     }
     let ratio = figures.position_rmse_counts / figures.floor_counts;
     let words = if is_met(figures) {
-        "the simulation meets the recording down to the encoder's own rounding"
+        "the simulation agrees with the recording within quantization"
     } else if ratio < 3.0 {
-        "the simulation is close; a little more than the encoder's rounding is left"
+        "the simulation is close: a little more than quantization is left"
     } else {
-        "the simulation and the recording differ by more than the encoder's rounding"
+        "the simulation and the recording differ by more than quantization"
     };
     format!(
-        "{}: {words} ({:.3} counts RMS over the whole run, the encoder alone leaves {:.3}).",
+        "{}: {words} ({:.3} counts RMS over the whole run, quantization alone leaves {:.3}).",
         one_line(&figures.path),
         figures.position_rmse_counts,
         figures.floor_counts

@@ -27,7 +27,7 @@ pub fn keys_words(keys: &str) -> String {
 /// Why comparison and diagnosis have different figures.
 pub fn two_measures(found: &Diagnosis) -> String {
     format!(
-        "The comparison simulates one whole run from rest, so that errors accumulate. The diagnosis predicts segments of {}\u{a0}s of all runs from their measured initial states, so that its figure differs.",
+        "The comparison simulates a whole run from rest, where errors accumulate. The diagnosis predicts segments of {}\u{a0}s from their measured initial states, so that its errors are smaller.",
         figure(found.gap.horizon_s, 2)
     )
 }

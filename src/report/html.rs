@@ -45,7 +45,7 @@ impl Page {
     }
 
     /// Named parts of a text; code between backticks is a command.
-    pub fn parts(&mut self, parts: &[(&str, &str)]) {
+    pub fn parts(&mut self, parts: &[(&str, String)]) {
         self.body.push_str("<dl class=\"lead\">");
         for (name, text) in parts {
             let _ = write!(self.body, "<dt>{}</dt><dd>", escaped(name));

@@ -1,11 +1,11 @@
 //! Draws a panel as text: eight dots a character (Unicode braille), for a terminal.
 
-use super::figure::{Panel, Stroke, thinned, tick_label, ticks, widened};
+use super::figure::{Panel, Series, Stroke, thinned, tick_label, ticks, widened};
 
 /// Colours of the series by index, as ANSI codes; the same order as the palette of the drawings.
 const ANSI: [&str; 7] = ["34", "33", "32", "35", "93", "36", "90"];
 
-/// A panel as lines of text, `columns` wide and `rows` high (axes included), coloured or plain.
+/// A panel as lines of text, `columns` wide and `rows` high (axes included), coloured or with a digit for each further series.
 pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: bool) -> String {
     let x_range = panel
         .series
@@ -29,7 +29,13 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
     let width = columns.saturating_sub(label_width + 1).max(10);
     let height = rows.saturating_sub(3).max(3);
     let mut canvas = Canvas::new(width, height);
-    for series in panel.series.iter().filter(|one| !one.stroke.is_band()) {
+    let mut drawn: Vec<(usize, &Series)> = lines(panel).enumerate().collect();
+    // Without colours a line is known by its digit; the first one, in dots, is drawn over the others.
+    if !colours {
+        drawn.reverse();
+    }
+    for (number, series) in drawn {
+        let ink = if colours { series.colour } else { number };
         let points = thinned(&series.points, x_range, 2 * width);
         let place = |(x, y): (f64, f64)| {
             let column = (x - x_range.0) / (x_range.1 - x_range.0) * (2 * width - 1) as f64;
@@ -44,12 +50,12 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
             }
             let now = place(point);
             match (before, series.stroke) {
-                (None, _) | (_, Stroke::Dots) => canvas.dot(now, series.colour),
+                (None, _) | (_, Stroke::Dots) => canvas.dot(now, ink),
                 (Some(from), Stroke::Step | Stroke::FaintStep | Stroke::BroadStep) => {
-                    canvas.line(from, (now.0, from.1), series.colour);
-                    canvas.line((now.0, from.1), now, series.colour);
+                    canvas.line(from, (now.0, from.1), ink);
+                    canvas.line((now.0, from.1), now, ink);
                 }
-                (Some(from), _) => canvas.line(from, now, series.colour),
+                (Some(from), _) => canvas.line(from, now, ink),
             }
             before = Some(now);
         }
@@ -83,12 +89,13 @@ fn y_at((low, high): (f64, f64), height: usize, row: usize) -> f64 {
 }
 
 fn legend(panel: &Panel, colours: bool) -> String {
-    let names = panel
-        .series
-        .iter()
-        .filter(|s| !s.name.is_empty() && !s.stroke.is_band())
-        .map(|series| {
+    let names = lines(panel)
+        .enumerate()
+        .filter(|(_, series)| !series.name.is_empty())
+        .map(|(number, series)| {
+            let digit = digit(number).map(String::from);
             let sign = match series.stroke {
+                _ if !colours && digit.is_some() => digit.as_deref().unwrap_or_default(),
                 Stroke::Dots => "••",
                 Stroke::Dashed => "╌╌",
                 Stroke::Broad | Stroke::BroadStep => "━━",
@@ -100,6 +107,22 @@ fn legend(panel: &Panel, colours: bool) -> String {
     format!("{}   {}\n", panel.y_label, names.join("   "))
 }
 
+/// Series that are drawn as lines or dots.
+fn lines(panel: &Panel) -> impl Iterator<Item = &Series> {
+    panel.series.iter().filter(|one| !one.stroke.is_band())
+}
+
+/// Digit of a series where there are no colours; the first one has none, and is drawn in dots.
+fn digit(number: usize) -> Option<char> {
+    (number > 0)
+        .then(|| {
+            u32::try_from(number)
+                .ok()
+                .and_then(|n| char::from_digit(n, 10))
+        })
+        .flatten()
+}
+
 fn painted(text: &str, colour: usize, colours: bool) -> String {
     if colours {
         format!("\u{1b}[{}m{text}\u{1b}[0m", ANSI[colour % ANSI.len()])
@@ -108,7 +131,7 @@ fn painted(text: &str, colour: usize, colours: bool) -> String {
     }
 }
 
-/// Dots, two by four a character, each character in the colour of its last dot.
+/// Dots, two by four a character, each character in the colour, or with the digit, of its last dot.
 struct Canvas {
     width: usize,
     height: usize,
@@ -183,9 +206,10 @@ impl Canvas {
                 }
                 painted = wanted;
             }
-            out.push(match dots {
-                0 => ' ',
-                dots => char::from_u32(0x2800 + u32::from(dots)).unwrap_or(' '),
+            out.push(match (dots, digit(self.colours[cell])) {
+                (0, _) => ' ',
+                (_, Some(digit)) if !colours => digit,
+                (dots, _) => char::from_u32(0x2800 + u32::from(dots)).unwrap_or(' '),
             });
         }
         if painted.is_some() {

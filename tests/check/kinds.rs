@@ -79,9 +79,11 @@ fn the_command_prints_what_it_finds_and_a_fatal_finding_is_its_exit_status() {
         text.output
     );
     let sound = command::run(directory.path(), &["check", "sound.csv"]);
-    assert_eq!(
-        (sound.status, sound.output.as_str()),
-        (Some(0), "nothing found\n")
+    assert_eq!(sound.status, Some(0));
+    assert!(
+        sound.output.starts_with("no findings in "),
+        "{}",
+        sound.output
     );
 }
 

@@ -63,7 +63,7 @@ fn times_that_contradict_the_stated_sample_time_are_said_and_diagnosed() {
 fn rows_a_minute_apart_and_a_pause_of_an_hour_end_with_what_to_do() {
     let (status, text) = said(&["diagnose", "slow60.csv"]);
     assert_eq!(status, 1, "{text}");
-    assert!(text.contains("ms told as s"), "{text}");
+    assert!(text.contains("as if ms had been read as s"), "{text}");
     let (status, text) = said(&["diagnose", "slow60.csv", "--despite-findings"]);
     assert_eq!(status, 2, "{text}");
     assert!(text.contains("60.000 s apart"), "{text}");

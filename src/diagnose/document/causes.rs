@@ -116,8 +116,7 @@ pub(super) fn causes(
             })
         })
         .collect();
-    // An effect at a bound is not identified.
-    found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
+    found.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
     found
 }
 

@@ -238,9 +238,9 @@ pub(super) fn document(
         &outside(reported, settings),
         options.is_doubtful,
         segments.runs.iter().any(|run| run.is_closed_loop),
-        settings.identified,
+        settings,
     );
-    diagnosis.parts = sentence::parts(&diagnosis, asked, settings.identified);
+    diagnosis.parts = sentence::parts(&diagnosis, asked, settings);
     let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)

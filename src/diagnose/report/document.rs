@@ -36,6 +36,44 @@ pub enum Verdict {
     NoChange,
 }
 
+impl Verdict {
+    /// Its name in the document.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::BadRecording => "bad_recording",
+            Self::NoGap => "no_gap",
+            Self::Parameters => "parameters",
+            Self::Effect => "effect",
+            Self::Partial => "partial",
+            Self::Ambiguous => "ambiguous",
+            Self::OutsideCatalogue => "outside_catalogue",
+            Self::NoChange => "no_change",
+        }
+    }
+
+    /// Its meaning, as part of a sentence.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Self::BadRecording => "a finding about the recording is fatal",
+            Self::NoGap => "the nominal model is within the noise floor",
+            Self::Parameters => {
+                "no effect is identified, and re-identified parameters remove at least half of the error"
+            }
+            Self::Effect => {
+                "the named effects are identified, and less than a tenth of the error is unexplained"
+            }
+            Self::Partial => {
+                "the named effects are identified, and a tenth or more of the error is unexplained"
+            }
+            Self::Ambiguous => "an effect is present, but none is identified",
+            Self::OutsideCatalogue => {
+                "no effect is identified, and more than half of the error is unexplained"
+            }
+            Self::NoChange => "these runs agree with the reference",
+        }
+    }
+}
+
 /// A diagnosis of one or several runs of one motor.
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
@@ -174,7 +212,7 @@ pub struct Cause {
     /// Inclusion probability of that class.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class_probability: Option<f64>,
-    /// Whether its first parameter is at a bound, so that it is not identified.
+    /// Whether one of its parameters is at a bound, so that it is not identified.
     pub at_bound: bool,
     /// Its parameters in the most probable set that contains it, by key.
     pub parameters: BTreeMap<&'static str, Interval>,

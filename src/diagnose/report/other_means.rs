@@ -41,10 +41,7 @@ const MEANS: [(&str, &str); 14] = [
         "viscous_friction",
         "let it coast with the motor's leads open",
     ),
-    (
-        "current_limit",
-        "measure the current at stall; a coupling that slips shows a mark that drifts",
-    ),
+    ("current_limit", "measure the current at stall"),
     ("winding_heating", "measure the resistance cold and hot"),
     (
         "gravity_load",
@@ -72,12 +69,12 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
     let means: Vec<String> = in_play
         .filter_map(|id| {
             let (_, what) = MEANS.iter().find(|(known, _)| known == id)?;
-            Some(format!("{}: {what}", id.replace('_', " ")))
+            Some(format!("{what} ({})", id.replace('_', " ")))
         })
         .collect();
     (!means.is_empty()).then(|| {
         format!(
-            "No profile within this supply separates them well. By other means: {}.",
+            "No profile within this supply separates these causes well. By other means: {}.",
             means.join("; ")
         )
     })

@@ -1,36 +1,44 @@
 //! Second part: the cause with its probability and parameters.
 
-use super::{listed, name, percent, probability, three};
-use crate::diagnose::classes::members_of;
-use crate::diagnose::report::{Cause, Diagnosis, Interval, Verdict};
-use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_FROM};
+use super::{ABOVE_FLOOR, capitalized, listed, name, percent, probability, three};
+use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
+use crate::diagnose::settings::Settings;
+use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_FROM, STATED};
+use crate::motor::catalogue::find;
 
-pub(super) fn cause(said: &Diagnosis, probable: f64) -> String {
+pub(super) fn cause(said: &Diagnosis, settings: &Settings) -> String {
     let p = probability(said.probability);
+    let parameters = || percent(share_of(said, "parameters").max(0.0));
     match said.verdict {
         Verdict::BadRecording => String::new(),
-        Verdict::NoGap => format!("No effect is needed: P(no effect is present) {p}."),
+        Verdict::NoGap if said.probability >= settings.confident => {
+            format!("No effect is needed: P(no effect is present) {p}.")
+        }
+        Verdict::NoGap => format!(
+            "No effect is identified at this noise floor: P(no effect is present) {p}.{}",
+            candidates(said)
+        ),
         Verdict::NoChange => {
             format!("The runs agree with the reference: P(no effect has changed) {p}.")
         }
-        Verdict::Parameters if said.probability < probable => format!(
-            "Re-identified parameters remove {} of the reducible squared error. P(no effect is present) {p}, but none is identified.{}{}",
-            percent(share_of(said, "parameters")),
+        Verdict::Parameters if said.probability < settings.identified => format!(
+            "Re-identified parameters remove {} of {ABOVE_FLOOR}, but P(no effect is present) {p}.{}{}",
+            parameters(),
             candidates(said),
-            unconfirmed(said, probable)
+            unconfirmed(said, settings)
         ),
         Verdict::Parameters => format!(
-            "Re-identified parameters explain it: they remove {} of the reducible squared error; P(no effect is present) {p}.",
-            percent(share_of(said, "parameters"))
+            "Re-identified parameters explain the error: they remove {} of {ABOVE_FLOOR}; P(no effect is present) {p}.",
+            parameters()
         ),
         Verdict::OutsideCatalogue => format!(
             "No effect of the catalogue is identified: P(no effect of the catalogue is present) {p}.{}",
             candidates(said)
         ),
         Verdict::Ambiguous => format!(
-            "An effect is present, P {p}, but none is identified.{}{}",
+            "P(an effect is present) {p}, but none is identified.{}{}",
             candidates(said),
-            unconfirmed(said, probable)
+            unconfirmed(said, settings)
         ),
         Verdict::Effect | Verdict::Partial => identified(said, &p),
     }
@@ -41,12 +49,18 @@ fn share_of(said: &Diagnosis, step: &str) -> f64 {
     found.map_or(0.0, |one| one.share)
 }
 
-/// The most probable causes where none is identified.
+/// The most probable causes where none is identified; those at the limit of a range have a note of their own.
 fn candidates(said: &Diagnosis) -> String {
     let listed_causes: Vec<String> = (said.causes.iter())
-        .filter(|cause| cause.inclusion >= MENTIONED_FROM)
+        .filter(|cause| cause.inclusion >= MENTIONED_FROM && !cause.at_bound)
         .take(MENTIONED)
-        .map(|cause| format!("{} ({:.2})", name(cause.effect), cause.inclusion))
+        .map(|cause| {
+            format!(
+                "{} (P {})",
+                name(cause.effect),
+                probability(cause.inclusion)
+            )
+        })
         .collect();
     match listed_causes.is_empty() {
         true => String::new(),
@@ -54,8 +68,8 @@ fn candidates(said: &Diagnosis) -> String {
     }
 }
 
-/// That the most probable effects do not reduce the held-out error by a tenth, if that is why they are not identified.
-fn unconfirmed(said: &Diagnosis, probable: f64) -> &'static str {
+/// Why a probable effect is not identified: it does not reduce the held-out error by a tenth.
+fn unconfirmed(said: &Diagnosis, settings: &Settings) -> &'static str {
     // A class has what its members have, and is not identified with one of them at a bound.
     let is_bounded = |cause: &Cause| {
         (said.causes.iter()).any(|other| {
@@ -65,64 +79,131 @@ fn unconfirmed(said: &Diagnosis, probable: f64) -> &'static str {
         })
     };
     let is_probable = |cause: &Cause| {
-        cause.class_probability.unwrap_or(cause.inclusion) >= probable && !is_bounded(cause)
+        cause.class_probability.unwrap_or(cause.inclusion) >= settings.identified
+            && !is_bounded(cause)
     };
-    match said.causes.iter().any(is_probable) {
-        true => {
-            " Adding the most probable reduces the held-out squared error by less than a tenth."
+    let is_at_floor = said.gap.after_parameters <= said.gap.floor;
+    match (said.causes.iter().any(is_probable), is_at_floor) {
+        (true, true) => {
+            " It is not counted as identified, since re-identified parameters alone reach the noise floor, although with less probable values."
         }
-        false => "",
+        (true, false) => {
+            " Not identified: adding the most probable reduces the held-out squared error by less than a tenth."
+        }
+        (false, _) => "",
     }
 }
 
 fn identified(said: &Diagnosis, p: &str) -> String {
-    let one = |id: &&'static str| -> String {
-        let class = said.classes.iter().find(|class| class.members.contains(id));
-        match class {
-            Some(class) => {
-                let members: Vec<String> = class.members.iter().map(|id| name(id)).collect();
-                format!("one of {}", listed(&members, "or"))
-            }
-            None => name(id),
+    let class_of = |id: &str| {
+        said.classes
+            .iter()
+            .find(|class| class.members.contains(&id))
+    };
+    let one = |id: &&'static str| match class_of(id) {
+        Some(class) => members(said, class),
+        None => name(id),
+    };
+    let probability_of = |id: &str| match class_of(id) {
+        Some(class) => class.probability,
+        None => (said.causes.iter().find(|cause| cause.effect == id))
+            .map_or(said.probability, |cause| cause.inclusion),
+    };
+    let mut text = match said.effects.as_slice() {
+        [only] => format!("Cause: {}, P {p}.", one(only)),
+        all => {
+            let numbered = (all.iter().enumerate()).map(|(k, id)| {
+                let p = probability(probability_of(id));
+                format!("({}) {}, P {p}", k + 1, one(id))
+            });
+            format!(
+                "Causes: {}. P(all are present) {p}.",
+                numbered.collect::<Vec<_>>().join("; ")
+            )
         }
     };
-    let names: Vec<String> = said.effects.iter().map(one).collect();
-    let mut text = format!("Cause: {}, P {p}.", listed(&names, "and"));
-    for class in &said.classes {
-        text.push_str(&format!(
-            " These recordings do not separate the {} of class {}.",
-            class.members.len().max(2),
-            class.class
-        ));
+    if !said.classes.is_empty() {
+        text.push_str(" These recordings do not separate the members of a class.");
     }
     let stated: Vec<String> = (said.effects.iter())
-        .filter(|id| {
-            !said
-                .classes
-                .iter()
-                .any(|class| members_of(class.class).contains(id))
-        })
+        .filter(|id| class_of(id).is_none())
         .filter_map(|id| said.causes.iter().find(|cause| cause.effect == *id))
         .filter_map(parameters)
         .collect();
     if !stated.is_empty() {
-        text.push_str(&format!(" {}.", stated.join("; ")));
+        text.push_str(&format!(" {}.", capitalized(&stated.join("; "))));
     }
-    let removed: f64 = (said.budget.iter())
-        .filter(|one| said.effects.contains(&one.step))
-        .map(|one| one.share)
-        .sum();
-    text.push_str(&format!(
-        " It removes {} of the reducible squared error, re-identified parameters {}.",
-        percent(removed.max(0.0)),
-        percent(share_of(said, "parameters").max(0.0))
-    ));
+    text.push_str(&reductions(said));
     text
 }
 
-/// Parameters of an effect with their intervals.
+/// Members of a class; more than one of them may be present.
+fn members(said: &Diagnosis, class: &EffectClass) -> String {
+    let names: Vec<String> = class.members.iter().map(|id| name(id)).collect();
+    let each = said
+        .causes
+        .iter()
+        .filter(|cause| class.members.contains(&cause.effect));
+    let sum: f64 = each.map(|cause| cause.inclusion).sum();
+    let at_least = if sum > class.probability + MENTIONED_FROM {
+        "at least "
+    } else {
+        ""
+    };
+    format!(
+        "{at_least}one of {} (class {})",
+        listed(&names, "or"),
+        class.class
+    )
+}
+
+/// Shares that re-identified parameters and the effects remove.
+fn reductions(said: &Diagnosis) -> String {
+    let gap = &said.gap;
+    let alone = share_of(said, "parameters");
+    let of_effects = |id: &&&str| share_of(said, id) > 0.0;
+    let useless: Vec<String> = match said.effects.len() {
+        1 => Vec::new(),
+        _ => (said.effects.iter().filter(|id| !of_effects(id)))
+            .map(|id| name(id))
+            .collect(),
+    };
+    let effects = if said.effects.len() == 1 {
+        "the effect"
+    } else {
+        "the effects"
+    };
+    let mut text = match alone > 0.0 {
+        true => {
+            let removed: f64 = said.effects.iter().map(|id| share_of(said, id)).sum();
+            format!(
+                " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
+                percent(alone),
+                percent(removed.max(0.0))
+            )
+        }
+        false => format!(
+            " With {effects}, {} of {ABOVE_FLOOR} is removed; re-identified parameters alone do not reduce it.",
+            percent(gap.closed.max(0.0))
+        ),
+    };
+    if gap.after_parameters <= gap.floor {
+        text.push_str(&format!(
+            " Parameters alone reach the noise floor too, with less probable values than beside {effects}."
+        ));
+    }
+    if !useless.is_empty() {
+        text.push_str(&format!(
+            " {} by itself does not reduce the held-out error.",
+            capitalized(&listed(&useless, "and"))
+        ));
+    }
+    text
+}
+
+/// Parameters of an effect with their intervals; fixed ones are in the table of causes.
 fn parameters(cause: &Cause) -> Option<String> {
-    let of = |(key, interval): (&&'static str, &Interval)| {
+    let of = |key: &'static str, interval: &Interval| {
         let (key, interval) = interval.determined(key);
         let Interval {
             value,
@@ -135,13 +216,25 @@ fn parameters(cause: &Cause) -> Option<String> {
         let before = reference.map_or_else(String::new, |then| {
             format!(", {} in the reference", three(then))
         });
+        let unit = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(" {unit}")
+        };
         format!(
-            "{key} {} {unit} (95 % {} to {}{before})",
+            "{key} {}{unit} (95 % interval {} to {}{before})",
             three(value),
             three(lo95),
             three(hi95)
         )
     };
-    let all: Vec<String> = cause.parameters.iter().take(2).map(of).collect();
+    let (_, kind) = find(cause.effect)?;
+    let fitted = (kind.parameters.iter())
+        .filter_map(|own| cause.parameters.get(own.key).map(|found| (own.key, found)))
+        .filter(|(_, found)| found.lo95 < found.hi95);
+    let all: Vec<String> = fitted
+        .take(STATED)
+        .map(|(key, found)| of(key, found))
+        .collect();
     (!all.is_empty()).then(|| format!("{}: {}", name(cause.effect), all.join(", ")))
 }

@@ -6,16 +6,18 @@ mod cause;
 mod next;
 mod words;
 
+use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 
-use super::report::{Diagnosis, Regime, Verdict};
+use super::report::{Diagnosis, NominalSource, Regime, Verdict};
+use super::settings::Settings;
 
-/// The four parts; an effect from `probable` on is identified if it reduces the held-out error.
-pub(crate) fn parts(said: &Diagnosis, asked: &str, probable: f64) -> [String; 4] {
+/// The four parts; `asked` is the command of the diagnosis.
+pub(crate) fn parts(said: &Diagnosis, asked: &str, settings: &Settings) -> [String; 4] {
     [
         size(said),
-        cause::cause(said, probable),
-        remaining(said),
+        cause::cause(said, settings),
+        remaining(said, settings),
         next::next(said, asked),
     ]
 }
@@ -56,22 +58,33 @@ fn error(said: &Diagnosis) -> String {
     )
 }
 
+/// Reference of all shares.
+const ABOVE_FLOOR: &str = "the squared error above the noise floor";
+
 /// Third part: what is unexplained, where and how large.
-fn remaining(said: &Diagnosis) -> String {
+fn remaining(said: &Diagnosis, settings: &Settings) -> String {
     let unexplained = &said.unexplained;
     if matches!(said.verdict, Verdict::NoGap | Verdict::NoChange) {
         return String::new();
     }
+    if unexplained.hi95 <= 0.0 {
+        return "Unexplained: nothing above the noise floor.".to_owned();
+    }
     let share = format!(
-        "Unexplained: {} of the reducible squared error (95 % {} to {})",
-        percent(unexplained.share),
-        percent(unexplained.lo95.max(0.0)),
-        percent(unexplained.hi95)
+        "Unexplained: {} of {ABOVE_FLOOR} ({})",
+        percent(unexplained.share.max(0.0)),
+        percent_interval(unexplained.lo95, unexplained.hi95)
     );
     let place = largest_regime(said)
         .filter(|_| unexplained.share > 0.0)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
-    format!("{share}{}.", place.unwrap_or_default())
+    let undescribed = match unexplained.share >= 1.0 - settings.unexplained_share {
+        true => {
+            " Neither parameters nor effects of the catalogue describe these recordings: check the scale of command and position first (supply, counts per revolution, `motorlab check`)."
+        }
+        false => "",
+    };
+    format!("{share}{}.{undescribed}", place.unwrap_or_default())
 }
 
 fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
@@ -84,7 +97,7 @@ pub(crate) fn note(
     outside: &[(&'static str, f64)],
     is_doubtful: bool,
     is_closed_loop: bool,
-    probable: f64,
+    settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
     if is_closed_loop {
@@ -94,8 +107,12 @@ pub(crate) fn note(
         ));
     }
     for (key, share) in outside {
+        let (whose, why) = match said.nominal_source {
+            NominalSource::Given => ("motor file's", ": it has changed, or the file is wrong"),
+            NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
+        };
         notes.push(format!(
-            "{} is {} times the motor file's value, outside its tolerance: it has changed, or the file is wrong.",
+            "In this fit {} is {} times the {whose} value, outside its tolerance{why}.",
             words_of_key(key),
             three(*share)
         ));
@@ -103,12 +120,19 @@ pub(crate) fn note(
     for cause in said
         .causes
         .iter()
-        .filter(|cause| cause.at_bound && cause.inclusion >= probable)
+        .filter(|cause| cause.at_bound && cause.inclusion >= settings.identified)
     {
         notes.push(format!(
-            "The parameter of {} is at the bound of its range, so that it is not identified (inclusion probability {:.2}).",
-            name(cause.effect),
-            cause.inclusion
+            "{} (P {}) is not counted as identified: the fit ended at the limit of its parameter's range.",
+            capitalized(&name(cause.effect)),
+            probability(cause.inclusion)
+        ));
+    }
+    let repeats = said.gap.floor_parts.repeats;
+    if repeats.is_some_and(|repeats| repeats >= said.gap.floor) {
+        notes.push(format!(
+            "Runs with the same command differ by {} counts RMS, which is taken as the noise floor. If they are not repeats of one set-up, diagnose them separately.",
+            counts(said.gap.floor)
         ));
     }
     if said.scoring.score == "likelihood" && said.scoring.random_load_share > 0.0 {
@@ -126,15 +150,23 @@ pub(crate) fn note(
     notes.join(" ")
 }
 
+/// A word at the beginning of a sentence.
+fn capitalized(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| {
+        first.to_uppercase().chain(letters).collect()
+    })
+}
+
 /// A key of a motor file as words.
 pub(crate) fn words_of_key(key: &str) -> String {
     let words = match key {
-        "inertia_kg_m2" => "Inertia",
-        "back_emf_v_s_per_rad" => "The back-EMF constant",
+        "inertia_kg_m2" => "inertia",
+        "back_emf_v_s_per_rad" => "the back-EMF constant",
         "coulomb_friction_nm" => "Coulomb friction",
-        "viscous_friction_nm_s_per_rad" => "Viscous friction",
-        "inductance_h" => "Inductance",
-        "torque_constant_nm_per_a" => "The torque constant",
+        "viscous_friction_nm_s_per_rad" => "viscous friction",
+        "inductance_h" => "inductance",
+        "torque_constant_nm_per_a" => "the torque constant",
         other => other,
     };
     words.to_owned()

@@ -11,21 +11,25 @@ pub(super) fn next(said: &Diagnosis, asked: &str) -> String {
     }
     let (to, flag) = match said.verdict {
         Verdict::Effect => (
-            "write the motor with the effect, to simulate with",
+            "write a motor file with the effect, for simulate and compare",
             "--model-out diagnosed.toml",
         ),
         Verdict::Parameters => (
-            "write the motor with its re-identified parameters",
+            "write a motor file with the re-identified parameters",
             "--model-out fitted.toml",
         ),
-        Verdict::NoGap if said.nominal_source == NominalSource::Fit => {
-            ("write the motor that was fitted", "--model-out fitted.toml")
-        }
+        Verdict::NoGap if said.nominal_source == NominalSource::Fit => (
+            "write a motor file of the fitted motor",
+            "--model-out fitted.toml",
+        ),
         Verdict::NoGap | Verdict::NoChange => (
-            "use the model as it is; to see recorded over simulated",
+            "use the model as it is; to see it as pictures",
             "--html diagnosis.html",
         ),
-        _ => ("see where the error lies", "--html diagnosis.html"),
+        _ => (
+            "see as pictures where the error lies",
+            "--html diagnosis.html",
+        ),
     };
     let command = command(&format!("{asked} {flag}"), flag);
     match other_means(said) {
@@ -48,8 +52,8 @@ fn record(said: &Diagnosis, next: &NextExperiment, asked: &str) -> String {
     };
     let names: Vec<String> = (next.tells_apart.iter())
         .map(|id| match id.as_str() {
-            "none" => "no effect".to_owned(),
-            ids => name(&ids.replace('+', " with ")),
+            "none" => "no effect at all".to_owned(),
+            ids => ids.split('+').map(name).collect::<Vec<_>>().join(" with "),
         })
         .collect();
     let what = match (said.verdict, names.len()) {

@@ -1,5 +1,15 @@
 //! Figures and names as they are printed.
 
+/// A 95 % interval of a share; nothing is removed or left below 0.
+pub(crate) fn percent_interval(lo95: f64, hi95: f64) -> String {
+    let end = |share: f64| percent(share.max(0.0));
+    format!(
+        "95 % interval {} to {}",
+        end(lo95).trim_end_matches(" %"),
+        end(hi95)
+    )
+}
+
 /// A probability with its relation: two decimals, three above 0.99; never a certainty, never an impossibility.
 pub(crate) fn probability(p: f64) -> String {
     match p {
@@ -29,9 +39,18 @@ pub(crate) fn percent(share: f64) -> String {
     }
 }
 
-/// An effect's id as words.
+/// An effect's id as words: a noun that stands by itself.
 pub(crate) fn name(id: &str) -> String {
-    id.replace('_', " ")
+    let noun = match id {
+        "asymmetric_viscous" => "asymmetric viscous friction",
+        "coast_at_zero" => "coasting at zero command",
+        "coulomb_friction" => "Coulomb friction",
+        "presliding" => "presliding friction",
+        "pwm_freewheel" => "PWM freewheeling",
+        "stribeck" => "Stribeck friction",
+        _ => return id.replace('_', " "),
+    };
+    noun.to_owned()
 }
 
 /// A list with its last member behind `last_word`.

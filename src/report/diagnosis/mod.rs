@@ -166,7 +166,7 @@ fn causes(page: &mut Page, diagnosis: &Diagnosis) {
             _ => "\u{2013}".to_owned(),
         };
         let bound = match cause.at_bound {
-            true => "at a bound: not identified",
+            true => "at a limit: not counted as identified",
             false => "\u{2013}",
         };
         vec![
@@ -215,8 +215,8 @@ fn sets(page: &mut Page, diagnosis: &Diagnosis) {
         &[
             "set",
             "posterior probability",
-            "score (nats)",
-            "residual RMS (counts)",
+            "log score (nats)",
+            "RMS on the fitted segments (counts)",
         ],
         &rows,
     );
@@ -299,13 +299,13 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
     }
     let Some(next) = next else {
         if means.is_none() {
-            page.paragraph("No recording is proposed.");
+            page.paragraph("No further recording is needed.");
         }
         return;
     };
     let change = next.change.as_ref();
     page.paragraph(&format!(
-        "This profile{} is expected to separate {} by at least {} standard deviations:",
+        "With this profile{} the predictions of {} are expected to differ by at least {} standard deviations of the noise:",
         change.map_or(String::new(), |change| format!(
             ", with {},",
             change.words()

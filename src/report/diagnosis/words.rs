@@ -21,12 +21,30 @@ pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
     catalogue().iter().find(|kind| kind.id == id)
 }
 
-/// The parts of the sentence with their names; a verdict that has nothing to state in a part leaves it out.
-pub fn named_parts(diagnosis: &Diagnosis) -> Vec<(&'static str, &str)> {
-    let names = ["Error", "Cause", "Unexplained", "Next step"];
-    let parts = diagnosis.parts.iter().map(String::as_str);
+/// The verdict and the parts of the sentence with their names; a verdict that has nothing to state in a part leaves it out.
+pub fn named_parts(diagnosis: &Diagnosis) -> Vec<(&'static str, String)> {
+    let names = ["Verdict", "Error", "Cause", "Unexplained", "Next step"];
+    let parts = [verdict_words(diagnosis)]
+        .into_iter()
+        .chain(diagnosis.parts.iter().cloned());
     let named = names.into_iter().zip(parts);
     named.filter(|(_, part)| !part.is_empty()).collect()
+}
+
+/// The verdict, what it means, and which motor is the nominal model.
+fn verdict_words(diagnosis: &Diagnosis) -> String {
+    let verdict = diagnosis.verdict;
+    let nominal = match (&diagnosis.reference, diagnosis.nominal_source) {
+        (Some(_), _) => "fitted to the reference runs",
+        (None, NominalSource::Fit) => "fitted to these runs, without effects",
+        (None, NominalSource::Handout) => "the lab handout's motor",
+        (None, NominalSource::Given) => "the motor file",
+    };
+    format!(
+        "{}: {}. Nominal model: {nominal}.",
+        verdict.id(),
+        verdict.meaning()
+    )
 }
 
 /// An effect and what it is.
@@ -111,9 +129,15 @@ pub fn measured(gap: &Gap) -> String {
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     format!(
-        "Prediction error of the position over segments of {} s (median), which travel {} counts. Held out: {}. Noise floor {} counts ({}).",
+        "Prediction error of the position over segments of {} s (median), {}. Held out: {}. Noise floor {} counts ({}).",
         figure(gap.horizon_s, 3),
-        figure(gap.travel, 4),
+        match gap.travel {
+            0.0 => "of which more than half are at standstill".to_owned(),
+            travel => format!(
+                "in which the shaft travels {} counts (median)",
+                figure(travel, 4)
+            ),
+        },
         gap.held_out,
         figure(gap.floor, 3),
         parts.join(", ")
@@ -141,7 +165,13 @@ pub fn step_words(step: &BudgetStep) -> &'static str {
 
 /// A 95 % interval of a share.
 pub fn share_interval(lo95: f64, hi95: f64) -> String {
-    format!("{} to {}", figure(100.0 * lo95, 3), percent(hi95))
+    let [lo95, hi95] = [lo95, hi95].map(share);
+    format!("{} to {hi95}", lo95.trim_end_matches("\u{a0}%"))
+}
+
+/// A share in percent; less than a thousandth of a percent is none.
+fn share(share: f64) -> String {
+    percent(if share.abs() < 1e-5 { 0.0 } else { share })
 }
 
 /// Names of the columns of [`budget_rows`]; the last one where a step has alternatives.
@@ -164,7 +194,7 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
         let mut row = vec![
             step_words(step).to_owned(),
             figure(step.rms_counts, 3),
-            percent(step.share),
+            share(step.share),
             share_interval(step.lo95, step.hi95),
         ];
         if has_alternatives {
@@ -179,7 +209,7 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
 }
 
 /// Reference of the shares of the budget.
-pub const BUDGET_NOTE: &str = "Share: of the nominal reducible squared error (held-out squared error above the noise floor) that the step removes; of unexplained, what is left.";
+pub const BUDGET_NOTE: &str = "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.";
 
 /// The error budget as bars.
 pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
@@ -188,7 +218,7 @@ pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
         value: step.share,
         text: format!(
             "{} (95\u{a0}% {})",
-            percent(step.share),
+            share(step.share),
             share_interval(step.lo95, step.hi95)
         ),
         interval: Some((step.lo95, step.hi95)),
@@ -222,7 +252,7 @@ pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
 /// A 95 % interval of a parameter.
 pub fn interval_words(interval: &Interval) -> String {
     match interval.lo95 == interval.hi95 {
-        true => "fixed".to_owned(),
+        true => "not fitted".to_owned(),
         false => format!(
             "{} to {}",
             figure(interval.lo95, 4),
@@ -234,10 +264,15 @@ pub fn interval_words(interval: &Interval) -> String {
 /// Parameters that voltage and counts determine: name and value each.
 pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)> {
     let found = &diagnosis.identifiable;
+    let (gain, friction) = match diagnosis.command_kind {
+        CommandKind::Voltage => ("steady speed per volt", "Coulomb friction as a voltage"),
+        CommandKind::Current => ("steady speed per ampere", "Coulomb friction as a current"),
+        CommandKind::Torque => ("steady speed per newton metre", "Coulomb friction"),
+    };
     let mut rows = vec![
-        ("steady speed per unit of the command", found.speed_per_volt),
+        (gain, found.speed_per_volt),
         ("mechanical time constant", found.time_constant_s),
-        ("Coulomb friction in units of the command", found.friction_v),
+        (friction, found.friction_v),
     ];
     // Held at what was assumed, it is not determined.
     let electrical = found.electrical_time_constant_s;
@@ -273,18 +308,19 @@ pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
 pub fn torque_words(diagnosis: &Diagnosis) -> String {
     if !diagnosis.has_torque() {
         return match diagnosis.command_kind {
-            CommandKind::Voltage => "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. The resistance, measured with an ohmmeter, gives torques: `motorlab motor diagnosed.toml --resistance OHM`.",
+            CommandKind::Voltage => "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out diagnosed.toml`, then `motorlab motor diagnosed.toml --resistance OHM`.",
             _ => "The torque constant is not known: friction and loads are in units of the command.",
         }
         .to_owned();
     }
     match diagnosis.identifiable.si {
         Some(known) => format!(
-            "Torques in N m are known from the {}: {} {} of the command for 1 N m.",
+            "Torques in N m are known from the {}: {} {} {} 1 N m.",
             known.source.replace('_', " "),
             figure(known.command_per_nm, 4),
-            diagnosis.identifiable.friction_v.unit
+            diagnosis.identifiable.friction_v.unit,
+            if known.command_per_nm == 1.0 { "of command is" } else { "of command make" }
         ),
-        None => "Resistance and torque constant are not identifiable from these recordings: figures in N m and kg m^2 assume the nominal motor's and scale with them.".to_owned(),
+        None => "Resistance and torque constant are not identifiable from these recordings: values in N m and kg m^2 are computed with the nominal motor's, and change in proportion to them.".to_owned(),
     }
 }
