@@ -41,15 +41,15 @@ def part(motorlab, chosen, work):
     rough, restarted = division.batches(RESTART_S)
     rows = tools.scipy_rows(fitted, rough, False)
     rows.append(idim_row(division))
-    rows.append(tools.joint_row(rough, rows[0].found, False))
+    rows.append(tools.joint_row(fitted, rows[0].found, False, rough))
     rows += tools.motorlab_rows(motorlab, work, chosen, division.names, (), "nm")
     tools.measured(rows, fitted, held)
     second = [rms(restarted.errors(row.simulate(restarted))) * PER_COUNT_MM for row in rows]
     text = ["## emps", "", f"{chosen['what'][0].upper()}{chosen['what'][1:]}. Source: {chosen['source']}.", ""]
     text += [
         f"The rule of the benchmark: open loop from {INITIAL} initial samples. Fitted to the first half, 12.4 s; held out: the second. The benchmark's",
-        "own test file (PULSES) is not at hand. SciPy is fitted in open loop over the whole first half, MuJoCo over half-second segments of it;",
-        "motorlab over its own segments.", "",
+        "own test file (PULSES) is not at hand. SciPy and MuJoCo are fitted to half-second segments, then in open loop to the whole first half;",
+        "motorlab to its own segments.", "",
     ]  # fmt: skip
     extra = (f"restarted every {RESTART_S} s (mm RMS)", [page.figure(value) for value in second])
     text += page.table(rows, "mm", PER_COUNT_MM, extra) + ["", "![emps: held-out errors of each tool](emps.svg)"] + page.ahead("emps", rows)
@@ -57,4 +57,4 @@ def part(motorlab, chosen, work):
     text += ["| method | mm RMS |", "| --- | --- |"] + [f"| {name} | {value} |" for name, value in PUBLISHED.items()]
     bars = [(row.tool, row.held * PER_COUNT_MM) for row in rows]
     drawing = page.picture("emps: held-out position error in open loop", bars, "mm", page.curves(rows, held, PER_COUNT_MM))
-    return "\n".join(text), drawing
+    return "\n".join(text), drawing, page.summary(rows, "mm", PER_COUNT_MM)

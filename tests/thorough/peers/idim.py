@@ -6,7 +6,7 @@ differences, drive and regressors decimated, parameters by linear least squares.
 import numpy as np
 from scipy.signal import butter, decimate, filtfilt
 
-# Hz: of the low-pass on the position; the loop of the axis has some 20 Hz. Order and ratio of decimation as published for the axis.
+# Hz: of the low-pass on the position, well above the some 20 Hz of the axis' loop; its order; and a ratio of decimation that leaves 20 Hz.
 CUTOFF_HZ, ORDER, RATIO = 100.0, 4, 25
 
 

@@ -6,8 +6,7 @@ import segments
 import tools
 from recordings import divided, imported, recordings
 
-# s from restart to restart; none: whole runs. A servo in closed loop is restarted: its recorded commands drive a model astray that is
-# an encoder's count away.
+# s from restart to restart; none: whole runs. Commands of a closed loop do not answer to the error of a model, which would drift.
 RESTART_S = {"ev3": None, "l298n": None, "odrive": 1.0, "sts3250": 1.0, "three_levels": None, "micromouse": None}
 # Names of runs that say their load: grams on an arm of millimetres.
 LOAD = re.compile(r"m(\d+)g_l(\d+)mm")
@@ -22,7 +21,7 @@ def load_of(name):
 
 
 class Division:
-    """A set imported and divided: batches to fit and to predict, and what motorlab is told."""
+    """A set imported and divided: batches to fit and to predict, and the known loads for motorlab."""
 
     def __init__(self, motorlab, chosen, work, restart_s):
         self.chosen, self.restart_s = chosen, restart_s
@@ -65,7 +64,7 @@ def part(motorlab, chosen, work):
     # Parts that do not begin at rest: the first steps of a fit are easier on short segments.
     rough = division.batches(1.0)[0] if division.restart_s is None and not chosen["open_loop"] else None
     rows = tools.scipy_rows(fitted, rough, division.loaded)
-    rows.append(tools.joint_row(fitted, rows[0].found, division.loaded))
+    rows.append(tools.joint_row(fitted, rows[0].found, division.loaded, rough))
     tools.measured(rows, fitted, held)
     unit = tools.unit_of(division.paths[0][0])
     ours = tools.motorlab_rows(motorlab, work, chosen, division.names, division.known, unit)
@@ -73,4 +72,4 @@ def part(motorlab, chosen, work):
     text = [f"## {name}", "", f"{chosen['what'][0].upper()}{chosen['what'][1:]}. Source: {chosen['source']}. {protocol(division, held)}", ""]
     text += page.table(rows, "counts") + ["", f"![{name}: held-out errors of each tool]({name}.svg)"] + page.ahead(name, rows)
     drawing = page.picture(f"{name}: held-out position error", [(row.tool, row.held) for row in rows], "counts", page.curves(rows, held))
-    return "\n".join(text), drawing
+    return "\n".join(text), drawing, page.summary(rows, "counts")

@@ -50,7 +50,7 @@ class Motor:
         self.libraries = {}
 
     def library(self, inertia):
-        """The motor with a load of that inertia; `supply` has no part in it."""
+        """The motor with a load of that inertia: its function, and volts per unit of the drive."""
         if inertia not in self.libraries:
             folder = self.work / f"{self.file.stem}_{len(self.libraries)}"
             folder.mkdir(exist_ok=True)
@@ -63,7 +63,7 @@ class Motor:
                 text = re.sub(r"^inductance_h = .*$", "inductance_h = 0.0", text, count=1, flags=re.M)
                 per_drive = value["resistance_ohm"] / (value["torque_constant_nm_per_a"] if self.unit == "nm" else 1.0)
             (folder / "motor.toml").write_text(text)
-            told = run(self.program, "export", "c", "--motor", "motor.toml", "--step-time", str(STEP_S), "-o", "motor.c", "--force", work=folder)
+            run(self.program, "export", "c", "--motor", "motor.toml", "--step-time", str(STEP_S), "-o", "motor.c", "--force", work=folder)
             names = re.search(r"The state: y has (.*?)\. All zeros", (folder / "motor.c").read_text()).group(1).split(", ")
             load = names.index("load_angle") if "load_angle" in names else -1
             (folder / "play.c").write_text(f"#define LOAD_ANGLE {load}\n{PLAY}")
@@ -71,14 +71,14 @@ class Motor:
             play = ctypes.CDLL(str(folder / "play.so")).play
             double, array = ctypes.c_double, np.ctypeslib.ndpointer(float, flags="C")
             play.argtypes = [ctypes.c_int, ctypes.c_int, array, double, double, double, double, ctypes.c_void_p, ctypes.c_void_p, double, array]
-            self.libraries[inertia] = play, per_drive, told.stderr + told.stdout
+            self.libraries[inertia] = play, per_drive
         return self.libraries[inertia]
 
     def simulate(self, batch):
         """Angles on the grid: shape (segments, steps + 1)."""
         out = np.empty((len(batch.names), batch.steps + 1))
         for k in range(len(batch.names)):
-            play, per_drive, _ = self.library(batch.inertia_kg_m2[k])
+            play, per_drive = self.library(batch.inertia_kg_m2[k])
             drive = np.ascontiguousarray(batch.drive[k])
             goal, supply, duty_per_rad = None, None, 0.0
             if batch.goal is not None:

@@ -15,6 +15,11 @@ STYLE = (
 )
 # Share of the held-out error from which another tool is ahead.
 AHEAD = 0.05
+# Columns of the table of all sets: tools, and their short names.
+IN_SUMMARY = {
+    "SciPy, first order": "SciPy, first order", "SciPy, friction by direction": "SciPy, by direction", "MuJoCo sysid, hinge": "MuJoCo sysid",
+    "motorlab, nominal": "motorlab, nominal", "motorlab, re-identified": "re-identified", "motorlab, with effects": "with effects",
+}  # fmt: skip
 # Pixels of a picture, of its left margin and of a bar's row.
 WIDTH, LEFT, ROW = 860, 270, 22
 # Points of a curve at most.
@@ -136,18 +141,28 @@ def ahead(name, rows):
     return ["", f"Ahead of motorlab with effects by more than 5 %: {said}." + (f" {why}" if why else "")]
 
 
-def keep(out, part, text, drawing=None):
-    """The text of a part, for the page, and its picture."""
+def summary(rows, unit, scale=1.0):
+    """Held-out errors by tool, for the table of all sets."""
+    return {"unit": unit, "held": {row.tool: figure(row.held * scale) for row in rows}}
+
+
+def keep(out, part, text, drawing, short=None):
+    """The text of a part, for the page, its picture, and its row in the table of all sets."""
     file = out / "found.json"
     found = json.loads(file.read_text()) if file.exists() else {}
-    found[part] = text
+    found[part] = {"text": text, "summary": short}
     file.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n")
-    if drawing:
-        (out / f"{part}.svg").write_text(drawing)
+    (out / f"{part}.svg").write_text(drawing)
 
 
 def write(out, parts):
     """The page, of what is kept."""
     found = json.loads((out / "found.json").read_text())
     head = (Path(__file__).parent / "head.md").read_text().rstrip()
-    (out / "README.md").write_text("\n\n".join([head] + [found[part] for part in parts if part in found]) + "\n")
+    rows = ["| set | " + " | ".join(IN_SUMMARY.values()) + " | unit |", "|" + " --- |" * (len(IN_SUMMARY) + 2)]
+    for part in parts:
+        if short := found.get(part, {}).get("summary"):
+            cells = [f"[{part}](#{part})", *(short["held"].get(tool, "") for tool in IN_SUMMARY), short["unit"]]
+            rows.append("| " + " | ".join(cells) + " |")
+    texts = [head, "\n".join(rows)] + [found[part]["text"] for part in parts if part in found]
+    (out / "README.md").write_text("\n\n".join(texts) + "\n")

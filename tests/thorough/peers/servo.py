@@ -99,8 +99,8 @@ def part(motorlab, chosen, work):
     per_count = 1e3 * held.rad_per_count[0]
     text = ["## xl330", "", f"{chosen['what'][0].upper()}{chosen['what'][1:]}. Source: {chosen['source']}. {protocol(division, held)}", ""]
     text += [
-        "M1 to M6 are the friction models of Duclusaud, Passault, Padois and Ly (2024), by their formulas, fitted here; they are told when the log's",
-        "`torque_enable` is 0. SciPy and MuJoCo are fitted to the segments in which it is 1. motorlab gets the whole runs: its import has no such",
+        "M1 to M6 are the friction models of Duclusaud, Passault, Padois and Ly (2024), by their formulas, fitted here; they get the log's column",
+        "`torque_enable`, which is 0 where the bridge is off. SciPy and MuJoCo are fitted to the segments in which it is 1. motorlab gets the whole runs: its import has no such",
         f"column. In no held-out run is the bridge off. A count is {per_count:.2f} mrad. Closed loop: whole held-out runs from the logged goal, with the",
         "servo's law (duty = 2.54 x gain x error in rad, of 885).", "",
     ]  # fmt: skip
@@ -110,4 +110,5 @@ def part(motorlab, chosen, work):
     text += ["| model | closed loop (mrad, mean absolute) | restarted every second (counts RMS) |", "| --- | --- | --- |"]
     text += [f"| {name} | {loop} | {counts} |" for name, (loop, counts) in PUBLISHED.items()]
     bars = [(row.tool, rms(row.errors)) for row in rows]
-    return "\n".join(text), page.picture("xl330: held-out position error, restarted every second", bars, "counts", page.curves(rows, held))
+    drawing = page.picture("xl330: held-out position error, restarted every second", bars, "counts", page.curves(rows, held))
+    return "\n".join(text), drawing, page.summary(rows, "counts")

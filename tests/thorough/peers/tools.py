@@ -96,13 +96,15 @@ def scipy_rows(fitted, rough, loaded):
     return rows
 
 
-def joint_row(fitted, first_order, loaded):
-    """MuJoCo's hinge, from the first-order fit's numbers times and over `START_OFF`."""
+def joint_row(fitted, first_order, loaded, rough=None):
+    """MuJoCo's hinge, from the first-order fit's numbers times and over `START_OFF`: on a rough batch first, where there is one."""
     per = first_order.get("per_torque", 1.0)
     p = {"armature": first_order["lag"] / per, "damping": first_order["viscous"] / per, "friction": first_order["friction"] / per}
     starts = [{name: value * scale for name, value in p.items()} | {"gain": 1.0 / per} for scale in (START_OFF, 1.0 / START_OFF)]
     with Clock() as clock:
-        p = joint.fit(fitted, starts, loaded)
+        p = joint.fit(rough or fitted, starts, loaded)
+        if rough:
+            p = joint.fit(fitted, [p], loaded)
     typed = lines(joint.spec, joint.modifiers, joint.fit, joint.improved) + joint.HINGE.strip().count("\n") + 1
     given = ("known load; " if loaded else "") + "two starts within 50 %"
     return Row("MuJoCo sysid, hinge", given, 3 + loaded, lambda batch: joint.simulate(p, batch), clock.cpu_s, typed, "", p)
