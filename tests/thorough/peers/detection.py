@@ -61,4 +61,4 @@ def part(motorlab, scored, work):
         "detected 66 to 74 %. Not comparable figure by figure: here are 39 effects, on motors of four families, with parameters within or outside",
         "their tolerances.", "", "![detection: share of benches in which an effect is detected](detection.svg)",
     ]  # fmt: skip
-    return "\n".join(text), page.picture("Benches in which an effect is said to be present", bars, "%", [])
+    return "\n".join(text), page.picture("Benches in which an effect is said to be present", bars, "%", [], shares=True)

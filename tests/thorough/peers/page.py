@@ -41,19 +41,20 @@ def figure(value):
     return f"{value:.3g}"
 
 
-def picture(title, rows, unit, curves):
-    """Held-out errors as bars on a logarithmic axis, and beneath the errors of the best of each tool over the time of one segment.
+def picture(title, rows, unit, curves, shares=False):
+    """Held-out errors as bars on a logarithmic axis, or shares of 100 %, and beneath the errors of the best of each tool over the time of one segment.
 
     `rows` are names with values, `curves` names with times and errors.
     """
     values = [value for _, value in rows if math.isfinite(value)]
     low, high = 0.8 * min(values), 1.25 * max(values)
-    x = lambda value: LEFT + (WIDTH - LEFT - 90) * (math.log(value / low) / math.log(high / low))  # noqa: E731
+    part = lambda value: value / 100 if shares else math.log(value / low) / math.log(high / low)  # noqa: E731
+    x = lambda value: LEFT + (WIDTH - LEFT - 90) * part(value)  # noqa: E731
     top = 44
     height = top + ROW * len(rows) + 24 + (250 if curves else 0)
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" class="plot" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{title}"><style>{STYLE}</style>']
     out.append('<rect width="100%" height="100%" fill="var(--paper)"/>')
-    out.append(f'<text class="title" x="16" y="22">{title} (logarithmic axis)</text>')
+    out.append(f'<text class="title" x="16" y="22">{title}{"" if shares else " (logarithmic axis)"}</text>')
     for k, (name, value) in enumerate(rows):
         y = top + ROW * k
         end = x(value) if math.isfinite(value) else WIDTH - 90

@@ -179,7 +179,7 @@ def part(program, _, work):
     timed("motorlab, the program", "a process and a run file a motor", FEW, lambda: [by_program(program, one, work) for one in few] and None)
     with_export = [by_export(program, one, work / f"motor{k}.toml", batch) for k, one in enumerate(few)]
     off = 1e3 * float(np.max(np.abs(np.array([angles for angles, _ in with_export]) - reference)))
-    rows.append(("motorlab, exported C", "compiled, steps of 1 ms", FEW, sum(spent for _, spent in with_export), off))
+    rows.append(("motorlab, exported C", "steps of 1 ms; export and compiler not counted", FEW, sum(spent for _, spent in with_export), off))
     try:
         import motorlab as ml
     except ImportError:
@@ -193,7 +193,8 @@ def part(program, _, work):
         "## simulation", "",
         f"{MOTORS:,} motors with parameters drawn within {100 * SPREAD:.0f} %, first order with Coulomb friction, {DURATION_S:.0f} s of five voltage levels,",
         f"a sample every 3 ms. Slow tools simulate {FEW} of them. The error is the largest of the angle over {FEW} motors, against integration from stop to",
-        "stop to tolerances of 1e-11 (DOP853 with events). Processor time is of one run, with everything a call does.", "",
+        "stop to tolerances of 1e-11 (DOP853 with events). Processor time is of one run, with everything a call does.",
+        "From Rust, without process or file, the figures are those of [the simulation](../method/simulation.md).", "",
         "| tool | how | motors | processor time (s) | per motor (ms) | largest error (mrad) |", "| --- | --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     for name, how, count, cpu_s, off in rows:
