@@ -20,15 +20,18 @@
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
 //! | [`plain`] | text from files and devices made harmless for whoever reads it |
+//! | [`platform`] | files and clocks where there is an operating system, and where there is none |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
 //! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `least_squares`, `motor` and
 //! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate
 //! `motor-chain`, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
 
+#[cfg(not(target_family = "wasm"))]
 pub mod blind;
 pub mod board;
 pub mod check;
+#[cfg(not(target_family = "wasm"))]
 pub mod cli;
 pub mod compare;
 pub mod diagnose;
@@ -39,6 +42,7 @@ pub mod import;
 pub mod lab;
 pub mod least_squares;
 pub mod plain;
+pub mod platform;
 pub mod recording;
 pub mod report;
 pub mod units;

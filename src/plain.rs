@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use serde::Serialize;
+
 /// Whether a character steers a terminal, turns the direction of reading, or cannot be seen.
 pub fn is_harmful(c: char) -> bool {
     (c.is_control() && !matches!(c, '\n' | '\t'))
@@ -78,6 +80,22 @@ pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
         "{begins} [{} characters left out] {ends}",
         length - head - tail
     ))
+}
+
+/// The JSON document of a value; what would steer the terminal that shows it is escaped, and means the same.
+///
+/// # Errors
+/// The value is none that JSON can hold.
+pub fn plain_json(document: &impl Serialize) -> serde_json::Result<String> {
+    let text = serde_json::to_string_pretty(document)?;
+    if !text.contains(is_harmful) {
+        return Ok(text);
+    }
+    let escaped = text.chars().map(|c| match c {
+        c if is_harmful(c) => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    });
+    Ok(escaped.collect())
 }
 
 /// A word of a command line, in quotes where this system's shell would take it apart: PowerShell on Windows.

@@ -1,10 +1,10 @@
 //! A diagnosis: asked as the program asks it, on a thread of its own.
 
 use motorlab::check::{check_taught, is_fatal};
-use motorlab::cli::{Role, RunFacts, WithRuns};
 use motorlab::diagnose as diagnosing;
 use motorlab::diagnose::{
-    BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, nominal_fit,
+    BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, Role, RunFacts, WithRuns,
+    nominal_fit,
 };
 use motorlab::motor;
 use motorlab::recording;

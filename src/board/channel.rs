@@ -12,7 +12,7 @@ use std::time::Duration;
 use super::READ_PATIENCE;
 use super::board_side::{BoardSide, Readiness};
 use super::location::SerialLine;
-use super::port::OpenError;
+use super::open_error::OpenError;
 
 /// Bytes that wait in either direction before a writer has to: about what Linux holds of a pseudo-terminal (convention).
 const CAPACITY: usize = 16_384;
@@ -50,7 +50,14 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// A page has one thread, and looks again in its next turn.
+    #[cfg(target_family = "wasm")]
+    fn wait_until(&self, _: Duration, _: impl FnMut(&State) -> bool) -> MutexGuard<'_, State> {
+        self.lock()
+    }
+
     /// Waits until something is as asked, up to `patience`.
+    #[cfg(not(target_family = "wasm"))]
     fn wait_until(
         &self,
         patience: Duration,

@@ -11,13 +11,12 @@ use std::collections::VecDeque;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use firmware_protocol::{
     BAUD, CHUNK_SEGMENTS, Chunk, EndReason, Hello, HostMessage, ProfileSegment, Refusal,
     profile_crc,
 };
-use tokio::time::timeout;
 
 use super::intake::is_same_board;
 use super::line::{ALIVE_EVERY, ATTEMPTS, Line};
@@ -25,6 +24,7 @@ use super::{
     Arrival, BoardError, Damage, Event, Expectations, Intake, LineReader, Location, RawLog, Sample,
     SerialLine, longest_gather,
 };
+use crate::platform::time::{Instant, JoinHandle, MissedTickBehavior, interval, spawn, timeout};
 
 /// How often a silent board is asked who it is.
 const ASK_EVERY: Duration = Duration::from_millis(250);
@@ -87,7 +87,7 @@ pub struct Board {
     line: Arc<Line>,
     intake: Intake,
     events: VecDeque<Event>,
-    alive: Option<tokio::task::JoinHandle<()>>,
+    alive: Option<JoinHandle<()>>,
     over: bool,
     /// Error that ended the line, until it is reported.
     last: Option<BoardEvent>,
@@ -248,9 +248,9 @@ impl Board {
             .await?;
         self.reader.gather(self.gather);
         let line = Arc::clone(&self.line);
-        self.alive = Some(tokio::spawn(async move {
-            let mut tick = tokio::time::interval(ALIVE_EVERY);
-            tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+        self.alive = Some(spawn(async move {
+            let mut tick = interval(ALIVE_EVERY);
+            tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
             loop {
                 tick.tick().await;
                 line.say_alive();

@@ -1,14 +1,15 @@
 //! The writing side of a serial line, with the raw log of both directions.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use firmware_protocol::{ALIVE_INTERVAL_MS, HostMessage, MAX_WIRE};
 
 use super::{SerialLine, rawlog};
+use crate::platform::files::File;
+use crate::platform::time::Instant;
 
 /// How often a message is sent in all before its answer is given up.
 pub(super) const ATTEMPTS: u32 = 5;

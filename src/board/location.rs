@@ -5,7 +5,8 @@ use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::channel::Channel;
-use super::port::{OpenError, Port};
+use super::open_error::OpenError;
+use super::port::Port;
 
 /// An open serial line. Reading gives 0 bytes when the board is gone, `TimedOut` when it is silent.
 pub trait SerialLine: Read + Write + Send + fmt::Debug {

@@ -13,6 +13,11 @@ pub(crate) mod leap;
 mod line;
 mod location;
 pub(crate) mod motion;
+mod open_error;
+#[cfg(not(target_family = "wasm"))]
+mod port;
+#[cfg(target_family = "wasm")]
+#[path = "port_none.rs"]
 mod port;
 mod port_list;
 #[cfg(unix)]
@@ -42,10 +47,13 @@ pub use intake::{Damage, Event, Expectations, Intake, Sample};
 pub use leap::Leap;
 pub use line::{LogFailure, RawLog};
 pub use location::{Location, SerialLine};
-pub use port::{OpenError, Port, READ_PATIENCE};
+pub use open_error::{OpenError, READ_PATIENCE};
+pub use port::Port;
 pub use port_list::{PortEntry, UsbIdentity, known_board, list_ports, list_ports_of, usb_identity};
 pub use profile::{BUILT_IN, Profile, ProfileError, STEP_REST_S, Segment};
 pub use reader::{Arrival, LONGEST_GATHER, LineReader, longest_gather};
 #[cfg(unix)]
 pub use replayed::ReplayedDevice;
+#[cfg(target_family = "wasm")]
+pub use virtual_board::VirtualBoardOnPage;
 pub use virtual_board::{FirmwareOptions, Pace, VirtualBoard, VirtualBoardOptions};

@@ -5,98 +5,17 @@
 //! then 0 bytes, so a disconnect can neither lose bytes nor spin.
 
 use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use serialport::SerialPort;
 
 use super::location::SerialLine;
-use super::port_list::list_ports;
+use super::open_error::{OpenError, READ_PATIENCE};
 #[cfg(unix)]
 use super::port_unix as system;
 #[cfg(windows)]
 use super::port_windows as system;
-use crate::plain::shown;
-
-/// Longest wait in one read: how late a stopped reader notices. On Windows a write waits until the read under way
-/// is over: a fifth, so that an answer is not late.
-pub const READ_PATIENCE: Duration = Duration::from_millis(if cfg!(windows) { 20 } else { 100 });
-
-/// Why a port cannot be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum OpenError {
-    /// There is no such file.
-    #[error("there is no port {path}{}", known_ports(known), path = shown(path))]
-    NotFound {
-        /// Requested value.
-        path: PathBuf,
-        /// Ports that are there.
-        known: Vec<PathBuf>,
-    },
-    /// The node's permissions keep this user out.
-    #[error(
-        "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\n  join it with:  {command}\n  and log in again", path = shown(path))]
-    PermissionDenied {
-        /// The port.
-        path: PathBuf,
-        /// Group of the node.
-        group: String,
-        /// Its permissions, as `ls` shows them.
-        mode: String,
-        /// Command to type.
-        command: String,
-    },
-    /// Another program has it.
-    #[error("port {path} is in use by {holder}{advice}", path = shown(path))]
-    Busy {
-        /// The port.
-        path: PathBuf,
-        /// Who has it, as far as can be seen.
-        holder: String,
-        /// Remedy.
-        advice: String,
-    },
-    /// It is a file, a directory or another kind of device.
-    #[error("{path} is {what}, not a serial port; `motorlab ports` lists those that are there", path = shown(path))]
-    NotASerialPort {
-        /// Requested value.
-        path: PathBuf,
-        /// Description.
-        what: &'static str,
-    },
-    /// Anything else.
-    #[error("cannot open port {path}: {description}", path = shown(path))]
-    Failed {
-        /// The port.
-        path: PathBuf,
-        /// Message of the operating system.
-        description: String,
-    },
-}
-
-fn known_ports(known: &[PathBuf]) -> String {
-    if known.is_empty() {
-        return "; no serial port is connected (is the board plugged in?)".to_owned();
-    }
-    let names: Vec<String> = known.iter().map(shown).collect();
-    format!("; there are {}", names.join(", "))
-}
-
-impl OpenError {
-    pub(super) fn not_found(path: &Path) -> Self {
-        Self::NotFound {
-            path: path.to_owned(),
-            known: list_ports().into_iter().map(|port| port.path).collect(),
-        }
-    }
-
-    pub(super) fn failed(path: &Path, error: impl std::fmt::Display) -> Self {
-        Self::Failed {
-            path: path.to_owned(),
-            description: error.to_string(),
-        }
-    }
-}
 
 /// An open serial port. Reading gives 0 bytes when the device is gone, `TimedOut` when it is silent.
 #[derive(Debug)]

@@ -73,7 +73,7 @@ pub fn list_ports() -> Vec<PortEntry> {
 }
 
 /// The serial ports of this machine, lab boards first, then by name.
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(any(target_os = "linux", target_family = "wasm")))]
 pub fn list_ports() -> Vec<PortEntry> {
     let ports = serialport::available_ports().unwrap_or_default();
     let mut entries: Vec<PortEntry> = ports
@@ -95,6 +95,12 @@ pub fn list_ports() -> Vec<PortEntry> {
         .collect();
     sort(&mut entries);
     entries
+}
+
+/// None: a browser asks its user for one.
+#[cfg(target_family = "wasm")]
+pub fn list_ports() -> Vec<PortEntry> {
+    Vec::new()
 }
 
 /// The ports of a sysfs tree (`/sys/class/tty`) whose nodes are in `devices` (`/dev`).

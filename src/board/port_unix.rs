@@ -6,7 +6,7 @@ use std::os::fd::{AsRawFd, BorrowedFd};
 use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::Path;
 
-use super::port::OpenError;
+use super::open_error::OpenError;
 use super::port_list::usb_identity;
 use crate::plain::shown;
 

@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::port::OpenError;
+use super::open_error::OpenError;
 use crate::plain::shown;
 
 /// An open port of this system.

@@ -12,10 +12,16 @@
 use std::io::{self, Read};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
-use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+#[cfg(not(target_family = "wasm"))]
+use std::thread;
+use std::thread::JoinHandle;
+use std::time::Duration;
 
 use tokio::sync::mpsc;
+
+use crate::platform::time::Instant;
+#[cfg(target_family = "wasm")]
+use crate::platform::time::{sleep, spawn};
 
 /// Reads that may wait in the channel: at 333 samples/s some 24 s.
 const CHANNEL_READS: usize = 8192;
@@ -84,33 +90,63 @@ pub struct LineReader {
 }
 
 impl LineReader {
+    /// Reads `port` in turns of the page's event loop.
+    #[cfg(target_family = "wasm")]
+    pub fn spawn(mut port: impl Read + Send + 'static, origin: Instant) -> io::Result<Self> {
+        let (reading, reader) = Self::unread(origin);
+        spawn(async move {
+            let mut buffer = [0; READ_BYTES];
+            let mut pause = Duration::ZERO;
+            while !reading.stop.load(Ordering::Relaxed) {
+                if reading.waiting.load(Ordering::Relaxed) >= CHANNEL_BYTES {
+                    sleep(ROOM).await;
+                    continue;
+                }
+                if let Some((arrival, last)) = reading.read(&mut port, &mut buffer) {
+                    if let Arrival::Bytes { bytes, .. } = &arrival {
+                        pause = reading.next_pause(pause, bytes.len());
+                    }
+                    if reading.sender.send(arrival).await.is_err() || last {
+                        return;
+                    }
+                }
+                sleep(pause).await;
+            }
+        });
+        Ok(reader)
+    }
+
     /// Starts reading `port`, whose reads should time out now and then. A read of 0 bytes or
     /// `BrokenPipe` means that the device is gone. Times count from `origin`.
+    #[cfg(not(target_family = "wasm"))]
     pub fn spawn(port: impl Read + Send + 'static, origin: Instant) -> io::Result<Self> {
-        let (sender, arrivals) = mpsc::channel(CHANNEL_READS);
-        let stop = Arc::new(AtomicBool::new(false));
-        let waiting = Arc::new(AtomicUsize::new(0));
-        let gather_us = Arc::new(AtomicU64::new(0));
+        let (reading, mut reader) = Self::unread(origin);
         let thread = thread::Builder::new()
             .name("serial-reader".to_owned())
-            .spawn({
-                let reading = Reading {
-                    origin,
-                    sender,
-                    waiting: Arc::clone(&waiting),
-                    stop: Arc::clone(&stop),
-                    gather_us: Arc::clone(&gather_us),
-                };
-                move || reading.until_gone(port)
-            })?;
-        Ok(Self {
+            .spawn(move || reading.until_gone(port))?;
+        reader.thread = Some(thread);
+        Ok(reader)
+    }
+
+    /// Both ends, before anything is read.
+    fn unread(origin: Instant) -> (Reading, Self) {
+        let (sender, arrivals) = mpsc::channel(CHANNEL_READS);
+        let reader = Self {
             arrivals,
-            waiting,
-            stop,
-            gather_us,
-            thread: Some(thread),
+            waiting: Arc::default(),
+            stop: Arc::default(),
+            gather_us: Arc::default(),
+            thread: None,
             origin,
-        })
+        };
+        let reading = Reading {
+            origin,
+            sender,
+            waiting: Arc::clone(&reader.waiting),
+            stop: Arc::clone(&reader.stop),
+            gather_us: Arc::clone(&reader.gather_us),
+        };
+        (reading, reader)
     }
 
     /// From now on leaves bytes to gather for so long after each read before the next one; not at all with
@@ -168,6 +204,7 @@ struct Reading {
 }
 
 impl Reading {
+    #[cfg(not(target_family = "wasm"))]
     fn until_gone(&self, mut port: impl Read) {
         let mut buffer = [0; READ_BYTES];
         let mut pause = Duration::ZERO;
@@ -177,24 +214,12 @@ impl Reading {
                 thread::sleep(ROOM);
                 continue;
             }
-            let read = port.read(&mut buffer);
-            let host_us = self.origin.elapsed().as_micros() as u64;
-            let (arrival, last) = match read {
-                Ok(0) => (Arrival::HungUp { host_us }, true),
-                Ok(count) => {
-                    let bytes = buffer[..count].into();
-                    self.waiting.fetch_add(count, Ordering::Relaxed);
-                    pause = self.next_pause(pause, count);
-                    (Arrival::Bytes { host_us, bytes }, false)
-                }
-                Err(error) => match error.kind() {
-                    io::ErrorKind::TimedOut
-                    | io::ErrorKind::Interrupted
-                    | io::ErrorKind::WouldBlock => continue,
-                    io::ErrorKind::BrokenPipe => (Arrival::HungUp { host_us }, true),
-                    _ => (Arrival::Failed(error), true),
-                },
+            let Some((arrival, last)) = self.read(&mut port, &mut buffer) else {
+                continue;
             };
+            if let Arrival::Bytes { bytes, .. } = &arrival {
+                pause = self.next_pause(pause, bytes.len());
+            }
             if self.sender.blocking_send(arrival).is_err() || last {
                 return;
             }
@@ -205,6 +230,27 @@ impl Reading {
                 thread::sleep(pause);
             }
         }
+    }
+
+    /// One read, and whether nothing follows; `None` where nothing came.
+    fn read(&self, port: &mut impl Read, buffer: &mut [u8]) -> Option<(Arrival, bool)> {
+        let read = port.read(buffer);
+        let host_us = self.origin.elapsed().as_micros() as u64;
+        Some(match read {
+            Ok(0) => (Arrival::HungUp { host_us }, true),
+            Ok(count) => {
+                let bytes = buffer[..count].into();
+                self.waiting.fetch_add(count, Ordering::Relaxed);
+                (Arrival::Bytes { host_us, bytes }, false)
+            }
+            Err(error) => match error.kind() {
+                io::ErrorKind::TimedOut
+                | io::ErrorKind::Interrupted
+                | io::ErrorKind::WouldBlock => return None,
+                io::ErrorKind::BrokenPipe => (Arrival::HungUp { host_us }, true),
+                _ => (Arrival::Failed(error), true),
+            },
+        })
     }
 
     /// How long bytes gather after a read of `count` bytes, if the last time it was `before`.

@@ -12,12 +12,12 @@ use super::known::With;
 use super::motor_choice::MotorChoice;
 use super::output_file::{Force, Form};
 use super::progress::{set_share, spinner};
-use super::run_facts::{Role, RunFacts, WithRuns};
 use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::{Finding, check_taught, is_fatal};
 use crate::diagnose::{
-    BadRecording, GoodEnough, NominalFit, NominalSource, Options, Settings, diagnose, nominal_fit,
+    BadRecording, GoodEnough, NominalFit, NominalSource, Options, Role, RunFacts, Settings,
+    WithRuns, diagnose, nominal_fit,
 };
 use crate::motor::{Motor, read_motor};
 use crate::plain::{quoted, shown};

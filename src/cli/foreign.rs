@@ -1,5 +1,6 @@
 //! A log of another program where a run file is wanted: it is imported on the way, where nothing has to be asked.
 
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -9,18 +10,15 @@ use thiserror::Error;
 
 use super::import::{open, run_name};
 use super::import_flags::Flags;
-use super::import_source::Source;
 use super::import_words::{say_rows, say_understood};
 use super::progress::FileProgress;
 use super::{Failure, Output};
-use crate::import::{Form, Said, Unclear, import, understand};
+use crate::import::{Form, Kind, Said, Source, Unclear, import, understand};
 use crate::plain::{quoted, shown};
 use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
 
 /// Bytes of the file that are looked at.
 const LOOKED_AT_BYTES: u64 = 1 << 18;
-/// Columns that a run file made by hand has.
-const OWN_COLUMNS: [&str; 2] = ["t_s", "counts"];
 
 /// Not a run file, but a log that can become one.
 #[derive(Debug, Error)]
@@ -88,14 +86,11 @@ fn no_run(path: &Path, what: String) -> Failure {
 
 /// Imports a log into a folder that goes with its runs.
 fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let mut source =
-        Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name).map_err(|why| {
-            let why = why.to_string();
-            let named = format!("{name}: ");
-            no_run(path, why.strip_prefix(&named).unwrap_or(&why).to_owned())
-        })?;
-    let reading = source.understand(&name, &flags.said(), &command_line())?;
+    let name = name_of(path);
+    let mut source = Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name)
+        .map_err(|error| no_run(path, error.to_string()))?;
+    let reading = source.understand(&name, &flags.said(), &command_line());
+    let reading = reading.map_err(|error| Failure::input(format!("{name}: {error}")))?;
     let ready = match reading.map {
         Ok(ready) => ready,
         Err(unclear @ (Unclear::NoTable(_) | Unclear::NoText(_))) => {
@@ -175,37 +170,16 @@ enum Found {
     NoLog(String),
 }
 
-/// The same before a log is understood.
-enum Kind {
-    Run,
-    Log,
-    NoLog(String),
-}
-
 /// Tells a log of another program from a run file with something wrong in it.
 fn kind(path: &Path, problem: &ReadProblem) -> Kind {
-    let head = match head(path, problem) {
-        Some(head) if head.is_empty() => return Kind::NoLog("it is empty".to_owned()),
-        Some(head) => head,
-        None => return Kind::Run,
-    };
-    match form(path, &head) {
-        Some(form @ Form::NotRead(..)) => {
-            let why = form.read(&[]).err().map(|error| error.to_string());
-            return Kind::NoLog(why.unwrap_or_default());
-        }
-        Some(_) => return Kind::Log,
-        None => {}
+    match head(path, problem) {
+        Some(head) => Kind::of(&head, &name_of(path)),
+        None => Kind::Run,
     }
-    let text = String::from_utf8_lossy(&head);
-    let is_of_a_run = |line: &str| {
-        let cells: Vec<&str> = line.split(',').map(str::trim).collect();
-        OWN_COLUMNS.iter().all(|name| cells.contains(name))
-    };
-    match text.contains("motorlab-run/") || text.lines().any(is_of_a_run) {
-        true => Kind::Run,
-        false => Kind::Log,
-    }
+}
+
+fn name_of(path: &Path) -> Cow<'_, str> {
+    path.file_name().unwrap_or_default().to_string_lossy()
 }
 
 /// The beginning of a file that is no run; `None` where it cannot be read, or is a run that is too long.
@@ -226,8 +200,7 @@ fn head(path: &Path, problem: &ReadProblem) -> Option<Vec<u8>> {
 }
 
 fn form(path: &Path, head: &[u8]) -> Option<Form> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    Form::of(head).or_else(|| Form::of_name(&name))
+    Form::of(head).or_else(|| Form::of_name(&name_of(path)))
 }
 
 fn import_line(path: &Path, problem: &ReadProblem) -> Found {
@@ -244,7 +217,7 @@ fn import_line(path: &Path, problem: &ReadProblem) -> Found {
         return Found::Log(command, "");
     }
     let is_whole = (head.len() as u64) < LOOKED_AT_BYTES;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let name = name_of(path);
     match understand(&head, is_whole, &name, &Said::default(), &command).map {
         Ok(_) => Found::Log(command, ""),
         Err(Unclear::Missing { line, .. }) => Found::Log(line, " (in capitals: to be filled in)"),

@@ -10,14 +10,15 @@ use serde::Serialize;
 use super::capture::capture_failure;
 use super::findings::check_written;
 use super::import_flags::Flags;
-use super::import_source::Source;
 use super::import_words::{say, say_understood};
 use super::output_file::{Force, Form, Outputs};
 use super::progress::FileProgress;
 use super::staged::Staged;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
-use crate::import::{ImportProblem, Imported, Map, Reading, Ready, Understood, import, map_over};
+use crate::import::{
+    ImportProblem, Imported, Map, Reading, Ready, Source, SourceError, Understood, import, map_over,
+};
 use crate::plain::{quoted, shown};
 use crate::recording::{next_free_name, refuse_no_file};
 
@@ -93,12 +94,14 @@ impl Import {
             true => failure,
             false => failure.at(&self.log),
         };
-        let mut source = Source::new(bytes, &name).map_err(at)?;
+        let unread = |error: SourceError| Failure::input(format!("{name}: {error}"));
+        let mut source = Source::new(bytes, &name).map_err(|error| at(unread(error)))?;
         let mut reading = None;
         let map = match mapped {
             Some(map) => source.fitted(map),
             None => {
-                let found = source.understand(&name, &self.said.said(), &self.line())?;
+                let found = source.understand(&name, &self.said.said(), &self.line());
+                let found = found.map_err(|error| unread(error.into()))?;
                 let Reading {
                     understood,
                     notes,

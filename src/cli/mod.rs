@@ -30,7 +30,6 @@ mod flash;
 mod foreign;
 mod import;
 mod import_flags;
-mod import_source;
 mod import_words;
 mod known;
 mod lab;
@@ -51,7 +50,6 @@ mod progress;
 mod reconnect;
 mod replay;
 mod resistance;
-mod run_facts;
 mod schema;
 mod signals;
 mod simulate;
@@ -76,9 +74,8 @@ use serde::Serialize;
 
 pub use failure::{Failure, Status};
 pub use foreign::unreadable;
-pub use run_facts::{Role, RunFacts, WithRuns};
 
-use crate::plain::{is_harmful, one_line, plain};
+use crate::plain::{one_line, plain, plain_json};
 
 /// Record a DC motor over serial, simulate it, compare the two, and identify the effects that cause the sim-to-real error.
 #[derive(Debug, Parser)]
@@ -165,27 +162,14 @@ impl Output {
         self.write(&self.in_json(document)?)
     }
 
-    /// The JSON document of a value; what would steer the terminal that shows it is escaped, and means the same.
-    fn harmless(document: &impl Serialize) -> serde_json::Result<String> {
-        let text = serde_json::to_string_pretty(document)?;
-        if !text.contains(is_harmful) {
-            return Ok(text);
-        }
-        let escaped = text.chars().map(|c| match c {
-            c if is_harmful(c) => format!("\\u{:04x}", u32::from(c)),
-            c => c.to_string(),
-        });
-        Ok(escaped.collect())
-    }
-
     /// A JSON document as text, with the key `handout_values` where a motor file lacks numbers.
     fn in_json(&self, document: &impl Serialize) -> Result<String, Failure> {
         match self.filled.lock() {
-            Ok(filled) if !filled.is_empty() => Self::harmless(&Filled {
+            Ok(filled) if !filled.is_empty() => plain_json(&Filled {
                 document,
                 handout_values: &filled,
             }),
-            _ => Self::harmless(document),
+            _ => plain_json(document),
         }
         .map_err(Failure::input)
     }
@@ -233,7 +217,7 @@ impl Output {
     /// With `--json`, the failure as a document; a reader that has gone does not want it.
     fn failed(&self, failure: &Failure) {
         if self.json {
-            let text = Self::harmless(&failure.document());
+            let text = plain_json(&failure.document());
             let _ = text.map(|text| self.write(&text));
         }
     }

@@ -27,6 +27,7 @@ mod random;
 mod reference;
 mod relevance;
 mod report;
+mod run_facts;
 #[cfg(test)]
 mod samples;
 mod score;
@@ -45,6 +46,7 @@ pub use report::{
     KnownTorque, NextExperiment, NominalSource, Place, PredictedRun, Quick, ReferenceRuns, Regime,
     Region, SHAPE, Scoring, SearchStep, Unexplained, Verdict, other_means,
 };
+pub use run_facts::{Role, RunFacts, WithRuns};
 pub use settings::Settings;
 
 pub(crate) use classes::class_of;
@@ -54,6 +56,7 @@ use std::borrow::Cow;
 
 use crate::check::{check, misread_or_stale};
 use crate::motor::Motor;
+use crate::platform::time::Instant;
 use crate::recording::Run;
 use error::usable;
 use pipeline::{Prepared, searched};
@@ -135,7 +138,7 @@ pub fn diagnose(
     motor: &Motor,
     options: &Options<'_>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let begun = std::time::Instant::now();
+    let begun = Instant::now();
     let settings = &options.settings;
     let recorded = runs;
     let runs = &without_named_samples(runs)[..];

@@ -12,6 +12,7 @@ use super::map::Map;
 use super::rejected::{Rejected, for_file_name};
 use super::segment::Segment;
 use super::{BadRow, ImportError, ImportProblem};
+use crate::platform::files::remove_file;
 
 pub use super::segment::ImportedRun;
 
@@ -101,7 +102,7 @@ impl<'a> Progress<'a> {
         self.segment.discard();
         for run in &self.imported.runs {
             // They are this import's own files, and the problem that follows is what is said.
-            let _ = std::fs::remove_file(&run.path);
+            let _ = remove_file(&run.path);
         }
         Err(ImportProblem::ClockFalls { line, runs })
     }

@@ -15,6 +15,7 @@ mod convert;
 mod error;
 mod file;
 mod formats;
+mod kind;
 mod labels;
 mod layout;
 mod lines;
@@ -26,6 +27,7 @@ mod map_values;
 mod range;
 mod rejected;
 mod segment;
+mod source;
 mod stamp;
 mod straight;
 mod table;
@@ -36,8 +38,10 @@ mod unmapped;
 pub use error::{BadRow, ImportError, ImportProblem, MapError};
 pub use file::{Imported, ImportedRun, import};
 pub use formats::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES};
+pub use kind::Kind;
 pub use lines::{MAX_LINE_BYTES, MOST_LINE_BYTES};
 pub use map::{Integration, Map};
+pub use source::{Source, SourceError};
 pub use table::{Table, TableColumn, TableText};
 pub use unmapped::{
     HEAD_BYTES, Missing, Reading, Ready, Said, Unclear, Understood, is_spelling_of, map_over,

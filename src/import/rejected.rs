@@ -1,12 +1,12 @@
 //! The file of rejected rows: every bad row with its line and the reason, beside the run.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::cells::{decode, shortened};
 use super::error::RowProblem;
 use super::{BadRow, ImportProblem};
+use crate::platform::files::{File, remove_file};
 use crate::recording::next_free_name;
 
 /// Bad rows that are kept for the summary; the file has all.
@@ -94,7 +94,7 @@ impl Rejected {
     pub fn forget(mut self) {
         if self.file.take().is_some() {
             // It is only a help; that it stays is no harm.
-            let _ = std::fs::remove_file(&self.path);
+            let _ = remove_file(&self.path);
         }
     }
 }

@@ -9,6 +9,7 @@ use super::map::{CommandSource, Integration, Map, NumberFrom, PositionSource, Ti
 use super::thin::Thin;
 use crate::check::{SPEED_ZERO, ZeroSpeeds};
 use crate::motor::plausible;
+use crate::platform::files::remove_file;
 use crate::recording::{Columns, Flags, MAX_ROWS, Row, RunWriter, SPEED_RESOLUTION, Steps, Time};
 
 /// Rows from whose steps the sample time is taken.
@@ -202,7 +203,7 @@ impl<'a> Segment<'a> {
             let path = writer.path().to_owned();
             drop(writer);
             // It is this run's own file, and the problem that follows is what is said.
-            let _ = std::fs::remove_file(path);
+            let _ = remove_file(&path);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use std::future::Future;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use firmware_protocol::{EndReason, Hello, SampleFlags};
 
@@ -11,6 +11,7 @@ use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
 use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive, WriteError};
 use crate::board::{Board, BoardError, BoardEvent, Damage, Leap, Profile, Sample, UsbIdentity};
+use crate::platform::time::{Instant, MissedTickBehavior, interval};
 
 /// How often silence is looked for.
 const TICK: Duration = Duration::from_millis(100);
@@ -133,8 +134,8 @@ async fn follow(
     silence: Duration,
     stop: impl Future<Output = ()>,
 ) -> Result<Ended, CaptureError> {
-    let mut tick = tokio::time::interval(TICK);
-    tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut tick = interval(TICK);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut stop = std::pin::pin!(stop);
     let mut stopping = Stopping::default();
     let mut heard_at = Instant::now();

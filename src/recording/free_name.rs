@@ -1,10 +1,10 @@
 //! Names of files that are not there yet: nothing that exists is overwritten.
 
-use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::WriteError;
+use crate::platform::files::{File, OpenOptions};
 
 /// Refuses what no new file can be: a folder, a device, a pipe, or a path that ends in no name.
 ///

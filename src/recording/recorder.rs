@@ -21,6 +21,7 @@ use super::{
     WriteError,
 };
 use crate::board::Damage;
+use crate::platform::time::sleep_until;
 
 /// Why a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -239,7 +240,7 @@ impl Recorder {
     /// Waits until rows must be handed on; for ever if there are none. Safe to cancel.
     pub(super) async fn due(&self) {
         match self.writer.due() {
-            Some(due) => tokio::time::sleep_until(due.into()).await,
+            Some(due) => sleep_until(due.into()).await,
             None => std::future::pending().await,
         }
     }

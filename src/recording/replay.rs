@@ -5,7 +5,7 @@
 use std::io::BufRead;
 use std::path::PathBuf;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use firmware_protocol::{EndReason, FrameDecoder, Hello, HostMessage};
 
@@ -14,6 +14,7 @@ use super::end::{End, Ended};
 use super::{CaptureError, CaptureRequest, Captured, Ending, SharedLive, TextError};
 use crate::board::{Event, Expectations, Intake, rawlog};
 use crate::plain::shown;
+use crate::platform::time::Instant;
 
 /// How fast a log is played.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,12 +1,12 @@
 //! Playing a raw log of a plain sketch's text lines into a run file, as if the sketch were there.
 
 use std::io::BufRead;
-use std::time::Instant;
 
 use super::replay::{ReplayError, Speed, wait_until};
 use super::text_capture::{TextCaptured, TextRecording, TextRequest};
 use super::{Ending, SharedLive};
 use crate::board::rawlog;
+use crate::platform::time::Instant;
 
 /// Plays a log of text lines into `request.output`, at the log's arrival times. `stopped` is asked
 /// between events.

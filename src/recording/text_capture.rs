@@ -6,7 +6,7 @@
 
 use std::future::Future;
 use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::header::{Facts, header};
 use super::held_line::{HeldLine, Line, Usual};
@@ -24,6 +24,7 @@ use crate::board::{
     Arrival, Damage, Heard, LineReader, Profile, RawLog, UsbIdentity, longest_gather,
 };
 use crate::motor::plausible::{COMMAND, COUNTS, Shown};
+use crate::platform::time::{Instant, MissedTickBehavior, interval};
 
 /// How often rows are handed to the operating system and silence is looked for.
 const TICK: Duration = Duration::from_millis(20);
@@ -92,8 +93,8 @@ pub async fn capture_text(
     stop: impl Future<Output = ()>,
 ) -> Result<TextCaptured, TextError> {
     let mut stop = std::pin::pin!(stop);
-    let mut tick = tokio::time::interval(TICK);
-    tick.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
+    let mut tick = interval(TICK);
+    tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let mut heard_at = Instant::now();
     let mut text = TextRecording::new(request, live);
     let ending = loop {

@@ -6,16 +6,17 @@
 //! [`RunWriter::finish`] overwrites it in place with `complete = true` and the summary. A file without
 //! that line was not ended properly.
 
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::WriteError;
 use super::free_name::create_free;
 use super::row::{Columns, Row, RowFormatter};
 use super::rows::MAX_ROWS;
 use crate::plain::one_line_table;
+use crate::platform::files::{File, has_vanished, remove_file, write_at};
+use crate::platform::time::Instant;
 
 /// Value of the `format` key.
 pub const RUN_FORMAT: &str = "motorlab-run/1";
@@ -139,7 +140,7 @@ impl RunWriter {
         self.written_bytes += self.buffer.len() as u64;
         self.rows += std::mem::take(&mut self.buffered_rows);
         self.buffer.clear();
-        if file_vanished(&self.file, &self.path) {
+        if has_vanished(&self.file, &self.path) {
             return self.rescue();
         }
         Ok(())
@@ -161,9 +162,9 @@ impl RunWriter {
 
     /// Takes the file away again, of a recording that did not begin.
     pub fn discard(self) {
-        if self.rows() == 0 && !file_vanished(&self.file, &self.path) {
+        if self.rows() == 0 && !has_vanished(&self.file, &self.path) {
             // The rest is a file with a header and no row.
-            let _ = std::fs::remove_file(&self.path);
+            let _ = remove_file(&self.path);
         }
     }
 
@@ -274,31 +275,6 @@ fn fill(buffer: &mut Vec<u8>, mut length: usize) {
         buffer.push(b'\n');
         length -= line;
     }
-}
-
-#[cfg(unix)]
-fn file_vanished(file: &File, _: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
-}
-
-#[cfg(not(unix))]
-fn file_vanished(_: &File, path: &Path) -> bool {
-    // A file that was renamed counts as one that was deleted: its name is all that can be looked at.
-    path.symlink_metadata().is_err()
-}
-
-#[cfg(unix)]
-fn write_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
-    use std::os::unix::fs::FileExt;
-    file.write_all_at(bytes, at)
-}
-
-#[cfg(not(unix))]
-fn write_at(mut file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
-    use std::io::Seek;
-    file.seek(io::SeekFrom::Start(at))?;
-    file.write_all(bytes)
 }
 
 /// Copies all of `from` into `to`, which is left at its end.

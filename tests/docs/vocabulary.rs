@@ -35,6 +35,8 @@ const EXTENSIONS: &[&str] = &[
 
 /// Fixed headings of effects, fields of the case generator, and JSON keys that only a new format number could rename.
 const PUBLISHED: &[&str] = &[
+    // A type of JavaScript.
+    "Promise",
     "What it is",
     "What it does to a recording",
     "What causes it",

@@ -9,6 +9,8 @@
 //! as fast as its reader takes the bytes; device time is the same in each case.
 
 mod firmware;
+#[cfg(target_family = "wasm")]
+mod page;
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
@@ -16,7 +18,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use firmware_protocol::{
     BoardMessage, EndReason, FrameDecoder, HostMessage, LINK_TIMEOUT_MS, MAX_WIRE,
@@ -24,6 +26,8 @@ use firmware_protocol::{
 
 use firmware::Firmware;
 pub use firmware::FirmwareOptions;
+#[cfg(target_family = "wasm")]
+pub use page::VirtualBoardOnPage;
 
 use super::Bench;
 use super::board_side::BoardSide;
@@ -32,6 +36,7 @@ use super::faults::{Faults, FaultyPort};
 use super::location::Location;
 #[cfg(unix)]
 use super::pty::Pty;
+use crate::platform::time::Instant;
 
 /// How board time passes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -69,6 +74,9 @@ const TURN: Duration = Duration::from_millis(20);
 /// Longest turn that counts. A longer one is this computer standing still, suspended or overloaded, with
 /// board and host alike: a real board would not, so that its time stands still too.
 const LONGEST_TURN: Duration = Duration::from_millis(50);
+
+/// Time between two looks whether somebody has opened the port.
+const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
 /// A running virtual board; dropping it unplugs it.
 #[derive(Debug)]
@@ -208,29 +216,37 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
 
     fn run(mut self, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) && !self.hung_up {
-            let patience = self.patience();
-            let ready = self.board_side.wait(patience, !self.outgoing.is_empty())?;
-            if !ready.connected {
-                self.nobody_there();
-                continue;
+            if !self.turn()? {
+                thread::sleep(LOOK_AGAIN);
             }
-            if !self.connected {
-                self.reset();
-            }
-            self.begin_turn(patience);
-            if ready.readable {
-                self.listen()?;
-            }
-            if self.hello_at.is_some_and(|at| at <= Instant::now()) {
-                self.hello_at = None;
-                self.queue.push(self.options.banner.as_bytes());
-                self.say(&self.firmware.hello())?;
-            }
-            self.take_samples()?;
-            self.send()?;
         }
         self.board_side
             .let_it_drain(&mut self.outgoing, self.connected)
+    }
+
+    /// One turn, which waits for the line where there is nothing else to do; says whether somebody has the port open.
+    fn turn(&mut self) -> io::Result<bool> {
+        let patience = self.patience();
+        let ready = self.board_side.wait(patience, !self.outgoing.is_empty())?;
+        if !ready.connected {
+            self.nobody_there();
+            return Ok(false);
+        }
+        if !self.connected {
+            self.reset();
+        }
+        self.begin_turn(patience);
+        if ready.readable {
+            self.listen()?;
+        }
+        if self.hello_at.is_some_and(|at| at <= Instant::now()) {
+            self.hello_at = None;
+            self.queue.push(self.options.banner.as_bytes());
+            self.say(&self.firmware.hello())?;
+        }
+        self.take_samples()?;
+        self.send()?;
+        Ok(true)
     }
 
     /// Time passes for the board and for what it hears, but not while this computer stands still. A board
@@ -254,7 +270,6 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
             self.outgoing.clear();
             self.board_side.discard();
         }
-        thread::sleep(Duration::from_millis(2));
     }
 
     /// Opening the port resets the board.

@@ -30,7 +30,8 @@ pub fn bad_recording_page(findings: &[Finding], runs: &[Run]) -> String {
     page.finish()
 }
 
-fn recorded(run: &Run) -> Figure {
+/// Position over command as they were recorded.
+pub fn recorded(run: &Run) -> Figure {
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let position = Series::new("recorded", Stroke::Step, RECORDED, &run.t_s, &counts);
     let command = Series::new("command", Stroke::Step, COMMAND, &run.t_s, &run.command);

@@ -20,7 +20,7 @@ use crate::recording::Run;
 use laid::{lay, names};
 use overlay::Beside;
 
-pub use bad_recording::bad_recording_page;
+pub use bad_recording::{bad_recording_page, recorded};
 pub use overlay::recorded_speed;
 pub use words::{
     BUDGET_COLUMNS, BUDGET_NOTE, DETAILED_FROM, budget_bars, budget_rows, cause_words, class_words,

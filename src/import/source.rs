@@ -1,0 +1,99 @@
+//! Where a log comes from: text as it is read, or a table that a file of another form holds.
+
+use std::io::{self, Cursor, Read};
+
+use super::unmapped::{HEAD_BYTES, Reading, Ready, Said, understand, understand_table};
+use super::{Form, FormatError, MOST_FILE_BYTES, TOLD_BY_BYTES, Table};
+
+/// Why a log cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum SourceError {
+    /// Its bytes.
+    #[error(transparent)]
+    Read(#[from] io::Error),
+    /// Its form.
+    #[error(transparent)]
+    Form(#[from] FormatError),
+    /// A binary file is read whole.
+    #[error("it is {form} of more than {MOST_FILE_BYTES} bytes: cut it into parts")]
+    TooLarge {
+        /// Name of the form.
+        form: &'static str,
+    },
+}
+
+/// A log that is open.
+pub enum Source<'a> {
+    /// Text in columns, plain or gzipped.
+    Text(Box<dyn Read + 'a>),
+    /// A table of another form.
+    Table(Table),
+}
+
+impl<'a> Source<'a> {
+    /// Tells the form by the first bytes, or by the file's name. Binary files are read whole.
+    ///
+    /// # Errors
+    /// It cannot be read, or its form is none that is.
+    pub fn new(mut bytes: Box<dyn Read + 'a>, name: &str) -> Result<Self, SourceError> {
+        let beginning = beginning(&mut bytes, TOLD_BY_BYTES as u64)?;
+        let form = Form::of(&beginning).or_else(|| Form::of_name(name));
+        let mut all = Cursor::new(beginning).chain(bytes);
+        let Some(form) = form else {
+            return Ok(Self::Text(Box::new(all)));
+        };
+        if let Form::NotRead(..) = form {
+            return Ok(Self::Table(form.read(&[])?));
+        }
+        let whole = self::beginning(&mut all, MOST_FILE_BYTES + 1)?;
+        if whole.len() as u64 > MOST_FILE_BYTES {
+            return Err(SourceError::TooLarge { form: form.name() });
+        }
+        Ok(Self::Table(form.read(&whole)?))
+    }
+
+    /// A mapping file as it is used for this log.
+    #[must_use]
+    pub fn fitted(&self, ready: Ready) -> Ready {
+        match self {
+            Self::Text(_) => ready,
+            Self::Table(_) => Ready {
+                map: ready.map.for_table(),
+                toml: ready.toml,
+            },
+        }
+    }
+
+    /// Makes a mapping from the log and the given facts; `command` as for [`understand`].
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn understand(&mut self, name: &str, said: &Said, command: &str) -> io::Result<Reading> {
+        match self {
+            Self::Table(table) => Ok(understand_table(table, name, said, command)),
+            Self::Text(text) => {
+                let head = beginning(text, HEAD_BYTES)?;
+                let is_whole = (head.len() as u64) < HEAD_BYTES;
+                let found = understand(&head, is_whole, name, said, command);
+                let rest = std::mem::replace(text, Box::new(io::empty()));
+                *text = Box::new(Cursor::new(head).chain(rest));
+                Ok(found)
+            }
+        }
+    }
+
+    /// The log as text in columns.
+    pub fn read(&mut self) -> Box<dyn Read + '_> {
+        match self {
+            Self::Text(text) => Box::new(text),
+            Self::Table(table) => Box::new(table.text()),
+        }
+    }
+}
+
+/// The first bytes, fewer only if there are no more.
+fn beginning(source: &mut impl Read, count: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    source.take(count).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

@@ -1,0 +1,42 @@
+//! Files: those of the operating system, or files in memory where there is none.
+
+#[cfg(not(target_family = "wasm"))]
+pub(crate) use std::fs::{File, OpenOptions, remove_file};
+
+#[cfg(target_family = "wasm")]
+pub(crate) use super::memory::{File, OpenOptions, remove_file};
+
+use std::io;
+use std::path::Path;
+
+/// Whether a file that is open was deleted.
+#[cfg(unix)]
+pub(crate) fn has_vanished(file: &File, _: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    file.metadata().is_ok_and(|metadata| metadata.nlink() == 0)
+}
+
+#[cfg(windows)]
+pub(crate) fn has_vanished(_: &File, path: &Path) -> bool {
+    // A file that was renamed counts as one that was deleted: its name is all that can be looked at.
+    path.symlink_metadata().is_err()
+}
+
+#[cfg(target_family = "wasm")]
+pub(crate) fn has_vanished(_: &File, _: &Path) -> bool {
+    false
+}
+
+/// Overwrites bytes in the middle of a file.
+#[cfg(unix)]
+pub(crate) fn write_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
+    use std::os::unix::fs::FileExt;
+    file.write_all_at(bytes, at)
+}
+
+#[cfg(not(unix))]
+pub(crate) fn write_at(mut file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
+    use std::io::{Seek, Write};
+    file.seek(io::SeekFrom::Start(at))?;
+    file.write_all(bytes)
+}
