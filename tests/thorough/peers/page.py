@@ -132,14 +132,15 @@ def table(rows, unit, scale=1.0, extra=None):
 
 
 def ahead(name, rows):
-    """Who is ahead of motorlab with effects by more than 5 %, and why as far as it was found (why.toml)."""
+    """Who is ahead of motorlab with effects by more than 5 %, and why as far as it was found (why.toml), or what else limits a figure."""
     ours = next(row.held for row in reversed(rows) if row.tool.startswith("motorlab"))
     better = [row for row in rows if row.held < ours / (1 + AHEAD) and not row.tool.startswith("motorlab")]
-    if not better:
-        return ["", "No other tool is ahead of motorlab with effects by more than 5 %."]
-    said = ", ".join(f"{row.tool} by {100 * (1 - row.held / ours):.0f} %" for row in better)
     why = tomllib.loads((Path(__file__).parent / "why.toml").read_text()).get(name)
-    return ["", f"Ahead of motorlab with effects by more than 5 %: {said}." + (f" {why}" if why else "")]
+    note = f" {why}" if why else ""
+    if not better:
+        return ["", f"No other tool is ahead of motorlab with effects by more than 5 %.{note}"]
+    said = ", ".join(f"{row.tool} by {100 * (1 - row.held / ours):.0f} %" for row in better)
+    return ["", f"Ahead of motorlab with effects by more than 5 %: {said}.{note}"]
 
 
 def summary(rows, unit, scale=1.0):
