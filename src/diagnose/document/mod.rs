@@ -14,8 +14,8 @@ use super::nested::{self, Step};
 use super::noise::{Noise, expected_mean_square};
 use super::pipeline::{Prepared, Searched};
 use super::report::{
-    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, Place, PredictedRun, Quick, SHAPE, Scoring,
-    Unexplained, Verdict,
+    BudgetStep, Diagnosis, Fitted, FloorParts, Gap, HELD_OUT_RUNS, Place, PredictedRun, Quick,
+    SHAPE, Scoring, Unexplained, Verdict,
 };
 use super::score::{effective_observations, likelihood, plant_of};
 use super::search::{Judge, Scored};
@@ -194,7 +194,7 @@ pub(super) fn document(
             parts(at),
             shares.between(0, shown),
             match (held.is_some(), prepared.subset.is_some()) {
-                (true, _) => "held-out runs",
+                (true, _) => HELD_OUT_RUNS,
                 (_, true) => "all segments; a stratified subset of them was fitted",
                 _ => "cross-validation over segments",
             },

@@ -11,6 +11,9 @@ pub enum GoodEnough {
     Share(f64),
 }
 
+/// How the error is held out where runs are.
+pub(crate) const HELD_OUT_RUNS: &str = "held-out runs";
+
 /// Multi-step prediction error over segments in counts RMS, held out unless said otherwise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {

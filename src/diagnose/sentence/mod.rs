@@ -9,7 +9,7 @@ mod words;
 use words::percent_interval;
 pub(crate) use words::{counts, listed, name, percent, probability, three};
 
-use super::report::{Diagnosis, NominalSource, Regime, Verdict};
+use super::report::{Diagnosis, HELD_OUT_RUNS, NominalSource, Regime, Verdict};
 use super::settings::Settings;
 
 /// The four parts; `asked` is the command of the diagnosis.
@@ -100,6 +100,11 @@ pub(crate) fn note(
     settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
+    if said.nominal_source == NominalSource::Fit && said.gap.held_out != HELD_OUT_RUNS {
+        notes.push(
+            "The nominal model was fitted to these runs: its own error is not held out.".to_owned(),
+        );
+    }
     if is_closed_loop {
         notes.push(format!(
             "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",
