@@ -4,6 +4,8 @@
 //! file's `[effects.<id>]`, the virtual board, the documentation's table and the diagnosis read it from
 //! [`catalogue`].
 
+pub mod ids;
+
 use std::fmt;
 
 use serde::Serialize;

@@ -6,6 +6,7 @@
 
 use crate::called::meant;
 use crate::catalogue::MAX_PARAMETERS;
+use crate::catalogue::ids;
 use crate::plausible::{Range, of_parameter};
 use crate::{ActiveEffect, Motor, ParameterId, Parameters};
 
@@ -144,7 +145,7 @@ impl KnownDifferences {
             }
             ParameterId::Effect(..) => {
                 self.gravity_torque_nm.is_some()
-                    && ParameterId::effect("gravity_load", "torque_nm") == Some(id)
+                    && ParameterId::effect(ids::GRAVITY_LOAD, "torque_nm") == Some(id)
             }
         }
     }
@@ -158,7 +159,7 @@ impl KnownDifferences {
         }
         if self.inertia_added_kg_m2 > 0.0 {
             motor.parameters.inertia_kg_m2 += self.inertia_added_kg_m2;
-            let inertia = ParameterId::effect("inertia", "inertia_kg_m2");
+            let inertia = ParameterId::effect(ids::INERTIA, "inertia_kg_m2");
             if let Some((id, own)) = inertia.and_then(|id| Some((id, id.get(&motor)?))) {
                 id.set(&mut motor, own + self.inertia_added_kg_m2);
             }
@@ -166,9 +167,9 @@ impl KnownDifferences {
         if let Some(torque_nm) = self.gravity_torque_nm {
             let values = motor
                 .effects
-                .get("gravity_load")
+                .get(ids::GRAVITY_LOAD)
                 .map_or([0.0; MAX_PARAMETERS], |effect| effect.values);
-            if let Ok(load) = ActiveEffect::new("gravity_load", &[torque_nm, values[1]]) {
+            if let Ok(load) = ActiveEffect::new(ids::GRAVITY_LOAD, &[torque_nm, values[1]]) {
                 motor.effects.set(load);
             }
         }
@@ -184,7 +185,7 @@ impl Motor {
         let mut motor = self.clone();
         // An encoder off its axis shows `theta + e sin(theta + phi)`: the shaft stands where that is what it shows.
         let mut angle_rad = shown_rad;
-        if let Some(off_axis) = self.effects.get("encoder_eccentricity") {
+        if let Some(off_axis) = self.effects.get(ids::ENCODER_ECCENTRICITY) {
             let [amplitude_rad, phase_rad, ..] = off_axis.values;
             for _ in 0..FIXED_POINT_STEPS {
                 angle_rad = shown_rad - amplitude_rad * (angle_rad + phase_rad).sin();

@@ -101,10 +101,13 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
                 time(time_constant_s)
             ));
         }
-        words.push(format!(
-            "it turns at {} rad/s at most",
-            digits(speed_rad_s, 3)
-        ));
+        let speeds = expected(run, subject.motor).0;
+        if speeds.score(speed_rad_s * factor) > speeds.score(speed_rad_s) {
+            words.push(format!(
+                "it turns at {} rad/s at most",
+                digits(speed_rad_s, 3)
+            ));
+        }
     }
     let (longer, told, right) = match power {
         6 => ("a million times too long", "us", "s"),
@@ -131,16 +134,16 @@ pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
 fn remedy(power: i32) -> &'static str {
     match power {
         3 => {
-            "import again with `--time COL:ms` where s was told (us where ms was); in a mapping `unit = \"ms\"` in [time], in --columns t_ms"
+            "import the log again with the next smaller unit, `--time COL:ms` where s was told (mapping file: `unit = \"ms\"` under [time]; --columns: t_ms)"
         }
         6 => {
-            "import again with `--time COL:us`; in a mapping `unit = \"us\"` in [time], in --columns t_us"
+            "import the log again with `--time COL:us` (mapping file: `unit = \"us\"` under [time]; --columns: t_us)"
         }
         -3 => {
-            "import again with `--time COL:s` where ms was told (ms where us was); in a mapping `unit = \"s\"` in [time], in --columns t_s"
+            "import the log again with the next larger unit, `--time COL:s` where ms was told (mapping file: `unit = \"s\"` under [time]; --columns: t_s)"
         }
         _ => {
-            "import again with `--time COL:s`; in a mapping `unit = \"s\"` in [time], in --columns t_s"
+            "import the log again with `--time COL:s` (mapping file: `unit = \"s\"` under [time]; --columns: t_s)"
         }
     }
 }

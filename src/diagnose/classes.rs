@@ -1,37 +1,45 @@
 //! Classes of effects that one recording seldom separates.
 
+use crate::motor::catalogue::ids;
+
 /// Class ids with their members.
 const CLASSES: [(&str, &[&str]); 6] = [
     (
         "direction_offset",
         &[
-            "asymmetric_friction",
-            "constant_load",
-            "asymmetric_voltage_drop",
-            "asymmetric_dead_zone",
+            ids::ASYMMETRIC_FRICTION,
+            ids::CONSTANT_LOAD,
+            ids::ASYMMETRIC_VOLTAGE_DROP,
+            ids::ASYMMETRIC_DEAD_ZONE,
         ],
     ),
-    ("direction_gain", &["asymmetric_viscous", "asymmetric_gain"]),
+    (
+        "direction_gain",
+        &[ids::ASYMMETRIC_VISCOUS, ids::ASYMMETRIC_GAIN],
+    ),
     (
         "large_command",
         &[
-            "supply_sag",
-            "current_limit",
-            "winding_heating",
-            "quadratic_drag",
+            ids::SUPPLY_SAG,
+            ids::CURRENT_LIMIT,
+            ids::WINDING_HEATING,
+            ids::QUADRATIC_DRAG,
         ],
     ),
-    ("start", &["static_friction", "stribeck", "dead_zone"]),
+    (
+        "start",
+        &[ids::STATIC_FRICTION, ids::STRIBECK, ids::DEAD_ZONE],
+    ),
     (
         "lag",
         &[
-            "transport_delay",
-            "speed_filter",
-            "inductance",
-            "command_offset",
+            ids::TRANSPORT_DELAY,
+            ids::SPEED_FILTER,
+            ids::INDUCTANCE,
+            ids::COMMAND_OFFSET,
         ],
     ),
-    ("driving", &["load_friction", "voltage_drop"]),
+    ("driving", &[ids::LOAD_FRICTION, ids::VOLTAGE_DROP]),
 ];
 
 /// The class of an effect.

@@ -8,6 +8,7 @@ use super::model::{Base, Member, Model};
 use super::search::Found;
 use super::segments::Segments;
 use super::settings::solver::WITHIN_OPTIMUM;
+use crate::motor::catalogue::ids;
 use crate::motor::fit::ParameterId;
 
 /// One step.
@@ -102,7 +103,7 @@ fn extended(
     let mut starts = vec![model.start_from(&before.model, &before.x)];
     // The same counts of a motor that is as much faster as edges are lost.
     let motor = model.motor(&starts[0]);
-    let lost = ParameterId::effect("missed_counts", "probability").and_then(|id| id.get(&motor));
+    let lost = ParameterId::effect(ids::MISSED_COUNTS, "probability").and_then(|id| id.get(&motor));
     starts.extend(lost.map(|lost| model.faster(&starts[0], 1.0 - lost)));
     let has_all = |set: &&super::search::Scored| {
         let own = set.fit.ids();

@@ -1,5 +1,6 @@
 //! From runs to fitted sets: the part of a diagnosis that reads data.
 
+use crate::motor::catalogue::ids;
 use std::cell::Cell;
 
 use super::error::{DiagnoseError, usable};
@@ -78,7 +79,7 @@ impl Prepared {
 
 /// Largest relative error of a clock that the catalogue holds plausible.
 fn plausible_clock_error(motor: &Motor) -> f64 {
-    let parameter = find("clock_error").and_then(|(_, kind)| kind.parameters.first());
+    let parameter = find(ids::CLOCK_ERROR).and_then(|(_, kind)| kind.parameters.first());
     parameter.map_or(0.0, |parameter| parameter.range(&motor.parameters, 1.0).1)
 }
 

@@ -11,6 +11,7 @@
 //! random load and whitened squares that a bench has. Elsewhere the model is wrong in more than noise, a likelihood is overconfident
 //! (Yang and Zhu 2018), and the scale-free score is used.
 
+use crate::motor::catalogue::ids;
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
@@ -79,8 +80,8 @@ pub(crate) fn plant_of(segments: &Segments, motor: &Motor, kind: CommandKind) ->
         time_constant_s: (p.inertia_kg_m2 / drag(p, kind).max(f64::MIN_POSITIVE))
             .clamp(TIME_CONSTANTS_S.0, TIME_CONSTANTS_S.1),
         stall_counts_s2: largest / kind.per_nm(p) / p.inertia_kg_m2 / segments.runs[0].rad,
-        jitter_s: number("sample_jitter", "spread_s").hypot(segments.arrivals_s),
-        loss: number("missed_counts", "probability"),
+        jitter_s: number(ids::SAMPLE_JITTER, "spread_s").hypot(segments.arrivals_s),
+        loss: number(ids::MISSED_COUNTS, "probability"),
     }
 }
 

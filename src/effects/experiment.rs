@@ -1,5 +1,6 @@
 //! The experiment that shows an effect at its default strength, and the effects that no experiment identifies.
 
+use crate::motor::catalogue::ids;
 use serde::Serialize;
 
 use crate::motor::catalogue::EffectKind;
@@ -21,43 +22,43 @@ const USUAL: Experiment = at_3_ms("reversing", 15.0);
 /// Effects that show better elsewhere.
 const OTHERS: [(&str, Experiment); 9] = [
     // Its levels have to pass through the dead zone slowly.
-    ("dead_zone", at_3_ms("ramp@0.5", 15.0)),
-    ("asymmetric_dead_zone", at_3_ms("ramp@0.5", 15.0)),
+    (ids::DEAD_ZONE, at_3_ms("ramp@0.5", 15.0)),
+    (ids::ASYMMETRIC_DEAD_ZONE, at_3_ms("ramp@0.5", 15.0)),
     // A shaft that hardly turns, and starts and stops often.
-    ("stribeck", at_3_ms("ramp@0.5", 15.0)),
-    ("static_friction", at_3_ms("ramp@0.3", 20.0)),
+    (ids::STRIBECK, at_3_ms("ramp@0.5", 15.0)),
+    (ids::STATIC_FRICTION, at_3_ms("ramp@0.3", 20.0)),
     // Slow reversals: the play is a large share of the way.
-    ("backlash", at_3_ms("ramp@0.4", 20.0)),
+    (ids::BACKLASH, at_3_ms("ramp@0.4", 20.0)),
     // Heat takes tens of seconds.
-    ("winding_heating", at_3_ms("brakes", 60.0)),
-    ("magnet_weakening", at_3_ms("brakes", 60.0)),
+    (ids::WINDING_HEATING, at_3_ms("brakes", 60.0)),
+    (ids::MAGNET_WEAKENING, at_3_ms("brakes", 60.0)),
     // Only the hardest reversals make it slip.
-    ("slipping_clutch", at_3_ms("square", 15.0)),
+    (ids::SLIPPING_CLUTCH, at_3_ms("square", 15.0)),
     // Half a sample's travel is most at top speed.
-    ("sample_jitter", at_3_ms("square", 15.0)),
+    (ids::SAMPLE_JITTER, at_3_ms("square", 15.0)),
 ];
 
 /// Effects with the same response as a change of parameters of the motor file.
 const UNIDENTIFIABLE: [(&str, &str); 6] = [
     (
-        "supply_error",
+        ids::SUPPLY_ERROR,
         "other motor constants, inertia and friction in that ratio do the same",
     ),
     (
-        "coulomb_friction",
+        ids::COULOMB_FRICTION,
         "it is another value of coulomb_friction_nm",
     ),
     (
-        "viscous_friction",
+        ids::VISCOUS_FRICTION,
         "more back EMF slows the motor by as much at every speed",
     ),
-    ("inertia", "it is another value of inertia_kg_m2"),
+    (ids::INERTIA, "it is another value of inertia_kg_m2"),
     (
-        "resolution_error",
+        ids::RESOLUTION_ERROR,
         "other motor constants and inertia in that ratio do the same",
     ),
     (
-        "clock_error",
+        ids::CLOCK_ERROR,
         "another speed and another time constant do the same; only the host's time stamps tell",
     ),
 ];

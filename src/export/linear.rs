@@ -3,6 +3,7 @@
 //! Without the inductance the current follows the voltage, and the motor's torque on its shaft is
 //! `Kt (g u - Kb w) / R - b w - Tf sgn(w)`, with the supply's gain `g`.
 
+use crate::motor::catalogue::ids;
 use crate::motor::{ActiveEffect, Motor, Parameters};
 
 /// Why a motor cannot be written in a format.
@@ -85,11 +86,11 @@ impl Linear {
     fn fold(&mut self, effect: &ActiveEffect) -> bool {
         let value = effect.values[0];
         match effect.kind().id {
-            "coulomb_friction" => self.parameters.coulomb_friction_nm = value,
-            "viscous_friction" => self.parameters.viscous_friction_nm_s_per_rad = value,
-            "inertia" => self.parameters.inertia_kg_m2 = value,
-            "supply_error" => self.gain = value,
-            "current_limit" => self.current_limit_a = Some(value),
+            ids::COULOMB_FRICTION => self.parameters.coulomb_friction_nm = value,
+            ids::VISCOUS_FRICTION => self.parameters.viscous_friction_nm_s_per_rad = value,
+            ids::INERTIA => self.parameters.inertia_kg_m2 = value,
+            ids::SUPPLY_ERROR => self.gain = value,
+            ids::CURRENT_LIMIT => self.current_limit_a = Some(value),
             _ => return false,
         }
         true

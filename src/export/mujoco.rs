@@ -6,14 +6,15 @@
 use super::actuator::output_inertia;
 use super::{ExportError, Linear};
 use crate::motor::Motor;
+use crate::motor::catalogue::ids;
 
 /// Effects that change only a coefficient of hinge and actuator.
 pub const EXPRESSED: [&str; 5] = [
-    "coulomb_friction",
-    "viscous_friction",
-    "inertia",
-    "supply_error",
-    "current_limit",
+    ids::COULOMB_FRICTION,
+    ids::VISCOUS_FRICTION,
+    ids::INERTIA,
+    ids::SUPPLY_ERROR,
+    ids::CURRENT_LIMIT,
 ];
 
 /// Time step of the model, in s.

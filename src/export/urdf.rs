@@ -5,9 +5,10 @@
 use super::mujoco::commented;
 use super::{ExportError, Linear};
 use crate::motor::Motor;
+use crate::motor::catalogue::ids;
 
 /// Effects that change only a coefficient of the joint and its link.
-pub const EXPRESSED: [&str; 3] = ["coulomb_friction", "viscous_friction", "inertia"];
+pub const EXPRESSED: [&str; 3] = [ids::COULOMB_FRICTION, ids::VISCOUS_FRICTION, ids::INERTIA];
 
 /// The motor's shaft as a URDF robot of two links.
 ///

@@ -142,7 +142,10 @@ fn a_run_that_is_not_usable_is_said_before_it_is_compared() {
     let (output, both) = page(&["turned.csv", "sound.csv"]);
     assert!(at(&both, "are swapped") < at(&both, "class=\"lead\""));
     for said in [&output, &both] {
-        assert!(said.contains("sound.csv: the simulation meets"), "{output}");
+        assert!(
+            said.contains("sound.csv: the simulation agrees"),
+            "{output}"
+        );
         let fatal = "Fatal findings: turned.csv.";
         assert!(said.contains(fatal), "{output}");
     }

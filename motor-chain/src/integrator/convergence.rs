@@ -2,6 +2,7 @@
 //! where the step is below the winding's time constant (0.4 ms), and 2 to 4 above it.
 
 use crate::CommandKind;
+use crate::catalogue::ids;
 use crate::chain::Chain;
 use crate::integrator::dynamics::Machine;
 use crate::integrator::engine::{Engine, TICKS};
@@ -26,18 +27,18 @@ fn angle_rad<const N: usize>(motor: &Motor, halvings: usize) -> f64 {
 #[test]
 fn curved_modes_converge_as_the_step_is_halved() {
     for (id, values) in [
-        ("gravity_load", &[0.04, 0.6][..]),
-        ("cogging", &[0.03, 12.0, 1.1]),
-        ("torque_ripple", &[0.12, 11.0, 0.7]),
-        ("quadratic_drag", &[0.002]),
-        ("stribeck", &[0.03, 0.5]),
-        ("presliding", &[0.035]),
-        ("winding_heating", &[0.8, 5.0]),
+        (ids::GRAVITY_LOAD, &[0.04, 0.6][..]),
+        (ids::COGGING, &[0.03, 12.0, 1.1]),
+        (ids::TORQUE_RIPPLE, &[0.12, 11.0, 0.7]),
+        (ids::QUADRATIC_DRAG, &[0.002]),
+        (ids::STRIBECK, &[0.03, 0.5]),
+        (ids::PRESLIDING, &[0.035]),
+        (ids::WINDING_HEATING, &[0.8, 5.0]),
     ] {
         let mut motor = Motor::default();
         motor.effects.set(ActiveEffect::new(id, values).unwrap());
         let angle = |halvings| match id {
-            "winding_heating" => angle_rad::<4>(&motor, halvings),
+            ids::WINDING_HEATING => angle_rad::<4>(&motor, halvings),
             _ => angle_rad::<3>(&motor, halvings),
         };
         let exact = angle(8);

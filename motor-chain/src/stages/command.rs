@@ -2,6 +2,7 @@
 //!
 //! `u(t) = dead_zone(command(t - delay + offset))`.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -49,13 +50,13 @@ pub(crate) struct TransportDelay;
 
 impl Effect for TransportDelay {
     const KIND: EffectKind = EffectKind {
-        id: "transport_delay",
+        id: ids::TRANSPORT_DELAY,
         stage: Stage::Command,
         summary: "the command reaches the driver late",
         equation: "u(t - delay_s)",
         source: "lab handout part 2, delay from sampling",
         excited_by: "reversals, at a short sample time",
-        confounded_with: &["inductance", "command_offset"],
+        confounded_with: &[ids::INDUCTANCE, ids::COMMAND_OFFSET],
         parameters: &[EffectParameter::new(
             "delay_s",
             "s",
@@ -78,13 +79,13 @@ pub(crate) struct CommandOffset;
 
 impl Effect for CommandOffset {
     const KIND: EffectKind = EffectKind {
-        id: "command_offset",
+        id: ids::COMMAND_OFFSET,
         stage: Stage::Command,
         summary: "the command column is late: the motor moves before it",
         equation: "u(t + offset_s), from the start on what stands offset_s later",
         source: "logs that note a command when it is confirmed, or beside the next sample",
         excited_by: "steps and reversals",
-        confounded_with: &["transport_delay"],
+        confounded_with: &[ids::TRANSPORT_DELAY],
         parameters: &[EffectParameter::new(
             "offset_s",
             "s",
@@ -106,13 +107,13 @@ pub(crate) struct DeadZone;
 
 impl Effect for DeadZone {
     const KIND: EffectKind = EffectKind {
-        id: "dead_zone",
+        id: ids::DEAD_ZONE,
         stage: Stage::Command,
         summary: "small commands have no effect",
         equation: "u -> 0 where |u| <= threshold_v, else u unchanged",
         source: "H-bridges with a minimum pulse width",
         excited_by: "slow ramps, low levels",
-        confounded_with: &["stribeck", "coulomb_friction"],
+        confounded_with: &[ids::STRIBECK, ids::COULOMB_FRICTION],
         parameters: &[EffectParameter::new(
             "threshold_v",
             "V",
@@ -134,13 +135,13 @@ pub(crate) struct AsymmetricDeadZone;
 
 impl Effect for AsymmetricDeadZone {
     const KIND: EffectKind = EffectKind {
-        id: "asymmetric_dead_zone",
+        id: ids::ASYMMETRIC_DEAD_ZONE,
         stage: Stage::Command,
         summary: "small commands have no effect, with a threshold that differs by direction",
         equation: "u -> 0 where -negative_v <= u <= positive_v, else u unchanged",
         source: "dead zones with left and right break points (Tao, Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996)",
         excited_by: "slow ramps and low levels, both directions",
-        confounded_with: &["dead_zone", "asymmetric_friction"],
+        confounded_with: &[ids::DEAD_ZONE, ids::ASYMMETRIC_FRICTION],
         parameters: &[
             EffectParameter::new(
                 "positive_v",

@@ -4,6 +4,7 @@
 //! and carries at most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit. A bridge that freewheels between
 //! its pulses drives what the mean current of a period says.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -133,13 +134,13 @@ pub(crate) struct VoltageDrop;
 
 impl Effect for VoltageDrop {
     const KIND: EffectKind = EffectKind {
-        id: "voltage_drop",
+        id: ids::VOLTAGE_DROP,
         stage: Stage::Driver,
         summary: "bridge and brushes drop a constant voltage",
         equation: "v = u - drop_v sgn(i); i stays 0 while |u - Kb w| <= drop_v",
         source: "brush drop (Fitzgerald, Electric Machinery); saturation voltage of bipolar bridges",
         excited_by: "several levels, braking and reversing",
-        confounded_with: &["coulomb_friction"],
+        confounded_with: &[ids::COULOMB_FRICTION],
         parameters: &[EffectParameter::new(
             "drop_v",
             "V",
@@ -160,13 +161,13 @@ pub(crate) struct AsymmetricVoltageDrop;
 
 impl Effect for AsymmetricVoltageDrop {
     const KIND: EffectKind = EffectKind {
-        id: "asymmetric_voltage_drop",
+        id: ids::ASYMMETRIC_VOLTAGE_DROP,
         stage: Stage::Driver,
         summary: "the voltage drop of bridge and brushes differs by direction",
         equation: "v = u - positive_v for i > 0, u + negative_v for i < 0; i stays 0 while -negative_v <= u - Kb w <= positive_v",
         source: "saturation voltages of a bipolar bridge's upper and lower transistors (ST L298 data sheet), which differ by half bridge",
         excited_by: "several levels, both directions",
-        confounded_with: &["voltage_drop", "asymmetric_friction"],
+        confounded_with: &[ids::VOLTAGE_DROP, ids::ASYMMETRIC_FRICTION],
         parameters: &[
             EffectParameter::new(
                 "positive_v",
@@ -198,7 +199,7 @@ pub(crate) struct SupplySag;
 
 impl Effect for SupplySag {
     const KIND: EffectKind = EffectKind {
-        id: "supply_sag",
+        id: ids::SUPPLY_SAG,
         stage: Stage::Driver,
         summary: "the supply sags under load",
         equation: "R -> R + d^2 source_resistance_ohm, d = |u| / supply_v",
@@ -225,7 +226,7 @@ pub(crate) struct SupplyError;
 
 impl Effect for SupplyError {
     const KIND: EffectKind = EffectKind {
-        id: "supply_error",
+        id: ids::SUPPLY_ERROR,
         stage: Stage::Driver,
         summary: "the supply voltage differs from the assumed one",
         equation: "v = gain u",
@@ -255,13 +256,13 @@ pub(crate) struct AsymmetricGain;
 
 impl Effect for AsymmetricGain {
     const KIND: EffectKind = EffectKind {
-        id: "asymmetric_gain",
+        id: ids::ASYMMETRIC_GAIN,
         stage: Stage::Driver,
         summary: "the gain of the driver differs by direction",
         equation: "v = u (1 + ratio sgn(u))",
         source: "half bridges or pulse-width channels that differ",
         excited_by: "both directions",
-        confounded_with: &["asymmetric_friction", "supply_error"],
+        confounded_with: &[ids::ASYMMETRIC_FRICTION, ids::SUPPLY_ERROR],
         parameters: &[EffectParameter::new(
             "ratio",
             "",
@@ -285,7 +286,7 @@ pub(crate) struct CurrentLimit;
 
 impl Effect for CurrentLimit {
     const KIND: EffectKind = EffectKind {
-        id: "current_limit",
+        id: ids::CURRENT_LIMIT,
         stage: Stage::Driver,
         summary: "the driver limits the current",
         equation: "|i| <= limit_a",
@@ -313,13 +314,13 @@ pub(crate) struct CoastAtZero;
 
 impl Effect for CoastAtZero {
     const KIND: EffectKind = EffectKind {
-        id: "coast_at_zero",
+        id: ids::COAST_AT_ZERO,
         stage: Stage::Driver,
         summary: "a command of 0 opens the circuit instead of braking",
         equation: "u = 0 -> i = 0",
         source: "bridges with both inputs low in high impedance",
         excited_by: "switching off while turning",
-        confounded_with: &["viscous_friction"],
+        confounded_with: &[ids::VISCOUS_FRICTION],
         parameters: &[],
         random: false,
     };
@@ -334,13 +335,13 @@ pub(crate) struct PwmFreewheel;
 
 impl Effect for PwmFreewheel {
     const KIND: EffectKind = EffectKind {
-        id: "pwm_freewheel",
+        id: ids::PWM_FREEWHEEL,
         stage: Stage::Driver,
         summary: "between pulses the current decays through diodes: discontinuous at low duty, so that speed over duty is concave",
         equation: "mean current of a period: d a + (1 - d) b where it lasts, else d a + b t0 / p; d = |u| / supply_v, p = period_ratio, a = (V - Kb w) / R, b = (-V - Kb w) / R, or -Kb w / R with into_supply = 0, t0 = ln(1 - a (1 - exp(-d p)) / b); u = 0 -> i = 0",
         source: "discontinuous conduction of a chopper (Mohan, Undeland, Robbins, Power Electronics, 1995); decay modes of bridges (TI DRV8833 data sheet)",
         excited_by: "duty from low to high",
-        confounded_with: &["dead_zone", "quadratic_drag", "coast_at_zero"],
+        confounded_with: &[ids::DEAD_ZONE, ids::QUADRATIC_DRAG, ids::COAST_AT_ZERO],
         parameters: &[
             EffectParameter::new(
                 "period_ratio",

@@ -4,6 +4,7 @@
 //! `f = 1 + A sin(n theta + phi)` (a second wave beside the first where there are two) in both so that power is kept, and the filtered copper loss `P` of winding heating.
 
 use crate::CommandKind;
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -138,18 +139,18 @@ impl<S: Scalar> Electrical<S> {
     }
 }
 
-/// The winding's inductance differs from the motor file.
+/// The winding's inductance differs from the nominal motor's.
 pub(crate) struct Inductance;
 
 impl Effect for Inductance {
     const KIND: EffectKind = EffectKind {
-        id: "inductance",
+        id: ids::INDUCTANCE,
         stage: Stage::Electrical,
-        summary: "the winding's inductance differs from the motor file",
+        summary: "the winding's inductance differs from the nominal motor's",
         equation: "L di/dt = v - R i - Kb w",
         source: "lab handout, second-order model",
         excited_by: "steps, at a short sample time",
-        confounded_with: &["transport_delay"],
+        confounded_with: &[ids::TRANSPORT_DELAY],
         parameters: &[EffectParameter::new(
             "inductance_h",
             "H",
@@ -171,13 +172,13 @@ pub(crate) struct WindingHeating;
 
 impl Effect for WindingHeating {
     const KIND: EffectKind = EffectKind {
-        id: "winding_heating",
+        id: ids::WINDING_HEATING,
         stage: Stage::Electrical,
         summary: "the winding warms up and its resistance rises",
         equation: "R (1 + k P), dP/dt = (i^2 R - P) / time_constant_s, k = resistance_rise_per_w",
         source: "copper's temperature coefficient through one thermal lag",
         excited_by: "long hot runs",
-        confounded_with: &["supply_sag"],
+        confounded_with: &[ids::SUPPLY_SAG],
         parameters: &[
             EffectParameter::new(
                 "resistance_rise_per_w",
@@ -212,13 +213,13 @@ pub(crate) struct MagnetWeakening;
 
 impl Effect for MagnetWeakening {
     const KIND: EffectKind = EffectKind {
-        id: "magnet_weakening",
+        id: ids::MAGNET_WEAKENING,
         stage: Stage::Electrical,
         summary: "the magnets warm up and weaken",
         equation: "Kt, Kb times (1 - drop P / Ps), dP/dt = (i^2 R - P) / time_constant_s, Ps = supply_v^2 / R; with winding_heating its time constant",
         source: "reversible temperature coefficient of remanence (IEC 60404-8-1: some -0.2 %/K of ferrite, -0.1 %/K of NdFeB) through one thermal lag",
         excited_by: "long hot runs: the speed rises",
-        confounded_with: &["winding_heating"],
+        confounded_with: &[ids::WINDING_HEATING],
         parameters: &[
             // Ps lasts at a stall alone; a motor that turns freely takes some 5 % of it, one that reverses often a third.
             EffectParameter::new("drop", "", (0.02, 0.6), Scale::Absolute, Prior::LogUniform)
@@ -252,13 +253,13 @@ pub(crate) struct TorqueRipple;
 
 impl Effect for TorqueRipple {
     const KIND: EffectKind = EffectKind {
-        id: "torque_ripple",
+        id: ids::TORQUE_RIPPLE,
         stage: Stage::Electrical,
         summary: "torque constant and back EMF ripple with the angle",
         equation: "Kt, Kb times (1 + amplitude sin(cycles_per_rev theta + phase_rad))",
         source: "commutation ripple; both constants alike keep the energy balance",
         excited_by: "several levels",
-        confounded_with: &["cogging"],
+        confounded_with: &[ids::COGGING],
         parameters: &[
             EffectParameter::new(
                 "amplitude",

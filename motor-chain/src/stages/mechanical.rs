@@ -4,6 +4,7 @@
 //! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level,
 //! or up to the larger one that it breaks away at. With presliding it approaches that as Dahl's `F(theta)` does.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -117,18 +118,18 @@ impl<S: Scalar> Mechanical<S> {
     }
 }
 
-/// Coulomb friction differs from the motor file.
+/// Coulomb friction differs from the nominal motor's.
 pub(crate) struct CoulombFriction;
 
 impl Effect for CoulombFriction {
     const KIND: EffectKind = EffectKind {
-        id: "coulomb_friction",
+        id: ids::COULOMB_FRICTION,
         stage: Stage::Mechanical,
-        summary: "Coulomb friction differs from the motor file",
+        summary: "Coulomb friction differs from the nominal motor's",
         equation: "Tf sgn(w), holds the shaft up to Tf",
         source: "Coulomb; lab handout",
         excited_by: "any command",
-        confounded_with: &["voltage_drop"],
+        confounded_with: &[ids::VOLTAGE_DROP],
         parameters: &[EffectParameter::new(
             "torque_nm",
             "N m",
@@ -145,14 +146,14 @@ impl Effect for CoulombFriction {
     }
 }
 
-/// Viscous friction differs from the motor file.
+/// Viscous friction differs from the nominal motor's.
 pub(crate) struct ViscousFriction;
 
 impl Effect for ViscousFriction {
     const KIND: EffectKind = EffectKind {
-        id: "viscous_friction",
+        id: ids::VISCOUS_FRICTION,
         stage: Stage::Mechanical,
-        summary: "viscous friction differs from the motor file",
+        summary: "viscous friction differs from the nominal motor's",
         equation: "b w",
         source: "lab handout",
         excited_by: "coasting, several levels",
@@ -178,13 +179,13 @@ pub(crate) struct AsymmetricViscous;
 
 impl Effect for AsymmetricViscous {
     const KIND: EffectKind = EffectKind {
-        id: "asymmetric_viscous",
+        id: ids::ASYMMETRIC_VISCOUS,
         stage: Stage::Mechanical,
         summary: "viscous friction differs by direction",
         equation: "b (1 + ratio) w forward, b (1 - ratio) w in reverse",
         source: "direction-dependent friction (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 1994)",
         excited_by: "both directions, several levels",
-        confounded_with: &["asymmetric_friction"],
+        confounded_with: &[ids::ASYMMETRIC_FRICTION],
         parameters: &[EffectParameter::new(
             "ratio",
             "",
@@ -203,14 +204,14 @@ impl Effect for AsymmetricViscous {
     }
 }
 
-/// The inertia differs from the motor file.
+/// The inertia differs from the nominal motor's.
 pub(crate) struct Inertia;
 
 impl Effect for Inertia {
     const KIND: EffectKind = EffectKind {
-        id: "inertia",
+        id: ids::INERTIA,
         stage: Stage::Mechanical,
-        summary: "the inertia differs from the motor file",
+        summary: "the inertia differs from the nominal motor's",
         equation: "J dw/dt",
         source: "lab handout",
         excited_by: "steps",
@@ -237,13 +238,13 @@ pub(crate) struct Stribeck;
 
 impl Effect for Stribeck {
     const KIND: EffectKind = EffectKind {
-        id: "stribeck",
+        id: ids::STRIBECK,
         stage: Stage::Mechanical,
         summary: "friction is larger at low speed",
         equation: "Tf + extra_torque_nm exp(-(w / stribeck_speed_rad_s)^2); breakaway at Tf + extra_torque_nm",
         source: "Stribeck curve (Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 1994)",
         excited_by: "breakaway, crawling",
-        confounded_with: &["dead_zone"],
+        confounded_with: &[ids::DEAD_ZONE],
         parameters: &[
             EffectParameter::new(
                 "extra_torque_nm",
@@ -277,13 +278,13 @@ pub(crate) struct AsymmetricFriction;
 
 impl Effect for AsymmetricFriction {
     const KIND: EffectKind = EffectKind {
-        id: "asymmetric_friction",
+        id: ids::ASYMMETRIC_FRICTION,
         stage: Stage::Mechanical,
         summary: "friction differs by direction",
         equation: "Tf (1 + ratio) forward, Tf (1 - ratio) in reverse",
         source: "Armstrong-Helouvry 1994",
         excited_by: "both directions",
-        confounded_with: &["gravity_load"],
+        confounded_with: &[ids::GRAVITY_LOAD],
         parameters: &[EffectParameter::new(
             "ratio",
             "",
@@ -307,13 +308,13 @@ pub(crate) struct StaticFriction;
 
 impl Effect for StaticFriction {
     const KIND: EffectKind = EffectKind {
-        id: "static_friction",
+        id: ids::STATIC_FRICTION,
         stage: Stage::Mechanical,
         summary: "static friction exceeds sliding friction",
         equation: "holds the shaft up to torque_nm, brakes with Tf as soon as it moves; nothing beside presliding, which never holds",
         source: "Karnopp, Computer simulation of stick-slip friction (1985)",
         excited_by: "starts from rest at low levels",
-        confounded_with: &["stribeck", "dead_zone"],
+        confounded_with: &[ids::STRIBECK, ids::DEAD_ZONE],
         parameters: &[EffectParameter::new(
             "torque_nm",
             "N m",
@@ -334,13 +335,13 @@ pub(crate) struct Presliding;
 
 impl Effect for Presliding {
     const KIND: EffectKind = EffectKind {
-        id: "presliding",
+        id: ids::PRESLIDING,
         stage: Stage::Mechanical,
         summary: "friction builds up over an angle",
         equation: "dF/dt = sigma (w - |w| F / T), sigma = Tf / break_in_angle_rad; F replaces the sliding friction T sgn(w)",
         source: "Dahl, A solid friction model (1968)",
         excited_by: "small reversals",
-        confounded_with: &["backlash", "compliance"],
+        confounded_with: &[ids::BACKLASH, ids::COMPLIANCE],
         parameters: &[EffectParameter::new(
             "break_in_angle_rad",
             "rad",
@@ -362,7 +363,7 @@ pub(crate) struct LoadFriction;
 
 impl Effect for LoadFriction {
     const KIND: EffectKind = EffectKind {
-        id: "load_friction",
+        id: ids::LOAD_FRICTION,
         stage: Stage::Mechanical,
         summary: "friction grows with the transmitted torque",
         equation: "Tf + c |tau_m|; c = driving_fraction where tau_m w >= 0, else driven_fraction; at rest the larger of driving_fraction and what moving so would meet",
@@ -405,13 +406,13 @@ pub(crate) struct QuadraticDrag;
 
 impl Effect for QuadraticDrag {
     const KIND: EffectKind = EffectKind {
-        id: "quadratic_drag",
+        id: ids::QUADRATIC_DRAG,
         stage: Stage::Mechanical,
         summary: "drag grows with the square of the speed",
         equation: "c w |w|, c = coefficient_nm_s2_per_rad2",
         source: "turbulent drag",
         excited_by: "many levels",
-        confounded_with: &["viscous_friction"],
+        confounded_with: &[ids::VISCOUS_FRICTION],
         parameters: &[EffectParameter::new(
             "coefficient_nm_s2_per_rad2",
             "N m s^2/rad^2",
@@ -432,13 +433,13 @@ pub(crate) struct GravityLoad;
 
 impl Effect for GravityLoad {
     const KIND: EffectKind = EffectKind {
-        id: "gravity_load",
+        id: ids::GRAVITY_LOAD,
         stage: Stage::Mechanical,
         summary: "an unbalanced load",
         equation: "torque_nm sin(theta + phase_rad) against positive rotation",
         source: "m g l sin(theta)",
         excited_by: "both directions, slowly",
-        confounded_with: &["encoder_eccentricity", "asymmetric_friction"],
+        confounded_with: &[ids::ENCODER_ECCENTRICITY, ids::ASYMMETRIC_FRICTION],
         parameters: &[
             EffectParameter::new(
                 "torque_nm",
@@ -468,13 +469,13 @@ pub(crate) struct ConstantLoad;
 
 impl Effect for ConstantLoad {
     const KIND: EffectKind = EffectKind {
-        id: "constant_load",
+        id: ids::CONSTANT_LOAD,
         stage: Stage::Mechanical,
         summary: "a constant load torque",
         equation: "torque_nm against positive rotation, at rest too",
         source: "a weight on a drum, a constant-force spring",
         excited_by: "both directions",
-        confounded_with: &["asymmetric_friction"],
+        confounded_with: &[ids::ASYMMETRIC_FRICTION],
         parameters: &[EffectParameter::new(
             "torque_nm",
             "N m",
@@ -498,13 +499,13 @@ pub(crate) struct Cogging;
 
 impl Effect for Cogging {
     const KIND: EffectKind = EffectKind {
-        id: "cogging",
+        id: ids::COGGING,
         stage: Stage::Mechanical,
         summary: "the magnets pull the rotor into detents",
         equation: "tau_m + torque_nm sin(cycles_per_rev theta + phase_rad)",
         source: "detent torque of slotted permanent-magnet motors",
         excited_by: "crawling",
-        confounded_with: &["torque_ripple"],
+        confounded_with: &[ids::TORQUE_RIPPLE],
         parameters: &[
             EffectParameter::new(
                 "torque_nm",

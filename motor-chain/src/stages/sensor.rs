@@ -5,6 +5,7 @@
 //! Where a share of the edges is lost by their rate, `x = N (..) / 2 pi` counts as the integral of `kept(|x'|) x'`; where the log holds
 //! a filtered speed, its integral is rounded. Sensors with memory are in `memory.rs`.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -182,14 +183,14 @@ const COMMON_RESOLUTIONS: &[f64] = &[
     1440.0, 2000.0, 2048.0, 2400.0, 4000.0, 4096.0,
 ];
 
-/// Counts per revolution, or the gear ratio, differ from the motor file.
+/// Counts per revolution, or the gear ratio, differ from the nominal values.
 pub(crate) struct ResolutionError;
 
 impl Effect for ResolutionError {
     const KIND: EffectKind = EffectKind {
-        id: "resolution_error",
+        id: ids::RESOLUTION_ERROR,
         stage: Stage::Sensor,
-        summary: "counts per revolution, or the gear ratio, differ from the motor file",
+        summary: "counts per revolution, or the gear ratio, differ from the nominal values",
         equation: "counts_per_rev replaces the file's",
         source: "encoders of the lab's motors",
         excited_by: "any command, with a prior on the motor constant",
@@ -215,13 +216,13 @@ pub(crate) struct MissedCounts;
 
 impl Effect for MissedCounts {
     const KIND: EffectKind = EffectKind {
-        id: "missed_counts",
+        id: ids::MISSED_COUNTS,
         stage: Stage::Sensor,
         summary: "edges of the encoder are lost at random",
         equation: "each edge lost with probability p; edges above max_rate_hz lost (0: none)",
         source: "software-decoded encoders at high edge rates",
         excited_by: "high speed, return to a mark",
-        confounded_with: &["resolution_error"],
+        confounded_with: &[ids::RESOLUTION_ERROR],
         parameters: &[
             EffectParameter::new(
                 "probability",
@@ -255,13 +256,13 @@ pub(crate) struct EdgeRateLoss;
 
 impl Effect for EdgeRateLoss {
     const KIND: EffectKind = EffectKind {
-        id: "edge_rate_loss",
+        id: ids::EDGE_RATE_LOSS,
         stage: Stage::Sensor,
         summary: "a share of the edges is lost that grows with their rate",
         equation: "share lost 1 - 1 / (1 + (f / rate_hz)^exponent), f the edge rate |w| N / 2 pi; deterministic",
         source: "interrupt-driven decoding near its limit: 9, 41 and 87 % lost at 46, 51 and 55 thousand edges/s",
         excited_by: "top speed, return to a mark",
-        confounded_with: &["quadratic_drag", "current_limit"],
+        confounded_with: &[ids::QUADRATIC_DRAG, ids::CURRENT_LIMIT],
         parameters: &[
             EffectParameter::new(
                 "rate_hz",
@@ -296,13 +297,13 @@ pub(crate) struct SpeedFilter;
 
 impl Effect for SpeedFilter {
     const KIND: EffectKind = EffectKind {
-        id: "speed_filter",
+        id: ids::SPEED_FILTER,
         stage: Stage::Sensor,
         summary: "the log holds a filtered speed",
         equation: "y = w - time_constant_s y'; counts are the integral of y, rounded",
         source: "first-order low-pass of a speed estimate in firmware",
         excited_by: "steps",
-        confounded_with: &["transport_delay", "inductance"],
+        confounded_with: &[ids::TRANSPORT_DELAY, ids::INDUCTANCE],
         parameters: &[EffectParameter::new(
             "time_constant_s",
             "s",
@@ -324,13 +325,13 @@ pub(crate) struct EncoderEccentricity;
 
 impl Effect for EncoderEccentricity {
     const KIND: EffectKind = EffectKind {
-        id: "encoder_eccentricity",
+        id: ids::ENCODER_ECCENTRICITY,
         stage: Stage::Sensor,
         summary: "the encoder's disc is off its axis",
         equation: "counts of theta + amplitude_rad sin(theta + phase_rad)",
         source: "first harmonic of a code disc off its axis",
         excited_by: "steady turning",
-        confounded_with: &["gravity_load"],
+        confounded_with: &[ids::GRAVITY_LOAD],
         parameters: &[
             EffectParameter::new(
                 "amplitude_rad",

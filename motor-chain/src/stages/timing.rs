@@ -3,6 +3,7 @@
 //! The row that says `t_s` was read at `t_s (1 + relative) + delta`, `delta` uniform in 0 .. spread. A wrong clock also
 //! times the commands.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -30,7 +31,7 @@ pub(crate) struct SampleJitter;
 
 impl Effect for SampleJitter {
     const KIND: EffectKind = EffectKind {
-        id: "sample_jitter",
+        id: ids::SAMPLE_JITTER,
         stage: Stage::Timing,
         summary: "samples are taken late by a random time",
         equation: "sampled at t_s + delta, delta uniform in 0 .. spread_s",
@@ -57,13 +58,13 @@ pub(crate) struct ClockError;
 
 impl Effect for ClockError {
     const KIND: EffectKind = EffectKind {
-        id: "clock_error",
+        id: ids::CLOCK_ERROR,
         stage: Stage::Timing,
         summary: "the board's clock runs at a wrong rate",
         equation: "real time = t_s (1 + relative), of samples and commands",
         source: "ceramic resonators and wrong timer settings",
         excited_by: "host time stamps",
-        confounded_with: &["torque_constant_nm_per_a", "inertia"],
+        confounded_with: &["torque_constant_nm_per_a", ids::INERTIA],
         parameters: &[EffectParameter::new(
             "relative",
             "",

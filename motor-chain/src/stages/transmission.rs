@@ -10,6 +10,7 @@
 //! carries no more than its torque, and slips with that torque beyond; beside play or a spring it carries everything. Load fraction, split of the friction and
 //! side of the encoder are then those of the compliance.
 
+use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
@@ -90,13 +91,13 @@ pub(crate) struct Backlash;
 
 impl Effect for Backlash {
     const KIND: EffectKind = EffectKind {
-        id: "backlash",
+        id: ids::BACKLASH,
         stage: Stage::Transmission,
         summary: "the transmission has clearance",
         equation: "free while |theta1 - theta2| < gap_rad / 2, plastic contact at the flanks; the load starts mid-gap",
         source: "Nordin, Gutman, Automatica 2002",
         excited_by: "small reversals",
-        confounded_with: &["compliance", "presliding"],
+        confounded_with: &[ids::COMPLIANCE, ids::PRESLIDING],
         parameters: &[
             EffectParameter::new(
                 "gap_rad",
@@ -127,13 +128,13 @@ pub(crate) struct Compliance;
 
 impl Effect for Compliance {
     const KIND: EffectKind = EffectKind {
-        id: "compliance",
+        id: ids::COMPLIANCE,
         stage: Stage::Transmission,
         summary: "the transmission is elastic",
         equation: "torque k (theta1 - theta2) + c (w1 - w2), k = (2 pi f)^2 Jr, c = 2 zeta 2 pi f Jr, Jr = J1 J2 / (J1 + J2)",
         source: "two-mass resonance (Ellis, Control System Design Guide)",
         excited_by: "steps, chirps",
-        confounded_with: &["backlash"],
+        confounded_with: &[ids::BACKLASH],
         parameters: &[
             EffectParameter::new(
                 "frequency_hz",
@@ -173,13 +174,13 @@ pub(crate) struct SlippingClutch;
 
 impl Effect for SlippingClutch {
     const KIND: EffectKind = EffectKind {
-        id: "slipping_clutch",
+        id: ids::SLIPPING_CLUTCH,
         stage: Stage::Transmission,
         summary: "the coupling slips above its torque limit",
         equation: "motor and load move as one while |tau| <= torque_nm, else tau = torque_nm sgn(w1 - w2); nothing beside backlash or compliance",
         source: "Coulomb friction clutch (Karnopp 1985), overload clutches of small gear motors",
         excited_by: "hard starts and reversals",
-        confounded_with: &["inertia", "current_limit"],
+        confounded_with: &[ids::INERTIA, ids::CURRENT_LIMIT],
         parameters: &[
             EffectParameter::new(
                 "torque_nm",

@@ -2,6 +2,7 @@
 
 use super::reference::ReferencePosterior;
 use crate::diagnose::settings::Settings;
+use crate::motor::catalogue::ids;
 use crate::motor::catalogue::{EffectParameter, Scale};
 use crate::motor::{CommandKind, Motor};
 
@@ -25,9 +26,9 @@ pub(super) const INDUCTANCE: usize = 4;
 pub(super) const TORQUE_CONSTANT: usize = 5;
 /// Effects that widen the prior of a base parameter, and which.
 const FREEING: [(&str, usize); 3] = [
-    ("inertia", INERTIA),
-    ("coulomb_friction", COULOMB),
-    ("viscous_friction", VISCOUS),
+    (ids::INERTIA, INERTIA),
+    (ids::COULOMB_FRICTION, COULOMB),
+    (ids::VISCOUS_FRICTION, VISCOUS),
 ];
 
 /// Data that all models of a diagnosis share.

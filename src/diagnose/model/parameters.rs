@@ -5,6 +5,7 @@
 //!
 //! A load or a disc that is known is a torque in N m: runs with one identify `R/Kt` as well. There Kt is moved too, with R held.
 
+use crate::motor::catalogue::ids;
 use nalgebra::{DMatrix, DVector};
 
 use super::base::{
@@ -128,7 +129,7 @@ impl Model {
                 start.push(x(member.values[k]));
                 mean.push(0.5 * (lo + hi));
                 let mut width = 0.5 * (hi - lo);
-                if kind.id == "clock_error"
+                if kind.id == ids::CLOCK_ERROR
                     && let Some((seen, sd)) = base.clock
                 {
                     *mean.last_mut().expect("just pushed") = seen;
@@ -138,7 +139,7 @@ impl Model {
             }
         }
         let clock = match base.clock {
-            Some((seen, sd)) if !members.iter().any(|member| member.id() == "clock_error") => {
+            Some((seen, sd)) if !members.iter().any(|member| member.id() == ids::CLOCK_ERROR) => {
                 0.5 * (seen / sd).powi(2)
             }
             _ => 0.0,

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::{SHAPE, Verdict};
 use crate::check::{Finding, Severity};
-use crate::plain::quoted;
 
 /// The document in the shape [`SHAPE`] with the verdict `bad_recording`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -63,16 +62,13 @@ impl BadRecording {
 fn sentence(fatal: &[&Finding]) -> String {
     let mut whats: Vec<&str> = fatal.iter().map(|found| found.message.as_str()).collect();
     let mut remedies: Vec<&str> = fatal.iter().map(|found| found.remedy.as_str()).collect();
-    let mut runs: Vec<String> = fatal.iter().map(|found| quoted(&found.run)).collect();
     for words in [&mut whats, &mut remedies] {
         words.dedup();
     }
-    runs.dedup();
     format!(
-        "No gap is measured, because the recording is wrong: {}. Next, {}; then check it again: `motorlab check {}` \
-         (--despite-findings diagnoses it all the same).",
+        "No gap is measured, because the recording is wrong: {}. Next, {}; then check the new recording with `motorlab check`. \
+         If this one is as it should be, `--despite-findings` diagnoses it.",
         whats.join("; "),
-        remedies.join("; "),
-        runs.join(" ")
+        remedies.join("; ")
     )
 }

@@ -65,7 +65,7 @@ impl Verdict {
             Self::Partial => {
                 "the named effects are identified, and a tenth or more of the error is unexplained"
             }
-            Self::Ambiguous => "an effect is present, but none is identified",
+            Self::Ambiguous => "an effect is probable, but none is identified",
             Self::OutsideCatalogue => {
                 "no effect is identified, and more than half of the error is unexplained"
             }

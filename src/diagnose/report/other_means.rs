@@ -5,54 +5,58 @@
 
 use super::{Diagnosis, Verdict};
 use crate::diagnose::classes::members_of;
+use crate::motor::catalogue::ids;
 
 /// For each effect that others can imitate exactly, or nearly so within tolerances: what to measure instead.
 const MEANS: [(&str, &str); 14] = [
     (
-        "supply_error",
+        ids::SUPPLY_ERROR,
         "measure the driver's supply under load with a voltmeter",
     ),
     (
-        "voltage_drop",
+        ids::VOLTAGE_DROP,
         "measure the motor's terminals while it turns, against the duty commanded",
     ),
-    ("supply_sag", "measure the supply at rest and at full duty"),
     (
-        "resolution_error",
+        ids::SUPPLY_SAG,
+        "measure the supply at rest and at full duty",
+    ),
+    (
+        ids::RESOLUTION_ERROR,
         "turn the shaft ten turns by hand and read the count",
     ),
     (
-        "missed_counts",
+        ids::MISSED_COUNTS,
         "turn to a mark and back, and read the count there",
     ),
     (
-        "clock_error",
+        ids::CLOCK_ERROR,
         "time a long run with a stopwatch, or record the host's time",
     ),
     (
-        "inertia",
+        ids::INERTIA,
         "weigh and measure what turns, or record with a known disc added",
     ),
     (
-        "coulomb_friction",
+        ids::COULOMB_FRICTION,
         "measure the torque that just starts it, with a string and a weight",
     ),
     (
-        "viscous_friction",
+        ids::VISCOUS_FRICTION,
         "let it coast with the motor's leads open",
     ),
-    ("current_limit", "measure the current at stall"),
-    ("winding_heating", "measure the resistance cold and hot"),
+    (ids::CURRENT_LIMIT, "measure the current at stall"),
+    (ids::WINDING_HEATING, "measure the resistance cold and hot"),
     (
-        "gravity_load",
+        ids::GRAVITY_LOAD,
         "turn the motor's axis upright and record again",
     ),
     (
-        "encoder_eccentricity",
+        ids::ENCODER_ECCENTRICITY,
         "look at the count over one slow turn against a mark",
     ),
     (
-        "asymmetric_friction",
+        ids::ASYMMETRIC_FRICTION,
         "measure the starting torque both ways",
     ),
 ];

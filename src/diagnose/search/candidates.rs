@@ -1,5 +1,6 @@
 //! Columns of all effects: how each, from each of its starts, changes the prediction.
 
+use crate::motor::catalogue::ids;
 use rayon::prelude::*;
 
 use super::periodic;
@@ -44,7 +45,7 @@ pub(crate) fn starts(parameter: &EffectParameter, kind: &EffectKind, base: &Base
     if parameter.key == "encoder_side" {
         return vec![0.0, 1.0];
     }
-    if let (Some((seen, _)), "clock_error") = (base.clock, kind.id) {
+    if let (Some((seen, _)), ids::CLOCK_ERROR) = (base.clock, kind.id) {
         return vec![seen];
     }
     let (lo, hi) = range_of(parameter, base);
@@ -90,7 +91,7 @@ pub(super) fn grid(kind: &EffectKind, base: &Base) -> Vec<Vec<f64>> {
             })
             .collect();
     }
-    if kind.id == "missed_counts" {
+    if kind.id == ids::MISSED_COUNTS {
         let lost: Vec<f64> = starts(&kind.parameters[0], kind, base);
         let (lo, hi) = range_of(&kind.parameters[1], base);
         grid = lost.into_iter().map(|p| vec![p, 0.0]).collect();
@@ -109,8 +110,8 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     let is_present = |id: &str| {
         is_member(id) || (base.reference.is_none() && base.motor.effects.get(id).is_some())
     };
-    let couples = ["backlash", "compliance"];
-    let is_timed = kind.stage == Stage::Timing || kind.id == "transport_delay";
+    let couples = [ids::BACKLASH, ids::COMPLIANCE];
+    let is_timed = kind.stage == Stage::Timing || kind.id == ids::TRANSPORT_DELAY;
     let repeats = (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
     let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
@@ -121,7 +122,7 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
         || (is_aliased && repeats)
-        || (is_integrated && kind.id == "missed_counts");
+        || (is_integrated && kind.id == ids::MISSED_COUNTS);
     !is_excluded
 }
 

@@ -4,6 +4,7 @@
 //! matrix, as singles, pairs and triples; the best are fitted on a subset of the segments; then members are added, dropped and exchanged
 //! until the best set stays; what is near it is fitted to all segments.
 
+use crate::motor::catalogue::ids;
 mod candidates;
 mod gram;
 mod periodic;
@@ -290,7 +291,7 @@ impl Pool<'_> {
     fn fit_measured(&mut self, from: &Fit) {
         let base = self.base;
         let mut members = Vec::new();
-        if let (Some((seen, _)), Some((index, _))) = (base.clock, find("clock_error")) {
+        if let (Some((seen, _)), Some((index, _))) = (base.clock, find(ids::CLOCK_ERROR)) {
             let values = vec![seen];
             members.push((Member { index, values }, None));
         }
@@ -304,7 +305,7 @@ impl Pool<'_> {
                 }
             }
         }
-        for id in ["gravity_load", "constant_load"] {
+        for id in [ids::GRAVITY_LOAD, ids::CONSTANT_LOAD] {
             let is_given = base.motor.effects.get(id).is_some();
             if let (false, Some((index, kind))) = (is_given, find(id))
                 && let Some((own, values)) = load_term(self.segments, base, kind)

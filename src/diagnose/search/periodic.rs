@@ -1,6 +1,7 @@
 //! Effects that repeat with the angle: all orders at once, by regression on the recorded angle (a simulated angle loses phase after
 //! some counts of error).
 
+use crate::motor::catalogue::ids;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::candidates::{Candidate, Shape};
@@ -49,11 +50,11 @@ pub(super) fn candidates(
                 let run = &segments.runs[segment.run];
                 let at = |k: usize| (order as f64 * run.angle(k) + shift).sin();
                 match kind.id {
-                    "encoder_eccentricity" => {
+                    ids::ENCODER_ECCENTRICITY => {
                         let first = at(segment.from);
                         out.extend((segment.from..segment.to).map(|k| at(k) - first));
                     }
-                    "torque_ripple" => {
+                    ids::TORQUE_RIPPLE => {
                         let strength = |k: usize| match base.kind {
                             CommandKind::Voltage => {
                                 (run.command[k]
@@ -72,8 +73,8 @@ pub(super) fn candidates(
             out
         };
         let per_unit = match kind.id {
-            "encoder_eccentricity" => 1.0 / per_rad,
-            "gravity_load" => -p.inertia_kg_m2 / per_rad,
+            ids::ENCODER_ECCENTRICITY => 1.0 / per_rad,
+            ids::GRAVITY_LOAD => -p.inertia_kg_m2 / per_rad,
             _ => p.inertia_kg_m2 / per_rad,
         };
         let mut values = vec![0.0; kind.parameters.len()];

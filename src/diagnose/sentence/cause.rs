@@ -1,9 +1,9 @@
 //! Second part: the cause with its probability and parameters.
 
-use super::{ABOVE_FLOOR, capitalized, listed, name, percent, probability, three};
+use super::{ABOVE_FLOOR, capitalized, counts, listed, name, percent, probability, three};
 use crate::diagnose::report::{Cause, Diagnosis, EffectClass, Interval, Verdict};
 use crate::diagnose::settings::Settings;
-use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_FROM, STATED};
+use crate::diagnose::settings::conventions::{MENTIONED, MENTIONED_BESIDE, MENTIONED_FROM, STATED};
 use crate::motor::catalogue::find;
 
 pub(super) fn cause(said: &Diagnosis, settings: &Settings) -> String {
@@ -40,7 +40,9 @@ pub(super) fn cause(said: &Diagnosis, settings: &Settings) -> String {
             candidates(said),
             unconfirmed(said, settings)
         ),
-        Verdict::Effect | Verdict::Partial => identified(said, &p),
+        Verdict::Effect | Verdict::Partial => {
+            format!("{}{}", identified(said, &p), also(said))
+        }
     }
 }
 
@@ -161,13 +163,6 @@ fn members(said: &Diagnosis, class: &EffectClass) -> String {
 fn reductions(said: &Diagnosis) -> String {
     let gap = &said.gap;
     let alone = share_of(said, "parameters");
-    let of_effects = |id: &&&str| share_of(said, id) > 0.0;
-    let useless: Vec<String> = match said.effects.len() {
-        1 => Vec::new(),
-        _ => (said.effects.iter().filter(|id| !of_effects(id)))
-            .map(|id| name(id))
-            .collect(),
-    };
     let effects = if said.effects.len() == 1 {
         "the effect"
     } else {
@@ -189,16 +184,58 @@ fn reductions(said: &Diagnosis) -> String {
     };
     if gap.after_parameters <= gap.floor {
         text.push_str(&format!(
-            " Parameters alone reach the noise floor too, with less probable values than beside {effects}."
+            " Without {effects} the parameters reach the noise floor too, but farther from the nominal motor's, which is less probable."
         ));
     }
-    if !useless.is_empty() {
-        text.push_str(&format!(
-            " {} by itself does not reduce the held-out error.",
-            capitalized(&listed(&useless, "and"))
-        ));
-    }
+    text.push_str(&doubtful(said));
     text
+}
+
+/// Identified effects that add held-out error, with the error before and after.
+fn doubtful(said: &Diagnosis) -> String {
+    let with_before = said.budget.iter().zip(said.budget.iter().skip(1));
+    let adding = with_before.filter(|(_, step)| is_doubtful(said, step.step));
+    adding
+        .map(|(before, step)| {
+            format!(
+                " {} raises the held-out error from {} to {} counts: doubtful.",
+                capitalized(&name(step.step)),
+                counts(before.rms_counts),
+                counts(step.rms_counts)
+            )
+        })
+        .collect()
+}
+
+/// Whether an identified effect adds held-out error.
+pub(super) fn is_doubtful(said: &Diagnosis, id: &str) -> bool {
+    said.effects.len() > 1 && said.effects.contains(&id) && share_of(said, id) < 0.0
+}
+
+/// Effects that are probable, but not counted as identified, beside identified ones.
+fn also(said: &Diagnosis) -> String {
+    let named = |cause: &&Cause| {
+        said.effects.contains(&cause.effect)
+            || said
+                .classes
+                .iter()
+                .any(|class| class.members.contains(&cause.effect))
+    };
+    let others: Vec<String> = (said.causes.iter())
+        .filter(|cause| !named(cause) && !cause.at_bound)
+        .filter(|cause| cause.inclusion >= MENTIONED_BESIDE)
+        .map(|cause| {
+            format!(
+                "{} (P {})",
+                name(cause.effect),
+                probability(cause.inclusion)
+            )
+        })
+        .collect();
+    match others.is_empty() {
+        true => String::new(),
+        false => format!(" Possible, but not identified: {}.", listed(&others, "and")),
+    }
 }
 
 /// Parameters of an effect with their intervals; fixed ones are in the table of causes.

@@ -18,7 +18,7 @@ pub(crate) fn parts(said: &Diagnosis, asked: &str, settings: &Settings) -> [Stri
         size(said),
         cause::cause(said, settings),
         remaining(said, settings),
-        next::next(said, asked),
+        next::next(said, asked, settings),
     ]
 }
 
@@ -52,10 +52,20 @@ fn error(said: &Diagnosis) -> String {
             )
         }
     };
-    format!(
-        "Held-out RMS error: {} counts nominal, {refitted} with re-identified parameters{effects} (noise floor {floor}).",
-        counts(gap.before)
-    )
+    let nominal = counts(gap.before);
+    match is_nominal_fitted(said) {
+        true => format!(
+            "RMS error: {nominal} counts nominal (fitted to these runs); held out {refitted} with re-identified parameters{effects} (noise floor {floor})."
+        ),
+        false => format!(
+            "Held-out RMS error: {nominal} counts nominal, {refitted} with re-identified parameters{effects} (noise floor {floor})."
+        ),
+    }
+}
+
+/// Whether the nominal motor was fitted to the runs that its error is of.
+fn is_nominal_fitted(said: &Diagnosis) -> bool {
+    said.nominal_source == NominalSource::Fit && said.gap.held_out != HELD_OUT_RUNS
 }
 
 /// Reference of all shares.
@@ -78,13 +88,17 @@ fn remaining(said: &Diagnosis, settings: &Settings) -> String {
     let place = largest_regime(said)
         .filter(|_| unexplained.share > 0.0)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
-    let undescribed = match unexplained.share >= 1.0 - settings.unexplained_share {
-        true => {
-            " Neither parameters nor effects of the catalogue describe these recordings: check the scale of command and position first (supply, counts per revolution, `motorlab check`)."
-        }
+    let undescribed = match is_undescribed(said, settings) {
+        true => " Neither parameters nor effects of the catalogue describe these recordings.",
         false => "",
     };
     format!("{share}{}.{undescribed}", place.unwrap_or_default())
+}
+
+/// Whether all but an immaterial share of the error is unexplained.
+fn is_undescribed(said: &Diagnosis, settings: &Settings) -> bool {
+    let has_gap = !matches!(said.verdict, Verdict::NoGap | Verdict::NoChange);
+    has_gap && said.unexplained.share >= 1.0 - settings.unexplained_share
 }
 
 fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
@@ -100,11 +114,6 @@ pub(crate) fn note(
     settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
-    if said.nominal_source == NominalSource::Fit && said.gap.held_out != HELD_OUT_RUNS {
-        notes.push(
-            "The nominal model was fitted to these runs: its own error is not held out.".to_owned(),
-        );
-    }
     if is_closed_loop {
         notes.push(format!(
             "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",
@@ -117,7 +126,12 @@ pub(crate) fn note(
             NominalSource::Handout | NominalSource::Fit => ("nominal", ""),
         };
         notes.push(format!(
-            "In this fit {} is {} times the {whose} value, outside its tolerance{why}.",
+            "{}, {} is {} times the {whose} value, outside its tolerance{why}.",
+            if said.effects.is_empty() {
+                "Re-identified"
+            } else {
+                "In the fit with the effect"
+            },
             words_of_key(key),
             three(*share)
         ));

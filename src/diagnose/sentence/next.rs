@@ -1,11 +1,24 @@
 //! Fourth part: what to do next, with a command to copy.
 
-use super::{listed, name};
+use super::cause::is_doubtful;
+use super::{is_undescribed, listed, name};
 use crate::diagnose::report::{Diagnosis, NextExperiment, NominalSource, Verdict, other_means};
+use crate::diagnose::settings::Settings;
 
 use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 
-pub(super) fn next(said: &Diagnosis, asked: &str) -> String {
+pub(super) fn next(said: &Diagnosis, asked: &str, settings: &Settings) -> String {
+    let first = match is_undescribed(said, settings) {
+        true => {
+            "First check the scale of command and position (supply, counts per revolution), with `motorlab check` for the recordings. "
+        }
+        false => "",
+    };
+    format!("{first}{}", then(said, asked))
+}
+
+/// The step itself.
+fn then(said: &Diagnosis, asked: &str) -> String {
     if let Some(next) = &said.next_experiment {
         return record(said, next, asked);
     }
@@ -32,9 +45,18 @@ pub(super) fn next(said: &Diagnosis, asked: &str) -> String {
         ),
     };
     let command = command(&format!("{asked} {flag}"), flag);
+    let doubtful = said.effects.iter().filter(|id| is_doubtful(said, id));
+    let doubtful: Vec<String> = doubtful.map(|id| format!("[effects.{id}]")).collect();
+    let without = match doubtful.is_empty() {
+        true => String::new(),
+        false => format!(
+            " Remove {} from it, or test it on another recording.",
+            listed(&doubtful, "and")
+        ),
+    };
     match other_means(said) {
         Some(means) => format!("{means} Next, {to}: {command}."),
-        None => format!("Next, {to}: {command}."),
+        None => format!("Next, {to}: {command}.{without}"),
     }
 }
 

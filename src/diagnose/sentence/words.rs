@@ -1,5 +1,7 @@
 //! Figures and names as they are printed.
 
+use crate::motor::catalogue::ids;
+
 /// A 95 % interval of a share; nothing is removed or left below 0.
 pub(crate) fn percent_interval(lo95: f64, hi95: f64) -> String {
     let end = |share: f64| percent(share.max(0.0));
@@ -42,12 +44,12 @@ pub(crate) fn percent(share: f64) -> String {
 /// An effect's id as words: a noun that stands by itself.
 pub(crate) fn name(id: &str) -> String {
     let noun = match id {
-        "asymmetric_viscous" => "asymmetric viscous friction",
-        "coast_at_zero" => "coasting at zero command",
-        "coulomb_friction" => "Coulomb friction",
-        "presliding" => "presliding friction",
-        "pwm_freewheel" => "PWM freewheeling",
-        "stribeck" => "Stribeck friction",
+        ids::ASYMMETRIC_VISCOUS => "asymmetric viscous friction",
+        ids::COAST_AT_ZERO => "coasting at zero command",
+        ids::COULOMB_FRICTION => "Coulomb friction",
+        ids::PRESLIDING => "presliding friction",
+        ids::PWM_FREEWHEEL => "PWM freewheeling",
+        ids::STRIBECK => "Stribeck friction",
         _ => return id.replace('_', " "),
     };
     noun.to_owned()

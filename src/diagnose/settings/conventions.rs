@@ -32,6 +32,8 @@ pub(crate) const LISTED_FROM: f64 = 0.01;
 /// Least inclusion probability of an effect in a sentence where none is identified, and how many there are at most.
 pub(crate) const MENTIONED_FROM: f64 = 0.05;
 pub(crate) const MENTIONED: usize = 3;
+/// Least inclusion probability of an effect that is mentioned beside identified ones.
+pub(crate) const MENTIONED_BESIDE: f64 = 0.25;
 /// Fitted parameters of an effect in a sentence, in the catalogue's order, which begins with what characterizes it.
 pub(crate) const STATED: usize = 2;
 /// Least share of a time interval with a large residual, and how many there are at most.

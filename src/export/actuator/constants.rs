@@ -1,5 +1,6 @@
 //! The numbers of an exported actuator: named, with units, at the top of each file.
 
+use crate::motor::catalogue::ids;
 use std::f64::consts::TAU;
 
 use crate::export::PARAMETERS;
@@ -31,10 +32,10 @@ pub(super) fn folded(motor: &Motor) -> Parameters {
     for effect in motor.effects.iter() {
         let value = effect.values[0];
         match effect.kind().id {
-            "coulomb_friction" => p.coulomb_friction_nm = value,
-            "viscous_friction" => p.viscous_friction_nm_s_per_rad = value,
-            "inertia" => p.inertia_kg_m2 = value,
-            "inductance" => p.inductance_h = value,
+            ids::COULOMB_FRICTION => p.coulomb_friction_nm = value,
+            ids::VISCOUS_FRICTION => p.viscous_friction_nm_s_per_rad = value,
+            ids::INERTIA => p.inertia_kg_m2 = value,
+            ids::INDUCTANCE => p.inductance_h = value,
             _ => {}
         }
     }
@@ -58,10 +59,10 @@ pub(super) struct Division {
 
 impl Division {
     pub(super) fn of(motor: &Motor) -> Option<Self> {
-        let (f, on_load, weight) = match (of(motor, "backlash"), of(motor, "compliance")) {
+        let (f, on_load, weight) = match (of(motor, ids::BACKLASH), of(motor, ids::COMPLIANCE)) {
             (_, Some(v)) => (v[2], v[3] >= 0.5, v[4]),
             (Some(v), None) => (v[1], v[2] >= 0.5, v[3]),
-            (None, None) => (of(motor, "slipping_clutch")?[1], false, 1.0),
+            (None, None) => (of(motor, ids::SLIPPING_CLUTCH)?[1], false, 1.0),
         };
         Some(Self {
             load_share: f,
@@ -95,8 +96,8 @@ pub(super) fn constants(motor: &Motor) -> Vec<Constant> {
         }
     }
     let drops = |k: usize| {
-        let one = of(motor, "voltage_drop").map_or(0.0, |v| v[0]);
-        one + of(motor, "asymmetric_voltage_drop").map_or(0.0, |v| v[k])
+        let one = of(motor, ids::VOLTAGE_DROP).map_or(0.0, |v| v[0]);
+        one + of(motor, ids::ASYMMETRIC_VOLTAGE_DROP).map_or(0.0, |v| v[k])
     };
     add(
         "DROP_FORWARD_V",
@@ -110,8 +111,8 @@ pub(super) fn constants(motor: &Motor) -> Vec<Constant> {
         "V",
         "lost against a negative current",
     );
-    let heats = of(motor, "winding_heating").map(|v| v[1]);
-    let weakens = of(motor, "magnet_weakening");
+    let heats = of(motor, ids::WINDING_HEATING).map(|v| v[1]);
+    let weakens = of(motor, ids::MAGNET_WEAKENING);
     if let Some(s) = heats.or(weakens.map(|v| v[1])) {
         add(
             "HEATING_TIME_CONSTANT_S",
@@ -159,7 +160,7 @@ pub(super) fn constants(motor: &Motor) -> Vec<Constant> {
             "",
             "share of the friction on the load side",
         );
-        if let Some(v) = of(motor, "compliance") {
+        if let Some(v) = of(motor, ids::COMPLIANCE) {
             let (rate, reduced) = (v[0] * TAU, (1.0 - f) * f * j);
             add(
                 "SPRING_NM_PER_RAD",
@@ -194,10 +195,10 @@ fn inner_s(motor: &Motor, p: &Parameters) -> f64 {
         }
     };
     let kinked = [
-        "voltage_drop",
-        "asymmetric_voltage_drop",
-        "current_limit",
-        "load_friction",
+        ids::VOLTAGE_DROP,
+        ids::ASYMMETRIC_VOLTAGE_DROP,
+        ids::CURRENT_LIMIT,
+        ids::LOAD_FRICTION,
     ];
     let per_electrical = match kinked.iter().any(|id| of(motor, id).is_some()) {
         true => PER_ELECTRICAL_KINKED,
@@ -208,16 +209,21 @@ fn inner_s(motor: &Motor, p: &Parameters) -> f64 {
     let lightest = Division::of(motor).map_or(1.0, |d| d.load_share.min(1.0 - d.load_share));
     let rate = (p.viscous_friction_nm_s_per_rad + back_emf) / p.inertia_kg_m2;
     within(lightest / rate, PER_MECHANICAL);
-    if let Some(v) = of(motor, "compliance") {
+    if let Some(v) = of(motor, ids::COMPLIANCE) {
         within(1.0 / v[0], PER_PERIOD);
     }
     let top_speed = p.supply_v / p.back_emf_v_s_per_rad;
-    for id in ["cogging", "cogging#2", "torque_ripple", "torque_ripple#2"] {
+    for id in [
+        ids::COGGING,
+        "cogging#2",
+        ids::TORQUE_RIPPLE,
+        "torque_ripple#2",
+    ] {
         if let Some(v) = of(motor, id) {
             within(TAU / (v[1] * top_speed), PER_PERIOD);
         }
     }
-    if let Some(v) = of(motor, "stribeck") {
+    if let Some(v) = of(motor, ids::STRIBECK) {
         // The time in which the motor at its stall torque passes the speed at which Stribeck's friction falls.
         let stall_nm = p.torque_constant_nm_per_a * p.supply_v / p.resistance_ohm;
         within(v[1] * p.inertia_kg_m2 / stall_nm, PER_MECHANICAL);

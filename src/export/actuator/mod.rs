@@ -4,6 +4,7 @@
 //! them: Runge-Kutta steps of fourth order within a mode (which way the current flows, which side slips which way, which flanks
 //! touch), cut at the instant at which the mode ends. The constants stand at the top of each file, with units.
 
+use crate::motor::catalogue::ids;
 mod constants;
 mod equations;
 mod language;
@@ -32,7 +33,7 @@ pub fn divided(motor: &Motor) -> (Vec<&'static str>, Vec<NotPart>) {
         let why = match kind.stage {
             Stage::Sensor => Some("it changes what the encoder says, not how the motor moves"),
             Stage::Timing => Some("it changes when a sample is taken, not how the motor moves"),
-            _ if kind.id == "command_offset" => {
+            _ if kind.id == ids::COMMAND_OFFSET => {
                 Some("it shifts the recorded column of the commands, not the command")
             }
             _ => None,
@@ -58,7 +59,7 @@ const MOST_DELAYED: f64 = 1e5;
 pub fn check(motor: &Motor, step_s: f64) -> Result<(), String> {
     let delay_s = motor
         .effects
-        .get("transport_delay")
+        .get(ids::TRANSPORT_DELAY)
         .map_or(0.0, |effect| effect.values[0]);
     if delay_s / step_s <= MOST_DELAYED {
         return Ok(());

@@ -5,6 +5,7 @@ use super::equations::Equations;
 use super::language::{Language, names};
 use super::{NotPart, divided};
 use crate::motor::Motor;
+use crate::motor::catalogue::ids;
 
 /// Target of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +69,7 @@ impl Target {
         let equations = Equations::of(motor);
         let delay_s = motor
             .effects
-            .get("transport_delay")
+            .get(ids::TRANSPORT_DELAY)
             .map_or(0.0, |effect| effect.values[0]);
         let whole = (delay_s / step_s + 1e-9).floor();
         let late_s = Some(delay_s - whole * step_s)

@@ -252,7 +252,7 @@ pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
 /// A 95 % interval of a parameter.
 pub fn interval_words(interval: &Interval) -> String {
     match interval.lo95 == interval.hi95 {
-        true => "not fitted".to_owned(),
+        true => "none, discrete or fixed".to_owned(),
         false => format!(
             "{} to {}",
             figure(interval.lo95, 4),
@@ -306,6 +306,9 @@ pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
 
 /// Where figures in N m and kg m^2 come from, or why there are none.
 pub fn torque_words(diagnosis: &Diagnosis) -> String {
+    if diagnosis.command_kind == CommandKind::Torque {
+        return "The command is a torque, so that torques are known in N m.".to_owned();
+    }
     if !diagnosis.has_torque() {
         return match diagnosis.command_kind {
             CommandKind::Voltage => "Resistance and torque constant are not known: friction and loads are in V, inductance as L/R. For torques measure the resistance with an ohmmeter, write the motor with `--model-out diagnosed.toml`, then `motorlab motor diagnosed.toml --resistance OHM`.",
@@ -315,11 +318,10 @@ pub fn torque_words(diagnosis: &Diagnosis) -> String {
     }
     match diagnosis.identifiable.si {
         Some(known) => format!(
-            "Torques in N m are known from the {}: {} {} {} 1 N m.",
+            "Torques in N m are known from the {}: {} {} of command make 1 N m.",
             known.source.replace('_', " "),
             figure(known.command_per_nm, 4),
-            diagnosis.identifiable.friction_v.unit,
-            if known.command_per_nm == 1.0 { "of command is" } else { "of command make" }
+            diagnosis.identifiable.friction_v.unit
         ),
         None => "Resistance and torque constant are not identifiable from these recordings: values in N m and kg m^2 are computed with the nominal motor's, and change in proportion to them.".to_owned(),
     }

@@ -1,6 +1,7 @@
 //! Events that end a mode, and their effect on the state.
 
 use super::{Function, LEAVING_RAD_S, LOAD, MOTOR, Side, Writer, set};
+use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
     /// Event functions that end a mode at 0, and their number.
@@ -139,7 +140,7 @@ impl Writer<'_> {
                     }
                     current
                 }
-                "friction" | "load_friction" => {
+                "friction" | ids::LOAD_FRICTION => {
                     format!("pick(({} == 0.0), {}, {})", side.slip, side.from[1], side.rubs)
                 }
                 name => name.to_owned(),

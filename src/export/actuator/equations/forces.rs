@@ -2,6 +2,7 @@
 
 use super::{Function, Line, Writer, set};
 use crate::export::actuator::constants::of;
+use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
     pub(super) fn wave(&self, id: &str, amplitude: &str) -> Option<String> {
@@ -15,14 +16,14 @@ impl Writer<'_> {
     pub(super) fn forces(&self) -> Function {
         let mut lines = Vec::new();
         let mut volts = "u".to_owned();
-        if self.has("supply_error") {
+        if self.has(ids::SUPPLY_ERROR) {
             volts += " * SUPPLY_ERROR_GAIN";
         }
-        if self.has("asymmetric_gain") {
+        if self.has(ids::ASYMMETRIC_GAIN) {
             volts += " * (1.0 + ASYMMETRIC_GAIN_RATIO * sgn(u))";
         }
         lines.push(set("volts", volts));
-        let ripples: Vec<String> = ["torque_ripple", "torque_ripple#2"]
+        let ripples: Vec<String> = [ids::TORQUE_RIPPLE, "torque_ripple#2"]
             .iter()
             .filter_map(|id| self.wave(id, "AMPLITUDE"))
             .collect();
@@ -42,10 +43,10 @@ impl Writer<'_> {
         lines.push(set("emf", format!("BACK_EMF_V_S_PER_RAD * speed{times}")));
         self.excess(&mut lines);
         let mut resistance = "RESISTANCE_OHM".to_owned();
-        if self.has("winding_heating") {
+        if self.has(ids::WINDING_HEATING) {
             resistance += " * (1.0 + WINDING_HEATING_RESISTANCE_RISE_PER_W * loss)";
         }
-        if self.has("supply_sag") {
+        if self.has(ids::SUPPLY_SAG) {
             resistance += " + SUPPLY_SAG_SOURCE_RESISTANCE_OHM * (u / SUPPLY_V) * (u / SUPPLY_V)";
         }
         lines.push(set("resistance", resistance));
@@ -70,7 +71,7 @@ impl Writer<'_> {
             format!("TORQUE_CONSTANT_NM_PER_A * flowing{times}"),
         ));
         let mut net = "torque".to_owned();
-        for wave in ["cogging", "cogging#2"]
+        for wave in [ids::COGGING, "cogging#2"]
             .iter()
             .filter_map(|id| self.wave(id, "TORQUE_NM"))
         {
@@ -79,19 +80,19 @@ impl Writer<'_> {
         }
         let side = self.sides[self.sides.len() - 1];
         let mut load = "load".to_owned();
-        if self.has("gravity_load") {
+        if self.has(ids::GRAVITY_LOAD) {
             load += &format!(
                 " - GRAVITY_LOAD_TORQUE_NM * sin({} + GRAVITY_LOAD_PHASE_RAD)",
                 side.angle
             );
         }
-        if self.has("quadratic_drag") {
+        if self.has(ids::QUADRATIC_DRAG) {
             load += &format!(
                 " - QUADRATIC_DRAG_COEFFICIENT_NM_S2_PER_RAD2 * {0} * mag({0})",
                 side.speed
             );
         }
-        if self.has("constant_load") {
+        if self.has(ids::CONSTANT_LOAD) {
             load += " - CONSTANT_LOAD_TORQUE_NM";
         }
         let mut gives: Vec<String> = ["excess", "resistance", "flowing", "torque"]
@@ -119,11 +120,11 @@ impl Writer<'_> {
 
     /// Voltage minus back EMF; a bridge that freewheels drives its mean current of a period.
     pub(super) fn excess(&self, lines: &mut Vec<Line>) {
-        if !self.has("pwm_freewheel") {
+        if !self.has(ids::PWM_FREEWHEEL) {
             lines.push(set("excess", "volts - emf"));
             return;
         }
-        let into_supply = of(self.motor, "pwm_freewheel").is_some_and(|v| v[1] >= 0.5);
+        let into_supply = of(self.motor, ids::PWM_FREEWHEEL).is_some_and(|v| v[1] >= 0.5);
         lines.extend([
             set("duty", "mag(u) / SUPPLY_V"),
             set("pulse", "volts * sgn(u) / high(duty, 1e-12)"),

@@ -2,6 +2,7 @@
 
 use super::{BREAKAWAY, Line, Side, Writer, set};
 use crate::export::actuator::constants::{folded, of};
+use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
     pub(super) fn share(&self, side: &Side) -> String {
@@ -15,20 +16,21 @@ impl Writer<'_> {
     /// Level that a side breaks away at in direction `s`.
     pub(super) fn breakaway(&self, side: &Side, s: &str) -> String {
         let p = folded(self.motor);
-        let holds = of(self.motor, "static_friction").is_some_and(|v| v[0] > p.coulomb_friction_nm);
+        let holds =
+            of(self.motor, ids::STATIC_FRICTION).is_some_and(|v| v[0] > p.coulomb_friction_nm);
         let mut level = if holds {
             "STATIC_FRICTION_TORQUE_NM"
         } else {
             "COULOMB_FRICTION_NM"
         }
         .to_owned();
-        if self.has("asymmetric_friction") {
+        if self.has(ids::ASYMMETRIC_FRICTION) {
             level += &format!(" * (1.0 {s} ASYMMETRIC_FRICTION_RATIO)");
         }
-        if self.has("stribeck") {
+        if self.has(ids::STRIBECK) {
             level += " + STRIBECK_EXTRA_TORQUE_NM";
         }
-        if self.has("load_friction") {
+        if self.has(ids::LOAD_FRICTION) {
             level += &format!(
                 " + high(LOAD_FRICTION_DRIVING_FRACTION, pick(({s}torque >= 0.0), LOAD_FRICTION_DRIVING_FRACTION, \
                  LOAD_FRICTION_DRIVEN_FRACTION)) * mag(torque)"
@@ -41,14 +43,14 @@ impl Writer<'_> {
     pub(super) fn steady(&self, side: &Side) -> String {
         let s = side.slip;
         let mut level = "COULOMB_FRICTION_NM".to_owned();
-        if self.has("asymmetric_friction") {
+        if self.has(ids::ASYMMETRIC_FRICTION) {
             level += &format!(" * (1.0 + ASYMMETRIC_FRICTION_RATIO * {s})");
         }
-        if self.has("stribeck") {
+        if self.has(ids::STRIBECK) {
             let ratio = format!("({} / STRIBECK_STRIBECK_SPEED_RAD_S)", side.speed);
             level += &format!(" + STRIBECK_EXTRA_TORQUE_NM * exp(-{ratio} * {ratio})");
         }
-        if self.has("load_friction") {
+        if self.has(ids::LOAD_FRICTION) {
             level += &format!(
                 " + pick(({s} * torque >= 0.0), LOAD_FRICTION_DRIVING_FRACTION, LOAD_FRICTION_DRIVEN_FRACTION) * mag(torque)"
             );
@@ -86,7 +88,7 @@ impl Writer<'_> {
                 lines.push(set(side.rubs, side.steady));
             }
             let mut viscous = "VISCOUS_FRICTION_NM_S_PER_RAD".to_owned();
-            if self.has("asymmetric_viscous") {
+            if self.has(ids::ASYMMETRIC_VISCOUS) {
                 viscous += &format!(" * (1.0 + ASYMMETRIC_VISCOUS_RATIO * {})", side.slip);
             }
             lines.push(set(

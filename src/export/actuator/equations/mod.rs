@@ -6,6 +6,7 @@
 //! voltage, the load, directions of slip, whether current flows. They are the equations of `motor-chain`'s `dynamics.rs`, and the
 //! events of its `guards.rs` and `transitions.rs`.
 
+use crate::motor::catalogue::ids;
 mod events;
 mod forces;
 mod friction;
@@ -88,7 +89,7 @@ const LOAD: Side = Side {
     net: "load_net",
     slip: "load_slip",
     share: "LOAD_FRICTION_SHARE",
-    friction: "load_friction",
+    friction: ids::LOAD_FRICTION,
     from: ["load_from_angle", "load_from_friction", "load_from_steady"],
     levels: ["load_up", "load_down"],
     steady: "load_steady",
@@ -131,17 +132,17 @@ impl Equations {
 impl<'a> Writer<'a> {
     fn new(motor: &'a Motor) -> Self {
         let has = |id: &str| motor.effects.get(id).is_some();
-        let (gap, spring) = (has("backlash"), has("compliance"));
-        let clutch = has("slipping_clutch") && !gap && !spring;
+        let (gap, spring) = (has(ids::BACKLASH), has(ids::COMPLIANCE));
+        let clutch = has(ids::SLIPPING_CLUTCH) && !gap && !spring;
         Self {
             motor,
             inductive: folded(motor).inductance_h > 0.0,
-            drops: has("voltage_drop") || has("asymmetric_voltage_drop"),
-            limited: has("current_limit"),
-            opens: has("coast_at_zero") || has("pwm_freewheel"),
-            warms: has("winding_heating") || has("magnet_weakening"),
-            weakens: has("magnet_weakening"),
-            preslides: has("presliding"),
+            drops: has(ids::VOLTAGE_DROP) || has(ids::ASYMMETRIC_VOLTAGE_DROP),
+            limited: has(ids::CURRENT_LIMIT),
+            opens: has(ids::COAST_AT_ZERO) || has(ids::PWM_FREEWHEEL),
+            warms: has(ids::WINDING_HEATING) || has(ids::MAGNET_WEAKENING),
+            weakens: has(ids::MAGNET_WEAKENING),
+            preslides: has(ids::PRESLIDING),
             sides: if gap || spring || clutch {
                 vec![&MOTOR, &LOAD]
             } else {
@@ -235,10 +236,10 @@ impl<'a> Writer<'a> {
 
     fn command(&self) -> String {
         let mut kept = Vec::new();
-        if self.has("dead_zone") {
+        if self.has(ids::DEAD_ZONE) {
             kept.push("(mag(u) > DEAD_ZONE_THRESHOLD_V)");
         }
-        if self.has("asymmetric_dead_zone") {
+        if self.has(ids::ASYMMETRIC_DEAD_ZONE) {
             kept.push(
                 "((u > ASYMMETRIC_DEAD_ZONE_POSITIVE_V) | (u < -ASYMMETRIC_DEAD_ZONE_NEGATIVE_V))",
             );

@@ -1,6 +1,7 @@
 //! Torque between the motor side and the load side, and whether both move as one.
 
 use super::{Line, Side, Writer, set};
+use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
     /// Torque that passes from the motor side to the load side while they move apart.
@@ -95,13 +96,13 @@ impl Writer<'_> {
             .iter()
             .map(|side| self.steady(side).replace(side.slip, "both"))
             .collect();
-        let viscous = if self.has("asymmetric_viscous") {
+        let viscous = if self.has(ids::ASYMMETRIC_VISCOUS) {
             "VISCOUS_FRICTION_NM_S_PER_RAD * (1.0 + ASYMMETRIC_VISCOUS_RATIO * both)"
         } else {
             "VISCOUS_FRICTION_NM_S_PER_RAD"
         };
         let [rubs, load_rubs] = if self.preslides {
-            ["friction".to_owned(), "load_friction".to_owned()]
+            ["friction".to_owned(), ids::LOAD_FRICTION.to_owned()]
         } else {
             [as_one[0].clone(), as_one[1].clone()]
         };
