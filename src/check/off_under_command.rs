@@ -4,6 +4,9 @@
 //! angle. The same command, or a larger one of the same sign, cannot leave the shaft at rest. No effect of the catalogue makes it
 //! do so, and a model that is fitted across such an interval explains a switch by parameters. The interval begins where
 //! the speed begins to fall.
+//!
+//! A shaft that turns round stands still too, as far as a coarse encoder shows. The counts that the motor's acceleration cost it in the
+//! turn before are therefore left out of what it misses: under a chirp it has half a period to turn round.
 
 use super::finding::{Finding, Kind, Severity};
 use super::misread_position::misread_positions;
@@ -19,7 +22,7 @@ const TURNED: f64 = 1.0;
 const LEAST_COUNTS: f64 = 50.0;
 /// Fewest samples of a standstill.
 const LEAST_STILL: usize = 10;
-/// Travel that the shaft would have made in the standstill: so many turns, and so many counts (one of rounding is 5 % of them).
+/// Travel that the shaft would have made in the standstill, acceleration included: so many turns, and so many counts (one of rounding is 5 % of them).
 const MISSED_TURNS: f64 = 0.25;
 const MISSED_COUNTS: f64 = 20.0;
 /// A standstill that begins with the command, at rest, and ends in motion under it is a delay up to this time in s: the range of the
@@ -50,6 +53,8 @@ pub(crate) struct Off {
 struct Turned {
     command: f64,
     counts_s: f64,
+    /// Counts that it was behind one at that rate from the first sample of the command on.
+    behind: f64,
 }
 
 pub(super) fn find(subject: &Subject<'_>) -> Vec<Finding> {
@@ -159,7 +164,7 @@ fn intervals(run: &Run) -> Vec<Off> {
 fn off(run: &Run, rest: (usize, usize), held: (usize, usize), turned: Turned) -> Option<Off> {
     let (still, to) = held;
     let still_s = run.t_s[to] - run.t_s[still];
-    let missed = turned.counts_s * still_s;
+    let missed = turned.counts_s * still_s - turned.behind;
     let is_long = to - still >= LEAST_STILL
         && missed >= MISSED_COUNTS
         && missed >= MISSED_TURNS * run.counts_per_rev;
@@ -250,9 +255,14 @@ fn learn(run: &Run, from: usize, to: usize, turned: &mut [Option<Turned>; 2]) {
             let slot = &mut turned[usize::from(direction < 0.0)];
             let is_less = slot.is_none_or(|known| largest < known.command.abs());
             if is_less && counts_s.is_finite() && lasts_s > 0.0 {
+                // The command began in the standstill before, or while the shaft still turned the other way.
+                let onset = (0..k).rev().take_while(same).last().unwrap_or(k);
+                let ideal = counts_s * (run.t_s[turn] - run.t_s[onset]);
+                let made = direction * run.counts[turn].saturating_sub(run.counts[onset]) as f64;
                 *slot = Some(Turned {
                     command: direction * largest,
                     counts_s,
+                    behind: (ideal - made).max(0.0),
                 });
             }
         }

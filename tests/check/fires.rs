@@ -444,6 +444,68 @@ fn nothing_above_a_note_fires_on_sound_recordings() {
     insta::assert_snapshot!("sound", format!("{}{negated}", grouped(&groups)));
 }
 
+/// A motor of first order behind a coarse encoder: counts of a revolution, revolutions a second a volt, time constant in s.
+fn coarse(
+    profile: &str,
+    (counts_per_rev, rev_s_per_v, tau_s): (f64, f64, f64),
+    step_s: f64,
+    samples: usize,
+) -> Run {
+    /// Steps of the integration in a sample.
+    const FINE: usize = 20;
+    let supply_v = 6.0;
+    let profile = Profile::built_in(profile, supply_v, step_s * samples as f64).expect("a profile");
+    let mut run = Run {
+        sample_time_s: step_s,
+        counts_per_rev,
+        supply_v: Some(supply_v),
+        complete: true,
+        ..Run::default()
+    };
+    let fine_s = step_s / FINE as f64;
+    let follow = -f64::exp_m1(-fine_s / tau_s);
+    let (mut speed, mut position) = (0.0, 0.0_f64);
+    for k in 0..samples {
+        let t_s = k as f64 * step_s;
+        let command = profile.command_at(t_s);
+        run.t_s.push(t_s);
+        run.command.push(command);
+        run.counts.push((position * counts_per_rev).floor() as i64);
+        for _ in 0..FINE {
+            speed += follow * (rev_s_per_v * command - speed);
+            position += fine_s * speed;
+        }
+    }
+    run
+}
+
+/// Between two of its counts a shaft that turns round looks as if it stood still, under the command that turns it.
+#[test]
+fn a_coarse_encoder_under_a_chirp_is_no_drive_that_is_off() {
+    let mut found = String::new();
+    let mut runs = 0;
+    for profile in ["chirp", "square", "reversing"] {
+        for counts_per_rev in [12.0, 20.0, 32.0, 50.0] {
+            for rev_s_per_v in [0.3, 1.0, 4.0] {
+                for tau_s in [0.03, 0.08, 0.2, 0.5] {
+                    for step_s in [0.001, 0.002, 0.005, 0.01] {
+                        let motor = (counts_per_rev, rev_s_per_v, tau_s);
+                        let run = coarse(profile, motor, step_s, (8.0 / step_s) as usize);
+                        runs += 1;
+                        for finding in check(&[run], None) {
+                            if finding.id == Kind::OffUnderCommand {
+                                let message = finding.message;
+                                let _ = writeln!(found, "{profile} {motor:?} {step_s}: {message}");
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(found.is_empty(), "of {runs} runs:\n{found}");
+}
+
 /// How many of these runs are found to be reversed once their counts are negated; at least nineteen in twenty.
 fn reversed_are_found(sound: &[Run]) -> String {
     let found = sound
