@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use serde_json::{Value, json};
 
+use super::missing_file;
 use crate::blind::BlindError;
 use crate::board::ProfileError;
 use crate::import::{ImportError, MapError};
@@ -92,8 +93,11 @@ impl Failure {
         let said = self.to_string();
         let message = said.strip_prefix("error: ").unwrap_or(&said);
         let place = self.place();
-        // Every message says what is wrong, then, after a semicolon, what to do.
-        let remedy = message.rsplit_once("; ").map(|(_, remedy)| remedy);
+        // Every message says what is wrong, then what to do: in a hint of its own, or after a semicolon.
+        let remedy = match message.rsplit_once("\nhint: ") {
+            Some((_, hint)) => Some(hint),
+            None => message.rsplit_once("; ").map(|(_, remedy)| remedy),
+        };
         json!({ "error": {
             "kind": self.kind,
             "message": message,
@@ -185,6 +189,10 @@ impl fmt::Display for Failure {
             }
             cause = error.source();
         }
+        let known = self.file.clone().or_else(|| self.place().0);
+        if let Some(hint) = missing_file::hint(&said, known.as_deref()) {
+            write!(f, "\nhint: {hint}")?;
+        }
         Ok(())
     }
 }
@@ -201,6 +209,19 @@ mod tests {
         Telling(#[source] io::Error),
         #[error("cannot read motor.toml")]
         Silent(#[source] io::Error),
+    }
+
+    #[test]
+    fn what_is_missing_is_told_with_a_hint_in_the_document_too() {
+        let error = io::Error::from_raw_os_error(2);
+        let missing = Failure::input(Unread::Telling(error)).at(Path::new("no-such.motor.toml"));
+        let said = missing.to_string();
+        assert!(said.contains("\nhint: this folder has "), "{said}");
+        let remedy = &missing.document()["error"]["remedy"];
+        assert!(
+            remedy.as_str().is_some_and(|hint| said.ends_with(hint)),
+            "{remedy}"
+        );
     }
 
     #[test]

@@ -36,6 +36,7 @@ mod lab;
 mod lab_class;
 mod live;
 mod man;
+mod missing_file;
 mod motor;
 mod motor_choice;
 mod motor_file;

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::output_file::{Force, Form, Outputs};
 use super::progress::bar;
 use super::threads::Threads;
-use super::{Failure, Output, Status};
+use super::{Failure, Output, Status, missing_file};
 use crate::fleet::{Damaged, Document, Population, Table, tables};
 use crate::plain::shown;
 use crate::report::fleet::{Names, page};
@@ -87,7 +87,12 @@ impl Tabulate {
             }
         }
         for Damaged { document, why } in &damaged {
-            output.message(&format!("{}: {why}; it is passed over", shown(document)));
+            let hint = missing_file::hint(why, Some(document));
+            let hint = hint.map_or_else(String::new, |hint| format!("\nhint: {hint}"));
+            output.message(&format!(
+                "{}: {why}; it is passed over{hint}",
+                shown(document)
+            ));
         }
         if documents.is_empty() {
             return Err(Failure::input(format!(

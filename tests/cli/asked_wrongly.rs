@@ -177,3 +177,73 @@ fn a_capture_that_is_stopped_before_the_board_speaks_prints_a_document() {
     let document: serde_json::Value = serde_json::from_str(&done.output).expect("a document");
     assert_eq!(document["error"]["kind"], "stopped");
 }
+
+/// Every command that is given a file which is not there says what there is instead.
+#[test]
+fn a_file_that_is_not_there_is_told_with_names_like_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in [
+        "step30.csv",
+        "ramp.csv",
+        "nice.motor.toml",
+        "session.log",
+        "verdict.json",
+    ] {
+        written(folder.path(), name, "");
+    }
+    for (arguments, hint) in [
+        (&["diagnose", "step3.csv"][..], "this folder has step30.csv"),
+        (&["check", "step3.csv"][..], "this folder has step30.csv"),
+        (&["compare", "step3.csv"][..], "this folder has step30.csv"),
+        (
+            &["import", "x.csv"][..],
+            "this folder has ramp.csv, step30.csv",
+        ),
+        (
+            &["import", "x.csv", "--map", "m.map"][..],
+            "this folder has",
+        ),
+        (
+            &["replay", "sesion.log", "-o", "new.csv"][..],
+            "this folder has session.log",
+        ),
+        (
+            &["simulate", "--motor", "nic.motor.toml"][..],
+            "this folder has nice.motor.toml",
+        ),
+        (
+            &["simulate", "--profile", "ramp2.csv"][..],
+            "this folder has ramp.csv",
+        ),
+        (
+            &["motor", "nic.motor.toml"][..],
+            "this folder has nice.motor.toml",
+        ),
+        (
+            &["export", "parquet", "step3.csv"][..],
+            "this folder has step30.csv",
+        ),
+        (&["blind", "run", "set"][..], "there is no folder set"),
+        (
+            &["tabulate", "verdic.json", "-o", "new.csv"][..],
+            "this folder has verdict.json",
+        ),
+        (&["check", "runs/step30.csv"][..], "there is no folder runs"),
+        (
+            &["simulate", "-o", "runs/new.csv"][..],
+            "there is no folder runs",
+        ),
+    ] {
+        let done = run(folder.path(), arguments);
+        assert!(
+            done.status.is_some_and(|status| status > 0),
+            "{arguments:?}"
+        );
+        let said = done.messages;
+        assert!(
+            said.contains(&format!("hint: {hint}")),
+            "{arguments:?}: {said}"
+        );
+        assert!(!said.contains("panicked"), "{said}");
+    }
+}
