@@ -1,4 +1,4 @@
-//! What stands beside a file that is not there: the folder that is missing, or names in it that are like the one asked for.
+//! Hint for a missing file: the folder that does not exist, or files in it with a similar name.
 
 use std::fs;
 use std::path::Path;
@@ -42,7 +42,7 @@ fn named(message: &str) -> Option<&str> {
     first.split(": ").next().filter(|path| !path.is_empty())
 }
 
-/// What there is instead of a path.
+/// The folder that does not exist, or the files of a similar name or the same kind.
 fn beside(path: &Path) -> String {
     let mut folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

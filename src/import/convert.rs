@@ -249,19 +249,25 @@ impl<'a> Converter<'a> {
         if let Some(stamp) = stamp(cells.get(place.at)) {
             let wrap = stamp.is_of_day.then_some(DAY_S);
             let (straight, state) = self.time.straight(stamp.s, wrap);
-            let reading_s = within("time", straight, plausible::TIME_S)?;
+            let reading_s = straight + self.fraction_s(cells, fraction)?;
+            let reading_s = within("time", reading_s, plausible::TIME_S)?;
             return Ok(state.time_s(reading_s, seq, *counts));
         }
         let (straight, state) = self.time.straight(self.number(cells, place)?, field.wrap);
-        let mut reading_s = field.value(straight);
-        if let (Some(fraction), Some(place)) = (fraction, &self.layout.time_fraction) {
-            reading_s += fraction.value(self.number(cells, place)?);
-        }
+        let reading_s = field.value(straight) + self.fraction_s(cells, fraction)?;
         let reading_s = within("time", reading_s, ANY_TIME)?;
         if *counts == Counts::SinceRowBefore {
             within("time since the row before", reading_s, plausible::GAP_S)?;
         }
         Ok(state.time_s(reading_s, seq, *counts))
+    }
+
+    /// Seconds from the second column of a clock in two columns.
+    fn fraction_s(&self, cells: &Cells, fraction: &Option<Field>) -> Result<f64, RowProblem> {
+        match (fraction, &self.layout.time_fraction) {
+            (Some(fraction), Some(place)) => Ok(fraction.value(self.number(cells, place)?)),
+            _ => Ok(0.0),
+        }
     }
 
     /// An empty cell is a value that this sample lacks.

@@ -43,7 +43,8 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
                 ));
             }
             (None, None) if words.is_none() && bracketed(field).is_some() => {
-                found.push((TIME, bracketed(field)?, b""));
+                let (value, unit) = bracketed(field)?;
+                found.push((TIME, value, unit));
             }
             // `label: value`, with a blank between, and `label: value unit`.
             (None, Some((_, value, unit))) if value.is_empty() => (*value, *unit) = apart(field),
@@ -58,13 +59,14 @@ pub(super) fn pairs(line: &[u8]) -> Option<Vec<Pair<'_>>> {
     (is_whole && !found.is_empty()).then_some(found)
 }
 
-/// `[0.020]`: the number inside.
-fn bracketed(field: &[u8]) -> Option<&[u8]> {
+/// `[0.020]`, `[20ms]`: the number inside, and its unit.
+fn bracketed(field: &[u8]) -> Option<(&[u8], &[u8])> {
     let inside = field.strip_prefix(b"[")?.strip_suffix(b"]")?;
-    let is_number = inside
+    let (number, unit) = apart(inside);
+    let is_number = number
         .iter()
         .all(|byte| byte.is_ascii_digit() || *byte == b'.');
-    (is_number && !inside.is_empty()).then_some(inside)
+    (is_number && !number.is_empty()).then_some((number, unit))
 }
 
 /// `5ms`: a number and the unit that is glued to it.
@@ -144,6 +146,14 @@ mod tests {
             (
                 "[0.020] Pos: 123",
                 Some(vec![("time", "0.020", ""), ("Pos", "123", "")]),
+            ),
+            (
+                "[20ms] Pos: 123 | U: 5V",
+                Some(vec![
+                    ("time", "20", "ms"),
+                    ("Pos", "123", ""),
+                    ("U", "5", "V"),
+                ]),
             ),
             ("Pos: 5 ready", None),
             ("12:34:56", None),

@@ -1,5 +1,6 @@
 //! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`,
-//! `4/13/2026 7:03:12 PM`, RFC 3339.
+//! `4/13/2026 7:03:12 PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120`; IEC 61131's `T#1s250ms`, and a
+//! time with its unit, `12.5 ms`.
 //!
 //! Terminals put them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
 //! `[2026-04-13 19:03:12.345] `.
@@ -21,8 +22,75 @@ pub(super) struct Stamp {
 
 /// A cell that is a time stamp and nothing else.
 pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
-    let (stamp, rest) = begins(cell.trim_ascii())?;
-    rest.is_empty().then_some(stamp)
+    let cell = cell.trim_ascii();
+    // Every one begins with a digit, or a letter of a time literal.
+    let first = *cell.first()?;
+    if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') {
+        return None;
+    }
+    match begins(cell) {
+        Some((stamp, b"")) => Some(stamp),
+        _ => (minutes(cell).or_else(|| duration(cell))).map(|s| Stamp {
+            s,
+            is_of_day: false,
+        }),
+    }
+}
+
+/// `0:57.120`: minutes and seconds, with a fraction, since `12:34` is a time of day as well.
+fn minutes(cell: &[u8]) -> Option<f64> {
+    let (minutes, rest) = number(cell, 1, 3)?;
+    let (seconds, rest) = number(rest.strip_prefix(b":")?, 2, 2)?;
+    let (fraction, after) = fraction(rest);
+    (seconds < 60 && after.is_empty() && !rest.is_empty())
+        .then(|| (60 * minutes + seconds) as f64 + fraction)
+}
+
+/// `T#1s250ms`, `TIME#5ms`, or one number with its unit.
+fn duration(cell: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(cell)
+        .ok()?
+        .replace(['µ', 'μ'], "u")
+        .to_lowercase();
+    let literal = ["t#", "time#", "lt#", "ltime#"]
+        .into_iter()
+        .find_map(|mark| text.strip_prefix(mark));
+    let mut rest = literal.unwrap_or(&text);
+    let sign = match rest.strip_prefix('-') {
+        Some(after) => {
+            rest = after;
+            -1.0
+        }
+        None => 1.0,
+    };
+    let mut total_s = 0.0;
+    loop {
+        let end = rest.find(|c: char| !c.is_ascii_digit() && !matches!(c, '.' | ',' | '_'))?;
+        let (digits, after) = rest.split_at(end);
+        let after = after.trim_start();
+        let letters = after
+            .find(|c: char| !c.is_ascii_alphabetic())
+            .unwrap_or(after.len());
+        let (unit, after) = after.split_at(letters);
+        let unit_s = match unit {
+            "d" if literal.is_some() => DAY_S,
+            "h" if literal.is_some() => 3600.0,
+            "m" if literal.is_some() => 60.0,
+            "s" | "sec" => 1.0,
+            "ms" => 1e-3,
+            "us" => 1e-6,
+            "ns" => 1e-9,
+            _ => return None,
+        };
+        let number: f64 = digits.replace('_', "").replace(',', ".").parse().ok()?;
+        total_s += number * unit_s;
+        rest = after;
+        match (rest.is_empty(), literal) {
+            (true, _) => return Some(sign * total_s),
+            (false, None) => return None,
+            (false, Some(_)) => rest = rest.strip_prefix('_').unwrap_or(rest),
+        }
+    }
 }
 
 /// The time stamp that a terminal put before a line, and the line as the board sent it.
@@ -116,15 +184,20 @@ fn number(text: &[u8], least: usize, most: usize) -> Option<(i64, &[u8])> {
     Some((text[..digits].iter().fold(0, value), &text[digits..]))
 }
 
-/// `.789` or `,789`.
+/// `.789` or `,789`; of controllers `:789` and `;789`, with three or six digits.
 fn fraction(text: &[u8]) -> (f64, &[u8]) {
-    let Some(after) = text.strip_prefix(b".").or(text.strip_prefix(b",")) else {
+    let Some((mark, after)) = text.split_first() else {
         return (0.0, text);
     };
     let digits = after
         .iter()
         .take_while(|byte| byte.is_ascii_digit())
         .count();
+    let is_mark =
+        matches!(mark, b'.' | b',') || (matches!(mark, b':' | b';') && matches!(digits, 3 | 6));
+    if !is_mark {
+        return (0.0, text);
+    }
     let parsed = std::str::from_utf8(&after[..digits]).map(|digits| format!("0.{digits}").parse());
     match parsed {
         Ok(Ok(fraction)) if digits > 0 => (fraction, &after[digits..]),
@@ -176,6 +249,14 @@ mod tests {
             ("13.04.2026 19:03:12", 1_776_106_992.0, false),
             ("4/13/2026 7:03:12.5 PM", 1_776_106_992.5, false),
             ("12:00:01 am", 1.0, true),
+            ("12:34:56:789", 45_296.789, true),
+            ("12:34:56;789", 45_296.789, true),
+            ("0:57.120", 57.12, false),
+            ("75:03,5", 4503.5, false),
+            ("T#1s250ms", 1.25, false),
+            ("TIME#-2m_5ms", -120.005, false),
+            ("12,5 ms", 0.0125, false),
+            ("250us", 2.5e-4, false),
         ] {
             let found = stamp(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
             assert!((found.s - s).abs() < 1e-6, "{text}: {}", found.s);
@@ -192,6 +273,14 @@ mod tests {
             "1.2.3 00:00:00",
             "12:34:56 -> 1",
             "1:2:3",
+            "0:61.5",
+            "0:57.",
+            "12:34:56:7",
+            "5 m",
+            "5 rpm",
+            "T#5",
+            "T#",
+            "-",
         ] {
             assert_eq!(stamp(none.as_bytes()), None, "{none}");
         }

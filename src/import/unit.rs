@@ -51,11 +51,12 @@ pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
         "ns" => 1e-9,
         "min" => 60.0,
         "h" => 3600.0,
+        "d" => 86_400.0,
         _ => {
             return Err(unknown(
                 "[time]",
                 unit,
-                "s, ms, us, ns, min, h, stamp (12:34:56.789, 2026-04-13 19:03:12)",
+                "s, ms, us, ns, min, h, d, stamp (12:34:56.789, 2026-04-13 19:03:12)",
             ));
         }
     })

@@ -479,7 +479,7 @@ fn coarse(
     run
 }
 
-/// Between two of its counts a shaft that turns round looks as if it stood still, under the command that turns it.
+/// A coarse encoder shows no motion at a reversal, under the command that reverses the shaft.
 #[test]
 fn a_coarse_encoder_under_a_chirp_is_no_drive_that_is_off() {
     let mut found = String::new();

@@ -11,6 +11,7 @@ mod inferred;
 mod lines;
 mod mapped;
 mod options;
+mod public_forms;
 mod real_mapped;
 mod real_unmapped;
 mod signs;

@@ -353,7 +353,7 @@ impl TextDecoder {
 fn numbers_of(fields: &[Field], columns: &[Column]) -> Option<Vec<f64>> {
     let number = |(field, column): (&Field, &Column)| match column {
         Column::Ignored => Some(field.number().unwrap_or(0.0)),
-        _ => field.number(),
+        _ => field.number().filter(|_| !field.contradicts(*column)),
     };
     fields.iter().zip(columns).map(number).collect()
 }

@@ -16,6 +16,15 @@ pub(super) struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
+    /// Whether nothing but blanks is between this number, which has no unit, and a field of the same text.
+    fn is_before(&self, text: &str, field: &str) -> bool {
+        let offset = |part: &str| (part.as_ptr() as usize).checked_sub(text.as_ptr() as usize);
+        let between = (offset(self.value).map(|at| at + self.value.len())).zip(offset(field));
+        let blanks = between.and_then(|(from, to)| text.get(from..to));
+        parsed(self.value).is_some()
+            && blanks.is_some_and(|between| between.bytes().all(|byte| byte == b' '))
+    }
+
     /// The number, without the unit behind it.
     pub(super) fn number(&self) -> Option<f64> {
         self.parts().map(|parts| parts.0)
@@ -33,6 +42,18 @@ impl<'a> Field<'a> {
             "" => Column::from_name(label),
             _ => with_unit().or_else(|| Column::from_name(label)),
         }
+    }
+
+    /// Whether the unit behind the number makes it another time than the column's.
+    pub(super) fn contradicts(&self, column: Column) -> bool {
+        let times = [Column::TimeSeconds, Column::TimeMillis, Column::TimeMicros];
+        let unit = self.parts().map_or("", |parts| parts.1);
+        let said = Field {
+            label: Some("t"),
+            ..*self
+        }
+        .column();
+        !unit.is_empty() && times.contains(&column) && said.is_some_and(|said| said != column)
     }
 
     /// The number and its unit.
@@ -71,13 +92,17 @@ fn has_decimal_commas(text: &str) -> bool {
         && commas.all(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1)))
 }
 
-/// The prefix of a message: `I (590) motor: ` of ESP-IDF with its milliseconds, `[0.590] ` with seconds.
+/// The prefix of a message: `I (590) motor: ` of ESP-IDF with its milliseconds, `[0.590] ` with seconds, `[590ms] ` with its unit.
 fn stamp(text: &str) -> Option<(Field<'_>, &str)> {
     let (label, value, rest) = match text.strip_prefix('[') {
         Some(inside) => {
             let (value, rest) = inside.split_once("] ")?;
             // A list of numbers in brackets has no labels.
-            ("t_s", value, rest.contains([':', '=']).then_some(rest)?)
+            let label = match value.ends_with(|c: char| c.is_ascii_digit()) {
+                true => "t_s",
+                false => "t",
+            };
+            (label, value, rest.contains([':', '=']).then_some(rest)?)
         }
         None => {
             let level = text.strip_prefix(['E', 'W', 'I', 'D', 'V'])?;
@@ -85,9 +110,15 @@ fn stamp(text: &str) -> Option<(Field<'_>, &str)> {
             ("t_ms", value, rest.split_once(": ")?.1)
         }
     };
-    let is_number = value.parse::<f64>().is_ok_and(|number| number >= 0.0);
     let label = Some(label);
-    is_number.then_some((Field { label, value }, rest))
+    let field = Field { label, value };
+    let is_number = field.number().is_some_and(|number| number >= 0.0);
+    is_number.then_some((field, rest))
+}
+
+/// A unit behind a blank.
+fn is_unit(text: &str) -> bool {
+    UNITS.contains(&text.to_lowercase().as_str())
 }
 
 /// Splits at commas (other than decimal ones), semicolons, tabs and blanks. Brackets and quotation marks, in which Python
@@ -96,6 +127,8 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
     let parts = [',', ';', '\t', ' ', '(', ')', '[', ']', '{', '}', '"', '\''];
     let (stamp, text) = stamp(text).map_or((None, text), |(field, rest)| (Some(field), rest));
     let has_decimal_commas = has_decimal_commas(text);
+    // Where blanks alone separate, a word that is a unit may as well be a field.
+    let has_marks = text.contains([',', ';', '\t']);
     let is_between = |c: char| parts.contains(&c) && !(c == ',' && has_decimal_commas);
     let mut out: Vec<Field> = stamp.into_iter().collect();
     for field in text.split(is_between).filter(|field| !field.is_empty()) {
@@ -104,6 +137,17 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
             None => (None, field),
         };
         match out.last_mut() {
+            // `20 ms, 3.5 V`, with a blank between.
+            Some(last)
+                if has_marks
+                    && label.is_none()
+                    && is_unit(field)
+                    && last.is_before(text, field) =>
+            {
+                let from = last.value.as_ptr() as usize - text.as_ptr() as usize;
+                let to = field.as_ptr() as usize - text.as_ptr() as usize + field.len();
+                last.value = &text[from..to];
+            }
             // `label: value`, with a blank between.
             Some(last) if last.value.is_empty() && last.label.is_some() && label.is_none() => {
                 last.value = value;
@@ -153,10 +197,15 @@ mod tests {
             "20,0\t3\t-255,00",
             "I (20) motor: pos=3 duty=-255",
             "[20.0] pos: 3, duty: -255%",
+            "[20ms] pos: 3, duty: -255%",
+            "20 ms; 3; -255 %",
+            "20 ms,3 counts,-255",
         ] {
             assert_eq!(numbers(text), expected, "{text}");
         }
         assert_eq!(numbers("9x0 5kg ms"), [None, None, None]);
+        // Between blanks alone a unit is a word.
+        assert_eq!(numbers("20 A 3"), [Some(20.0), None, Some(3.0)]);
     }
 
     #[test]
@@ -177,5 +226,17 @@ mod tests {
             columns("{\"t_ms\": 20, \"state\": 3}"),
             [Some(Column::TimeMillis), None]
         );
+        assert_eq!(
+            columns("[20ms] pos: 3, u: 4.5 V"),
+            [
+                Some(Column::TimeMillis),
+                Some(Column::Counts),
+                Some(Column::CommandVolts)
+            ]
+        );
+        let first = |text| split(text)[0];
+        assert!(first("20 us,3").contradicts(Column::TimeMillis));
+        assert!(!first("20 ms,3").contradicts(Column::TimeMillis));
+        assert!(!first("20,3").contradicts(Column::TimeMillis));
     }
 }

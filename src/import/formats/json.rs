@@ -42,14 +42,14 @@ pub(super) fn is_json(beginning: &[u8]) -> bool {
 
 /// The columns under way: name and numbers, NaN where a row has none.
 #[derive(Default)]
-struct Columns {
+pub(super) struct Columns {
     rows: usize,
     columns: Vec<(String, Vec<f64>)>,
     values: usize,
 }
 
 impl Columns {
-    fn put(&mut self, name: &str, number: f64) {
+    pub fn put(&mut self, name: &str, number: f64) {
         let column = match self.columns.iter().position(|(known, _)| known == name) {
             Some(at) => &mut self.columns[at].1,
             None => {
@@ -63,8 +63,9 @@ impl Columns {
         self.values += 1;
     }
 
-    /// Everything of a row that is a number.
-    fn put_value(&mut self, name: &str, value: &Value, depth: usize) {
+    /// Everything of a row that is a number; whether there was any.
+    pub fn put_value(&mut self, name: &str, value: &Value, depth: usize) -> bool {
+        let before = self.values;
         let below = |key: &str| match name.is_empty() {
             true => key.to_owned(),
             false => format!("{name}.{key}"),
@@ -90,18 +91,24 @@ impl Columns {
                 }
             }
         }
+        self.values > before
     }
 
-    fn row(&mut self, value: &Value) -> Result<(), FormatError> {
-        self.put_value("", value, 0);
+    /// Ends a row, unless there would be more values than a table has, empty ones included.
+    pub fn end_row(&mut self, form: Form) -> Result<(), FormatError> {
         self.rows += 1;
-        match self.values > MOST_VALUES {
-            true => Err(FORM.too_much("values")),
+        match self.rows.saturating_mul(self.columns.len()) > MOST_VALUES {
+            true => Err(form.too_much("values")),
             false => Ok(()),
         }
     }
 
-    fn table(mut self) -> Table {
+    fn row(&mut self, value: &Value) -> Result<(), FormatError> {
+        self.put_value("", value, 0);
+        self.end_row(FORM)
+    }
+
+    pub fn table(mut self) -> Table {
         for (_, column) in &mut self.columns {
             column.resize(self.rows, f64::NAN);
         }

@@ -7,11 +7,14 @@ mod bytes;
 mod cdr;
 #[cfg(feature = "formats")]
 mod contained;
+mod documents;
 mod error;
 #[cfg(feature = "formats")]
 mod hdf5;
 mod json;
+mod line_protocol;
 mod lists;
+mod long;
 mod lvm;
 mod mat5;
 #[cfg(feature = "formats")]
@@ -33,6 +36,7 @@ mod signals;
 mod sysid;
 mod teleplot;
 mod variables;
+mod wordy;
 mod workspace;
 mod wpilog;
 
@@ -76,6 +80,14 @@ pub enum Form {
     Lists,
     /// A matrix as MATLAB prints it.
     Printed,
+    /// YAML documents, or a key a line.
+    Documents,
+    /// InfluxDB's line protocol.
+    LineProtocol,
+    /// A row for each value of each signal.
+    Long,
+    /// A table whose cells hold lists, units or hexadecimal.
+    Wordy,
     /// One that is known and not read: what it is, and how a log is made of it.
     NotRead(&'static str, &'static str),
 }
@@ -114,13 +126,17 @@ impl Form {
     fn of_text(beginning: &[u8]) -> Option<Self> {
         let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
         type Is = fn(&[u8]) -> bool;
-        let forms: [(Is, Self); 6] = [
+        let forms: [(Is, Self); 10] = [
             (|text| text.starts_with(lvm::MAGIC), Self::Lvm),
             (json::is_json, Self::Json),
             (teleplot::is_teleplot, Self::Teleplot),
             (lists::is_lists, Self::Lists),
             (printed::is_printed, Self::Printed),
             (pairs::is_pairs, Self::Pairs),
+            (documents::is_documents, Self::Documents),
+            (line_protocol::is_line_protocol, Self::LineProtocol),
+            (long::is_long, Self::Long),
+            (wordy::is_wordy, Self::Wordy),
         ];
         forms
             .into_iter()
@@ -153,6 +169,10 @@ impl Form {
             Self::Pairs => "a table with two columns for each signal",
             Self::Lists => "a table with a signal in each line",
             Self::Printed => "a matrix as MATLAB prints it",
+            Self::Documents => "a log of documents, a key a line",
+            Self::LineProtocol => "a log of InfluxDB's line protocol",
+            Self::Long => "a table with a row for each value of each signal",
+            Self::Wordy => "a table with lists or units in its cells",
             Self::NotRead(what, _) => what,
         }
     }
@@ -163,9 +183,16 @@ impl Form {
     /// It is broken, holds no numbers, or is of a form that is not read.
     pub fn read(self, bytes: &[u8]) -> Result<Table, FormatError> {
         let bytes = match self {
-            Self::Json | Self::Lvm | Self::Teleplot | Self::Pairs | Self::Lists | Self::Printed => {
-                bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
-            }
+            Self::Json
+            | Self::Lvm
+            | Self::Teleplot
+            | Self::Pairs
+            | Self::Lists
+            | Self::Printed
+            | Self::Documents
+            | Self::LineProtocol
+            | Self::Long
+            | Self::Wordy => bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes),
             _ => bytes,
         };
         let table = match self {
@@ -175,6 +202,10 @@ impl Form {
             Self::Pairs => pairs::read(bytes),
             Self::Lists => lists::read(bytes),
             Self::Printed => printed::read(bytes),
+            Self::Documents => documents::read(bytes),
+            Self::LineProtocol => line_protocol::read(bytes),
+            Self::Long => long::read(bytes),
+            Self::Wordy => wordy::read(bytes),
             Self::WpiLog => wpilog::read(bytes),
             Self::SysId => sysid::read(bytes),
             Self::Mat5 => mat5::read(bytes),

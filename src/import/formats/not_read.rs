@@ -67,8 +67,39 @@ const KNOWN: &[Known] = &[
     ),
 ];
 
+/// Whether lines are a CAN bus's frames: `(1690000000.123456) can0 181#0011`, or `can0  181   [8]  00 11`.
+fn is_candump(beginning: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(beginning);
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let is_frame = |line: &str| {
+        let rest = match line.strip_prefix('(').and_then(|rest| rest.split_once(')')) {
+            Some((_, rest)) => rest,
+            None => line,
+        };
+        let mut words = rest.split_whitespace();
+        let is_bus = words.next().is_some_and(|word| {
+            ["can", "vcan", "slcan"].iter().any(|bus| {
+                (word.strip_prefix(bus)).is_some_and(|number| number.parse::<u8>().is_ok())
+            })
+        });
+        let is_id = words.next().is_some_and(|word| {
+            let id = word.split('#').next().unwrap_or_default();
+            !id.is_empty() && id.bytes().all(|byte| byte.is_ascii_hexdigit())
+        });
+        is_bus && is_id
+    };
+    lines.next().is_some_and(is_frame) && lines.next().is_some_and(is_frame)
+}
+
 /// The form of a file that is known and not read.
 pub(super) fn form(beginning: &[u8]) -> Option<Form> {
+    if is_candump(beginning) {
+        return Some(Form::NotRead(
+            "a log of CAN frames (candump)",
+            "decode the signals by the bus's DBC file, in Python: db = cantools.database.load_file('BUS.dbc'); for m in can.LogReader(FILE): \
+             print(json.dumps({'time': m.timestamp, **db.decode_message(m.arbitration_id, m.data)}))",
+        ));
+    }
     if beginning.starts_with(b"PK\x03\x04") {
         let has = |name: &[u8]| beginning.windows(name.len()).any(|part| part == name);
         let (what, remedy) = match () {

@@ -5,6 +5,8 @@ use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Teleplot;
+/// Samples of a board come this far apart in ms: Teleplot's times are in ms, and others' in what makes such steps.
+const STEPS_MS: (f64, f64) = (0.2, 900.0);
 /// Most signals: what a cell's number of a column holds.
 const MOST_SIGNALS: usize = 1000;
 
@@ -52,6 +54,18 @@ fn megunolink(rest: &str) -> Option<Signal<'_>> {
     (is_data && time.trim() == "T" && !name.is_empty()).then(|| (name, None, vec![(None, value)]))
 }
 
+/// Whether the times that are said rise as those in ms do; of seconds or µs the steps tell, as of any clock without a unit.
+fn is_in_ms(samples: &[(Option<f64>, u16, f64)]) -> bool {
+    let times = samples.iter().filter_map(|(ms, _, _)| *ms);
+    let mut steps: Vec<f64> = (times.clone().zip(times.skip(1)))
+        .map(|(before, after)| after - before)
+        .filter(|step| *step > 0.0)
+        .collect();
+    steps.sort_by(f64::total_cmp);
+    let middle = steps.get(steps.len() / 2);
+    middle.is_none_or(|step| (STEPS_MS.0..=STEPS_MS.1).contains(step))
+}
+
 /// Reads all lines. Without times a row ends where a name comes again.
 pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let text = String::from_utf8_lossy(bytes);
@@ -82,6 +96,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let mut rows = 0;
     if has_times {
         samples.sort_by(|a, b| a.0.unwrap_or_default().total_cmp(&b.0.unwrap_or_default()));
+        if !is_in_ms(&samples) {
+            columns[0].name = "time".to_owned();
+            columns[0].unit = None;
+        }
         let mut before = None;
         for (ms, at, value) in samples {
             if ms != before {
@@ -126,6 +144,8 @@ mod tests {
         assert_eq!(text(lines), "\"pos\",\"pwm\"\n0,5\n1,6\n");
         let lines = ">pos:10:0;20:1|np\n>pwm:10:5\n";
         assert_eq!(text(lines), "\"time_ms\",\"pos\",\"pwm\"\n10,0,5\n20,1,\n");
+        let seconds = ">pos:5.00:0\n>pos:5.01:1\n>pos:5.02:2\n";
+        assert_eq!(text(seconds), "\"time\",\"pos\"\n5,0\n5.01,1\n5.02,2\n");
         assert!(!is_teleplot(b"> pos\n"));
         let lines = "{TIMEPLOT|DATA|pos|T|0}\n{TIMEPLOT:Motor|D|pwm:b|T|-5.5}\nboot\n{TIMEPLOT|DATA|pos|T|1}\n{TIMEPLOT|DATA|pwm|T|6}\n";
         assert_eq!(text(lines), "\"pos\",\"pwm\"\n0,-5.5\n1,6\n");

@@ -2,6 +2,8 @@
 
 use super::super::clock::{Counts, RowClock};
 use super::super::map_file::TimeSection;
+use super::super::stamp::DAY_S;
+use super::column::Column;
 use super::decide::{Decision, short};
 use super::readings::Readings;
 use super::said::number_and_rest;
@@ -11,6 +13,8 @@ use super::units::{Role, unit_of};
 /// Sample times in s of motors' logs: 5 kHz to a row a second, which shows no motor's start. A clock that goes on by 20 counts ms then,
 /// since 20 us and 20 s are none; from 200 to 900 it may count us or ms.
 const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
+/// Days since 1900 from 1982 to 2064.
+const SPREADSHEET_DAYS: (f64, f64) = (30_000.0, 60_000.0);
 /// `micros()` and `millis()` begin again at 0 here.
 const CLOCK_WRAP: f64 = 4_294_967_296.0;
 /// A sample time that is said differs from that of the log's clock by more than this share: jitter and rounding are less.
@@ -85,12 +89,13 @@ impl Decision<'_> {
         section.wrap = clock.wrap;
         let every = format!("a row every {} s", short(clock.step_s));
         let mut words = match (unit, clock.fraction) {
-            ("stamp", _) => format!("{name}, time stamps"),
+            ("stamp", None) => format!("{name}, time stamps"),
             (_, Some((rest, rest_unit))) => {
                 section.fraction = Some(self.column_ref(rest));
                 section.fraction_unit = Some(rest_unit.to_owned());
                 let rest = self.name(rest);
-                format!("{name} in {unit} plus {rest} in {rest_unit}, {every}")
+                let whole = if unit == "stamp" { "time stamps" } else { unit };
+                format!("{name} in {whole} plus {rest} in {rest_unit}, {every}")
             }
             (_, None) => format!("{name} in {unit}, {every}"),
         };
@@ -165,7 +170,9 @@ impl Decision<'_> {
         let is_interval = is_said || self.is_interval(at);
         let unit = match column.is_stamps() {
             true => Some("stamp"),
-            false => (said_unit.or(self.says[at].unit)).or_else(|| unit_of_clock(usual)),
+            false => (said_unit.or(self.says[at].unit))
+                .or_else(|| is_days(column, usual).then_some("d"))
+                .or_else(|| unit_of_clock(usual)),
         };
         let counts = |unit_s: f64| match kind {
             Readings::Rising => Ok((Counts::SinceOrigin, 1.0)),
@@ -231,7 +238,7 @@ impl Decision<'_> {
         let finite = |reading: &&f64| reading.is_finite();
         let readings = self.column(at).readings().iter().filter(finite);
         let mut readings: Vec<f64> = readings.copied().collect();
-        let is_sparse = |column: &super::column::Column| 10 * column.empty > self.survey.rows;
+        let is_sparse = |column: &Column| 10 * column.empty > self.survey.rows;
         if self.survey.columns.iter().any(is_sparse) {
             readings.dedup();
         }
@@ -373,8 +380,18 @@ pub(super) fn in_seconds(unit: &str) -> f64 {
         "us" => 1e-6,
         "ns" => 1e-9,
         "min" => 60.0,
+        "d" => DAY_S,
         _ => 1.0,
     }
+}
+
+/// Whether readings are a spreadsheet's: days since 1900, some decades on, in steps that are samples.
+fn is_days(column: &Column, step: f64) -> bool {
+    let (first, last) = SPREADSHEET_DAYS;
+    let (least_s, most_s) = SAMPLE_TIMES_S;
+    column.lowest() >= first
+        && column.highest() <= last
+        && (least_s..=most_s).contains(&(step * DAY_S))
 }
 
 /// The unit in which a clock that goes on by `step` a row gives a sample time that motors are sampled with: no two do.

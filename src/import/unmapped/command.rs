@@ -5,6 +5,7 @@ use super::super::map_command::CommandSection;
 use super::super::straight::profile;
 use super::decide::{Decision, short};
 use super::file_name::commands_of;
+use super::pulses::pulse;
 use super::said::{Steps, expected};
 use super::sum::Sum;
 use super::unclear::Unclear;
@@ -22,7 +23,7 @@ const SHORT_REST: f64 = 0.1;
 const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 
 /// Names of a voltage.
-const VOLTAGES: &[&str] = &["voltage", "spannung", "voltaje"];
+const VOLTAGES: &[&str] = &["voltage", "spannung", "voltaje", "uq", "vq"];
 
 /// Placeholder of `--command-limit`.
 pub(super) const LIMIT_OF_A_SUM: &str =
@@ -107,9 +108,12 @@ impl Decision<'_> {
             "share" => Some(1.0),
             _ => None,
         };
-        let mut centre = 0.0;
+        // Of pulses the width at standstill.
+        let mut centre =
+            (section.offset.zip(section.scale)).map_or(0.0, |(offset, scale)| -offset / scale);
         if let (Some(command), Some(motion), Some(full)) = (column, motion, full)
             && section.direction.is_none()
+            && section.scale.is_none()
             && self.said.direction.is_none()
             && self.said.unsigned.is_none()
             && let Some(found) = self.centre(command, motion, full)
@@ -195,6 +199,11 @@ impl Decision<'_> {
         let supply = (candidates.iter().copied())
             .find(|&at| motion.is_some_and(|motion| self.is_constant_both_ways(at, motion)));
         candidates.retain(|at| Some(*at) != supply);
+        // A motor is not driven by what never changes, where something else does.
+        let pulses = (0..self.survey.columns.len()).find(|&at| self.is_pulses(at));
+        if candidates.len() > 1 || pulses.is_some() {
+            candidates.retain(|&at| self.column(at).lowest() != self.column(at).highest());
+        }
         match candidates.as_slice() {
             [at] => return Ok(self.command_column(*at, None)),
             [] => {}
@@ -206,6 +215,9 @@ impl Decision<'_> {
         }
         if let Some(found) = self.commented() {
             return Ok(Some(found));
+        }
+        if let Some(at) = pulses {
+            return Ok(self.command_column(at, None));
         }
         let unclear = self.candidates(Role::CommandOrSupply);
         let doubt = match (supply, unclear.first()) {
@@ -293,6 +305,10 @@ impl Decision<'_> {
     }
 
     fn command_column(&mut self, at: usize, said_unit: Option<&'static str>) -> Option<Found> {
+        if said_unit.is_none() && self.is_pulses(at) {
+            let unit = self.ask_pulses(at);
+            return self.tentatively(|decision| decision.command_column(at, Some(unit)));
+        }
         let column = self.column(at);
         let (name, most) = (self.name(at), column.most());
         let says = &self.says[at];
@@ -332,11 +348,20 @@ impl Decision<'_> {
             self.ask("--command", format!("{flag}:{proposed}"), why);
             return self.tentatively(|decision| decision.command_column(at, Some(proposed)));
         };
-        let section = CommandSection {
+        let mut section = CommandSection {
             column: Some(self.column_ref(at)),
             ..CommandSection::default()
         };
-        let words = format!("{name} in {unit}");
+        let mut words = format!("{name} in {unit}");
+        let unit = match pulse(unit) {
+            Some((rest_us, full_us)) => {
+                section.scale = Some(1.0 / full_us);
+                section.offset = Some(-rest_us / full_us);
+                words.push_str(&format!(", pulses of {rest_us} µs at standstill"));
+                "share"
+            }
+            None => unit,
+        };
         Some(Found {
             section,
             unit,

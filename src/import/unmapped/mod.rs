@@ -17,6 +17,7 @@ mod marks;
 mod motion;
 mod names;
 mod over;
+mod pulses;
 mod readings;
 mod said;
 mod seconds;

@@ -66,7 +66,10 @@ impl Decision<'_> {
     fn named_motion(&mut self, step_s: Option<f64>) -> Option<usize> {
         let mut positions = self.candidates(Role::Position);
         positions.extend(self.candidates(Role::Increments));
-        let speeds = self.beside_said(self.candidates(Role::Speed));
+        let mut speeds = self.beside_said(self.candidates(Role::Speed));
+        if speeds.iter().any(|&at| !self.says[at].is_electrical) {
+            speeds.retain(|&at| !self.says[at].is_electrical);
+        }
         if positions.len() + speeds.len() > 1 {
             positions.retain(|&at| !self.column(at).is_row_number());
         }
@@ -136,9 +139,10 @@ impl Decision<'_> {
             return Some(one);
         }
         let why = format!(
-            "no column is named as a position or a speed; the columns are {}; --speed COLUMN:UNIT for a speed{}",
+            "no column is named as a position or a speed; the columns are {}; --speed COLUMN:UNIT for a speed{}{}",
             self.all_names(),
-            self.analogue()
+            self.analogue(),
+            self.levels_of_channels()
         );
         self.ask("--position", "COLUMN:UNIT".to_owned(), why);
         self.counts_per_rev(None, COUNTED.to_owned());

@@ -21,6 +21,8 @@ pub(super) struct NameSays {
     pub words: Vec<String>,
     /// The quantity is said by a word of its own, not by a unit alone.
     pub is_named: bool,
+    /// The electrical speed: as many times the shaft's as there are pole pairs.
+    pub is_electrical: bool,
 }
 
 /// Least number in a name that is a full scale and not the number of a motor.
@@ -81,6 +83,7 @@ const INTERVALS: &[&str] = &["dt", "deltat", "dtime", "deltatime", "interval", "
 /// With a unit or a word of time beside it, the time that a loop takes.
 const LOOPS: &[&str] = &["period", "cycle", "loop", "delta", "diff", "zyklus"];
 const SPEEDS: &[&str] = &[
+    "erpm",
     "speed",
     "vel",
     "velocity",
@@ -109,7 +112,15 @@ const COMMANDS: &[&str] = &[
     "volt",
     "spannung",
     "voltaje",
+    "commande",
+    "comando",
+    "uq",
+    "vq",
 ];
+/// A voltage of a controller that turns its motor's field: its setpoint is the command.
+const FIELD_VOLTAGES: &[&str] = &["uq", "vq"];
+/// German names are one word; what stands at its end is the quantity, what before it says which.
+const ENDS: &[&str] = &["drehzahl", "geschwindigkeit", "spannung", "winkel", "strom"];
 /// Names of a controller's output, if no column is named as a command.
 const OUTPUTS: &[&str] = &[
     "output",
@@ -143,7 +154,22 @@ const CURRENTS: &[&str] = &[
     "corrente",
 ];
 const SUPPLIES: &[&str] = &[
-    "battery", "batt", "bat", "vbat", "vbatt", "supply", "vin", "vcc", "vdd", "vsupply",
+    "battery",
+    "batt",
+    "bat",
+    "vbat",
+    "vbatt",
+    "supply",
+    "vin",
+    "vcc",
+    "vdd",
+    "vsupply",
+    "batterie",
+    "akku",
+    "versorgung",
+    "versorgungs",
+    "betriebs",
+    "alimentation",
 ];
 const REFERENCES: &[&str] = &[
     "goal",
@@ -183,7 +209,10 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
     // Of the Arduino library Encoder.
     let is_read_and_reset = words.concat().contains("readandreset");
     let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
-    let role = if has(REFERENCES) {
+    found.is_electrical = is_electrical(&words);
+    let role = if has(FIELD_VOLTAGES) {
+        Some(Role::Command)
+    } else if has(REFERENCES) && !is_voltage_reached(&words) {
         Some(Role::Reference)
     } else if has(SUPPLIES) {
         Some(Role::Supply)
@@ -232,8 +261,8 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         .or_else(|| unit_at_end(role, &words))
         .or(is_read_and_reset.then_some("counts"));
     found.times = times(&words);
-    // Ten times a unit is another one.
-    found.unit = found.unit.filter(|_| found.times.is_none());
+    // Ten times a unit is another one, and so is the electrical rpm.
+    found.unit = (found.unit).filter(|_| found.times.is_none() && !found.is_electrical);
     if role == Role::Command {
         found.full = words.iter().find_map(|word| {
             let digits = word.strip_suffix("max").unwrap_or(word);
@@ -241,6 +270,20 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         });
     }
     found
+}
+
+/// Whether the words are those of an electrical speed: `erpm`, `eRPM`, `Motor Electrical Speed`.
+fn is_electrical(words: &[String]) -> bool {
+    let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
+    let is_e = words.windows(2).any(|two| two[0] == "e" && two[1] == "rpm");
+    is_e || has(&["erpm"]) || (has(&["electrical", "elec"]) && has(SPEEDS))
+}
+
+/// `Sollspannung`: what an open loop was told to put out is the command.
+fn is_voltage_reached(words: &[String]) -> bool {
+    words
+        .windows(2)
+        .any(|two| two[0] == "soll" && two[1] == "spannung")
 }
 
 /// Names of a controller's columns: where none says a command in words of its own, what it puts out is the command.
@@ -286,8 +329,10 @@ fn role_of_unit(words: &[String], beside: &[&str]) -> Option<Role> {
         let roles = [Role::Time, Role::Speed, Role::Position, Role::Command];
         // Per cent are also an efficiency and a charge; `ms` may be metres a second, and `m/s` nothing else.
         let is_clear = |unit: &str| {
-            !matches!(unit, "m/s" | "m" | "min" | "A" | "mA" | "rev/s" | "percent")
-                || (unit == "m/s" && text.contains('/'))
+            !matches!(
+                unit,
+                "m/s" | "m" | "min" | "A" | "mA" | "rev/s" | "percent" | "servo" | "esc"
+            ) || (unit == "m/s" && text.contains('/'))
         };
         roles
             .into_iter()
@@ -404,6 +449,17 @@ fn words(name: &str) -> Vec<String> {
     words
         .into_iter()
         .flat_map(|word| {
+            let end = ENDS
+                .iter()
+                .find_map(|end| Some((word.strip_suffix(end)?, *end)));
+            match end {
+                Some((before, end)) if !before.is_empty() => {
+                    vec![before.to_owned(), end.to_owned()]
+                }
+                _ => vec![word],
+            }
+        })
+        .flat_map(|word| {
             let letters = word.trim_end_matches(|c: char| c.is_ascii_digit());
             let digits = &word[letters.len()..];
             match (letters.is_empty(), digits.is_empty()) {
@@ -493,6 +549,18 @@ mod tests {
             ("increments", Increments, None),
             ("deg_per_sample", Increments, Some("deg")),
             ("delta_counts", Increments, Some("counts")),
+            ("Uq", Command, None),
+            ("Vq_setpoint", Command, None),
+            ("Motorspannung", Command, None),
+            ("Sollspannung [V]", Command, Some("V")),
+            ("Batteriespannung [V]", Supply, Some("V")),
+            ("Solldrehzahl [U/min]", Reference, None),
+            ("Istdrehzahl [U/min]", Speed, Some("rpm")),
+            ("Motorstrom [A]", Current, Some("A")),
+            ("commande", Command, None),
+            ("erpm", Speed, None),
+            ("eRPM[0]", Speed, None),
+            ("Motor Electrical Speed (RPM)", Speed, None),
         ] {
             let found = says(name, None);
             assert_eq!(found.role, Some(role), "{name}");

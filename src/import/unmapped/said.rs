@@ -142,7 +142,7 @@ pub(super) fn expected(role: Role) -> &'static str {
         Role::Current => "A, mA",
         Role::Supply => "V, mV",
         Role::Command | Role::CommandOrSupply | Role::Reference => {
-            "pwm, percent, share, V, mV, A, mA, N m"
+            "pwm, percent, share, servo, esc, V, mV, A, mA, N m"
         }
     }
 }

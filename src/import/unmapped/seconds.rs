@@ -1,5 +1,5 @@
 //! A clock in two columns: whole seconds, and what is less than a second: `sec` and `nanosec`, `tv_sec` and `tv_usec`; or minutes and
-//! seconds.
+//! seconds. The whole seconds may be time stamps.
 
 use super::super::clock::Counts;
 use super::clock::{Clock, in_seconds, median};
@@ -31,12 +31,13 @@ impl Decision<'_> {
     /// Whether a column counts seconds: whole numbers that rise by one, in less than half of the rows.
     fn is_whole_seconds(&self, at: usize) -> bool {
         let column = self.column(at);
-        let steps = column.steps();
+        let readings = column.readings();
+        let steps: Vec<f64> = readings.windows(2).map(|pair| pair[1] - pair[0]).collect();
         let count = |is: fn(f64) -> bool| steps.iter().filter(|step| is(**step)).count();
         let (ones, pauses) = (count(|step| step == 1.0), count(|step| step > 1.0));
-        column.is_numeric()
-            && column.is_whole()
-            && column.falls() == 0
+        (column.is_numeric() || column.is_stamps())
+            && readings.iter().all(|x| x.fract() == 0.0 || !x.is_finite())
+            && count(|step| step < 0.0) == 0
             && ones > pauses
             && 2 * ones < steps.len()
     }
@@ -45,7 +46,11 @@ impl Decision<'_> {
         let (seconds, parts) = (self.column(whole), self.column(rest));
         let is_minutes =
             (self.says[whole].words.iter()).any(|word| MINUTES.contains(&word.as_str()));
-        let whole_unit = if is_minutes { "min" } else { "s" };
+        let whole_unit = match (is_minutes, seconds.is_stamps()) {
+            (true, _) => "min",
+            (_, true) => "stamp",
+            (_, false) => "s",
+        };
         let unit = match (self.says[rest].unit, is_minutes) {
             (Some(unit @ ("ns" | "us" | "ms")), false) => unit,
             (None | Some("s"), true) => "s",
@@ -58,7 +63,7 @@ impl Decision<'_> {
             && (parts.is_whole() || is_minutes)
             && parts.lowest() >= 0.0
             && parts.highest() * unit_s < whole_s;
-        let rows: Vec<(f64, f64)> = (seconds.numbers.iter().copied())
+        let rows: Vec<(f64, f64)> = (seconds.readings().iter().copied())
             .zip(parts.numbers.iter().copied())
             .filter(|(whole, rest)| whole.is_finite() && rest.is_finite())
             .collect();

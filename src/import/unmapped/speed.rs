@@ -19,6 +19,9 @@ const MOST_USUAL: f64 = 100_000.0;
 const IMMATERIAL: f64 = 1e-4;
 /// A step is a power of ten within this: it is read off many levels.
 const ROUND: f64 = 1e-5;
+/// Definition of an electrical speed, and the way to the shaft's.
+const ELECTRICAL: &str = "as many times the shaft's as the motor has pole pairs: --save-map map.toml, there `scale` = 1 / pole pairs \
+                          under [speed], then --map map.toml";
 /// So a fine speed without steps has more levels.
 const LEVELS: usize = 50;
 
@@ -43,6 +46,12 @@ impl Decision<'_> {
                 _ => "rpm",
             };
             let (proposed, why) = match is_either {
+                _ if self.says[at].is_electrical => (
+                    "rpm",
+                    format!(
+                        "{name} is the electrical speed, {ELECTRICAL}; {name} as it stands is that of one pole pair"
+                    ),
+                ),
                 true => (
                     "rad/s",
                     format!("{name} may be radians or revolutions a second: rad/s or rev/s"),
@@ -56,6 +65,11 @@ impl Decision<'_> {
             self.tentatively(|decision| decision.speed(at, Some(proposed), step_s));
             return;
         };
+        if self.says[at].is_electrical {
+            self.notes.push(format!(
+                "{name} is taken as the shaft's speed, and is the electrical one by its name, {ELECTRICAL}"
+            ));
+        }
         if matches!(unit, "m/s" | "cm/s" | "mm/s" | "km/h") {
             self.travel(at, unit);
         }

@@ -9,6 +9,8 @@ pub(super) type Numbered = (u64, Vec<u8>);
 
 /// So many rows alike, one after the other, are the table.
 const ALIKE: usize = 3;
+/// So many rows alike are a table and no banner.
+const LONG: usize = 10;
 /// Lines among which the first row of numbers is looked for: a banner is shorter.
 pub(super) const BANNER_LINES: usize = 400;
 
@@ -46,12 +48,21 @@ pub(super) fn layout(table: &[Numbered]) -> Option<Layout> {
             .filter(|look| look.share >= 0.5 && look.cells > 1);
         let surplus = usize::from(rows.clone().count() > 0 && rows.all(|look| look.is_open));
         let alike = ALIKE.min(looks.len().saturating_sub(1)).max(1);
-        let first = looks.windows(alike).position(|window| {
-            let cells = window[0].cells;
-            let is_row = |look: &Look| look.cells == cells && look.share >= 0.5;
-            cells > surplus && window.iter().all(is_row)
+        let is_row = |look: &Look, cells: usize| look.cells == cells && look.share >= 0.5;
+        let begins = (0..looks.len().saturating_sub(alike - 1)).filter(|&at| {
+            let cells = looks[at].cells;
+            cells > surplus && looks[at..at + alike].iter().all(|look| is_row(look, cells))
         });
-        let Some(first) = first else { continue };
+        // A banner of `key,number` lines is a short table.
+        let rows = |at: usize| {
+            let rows = looks[at..].iter();
+            rows.take_while(|look| is_row(look, looks[at].cells))
+                .count()
+        };
+        let long = begins.clone().find(|&at| rows(at) >= LONG);
+        let Some(first) = long.or_else(|| begins.clone().next()) else {
+            continue;
+        };
         let look = &looks[first];
         let columns = look.cells - surplus;
         // Columns count for more than a better share: a list of one column is all numbers too. A stamp before the line is no column.

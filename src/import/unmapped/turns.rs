@@ -21,6 +21,26 @@ const DECIMALS: f64 = 1e4;
 const ANALOGUE: [&str; 5] = ["photo", "opto", "hall", "lightbarrier", "phototransistor"];
 
 impl Decision<'_> {
+    /// Of two channels of a quadrature encoder as a logic analyzer records them: how their edges become counts.
+    pub(super) fn levels_of_channels(&self) -> String {
+        let is_level = |&at: &usize| {
+            let column = self.column(at);
+            column.is_numeric() && column.levels() == [0.0, 1.0]
+        };
+        let levels: Vec<usize> = (0..self.survey.columns.len()).filter(is_level).collect();
+        let [a, b] = levels.as_slice() else {
+            return String::new();
+        };
+        let (first, second) = (a + 1, b + 1);
+        format!(
+            "; {} and {} hold 0 and 1, as the channels A and B of an encoder do. Their edges are counted by \
+             awk -F, 'NR==1{{print \"time_s,counts\"}} NR>1{{i=index(\"0132\",2*${first}+${second})-1; if(NR>2){{d=(i-p+4)%4; \
+             n+=(d==3)?-1:d}}; p=i; print $1 \",\" n+0}}' LOG > counts.csv",
+            self.name(*a),
+            self.name(*b)
+        )
+    }
+
     /// The unit of an angle in whose turn the steps of a column divide evenly, where just one does, and the counts: those that are said,
     /// or, as the steps are no round decimals, any whole number.
     pub(super) fn unit_of_counts(&self, at: usize) -> Option<(&'static str, f64)> {

@@ -55,6 +55,9 @@ const TIME_UNITS: &[Spelling] = &[
     ("min", "min"),
     ("minute", "min"),
     ("minutes", "min"),
+    ("days", "d"),
+    ("day", "d"),
+    ("tage", "d"),
     ("segundos", "s"),
     ("secondes", "s"),
     ("secondi", "s"),
@@ -65,6 +68,10 @@ const POSITION_UNITS: &[Spelling] = &[
     ("counts", "counts"),
     ("count", "counts"),
     ("cnt", "counts"),
+    ("cts", "counts"),
+    ("qc", "counts"),
+    ("inc", "counts"),
+    ("incr", "counts"),
     ("ticks", "counts"),
     ("tick", "counts"),
     ("pulses", "counts"),
@@ -143,6 +150,8 @@ const COMMAND_UNITS: &[Spelling] = &[
     ("pct", "percent"),
     ("prozent", "percent"),
     ("share", "share"),
+    ("servo", "servo"),
+    ("esc", "esc"),
 ];
 const CURRENT_UNITS: &[Spelling] = &[("a", "A"), ("amp", "A"), ("amps", "A"), ("ma", "mA")];
 const SUPPLY_UNITS: &[Spelling] = &[("v", "V"), ("volt", "V"), ("volts", "V"), ("mv", "mV")];

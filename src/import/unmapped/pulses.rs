@@ -1,0 +1,66 @@
+//! Servo pulses: a command as the width of a pulse in µs, about 1500 both ways or from 1000 on one way.
+
+use super::decide::{Decision, short};
+
+/// Widths of pulses in µs that receivers and speed controllers take: 1000 to 2000, and a tenth of that beyond.
+const WIDTHS_US: (f64, f64) = (800.0, 2200.0);
+/// A command changes by more than this in µs: a tenth of its range.
+const LEAST_RANGE_US: f64 = 100.0;
+/// Below this width in µs a pulse about 1500 would be far backwards: the usual dead band is 1475 to 1525.
+const BACKWARDS_US: f64 = 1400.0;
+/// Words of such columns.
+const WORDS: [&str; 8] = [
+    "us",
+    "usec",
+    "micros",
+    "microseconds",
+    "servo",
+    "esc",
+    "pulse",
+    "throttle",
+];
+
+/// Width at standstill and its distance to full drive, in µs.
+pub(super) fn pulse(unit: &str) -> Option<(f64, f64)> {
+    match unit {
+        "servo" => Some((1500.0, 500.0)),
+        "esc" => Some((1000.0, 1000.0)),
+        _ => None,
+    }
+}
+
+impl Decision<'_> {
+    /// Whether a column holds pulses, by name and numbers.
+    pub(super) fn is_pulses(&self, at: usize) -> bool {
+        let column = self.column(at);
+        let (lowest, highest) = (column.lowest(), column.highest());
+        let has_word = (self.says[at].words.iter()).any(|word| WORDS.contains(&word.as_str()));
+        let is_in_us = self.says[at].unit == Some("us");
+        column.is_numeric()
+            && !self.used.contains(&at)
+            && (has_word || is_in_us)
+            && lowest >= WIDTHS_US.0
+            && highest <= WIDTHS_US.1
+            && highest - lowest >= LEAST_RANGE_US
+    }
+
+    /// Asks which pulses a column holds; the unit that is proposed.
+    pub(super) fn ask_pulses(&mut self, at: usize) -> &'static str {
+        let (lowest, highest) = (self.column(at).lowest(), self.column(at).highest());
+        // One way the lowest is standstill; both ways it is far below the middle.
+        let unit = match lowest < 1000.0 || (lowest > 1000.0 && lowest < BACKWARDS_US) {
+            true => "servo",
+            false => "esc",
+        };
+        let why = format!(
+            "{} is a pulse of {} to {} µs: servo (1500 is standstill, 1000 and 2000 are full drive either way) or \
+             esc (1000 is standstill, 2000 full drive)",
+            self.name(at),
+            short(lowest),
+            short(highest)
+        );
+        let flag = self.flag_name(at);
+        self.ask("--command", format!("{flag}:{unit}"), why);
+        unit
+    }
+}
