@@ -9,6 +9,7 @@
 //! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
 //! | [`import`] | other programs' logs into run files, by their names or a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
+//! | [`data_sheet`] | the numbers of a motor's data sheet as parameters |
 //! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
 //! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |
 //! | [`compare`] | recorded against simulated |
@@ -34,6 +35,7 @@ pub mod check;
 #[cfg(not(target_family = "wasm"))]
 pub mod cli;
 pub mod compare;
+pub mod data_sheet;
 pub mod diagnose;
 pub mod effects;
 pub mod export;

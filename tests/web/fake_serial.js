@@ -1,0 +1,40 @@
+// A serial port for tests: it answers as a recorded wire does. Each message of the page but ALIVE leads to the next messages of the board.
+const ALIVE = 0x87;
+let wire = [];
+window.setWire = (text) => {
+  wire = text.split('\n').filter((line) => /^\s*\d+ [<>] [0-9a-f ]+$/.test(line)).map((line) => {
+    const [, way, bytes] = line.match(/^\s*\d+ ([<>]) (.*)$/);
+    return { way, bytes: Uint8Array.from(bytes.trim().split(' '), (digits) => parseInt(digits, 16)) };
+  });
+  window.opened = 0;
+};
+let controller;
+const kind = (bytes) => bytes[2];
+const port = {
+  async open() {
+    window.opened += 1;
+    port.readable = new ReadableStream({ start: (one) => (controller = one) });
+    port.writable = new WritableStream({ write: said });
+  },
+  async close() {
+    window.opened -= 1;
+  },
+  getInfo: () => ({ usbVendorId: 0x2341, usbProductId: 0x43 }),
+};
+function said(bytes) {
+  if (kind(bytes) === ALIVE) return;
+  while (wire.length && wire[0].way === '<') wire.shift();
+  while (wire.length && (wire[0].way === '>' || !wire.shift())) {
+    const isAlive = kind(wire[0].bytes) === ALIVE;
+    wire.shift();
+    if (!isAlive) break;
+  }
+  // Everything up to the next question of the host.
+  const answer = [];
+  while (wire.length && (wire[0].way === '<' || kind(wire[0].bytes) === ALIVE)) {
+    const one = wire.shift();
+    if (one.way === '<') answer.push(one.bytes);
+  }
+  answer.forEach((one, k) => setTimeout(() => controller.enqueue(one), Math.min(k, 200)));
+}
+Object.defineProperty(navigator, 'serial', { value: { requestPort: async () => port }, configurable: true });
