@@ -232,7 +232,7 @@ fn next(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     let Some(next) = &diagnosis.next_experiment else {
         return match means {
             Some(_) => Ok(()),
-            None => output.line("  no further recording is needed"),
+            None => output.line("  no recording is proposed"),
         };
     };
     let change = next.change.as_ref();

@@ -70,15 +70,17 @@ pub fn other_means(diagnosis: &Diagnosis) -> Option<String> {
     let class = likeliest.class.map_or(&[][..], members_of);
     let in_play = std::iter::once(&likeliest.effect)
         .chain(class.iter().filter(|id| **id != likeliest.effect));
-    let means: Vec<String> = in_play
-        .filter_map(|id| {
-            let (_, what) = MEANS.iter().find(|(known, _)| known == id)?;
-            Some(format!("{what} ({})", id.replace('_', " ")))
-        })
-        .collect();
+    let in_play: Vec<&&'static str> = in_play.collect();
+    let measured = in_play.iter().filter_map(|id| {
+        let (_, what) = MEANS.iter().find(|(known, _)| *known == **id)?;
+        Some(format!("{what} ({})", id.replace('_', " ")))
+    });
+    let means: Vec<String> = measured.collect();
+    let names: Vec<String> = in_play.iter().map(|id| id.replace('_', " ")).collect();
     (!means.is_empty()).then(|| {
         format!(
-            "No profile within this supply separates these causes well. By other means: {}.",
+            "No profile within this supply separates {} well. By other means: {}.",
+            names.join(", "),
             means.join("; ")
         )
     })

@@ -139,9 +139,16 @@ fn identified(said: &Diagnosis, p: &str) -> String {
     text
 }
 
-/// Members of a class; more than one of them may be present.
+/// Members of a class that are not at the limit of a range; more than one of them may be present.
 fn members(said: &Diagnosis, class: &EffectClass) -> String {
-    let names: Vec<String> = class.members.iter().map(|id| name(id)).collect();
+    let at_bound = |id: &str| {
+        let of = said.causes.iter().find(|cause| cause.effect == id);
+        of.is_some_and(|cause| cause.at_bound)
+    };
+    let (bounded, within): (Vec<&str>, Vec<&str>) =
+        class.members.iter().partition(|id| at_bound(id));
+    let members = if within.is_empty() { bounded } else { within };
+    let names: Vec<String> = members.into_iter().map(name).collect();
     let each = said
         .causes
         .iter()

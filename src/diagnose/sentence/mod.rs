@@ -89,7 +89,9 @@ fn remaining(said: &Diagnosis, settings: &Settings) -> String {
         .filter(|_| unexplained.share > 0.0)
         .map(|(regime, share)| format!("; {} of it {}", percent(share), regime.words()));
     let undescribed = match is_undescribed(said, settings) {
-        true => " Neither parameters nor effects of the catalogue describe these recordings.",
+        true => {
+            " No parameters and no effect that was tried describe these recordings: the probabilities name no cause."
+        }
         false => "",
     };
     format!("{share}{}.{undescribed}", place.unwrap_or_default())
@@ -120,7 +122,15 @@ pub(crate) fn note(
             three(said.gap.horizon_s)
         ));
     }
-    for (key, share) in outside {
+    // A parameter of the same name as a candidate (inductance, inductance_h) is what these recordings do not separate.
+    let is_candidate = |key: &str| {
+        let has_its_name = |id: &&str| {
+            key.strip_prefix(*id)
+                .is_some_and(|unit| unit.starts_with('_'))
+        };
+        (said.classes.iter()).any(|class| class.members.iter().any(has_its_name))
+    };
+    for (key, share) in outside.iter().filter(|(key, _)| !is_candidate(key)) {
         let (whose, why) = match said.nominal_source {
             NominalSource::Given => ("motor file's", ": it has changed, or the file is wrong"),
             NominalSource::Handout | NominalSource::Fit => ("nominal", ""),

@@ -10,7 +10,7 @@ use crate::diagnose::settings::conventions::COPIED_CHARACTERS;
 pub(super) fn next(said: &Diagnosis, asked: &str, settings: &Settings) -> String {
     let first = match is_undescribed(said, settings) {
         true => {
-            "First check the scale of command and position (supply, counts per revolution), with `motorlab check` for the recordings. "
+            "First check by hand that the supply and the counts per revolution that were given are right, and the recordings with `motorlab check`. "
         }
         false => "",
     };
@@ -24,7 +24,10 @@ fn then(said: &Diagnosis, asked: &str) -> String {
     }
     let (to, flag) = match said.verdict {
         Verdict::Effect => (
-            "write a motor file with the effect, for simulate and compare",
+            match said.effects.len() {
+                1 => "write a motor file with the effect, for simulate and compare",
+                _ => "write a motor file with the effects, for simulate and compare",
+            },
             "--model-out diagnosed.toml",
         ),
         Verdict::Parameters => (

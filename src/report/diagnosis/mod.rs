@@ -299,7 +299,7 @@ fn next_experiment(page: &mut Page, diagnosis: &Diagnosis) {
     }
     let Some(next) = next else {
         if means.is_none() {
-            page.paragraph("No further recording is needed.");
+            page.paragraph("No recording is proposed.");
         }
         return;
     };
