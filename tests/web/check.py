@@ -140,7 +140,7 @@ def a_diagnosis_is_stopped_and_asked_again(folder):
         browser.wait("document.getElementById('answer-said').textContent.includes('Stopped')")
         assert browser.run(RUNS) == 1
         browser.click("#check")
-        browser.wait("document.querySelector('#answer h3')?.textContent === 'Nothing found'")
+        browser.wait("document.querySelector('#answer h3')?.textContent === 'No findings'")
         quiet(browser)
 
 

@@ -62,7 +62,7 @@ function showFindings(told) {
       make('span', { className: 'faint' }, `${one.run}, ${one.from_s.toFixed(3)} to ${one.to_s.toFixed(3)} s`)),
   );
   $('answer').append(
-    make('h3', { tabIndex: -1 }, findings.length ? 'Findings' : 'Nothing found'),
+    make('h3', { tabIndex: -1 }, findings.length ? 'Findings' : 'No findings'),
     make('ul', {}, ...findings),
     make('p', { className: 'row' }, downloadButton('Save as JSON', () => 'check.json', () => JSON.stringify(told, null, 2), 'application/json')),
   );

@@ -100,7 +100,7 @@ async function recordRun(order, name) {
     const told = await recorder.document('record', JSON.stringify(order));
     const { samples, lost } = told.statistics;
     const about = [`${samples} samples, ${lost === 0 ? 'none' : lost} lost; ${told.complete ? 'complete' : `ended: ${told.ending.replaceAll('_', ' ')}`}`];
-    about.push(...told.contradictions, ...told.notes);
+    about.push(...told.contradictions);
     say($('record-said'), about[0]);
     return addRun({ ...told.run, name }, about);
   } catch (error) {

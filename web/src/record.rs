@@ -6,16 +6,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use firmware_protocol::BAUD;
-use motorlab::board::text_lines::Columns;
 use motorlab::board::{
-    Board, BoardOptions, LineReader, Pace, Profile, VirtualBoardOnPage, VirtualBoardOptions,
+    Board, BoardOptions, Pace, Profile, VirtualBoardOnPage, VirtualBoardOptions,
 };
 use motorlab::motor::Plant;
 use motorlab::platform::memory;
-use motorlab::platform::time::{Instant, sleep, spawn};
+use motorlab::platform::time::{sleep, spawn};
 use motorlab::recording::{
-    CaptureRequest, Captured, CommandKind, Ending, LivePoint, SharedLive, Statistics, TextRequest,
-    capture, capture_text, read_run_from,
+    CaptureRequest, Captured, CommandKind, Ending, LivePoint, SharedLive, Statistics, capture,
+    read_run_from,
 };
 use serde::{Deserialize, Serialize};
 use tokio::sync::Notify;
@@ -64,17 +63,6 @@ enum From {
     },
     /// A board that speaks the protocol.
     Board { port: String },
-    /// A sketch that prints text.
-    Text {
-        port: String,
-        /// Meaning of each number; empty where the sketch says it.
-        columns: String,
-        counts_per_rev: f64,
-        supply_v: f64,
-        baud: u32,
-        /// The sketch's command is the profile's.
-        has_profile: bool,
-    },
 }
 
 /// News for a display.
@@ -94,7 +82,6 @@ struct Recorded {
     complete: bool,
     statistics: Statistics,
     contradictions: Vec<String>,
-    notes: Vec<String>,
 }
 
 /// Ends the recording under way.
@@ -125,7 +112,7 @@ pub async fn record(order: String) -> Answer {
     let recorded = recorded(&order, &live, &asked).await;
     display.abort();
     show(&live, &told);
-    let (captured, notes) = recorded?;
+    let captured = recorded?;
     let text = memory::take(&captured.path).unwrap_or_default();
     let (run, _) = read_run_from(text.as_slice(), RUN).map_err(failed)?;
     document(&Recorded {
@@ -134,7 +121,6 @@ pub async fn record(order: String) -> Answer {
         complete: captured.complete,
         statistics: captured.statistics,
         contradictions: captured.contradictions,
-        notes,
     })
 }
 
@@ -155,12 +141,12 @@ fn show(live: &SharedLive, told: &AtomicU64) {
     });
 }
 
-/// The recording itself, with remarks.
+/// The recording itself.
 async fn recorded(
     order: &Order,
     live: &SharedLive,
     stop: &Notify,
-) -> Result<(Captured, Vec<String>), JsError> {
+) -> Result<Captured, JsError> {
     let options = BoardOptions {
         baud: BAUD,
         patience: PATIENCE,
@@ -187,42 +173,6 @@ async fn recorded(
             let board = Board::over(Path::new(port), line, Box::new(PageLine), options).await;
             follow(order, port, board.map_err(failed)?, live, stop).await
         }
-        From::Text {
-            port,
-            columns,
-            counts_per_rev,
-            supply_v,
-            baud,
-            has_profile,
-        } => {
-            let columns = match columns.trim() {
-                "" => None,
-                names => Some(Columns::parse(names).map_err(failed)?),
-            };
-            let profile = has_profile
-                .then(|| Profile::named(&order.profile, *supply_v, order.duration_s))
-                .transpose()
-                .map_err(failed)?;
-            let request = TextRequest {
-                columns,
-                sample_time_us: None,
-                counts_per_rev: *counts_per_rev,
-                supply_v: *supply_v,
-                assumed: Vec::new(),
-                profile,
-                duration_s: order.duration_s,
-                baud: *baud,
-                patience: PATIENCE,
-                output: PathBuf::from(RUN),
-                port: port.clone(),
-                usb: None,
-            };
-            let reader = LineReader::spawn(PageLine::opened(), Instant::now());
-            let mut reader = reader.map_err(failed)?;
-            let text = capture_text(&mut reader, None, request, live, stop.notified()).await;
-            let text = text.map_err(failed)?;
-            Ok((text.captured, text.notes))
-        }
     }
 }
 
@@ -233,7 +183,7 @@ async fn follow(
     mut board: Board,
     live: &SharedLive,
     stop: &Notify,
-) -> Result<(Captured, Vec<String>), JsError> {
+) -> Result<Captured, JsError> {
     let supply_v = f64::from(board.hello().supply_mv) / 1000.0;
     let profile = Profile::named(&order.profile, supply_v, order.duration_s).map_err(failed)?;
     let sample_time_us = (order.sample_time_s * 1e6).round();
@@ -250,5 +200,5 @@ async fn follow(
         further: toml::Table::new(),
     };
     let captured = capture(&mut board, &request, live, stop.notified()).await;
-    Ok((captured.map_err(failed)?, Vec::new()))
+    captured.map_err(failed)
 }
