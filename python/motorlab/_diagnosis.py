@@ -35,7 +35,8 @@ def _in_python(sentence: str) -> str:
         call = f'found.html("{written[2]}")'
     else:
         call = f'found.motor.save("{written[2]}")'
-    return f"{before}: `{call}`."
+    rest = command.partition("`")[2]
+    return f"{before}: `{call}`{rest}"
 
 
 def _determined(name: str, interval: dict[str, Any]) -> dict[str, Any]:
@@ -86,7 +87,7 @@ class Diagnosis:
 
     @property
     def budget(self) -> Any:
-        """The error budget: a row per step, with the share of the nominal reducible squared error that it removes (of ``unexplained``: that is left)."""
+        """The error budget: a row per step, with the share of the nominal squared error above the noise floor that it removes (of ``unexplained``: that remains)."""
         rows = [
             {**step, "alternatives": ", ".join(f"{one['effect']} {one['probability']:.2f}" for one in step["alternatives"])}
             for step in self.document["budget"]

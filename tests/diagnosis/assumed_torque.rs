@@ -92,7 +92,7 @@ fn without_a_known_torque_nothing_is_in_newton_metres_or_ohms() {
                 );
             }
         }
-        assert!(page.contains("steady speed per unit of the command") && page.contains("rad/s/V"));
+        assert!(page.contains("steady speed per volt") && page.contains("rad/s/V"));
         assert!(page.contains("residual voltage (mV)"));
         // The torque of the effect is there, in V.
         let mut causes = document["causes"].as_array().expect("a list").iter();
