@@ -46,10 +46,20 @@ pub(super) fn show(
     for class in &diagnosis.classes {
         output.line(&format!("  not separated: {}", class_words(class)))?;
     }
-    for (place, cause) in diagnosis.causes.iter().enumerate() {
-        if place < LISTED || cause.inclusion >= LISTED_FROM {
-            one_cause(diagnosis, cause, output)?;
-        }
+    let is_listed =
+        |(place, cause): &(usize, &Cause)| *place < LISTED || cause.inclusion >= LISTED_FROM;
+    let listed = diagnosis.causes.iter().enumerate().filter(is_listed);
+    let (at_bound, others): (Vec<&Cause>, Vec<&Cause>) = listed
+        .map(|(_, cause)| cause)
+        .partition(|cause| cause.at_bound);
+    for cause in others {
+        one_cause(diagnosis, cause, output)?;
+    }
+    if !at_bound.is_empty() {
+        output.line("  with a parameter at the limit of its range, not counted as identified:")?;
+    }
+    for cause in at_bound {
+        one_cause(diagnosis, cause, output)?;
     }
     output.line("\nSETS OF EFFECTS")?;
     output.line(&sets(&diagnosis.sets[..diagnosis.sets.len().min(LISTED)]))?;
@@ -119,9 +129,6 @@ fn one_cause(diagnosis: &Diagnosis, cause: &Cause, output: &Output) -> Result<()
     );
     if let (Some(class), Some(p)) = (cause.class, cause.class_probability) {
         line.push_str(&format!("; class {class}: {}", probability(p)));
-    }
-    if cause.at_bound {
-        line.push_str("; its parameter is at the limit of its range: not counted as identified");
     }
     output.line(&line)?;
     if !diagnosis.effects.contains(&cause.effect) && cause.inclusion < DETAILED_FROM {

@@ -116,7 +116,8 @@ pub(super) fn causes(
             })
         })
         .collect();
-    found.sort_by(|a, b| b.inclusion.total_cmp(&a.inclusion));
+    // An effect at the limit of a range is not identified.
+    found.sort_by(|a, b| (a.at_bound.cmp(&b.at_bound)).then(b.inclusion.total_cmp(&a.inclusion)));
     found
 }
 
