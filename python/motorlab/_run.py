@@ -39,10 +39,10 @@ class Run:
     def read(cls, path: Union[str, os.PathLike[str]]) -> Run:
         """Read a run file. Remarks of the reader are in :attr:`notes`.
 
-        >>> Run.read("nowhere.csv")
+        >>> Run.read("nowhere.csv")  # doctest: +ELLIPSIS
         Traceback (most recent call last):
         ...
-        motorlab.MotorlabError: nowhere.csv: cannot be read: No such file or directory (os error 2)
+        motorlab.MotorlabError: nowhere.csv: cannot be read: No such file or directory (os error 2)...
         """
         return cls(_motorlab.Run.read(path))
 

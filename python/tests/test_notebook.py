@@ -30,7 +30,7 @@ def test_the_notebook_goes_from_a_recorded_log_to_a_diagnosis(tmp_path):
     assert _verdict(code) == committed
     # What the text says: the friction that the motor's file lacks, 0.02 N m, within its interval.
     said = "".join(cell.source for cell in notebook.cells if cell.cell_type == "markdown")
-    assert "Coulomb friction" in said and "Cause: coulomb friction" in committed
+    assert "Coulomb friction" in said and "Cause: Coulomb friction" in committed
     friction = committed.split("torque_nm ")[1].split(" N m")[0]
-    low, high = committed.split("(95 % ")[1].split(")")[0].split(" to ")
+    low, high = committed.split("(95 % interval ")[1].split(")")[0].split(" to ")
     assert float(low) <= 0.02 <= float(high) and f"{friction} N m" in said
