@@ -104,7 +104,7 @@ fn beside(path: &Path) -> String {
     match (alike.as_slice(), others.as_slice(), is_folder) {
         ([], [], true) => format!("there is no folder {}", shown(asked)),
         ([], [], false) => match extension(&wanted) {
-            Some(extension) => format!("{place} has no file .{}", shown(extension)),
+            Some(extension) => format!("{place} has no .{} file", shown(extension)),
             None => format!("{place} has no file of a like name"),
         },
         ([], others, _) => format!("{missing}{place} has {}", listed(others)),
@@ -132,7 +132,7 @@ mod tests {
         };
         assert_eq!(said("step3.csv"), "F has step30.csv");
         assert_eq!(said("x.csv"), "F has chirp.csv, ramp.csv, step30.csv");
-        assert_eq!(said("x.toml"), "F has no file .toml");
+        assert_eq!(said("x.toml"), "F has no .toml file");
         assert_eq!(said("runs/x.csv"), "there is no folder F/runs");
         assert_eq!(hint("error: a.csv: the disk is gone", None), None);
     }

@@ -17,16 +17,8 @@ pub fn printable(document: &Value) -> Vec<f64> {
     }
     let mut found = Vec::new();
     numbers(&document, &mut found);
-    // Two sums of the document: what named effects remove together, and the share of the regime that has most of the rest.
-    let effects = document["effects"].as_array().expect("a list");
+    // One sum of the document: the share of the regime that has most of the unexplained error.
     let share = |step: &Value| step["share"].as_f64().expect("a share");
-    let steps = document["budget"].as_array().expect("a list").iter();
-    found.push(
-        steps
-            .filter(|one| effects.contains(&one["step"]))
-            .map(share)
-            .sum(),
-    );
     let regions = document["unexplained"]["regions"]
         .as_array()
         .expect("a list");
@@ -35,10 +27,6 @@ pub fn printable(document: &Value) -> Vec<f64> {
             .iter()
             .filter(|other| other["regime"] == region["regime"]);
         found.push(alike.map(share).sum());
-    }
-    // How many members a class has.
-    for class in document["classes"].as_array().expect("a list") {
-        found.push(class["members"].as_array().expect("a list").len() as f64);
     }
     found
 }

@@ -51,18 +51,20 @@ fn share_of(said: &Diagnosis, step: &str) -> f64 {
     found.map_or(0.0, |one| one.share)
 }
 
+fn with_probability(cause: &Cause) -> String {
+    format!(
+        "{} (P {})",
+        name(cause.effect),
+        probability(cause.inclusion)
+    )
+}
+
 /// The most probable causes where none is identified; those at the limit of a range have a note of their own.
 fn candidates(said: &Diagnosis) -> String {
     let listed_causes: Vec<String> = (said.causes.iter())
         .filter(|cause| cause.inclusion >= MENTIONED_FROM && !cause.at_bound)
         .take(MENTIONED)
-        .map(|cause| {
-            format!(
-                "{} (P {})",
-                name(cause.effect),
-                probability(cause.inclusion)
-            )
-        })
+        .map(with_probability)
         .collect();
     match listed_causes.is_empty() {
         true => String::new(),
@@ -154,6 +156,7 @@ fn members(said: &Diagnosis, class: &EffectClass) -> String {
         .iter()
         .filter(|cause| class.members.contains(&cause.effect));
     let sum: f64 = each.map(|cause| cause.inclusion).sum();
+    // Several of them are present in some set.
     let at_least = if sum > class.probability + MENTIONED_FROM {
         "at least "
     } else {
@@ -175,16 +178,18 @@ fn reductions(said: &Diagnosis) -> String {
     } else {
         "the effects"
     };
-    let mut text = match alone > 0.0 {
-        true => {
-            let removed: f64 = said.effects.iter().map(|id| share_of(said, id)).sum();
-            format!(
-                " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
-                percent(alone),
-                percent(removed.max(0.0))
-            )
-        }
-        false => format!(
+    let mut text = match (alone > 0.0, said.effects.as_slice()) {
+        (true, [effect]) => format!(
+            " Re-identified parameters remove {} of {ABOVE_FLOOR}, {effects} a further {}.",
+            percent(alone),
+            percent(share_of(said, effect).max(0.0))
+        ),
+        (true, _) => format!(
+            " With {effects}, {} of {ABOVE_FLOOR} is removed, with re-identified parameters alone {}.",
+            percent(gap.closed.max(0.0)),
+            percent(alone)
+        ),
+        (false, _) => format!(
             " With {effects}, {} of {ABOVE_FLOOR} is removed; re-identified parameters alone do not reduce it.",
             percent(gap.closed.max(0.0))
         ),
@@ -231,13 +236,7 @@ fn also(said: &Diagnosis) -> String {
     let others: Vec<String> = (said.causes.iter())
         .filter(|cause| !named(cause) && !cause.at_bound)
         .filter(|cause| cause.inclusion >= MENTIONED_BESIDE)
-        .map(|cause| {
-            format!(
-                "{} (P {})",
-                name(cause.effect),
-                probability(cause.inclusion)
-            )
-        })
+        .map(with_probability)
         .collect();
     match others.is_empty() {
         true => String::new(),

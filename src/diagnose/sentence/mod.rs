@@ -35,10 +35,15 @@ fn error(said: &Diagnosis) -> String {
     let gap = &said.gap;
     let floor = counts(gap.floor);
     if said.verdict == Verdict::NoGap {
-        return format!(
-            "Held-out RMS error: {} counts with the nominal model, within the noise floor of {floor}.",
-            counts(gap.before)
-        );
+        let nominal = counts(gap.before);
+        return match is_nominal_fitted(said) {
+            true => format!(
+                "RMS error: {nominal} counts with the nominal model (fitted to these runs), within the noise floor of {floor}."
+            ),
+            false => format!(
+                "Held-out RMS error: {nominal} counts with the nominal model, within the noise floor of {floor}."
+            ),
+        };
     }
     let refitted = counts(gap.after_parameters);
     let effects = match said.effects.is_empty() {
