@@ -72,8 +72,6 @@ pub(crate) struct Engine<S, const N: usize> {
     cautious: usize,
     /// Fewest halvings.
     pub(crate) floor: usize,
-    /// Tick until which the current still answers to the last change: a speed may fall through 0 and return within a step.
-    pub(crate) turning_until: u64,
     /// Largest error estimate of a step.
     pub(crate) tolerance: f64,
     /// Steps tried: what a simulation costs.
@@ -111,7 +109,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             allowed: 0,
             cautious: 0,
             floor: 0,
-            turning_until: 0,
             tolerance: TOLERANCE,
             steps: 0,
             most_steps: u64::MAX,
@@ -129,7 +126,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.machine = machine;
         self.y = [S::zero(); N];
         self.now = 0;
-        self.turning_until = 0;
         self.step_tables.restart(longest_s);
         self.longest_s = longest_s;
         self.allowed = 0;
@@ -324,10 +320,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
                 self.cross(S::from(1.0));
                 return;
             }
-            if self.now < self.turning_until && l < FINEST && self.dips(&next, TICKS >> l) {
-                l += 1;
-                continue;
-            }
             self.y = next;
             self.now += TICKS >> l;
             if self.machine.follows_sliding() {
@@ -345,25 +337,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     #[inline(always)]
     fn violated(&self, next: &[S; N]) -> bool {
         !self.machine.holds(&self.mode, next) && self.machine.falls(&self.mode, &self.y, next)
-    }
-
-    /// Whether a speed may fall through 0 and return in a step to `next` of so many ticks. After a change the acceleration rises: the
-    /// speed stays above its tangents at both ends, and so above where they meet.
-    fn dips(&self, next: &[S; N], ticks: u64) -> bool {
-        let span_s = ticks as f64 * self.tick_s();
-        let rate = self.rate();
-        let sides = [(W1, self.mode.slip[0]), (N - 1, self.mode.slip[1])];
-        let sides = &sides[..if N > ONE_BODY { 2 } else { 1 }];
-        sides.iter().any(|&(k, direction)| {
-            let along = |x: S, by: f64| x.value() * direction * by;
-            let (from, to) = (along(self.y[k], 1.0), along(next[k], 1.0));
-            let falls_by = along(rate[k], span_s);
-            if falls_by >= 0.0 || to < 0.0 || from + falls_by >= 0.0 {
-                return false;
-            }
-            let rises_by = along(self.machine.rate(&self.mode, next)[k], span_s);
-            rises_by > 0.0 && from + falls_by * (to - from - rises_by) / (falls_by - rises_by) < 0.0
-        })
     }
 
     /// The event_function that falls through 0 first on the straight way to a state, and at which share of it.
@@ -441,9 +414,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.machine.settle(&mut self.mode, &mut self.y, fired);
         self.select();
         self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
-        if self.machine.inductive {
-            self.turning_until = self.now + TICKS;
-        }
     }
 
     /// Takes up the matrices of the mode in force.

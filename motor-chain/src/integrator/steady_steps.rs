@@ -71,10 +71,10 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.read_off(at, self.watch(), &mut emit)
     }
 
-    /// Whether every step is the longest and exact, starts where it may, and nothing has just changed. A winding that warms up bends the
-    /// equations: its states of four and six numbers never get further.
+    /// Whether every step is the longest and exact, and starts where it may. A winding that warms up bends the equations: its
+    /// states of four and six numbers never get further.
     fn is_steady(&self) -> bool {
-        let steady = self.straight && self.allowed == self.floor && self.now >= self.turning_until;
+        let steady = self.straight && self.allowed == self.floor;
         !matches!(N, 4 | 6) && steady && self.now.is_multiple_of(TICKS)
     }
 
