@@ -21,7 +21,7 @@ def program():
 class Browser:
     """A browser with one page, ended at the end of a `with` block."""
 
-    def __init__(self, address, width=1200, dark=False, before=""):
+    def __init__(self, address, before=""):
         self.folder = tempfile.mkdtemp()
         to_browser, self.to = os.pipe()
         self.back, from_browser = os.pipe()
@@ -38,15 +38,19 @@ class Browser:
                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         os.close(to_browser)
         os.close(from_browser)
-        self.last, self.text, self.events, self.session = 0, b"", [], None
+        self.last, self.text, self.events, self.addresses, self.session = 0, b"", [], [], None
         targets = self.call("Target.getTargets")["targetInfos"]
         page = next(one for one in targets if one["type"] == "page")
         self.session = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log", "DOM"):
             self.call(f"{domain}.enable")
         self.call("Page.addScriptToEvaluateOnNewDocument", source=KEEP_DOWNLOADS + before)
-        self.resize(width)
-        self.shade(dark)
+        self.go(address)
+
+    def go(self, address):
+        """Loads a page, of a desk's size."""
+        self.resize(1200)
+        self.shade(False)
         self.call("Page.navigate", url=address)
 
     def __enter__(self):
@@ -71,7 +75,13 @@ class Browser:
             if answer.get("id") == self.last:
                 assert "error" not in answer, f"{method}: {answer.get('error')}"
                 return answer["result"]
-            self.events.append(answer)
+            self.note(answer)
+
+    def note(self, event):
+        """Keeps an event, and the address that it asks the network for."""
+        self.events.append(event)
+        if event.get("method") == "Network.requestWillBeSent":
+            self.addresses.append(event["params"]["request"]["url"])
 
     def read(self):
         """The next message of the browser."""
@@ -139,10 +149,6 @@ class Browser:
             if event.get("method") == "Runtime.exceptionThrown":
                 said.append(event["params"]["exceptionDetails"]["text"])
         return said
-
-    def addresses(self):
-        """Addresses that the page asked the network for."""
-        return [event["params"]["request"]["url"] for event in self.events if event.get("method") == "Network.requestWillBeSent"]
 
 
 # Downloads are kept in the page, where a test can read them.

@@ -5,10 +5,18 @@ let reader;
 
 const source = () => document.querySelector('input[name=source]:checked').value;
 
+let isRecording = false;
 function showSource() {
   const needsSerial = source() !== 'virtual';
+  const isText = source() === 'text';
   $('no-serial').hidden = !needsSerial || 'serial' in navigator;
-  $('record').disabled = needsSerial && !('serial' in navigator);
+  $('text-board').hidden = !isText;
+  $('profile-row').hidden = isText && !$('has-profile').checked;
+  $('sample-time-row').hidden = isText;
+  $('fast-row').hidden = needsSerial;
+  $('record').disabled = isRecording || (needsSerial && !('serial' in navigator));
+  for (const name of ['example', 'try', 'hide']) $(name).disabled = isRecording;
+  $('stop-record').hidden = !isRecording;
 }
 
 /** Opens the port that the user chooses, and hands its bytes to the recorder. */
@@ -91,8 +99,8 @@ function showLive({ samples, lost, points }) {
 
 /** Records, and adds the run to the list. */
 async function recordRun(order, name) {
-  $('record').disabled = true;
-  $('stop-record').hidden = false;
+  isRecording = true;
+  showSource();
   $('live').hidden = false;
   beginPlot();
   recorder.onReport = showLive;
@@ -100,24 +108,46 @@ async function recordRun(order, name) {
     const told = await recorder.document('record', JSON.stringify(order));
     const { samples, lost } = told.statistics;
     const about = [`${samples} samples, ${lost === 0 ? 'none' : lost} lost; ${told.complete ? 'complete' : `ended: ${told.ending.replaceAll('_', ' ')}`}`];
-    about.push(...told.contradictions);
+    about.push(...told.contradictions, ...told.notes);
     say($('record-said'), about[0]);
     return addRun({ ...told.run, name }, about);
   } catch (error) {
     say($('record-said'), error.message, true);
     return undefined;
   } finally {
-    $('stop-record').hidden = true;
+    isRecording = false;
     showSource();
   }
 }
 
+/** The number of an input; people write a comma, too. */
+const numberIn = (id) => Number($(id).value.trim().replace(',', '.') || NaN);
+
 function orderOf(fields) {
-  const duration = Number($('duration').value);
-  const sample = Number($('sample-time').value) / 1000;
+  const duration = numberIn('duration');
+  // A board that prints text has a sample time of its own.
+  const sample = fields.kind === 'text' ? 0 : numberIn('sample-time') / 1000;
   if (!(duration > 0 && duration <= 3600)) throw new Error('Duration: seconds, up to an hour');
-  if (!(sample >= 0.0001 && sample <= 60)) throw new Error('Sample time: 0.1 ms to 60 s');
+  if (fields.kind !== 'text' && !(sample >= 0.0001 && sample <= 60)) throw new Error('Sample time: 0.1 ms to 60 s');
   return { profile: $('profile').value, duration_s: duration, sample_time_s: sample, source: fields };
+}
+
+/** A board that prints text, as the form describes it. */
+function textBoard() {
+  const above0 = (id, name) => {
+    const value = numberIn(id);
+    if (value > 0) return value;
+    $(id).focus();
+    throw new Error(`${name}: enter a number above 0`);
+  };
+  return {
+    kind: 'text',
+    columns: $('columns').value,
+    baud: Number($('baud').value),
+    counts_per_rev: above0('text-counts', 'Counts per revolution'),
+    supply_v: above0('text-supply', 'Supply of the driver'),
+    has_profile: $('has-profile').checked,
+  };
 }
 
 async function motorOfBench() {
@@ -133,8 +163,10 @@ async function record() {
       await recordRun(orderOf({ kind: 'virtual', motor, seed: 7, fast: $('fast').checked }), 'virtual.csv');
       return;
     }
-    const fields = { kind: 'board', port: await openPort(115200) };
-    const recording = recordRun(orderOf(fields), 'recorded.csv');
+    const board = source() === 'text' ? textBoard() : { kind: 'board', baud: 115200 };
+    const order = orderOf(board);
+    board.port = await openPort(board.baud);
+    const recording = recordRun(order, 'recorded.csv');
     readPort();
     await recording;
   } catch (error) {
@@ -145,5 +177,6 @@ async function record() {
 }
 
 document.querySelectorAll('input[name=source]').forEach((choice) => (choice.onchange = showSource));
+$('has-profile').onchange = showSource;
 $('record').onclick = record;
 $('stop-record').onclick = () => recorder.tell('stop_recording');

@@ -17,6 +17,9 @@ const FIELDS = {
   wrap: ['Range of the counter', 'such as 65536 or 360'],
 };
 
+// Facts of the bench: the answer for one log is proposed for the others.
+const OF_BENCH = ['supply', 'counts_per_rev', 'm_per_rev', 'pwm_full', 'wrap', 'command_limit'];
+
 /** A name that no other run has. */
 function freeName(name) {
   const taken = new Set(runs.map((run) => run.name));
@@ -96,19 +99,21 @@ async function look(file, form = {}) {
   return null;
 }
 
+let asked = 0;
 /** A form that asks what a log lacks. */
 function question(file, form, found) {
   const box = make('form', { className: 'card' });
+  const id = `ask${++asked}`;
   const fields = [...new Set([...found.missing.map((one) => one.key), ...Object.keys(form)])].filter((key) => FIELDS[key]);
-  const inputs = Object.fromEntries(fields.map((key) => [key, make('input', { id: `ask-${key}`, name: key, value: form[key] ?? '', placeholder: FIELDS[key][1] })]));
+  const inputs = Object.fromEntries(fields.map((key) => [key, make('input', { id: `${id}-${key}`, name: key, value: form[key] ?? '', placeholder: FIELDS[key][1] })]));
   const failure = make('p', { role: 'alert' });
   box.append(
     make('h3', {}, `${file.name} lacks facts`),
     found.understood.length ? make('p', { className: 'faint' }, 'Recognised: ', found.understood.map((one) => `${one.what}: ${one.words}`).join('; ')) : '',
     ...fields.map((key) => {
       const why = found.missing.find((one) => one.key === key)?.why ?? '';
-      inputs[key].setAttribute('aria-describedby', `why-${key}`);
-      return make('p', {}, make('label', { htmlFor: `ask-${key}` }, FIELDS[key][0]), inputs[key], make('span', { className: 'faint', id: `why-${key}` }, why));
+      inputs[key].setAttribute('aria-describedby', `${id}-why-${key}`);
+      return make('p', {}, make('label', { htmlFor: inputs[key].id }, FIELDS[key][0]), inputs[key], make('span', { className: 'faint', id: `${id}-why-${key}` }, why));
     }),
     ...found.missing.filter((one) => !FIELDS[one.key]).map((one) => make('p', {}, one.why)),
     make('p', { className: 'row' }, make('button', { type: 'submit', className: 'main' }, 'Import'), make('button', { type: 'button', onclick: () => box.remove() }, 'Leave it out')),
@@ -120,6 +125,10 @@ function question(file, form, found) {
     try {
       await look(file, said);
       box.remove();
+      for (const key of OF_BENCH) {
+        for (const input of $('questions').querySelectorAll(`input[name=${key}]`)) input.value ||= said[key] ?? '';
+      }
+      $('questions').querySelector('input')?.focus();
     } catch (error) {
       say(failure, error.message, true);
     }
@@ -131,15 +140,16 @@ function question(file, form, found) {
 }
 
 async function take(files) {
+  const failures = [];
   for (const file of files) {
     say($('look-said'), `reading ${file.name}`);
     try {
       await look(file);
     } catch (error) {
-      say($('look-said'), error.message, true);
-      return;
+      failures.push(error.message);
     }
   }
+  if (failures.length) say($('look-said'), failures.join('\n'), true);
 }
 
 $('files').onchange = () => take([...$('files').files]).then(() => ($('files').value = ''));

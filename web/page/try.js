@@ -43,7 +43,13 @@ async function layOffers() {
 
 /** Records from a virtual board whose motor has effects that the chosen motor lacks. */
 async function recordWith(effects, experiment, name) {
-  const motor = await program.ask('motor_with_effects', await motorOfBench(), JSON.stringify(effects));
+  let motor;
+  try {
+    motor = await program.ask('motor_with_effects', await motorOfBench(), JSON.stringify(effects));
+  } catch (error) {
+    say($('record-said'), error.message, true);
+    return undefined;
+  }
   const { profile, duration_s: duration, sample_time_s: sample } = experiment;
   const order = { profile, duration_s: duration, sample_time_s: sample, source: { kind: 'virtual', motor, seed: 7, fast: true } };
   for (const run of runs) run.isChosen = false;

@@ -6,15 +6,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use firmware_protocol::BAUD;
+use motorlab::board::text_lines::Columns;
 use motorlab::board::{
-    Board, BoardOptions, Pace, Profile, VirtualBoardOnPage, VirtualBoardOptions,
+    Board, BoardOptions, LineReader, Pace, Profile, VirtualBoardOnPage, VirtualBoardOptions,
 };
 use motorlab::motor::Plant;
 use motorlab::platform::memory;
-use motorlab::platform::time::{sleep, spawn};
+use motorlab::platform::time::{Instant, sleep, spawn};
 use motorlab::recording::{
-    CaptureRequest, Captured, CommandKind, Ending, LivePoint, SharedLive, Statistics, capture,
-    read_run_from,
+    CaptureRequest, Captured, CommandKind, Ending, LivePoint, SharedLive, Statistics, TextRequest,
+    capture, capture_text, read_run_from,
 };
 use serde::{Deserialize, Serialize};
 use tokio::sync::Notify;
@@ -63,6 +64,49 @@ enum From {
     },
     /// A board that speaks the protocol.
     Board { port: String },
+    /// A board that prints text.
+    Text(TextBoard),
+}
+
+/// A board that prints text, as the page's form has it.
+#[derive(Debug, Deserialize)]
+struct TextBoard {
+    port: String,
+    baud: u32,
+    /// Meaning of each number; empty where the sketch says it.
+    columns: String,
+    counts_per_rev: f64,
+    supply_v: f64,
+    /// The lines lack the command: it is the profile's.
+    has_profile: bool,
+}
+
+impl TextBoard {
+    fn request(&self, order: &Order) -> Result<TextRequest, JsError> {
+        let columns = match self.columns.trim() {
+            "" => None,
+            names => Some(Columns::parse(names).map_err(failed)?),
+        };
+        let profile = self
+            .has_profile
+            .then(|| Profile::named(&order.profile, self.supply_v, order.duration_s))
+            .transpose()
+            .map_err(failed)?;
+        Ok(TextRequest {
+            columns,
+            sample_time_us: None,
+            counts_per_rev: self.counts_per_rev,
+            supply_v: self.supply_v,
+            assumed: Vec::new(),
+            profile,
+            duration_s: order.duration_s,
+            baud: self.baud,
+            patience: PATIENCE,
+            output: PathBuf::from(RUN),
+            port: self.port.clone(),
+            usb: None,
+        })
+    }
 }
 
 /// News for a display.
@@ -82,6 +126,7 @@ struct Recorded {
     complete: bool,
     statistics: Statistics,
     contradictions: Vec<String>,
+    notes: Vec<String>,
 }
 
 /// Ends the recording under way.
@@ -96,6 +141,8 @@ pub fn stop_recording() {
 #[wasm_bindgen]
 pub async fn record(order: String) -> Answer {
     let order: Order = serde_json::from_str(&order).map_err(failed)?;
+    // What a recording that failed has left.
+    let _ = memory::take(Path::new(RUN));
     let live = SharedLive::default();
     let asked = Arc::new(Notify::new());
     *stop() = Some(Arc::clone(&asked));
@@ -112,7 +159,7 @@ pub async fn record(order: String) -> Answer {
     let recorded = recorded(&order, &live, &asked).await;
     display.abort();
     show(&live, &told);
-    let captured = recorded?;
+    let (captured, notes) = recorded?;
     let text = memory::take(&captured.path).unwrap_or_default();
     let (run, _) = read_run_from(text.as_slice(), RUN).map_err(failed)?;
     document(&Recorded {
@@ -121,6 +168,7 @@ pub async fn record(order: String) -> Answer {
         complete: captured.complete,
         statistics: captured.statistics,
         contradictions: captured.contradictions,
+        notes,
     })
 }
 
@@ -141,12 +189,12 @@ fn show(live: &SharedLive, told: &AtomicU64) {
     });
 }
 
-/// The recording itself.
+/// The recording itself, and notes about it.
 async fn recorded(
     order: &Order,
     live: &SharedLive,
     stop: &Notify,
-) -> Result<Captured, JsError> {
+) -> Result<(Captured, Vec<String>), JsError> {
     let options = BoardOptions {
         baud: BAUD,
         patience: PATIENCE,
@@ -173,6 +221,14 @@ async fn recorded(
             let board = Board::over(Path::new(port), line, Box::new(PageLine), options).await;
             follow(order, port, board.map_err(failed)?, live, stop).await
         }
+        From::Text(board) => {
+            let request = board.request(order)?;
+            let reader = LineReader::spawn(PageLine::opened(), Instant::now());
+            let mut reader = reader.map_err(failed)?;
+            let text = capture_text(&mut reader, None, request, live, stop.notified()).await;
+            let text = text.map_err(failed)?;
+            Ok((text.captured, text.notes))
+        }
     }
 }
 
@@ -183,7 +239,7 @@ async fn follow(
     mut board: Board,
     live: &SharedLive,
     stop: &Notify,
-) -> Result<Captured, JsError> {
+) -> Result<(Captured, Vec<String>), JsError> {
     let supply_v = f64::from(board.hello().supply_mv) / 1000.0;
     let profile = Profile::named(&order.profile, supply_v, order.duration_s).map_err(failed)?;
     let sample_time_us = (order.sample_time_s * 1e6).round();
@@ -200,5 +256,5 @@ async fn follow(
         further: toml::Table::new(),
     };
     let captured = capture(&mut board, &request, live, stop.notified()).await;
-    captured.map_err(failed)
+    Ok((captured.map_err(failed)?, Vec::new()))
 }
