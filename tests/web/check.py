@@ -215,7 +215,7 @@ def text_of_a_file_is_never_markup(browser, folder):
     quiet(browser)
 
 
-# Feeds texts to the page, as files and as what a board sends, and gives what the page says of each.
+# Feeds texts to the page, as files and as bytes of a board; gives the answers.
 FEED = """async (name, texts, mapping) => {
   const said = [];
   const asked = (asking) => asking.then(() => 'answered', (error) => error.message);
