@@ -1,4 +1,4 @@
-"""Tests of the page in a headless Chromium: `check.py FOLDER_OF_THE_PAGE NATIVE_PROGRAM [FILTER]`."""
+"""Tests of the page in a headless Chromium: `check.py FOLDER_OF_THE_PAGE NATIVE_PROGRAM MATHEMATICS [FILTER]`."""
 
 import base64
 import functools
@@ -11,7 +11,7 @@ import threading
 import time
 
 from browser import Browser
-from page import HERE, PAGE, READY, ROOT, RUNS, fresh, native, press, quiet, rows, same, saved
+from page import HERE, MATHEMATICS, PAGE, READY, ROOT, RUNS, Silent, fresh, native, press, quiet, rows, same, saved, without_clock
 
 
 def it_asks_nothing_of_the_network(browser, folder):
@@ -24,13 +24,6 @@ def it_asks_nothing_of_the_network(browser, folder):
     assert found == ["rejected", "rejected"], found
     refused = [text for text in browser.complaints() if "Content Security Policy" in text]
     assert all(any(rule in text for text in refused) for rule in ("connect-src", "img-src")), refused
-
-
-class Silent(http.server.SimpleHTTPRequestHandler):
-    """A static server that prints nothing."""
-
-    def log_message(self, *_):
-        pass
 
 
 def it_works_from_a_static_server_by_keyboard_alone(browser, folder):
@@ -72,11 +65,40 @@ def a_log_is_dropped_asked_about_and_saved(browser, folder):
     mapping = [line for line in (folder / "native.toml").read_text().splitlines() if not line.startswith("#")]
     assert saved(browser, "map.toml").split() == "\n".join(mapping).split()
     quiet(browser)
+    # Nobody has described its motor: it is fitted.
+    assert browser.run("document.querySelector('input[name=motor]:checked').value") == "fit"
+    browser.click("#compare")
+    browser.wait("document.querySelector('iframe')?.title === 'Recorded against simulated'")
+    press(browser, "Save the fitted motor")
+    assert "inertia_kg_m2" in saved(browser, "compared.toml")
     # The mapping answers what was asked.
     (folder / "map.toml").write_text((folder / "native.toml").read_text())
     browser.files("#mapping", folder / "map.toml")
     browser.files("#files", log, folder / "native.csv")
     browser.wait(f"{RUNS} === 3")
+
+
+def logs_of_one_bench_are_asked_about_together(browser, folder):
+    rows = "".join(f"{10 * k},0,{8.5 * (k % 7)},{255 if k > 9 else 0}\n" for k in range(60))
+    for name in ("first.csv", "second.csv"):
+        (folder / name).write_text(f"millis,Setpoint,Input,Output\n{rows}")
+    (folder / "broken.csv").write_bytes(bytes(range(256)))
+    browser.files("#files", *(folder / name for name in ("first.csv", "broken.csv", "second.csv")))
+    browser.wait("document.querySelectorAll('#questions form').length === 2")
+    # The file that is no log is named, and keeps nothing out.
+    browser.wait("document.getElementById('look-said').textContent.includes('broken.csv')")
+    # A measurement that may be either has a field for both.
+    names = browser.run("[...document.querySelector('#questions form').querySelectorAll('input')].map((one) => one.name)")
+    assert {"position", "speed", "command", "supply"} <= set(names), names
+    units = browser.run("[...document.querySelector('input[name=speed]').list.options].map((one) => one.value)")
+    assert "Input:rpm" in units, units
+    for name, value in (("speed", "Input:rpm"), ("command", "Output:pwm"), ("supply", "9")):
+        browser.run(f"document.querySelector('#questions [name={name}]').value = '{value}'")
+    browser.run("document.querySelector('#questions form').requestSubmit()")
+    browser.wait("document.querySelectorAll('#questions form').length === 1")
+    # The supply is that of the bench; columns are those of the log.
+    assert browser.run("['supply', 'speed'].map((name) => document.querySelector(`#questions [name=${name}]`).value)") == ["9", ""]
+    quiet(browser)
 
 
 def the_example_is_diagnosed_in_two_clicks(browser, folder):
@@ -113,7 +135,7 @@ def a_diagnosis_is_stopped_and_asked_again(browser, folder):
     browser.wait("document.getElementById('answer-said').textContent.includes('Stopped')")
     assert browser.run(RUNS) == 1
     browser.click("#check")
-    browser.wait("document.querySelector('#answer h3')?.textContent === 'No findings'")
+    browser.wait("document.querySelector('#answer h3')?.textContent.startsWith('No findings')")
     quiet(browser)
 
 
@@ -274,13 +296,17 @@ DOCUMENTS = (
 def ten_documents_are_those_of_the_native_program(browser, folder):
     for name, words in RECORDINGS:
         native(folder, *words.split(), "-o", name)
-    for k, (verb, name) in enumerate(DOCUMENTS):
-        (folder / "native.json").write_text(native(folder, verb, name, "--json"))
+    for verb, name in DOCUMENTS:
         question = {"runs": [{"name": name, "text": (folder / name).read_text()}], "asked": f"motorlab {verb} {name}"}
         told = browser.run(f"motorlab.ask('{verb}_runs', {json.dumps(json.dumps(question))})")
-        (folder / "page.json").write_text(told if verb == "check" else json.loads(told)["document"])
+        page = told if verb == "check" else json.loads(told)["document"]
+        # With the mathematical functions of WebAssembly, the native program prints the same bytes. With those of the C library some last
+        # digits of a diagnosis differ.
+        alike = native(folder, verb, name, "--json", preload=MATHEMATICS)
+        assert without_clock(page) == without_clock(alike.rstrip("\n")), (verb, name)
+        (folder / "native.json").write_text(native(folder, verb, name, "--json"))
+        (folder / "page.json").write_text(page)
         same(folder / "native.json", folder / "page.json")
-    assert k == 9
 
 
 def it_fits_a_phone_in_light_and_dark(browser, folder):
@@ -320,6 +346,7 @@ def every_control_has_a_name(browser, folder):
 TESTS = [
     a_board_that_prints_text_is_recorded_over_web_serial,
     a_log_is_dropped_asked_about_and_saved,
+    logs_of_one_bench_are_asked_about_together,
     the_example_is_diagnosed_in_two_clicks,
     a_diagnosis_is_stopped_and_asked_again,
     a_recording_of_the_virtual_board_is_shown_while_it_comes,
@@ -342,7 +369,7 @@ def main():
         browser.wait(READY)
         for test in TESTS:
             name = f"web_{test.__name__}"
-            if not any(part in name for part in sys.argv[3:] or [""]):
+            if not any(part in name for part in sys.argv[4:] or [""]):
                 continue
             begun = time.monotonic()
             with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,10 @@
 """The page under test as its user has it, and the native program beside it."""
 
+import http.server
 import json
+import os
 import pathlib
+import re
 import subprocess
 import sys
 
@@ -9,6 +12,8 @@ HERE = pathlib.Path(__file__).parent
 ROOT = HERE.parent.parent
 PAGE = pathlib.Path(sys.argv[1]).resolve() / "index.html"
 PROGRAM = pathlib.Path(sys.argv[2]).resolve()
+# Mathematical functions of WebAssembly for the native program.
+MATHEMATICS = pathlib.Path(sys.argv[3]).resolve()
 READY = "document.documentElement?.dataset.ready"
 RUNS = "document.querySelectorAll('#runs > li').length"
 
@@ -38,9 +43,10 @@ def fresh(browser):
     browser.run(FRESH)
 
 
-def native(folder, *words):
+def native(folder, *words, preload=""):
     """Standard output of the program. Exit status 1 is an incomplete result."""
-    done = subprocess.run([PROGRAM, *words], cwd=folder, capture_output=True, text=True, timeout=120)
+    done = subprocess.run([PROGRAM, *words], cwd=folder, capture_output=True, text=True, timeout=120,
+                          env={**os.environ, "LD_PRELOAD": str(preload)})
     assert done.returncode in (0, 1), done.stderr
     return done.stdout
 
@@ -69,3 +75,15 @@ def rows(text):
     lines = [line for line in text.splitlines() if not line.startswith("#")]
     columns = [k for k, name in enumerate(lines[0].split(",")) if name != "host_t_s"]
     return [[line.split(",")[k] for k in columns] for line in lines]
+
+
+def without_clock(document):
+    """A document without the time that it took."""
+    return re.sub(r'"elapsed_s": [0-9.e-]+', '"elapsed_s": 0', document)
+
+
+class Silent(http.server.SimpleHTTPRequestHandler):
+    """A static server that prints nothing."""
+
+    def log_message(self, *_):
+        pass

@@ -48,38 +48,39 @@ async function answer(name) {
       asked: commandLine(name, motor),
     };
     const told = await program.document(VERBS[name], JSON.stringify(question));
-    if (name === 'check') showFindings(told);
-    else showPage(name, told);
+    const about = question.runs.map((run) => run.name).join(', ');
+    if (name === 'check') showFindings(about, told);
+    else showPage(name, about, told);
   } catch (error) {
     say($('answer-said'), error.message, error.message !== STOPPED);
   }
   setAsking(false);
 }
 
-function showFindings(told) {
+function showFindings(about, told) {
   const findings = told.findings.map((one) =>
     make('li', {}, make('strong', {}, `${one.severity}: `), `${one.message}; ${one.remedy} `,
       make('span', { className: 'faint' }, `${one.run}, ${one.from_s.toFixed(3)} to ${one.to_s.toFixed(3)} s`)),
   );
   $('answer').append(
-    make('h3', { tabIndex: -1 }, findings.length ? 'Findings' : 'No findings'),
+    make('h3', { tabIndex: -1 }, `${findings.length ? 'Findings' : 'No findings'} (${about})`),
     make('ul', {}, ...findings),
     make('p', { className: 'row' }, downloadButton('Save as JSON', () => 'check.json', () => JSON.stringify(told, null, 2), 'application/json')),
   );
   $('answer').querySelector('h3').focus();
 }
 
-function showPage(name, { document: text, page, motor }) {
+function showPage(name, about, { document: text, page, motor }) {
   const told = JSON.parse(text);
   const frame = make('iframe', { title: LONG[name], sandbox: 'allow-scripts', srcdoc: page });
   const save = (label, end, content, type) => downloadButton(label, () => `${name}${end}`, () => content, type);
   $('answer').append(
-    make('h3', { tabIndex: -1 }, LONG[name]),
-    told.sentence ? make('p', { className: 'lead', id: 'sentence' }, told.sentence) : '',
+    make('h3', { tabIndex: -1 }, `${LONG[name]} (${about})`),
+    told.sentence ? make('p', { className: 'lead', id: 'sentence' }, ...withCode(told.sentence)) : '',
     make('p', { className: 'row' },
       save('Save the report', '.html', page, 'text/html'),
       save('Save as JSON', '.json', text, 'application/json'),
-      motor ? save('Save the motor of the diagnosis', 'd.toml', motor, 'text/plain') : null),
+      motor ? save(name === 'compare' ? 'Save the fitted motor' : 'Save the motor of the diagnosis', 'd.toml', motor, 'text/plain') : null),
     frame,
   );
   $('answer').querySelector('h3').focus();

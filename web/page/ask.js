@@ -12,6 +12,9 @@ function make(name, properties = {}, ...children) {
   return one;
 }
 
+/** A text whose names stand between backticks, for `make`. */
+const withCode = (text) => text.split('`').map((part, k) => (k % 2 ? make('code', {}, part) : part));
+
 /** Says something to people and to screen readers. */
 function say(where, text, isError = false) {
   where.textContent = text;

@@ -98,7 +98,24 @@ async function motorAsked() {
   }
 }
 
-document.querySelectorAll('input[name=motor]').forEach((choice) => (choice.onchange = showMotor));
+let isMotorChosen = false;
+document.querySelectorAll('input[name=motor]').forEach((choice) => (choice.onchange = () => {
+  isMotorChosen = true;
+  showMotor();
+}));
+
+function chooseHandout() {
+  document.querySelector('input[name=motor][value=handout]').checked = true;
+  showMotor();
+}
+
+/** A log of another program is of a motor that nobody has described: as in the program, it is fitted unless another is chosen. */
+function proposeFit() {
+  if (isMotorChosen) return;
+  document.querySelector('input[name=motor][value=fit]').checked = true;
+  showMotor();
+  say($('motor-said'), 'The log does not describe its motor: it is fitted to the recordings, unless you choose another.');
+}
 $('motor-file-input').onchange = async () => {
   const file = $('motor-file-input').files[0];
   if (!file) return;

@@ -68,7 +68,7 @@ let drawn;
 function beginPlot() {
   drawn = [[], [], []];
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
-  const axis = { stroke: colour('--ink'), grid: { stroke: colour('--grid') }, ticks: { stroke: colour('--grid') } };
+  const axis = { stroke: colour('--ink'), grid: { stroke: colour('--grid'), width: 1 }, ticks: { stroke: colour('--grid') } };
   plot?.destroy();
   plot = new uPlot(
     {
@@ -150,7 +150,9 @@ function textBoard() {
   };
 }
 
+/** The virtual board's motor: one that is still to be fitted is none. */
 async function motorOfBench() {
+  if (motorKind() === 'fit') chooseHandout();
   const asked = await motorAsked();
   return asked.motor ?? '';
 }

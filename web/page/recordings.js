@@ -1,15 +1,19 @@
 // Recordings: files that were dropped, what they lack, and the list of runs.
 const runs = [];
 
+// Label, hint, and the units that a column may have.
+const POSITIONS = ['counts', 'rev', 'rad', 'mrad', 'deg', 'm', 'cm', 'mm'];
+const SPEEDS = ['rpm', 'rev/s', 'rad/s', 'deg/s', 'counts/s', 'm/s', 'cm/s', 'mm/s', 'km/h'];
+const COMMANDS = ['pwm', 'percent', 'share', 'servo', 'esc', 'V', 'mV', 'A', 'mA', 'N m'];
 const FIELDS = {
-  time: ['Time', 'column:unit, as in t_ms:ms; or 10ms for rows 10 ms apart'],
-  command: ['Command', 'column:unit (pwm, V, mV, percent); or 7V@0.95s'],
+  time: ['Time', 'column:unit, as in t_ms:ms; or 10ms for rows 10 ms apart', ['us', 'ms', 's']],
+  command: ['Command', 'column:unit (pwm, V, mV, percent); or 7V@0.95s', COMMANDS],
   command_limit: ['Limit of the command', 'a number'],
   direction: ['Direction', 'column, or column:number that is backwards; none'],
-  position: ['Position', 'column:unit (counts, rev, rad, deg)'],
-  speed: ['Speed', 'column:unit (rpm, rad/s, deg/s, counts/s)'],
+  position: ['Position', 'column:unit (counts, rev, rad, deg)', POSITIONS],
+  speed: ['Speed', 'column:unit (rpm, rad/s, deg/s, counts/s)', SPEEDS],
   integrate: ['Speed is', 'backward, trapezoid or forward'],
-  current: ['Current', 'column:unit (A, mA)'],
+  current: ['Current', 'column:unit (A, mA)', ['A', 'mA']],
   supply: ['Supply of the driver (V)', 'volts, or column:unit'],
   counts_per_rev: ['Counts per revolution', 'all four edges counted'],
   m_per_rev: ['Travel of a revolution (m)', 'for positions in m'],
@@ -63,7 +67,7 @@ function showRuns() {
         {},
         make('label', { className: 'choice' }, choose, make('strong', {}, run.name), make('span', { className: 'faint' }, facts)),
         picture,
-        run.about.length ? make('ul', { className: 'faint' }, ...run.about.map((text) => make('li', {}, text))) : null,
+        run.about.length ? make('ul', { className: 'faint' }, ...run.about.map((text) => make('li', {}, ...withCode(text)))) : null,
         make('p', { className: 'row' }, downloadButton('Save the run file', () => run.name, () => run.text, 'text/csv'),
           run.mapping ? downloadButton('Save the mapping', () => 'map.toml', () => run.mapping, 'text/plain') : null,
           run.rejected ? downloadButton('Save the rejected rows', () => 'rejected.csv', () => run.rejected, 'text/csv') : null,
@@ -95,33 +99,54 @@ async function look(file, form = {}) {
   const { mapping: saved, rejected } = found;
   for (const seen of found.runs) Object.assign(addRun(seen, about), { mapping: saved, rejected });
   showRuns();
+  if (found.kind === 'log') proposeFit();
   say($('look-said'), `${file.name}: ${found.runs.length === 1 ? 'one run' : `${found.runs.length} runs`}`);
   return null;
 }
 
+/** The fields that a log needs. A reason may name a second one, as in `--position x:UNIT or --speed x:UNIT`. */
+function fieldsOf(missing, form) {
+  const fields = new Map();
+  const add = (key, example, why) => FIELDS[key] && !fields.has(key) && fields.set(key, { example, why });
+  for (const { key, example, why } of missing) {
+    add(key, example, why.replace(/--([a-z-]+)/g, (flag, name) => FIELDS[name.replaceAll('-', '_')]?.[0] ?? flag));
+    for (const [, name, value] of why.matchAll(/--([a-z-]+) (\S+)/g)) add(name.replaceAll('-', '_'), value, '');
+  }
+  for (const key of Object.keys(form)) add(key, '', '');
+  return fields;
+}
+
 let asked = 0;
+/** A field of the form with its label, its reason, and the column that is proposed in each unit. */
+function field(key, { example, why }, value) {
+  const [label, hint, units] = FIELDS[key];
+  const id = `ask-${++asked}`;
+  const isProposal = example.includes(':') && !example.startsWith('COLUMN');
+  const column = example.slice(0, example.lastIndexOf(':'));
+  const input = make('input', { id, name: key, value, placeholder: isProposal && !example.endsWith('UNIT') ? `such as ${example}` : hint, autocomplete: 'off', 'aria-describedby': `${id}-why` });
+  if (isProposal && units) input.setAttribute('list', `${id}-units`);
+  return make('p', {}, make('label', { htmlFor: id }, label), input,
+    isProposal && units ? make('datalist', { id: `${id}-units` }, ...units.map((unit) => make('option', { value: `${column}:${unit}` }))) : null,
+    make('span', { className: 'faint', id: `${id}-why` }, ...withCode(why)));
+}
+
 /** A form that asks what a log lacks. */
 function question(file, form, found) {
   const box = make('form', { className: 'card' });
-  const id = `ask${++asked}`;
-  const fields = [...new Set([...found.missing.map((one) => one.key), ...Object.keys(form)])].filter((key) => FIELDS[key]);
-  const inputs = Object.fromEntries(fields.map((key) => [key, make('input', { id: `${id}-${key}`, name: key, value: form[key] ?? '', placeholder: FIELDS[key][1] })]));
+  const fields = fieldsOf(found.missing, form);
   const failure = make('p', { role: 'alert' });
+  const recognised = found.understood.map((one) => `${one.what}: ${one.words}`).join('; ');
   box.append(
     make('h3', {}, `${file.name} lacks facts`),
-    found.understood.length ? make('p', { className: 'faint' }, 'Recognised: ', found.understood.map((one) => `${one.what}: ${one.words}`).join('; ')) : '',
-    ...fields.map((key) => {
-      const why = found.missing.find((one) => one.key === key)?.why ?? '';
-      inputs[key].setAttribute('aria-describedby', `${id}-why-${key}`);
-      return make('p', {}, make('label', { htmlFor: inputs[key].id }, FIELDS[key][0]), inputs[key], make('span', { className: 'faint', id: `${id}-why-${key}` }, why));
-    }),
-    ...found.missing.filter((one) => !FIELDS[one.key]).map((one) => make('p', {}, one.why)),
+    recognised ? make('p', { className: 'faint' }, make('span', {}, ...withCode(`Recognised: ${recognised}`))) : '',
+    ...[...fields].map(([key, about]) => field(key, about, form[key] ?? '')),
+    ...found.missing.filter((one) => !FIELDS[one.key]).map((one) => make('p', {}, make('span', {}, ...withCode(one.why)))),
     make('p', { className: 'row' }, make('button', { type: 'submit', className: 'main' }, 'Import'), make('button', { type: 'button', onclick: () => box.remove() }, 'Leave it out')),
     failure,
   );
   box.onsubmit = async (event) => {
     event.preventDefault();
-    const said = Object.fromEntries(fields.map((key) => [key, inputs[key].value]));
+    const said = Object.fromEntries([...box.querySelectorAll('input')].map((input) => [input.name, input.value]));
     try {
       await look(file, said);
       box.remove();
@@ -135,7 +160,7 @@ function question(file, form, found) {
   };
   $('questions').append(box);
   say($('look-said'), `${file.name} lacks facts, which the form asks for`);
-  inputs[fields[0]]?.focus();
+  box.querySelector('input')?.focus();
   return box;
 }
 

@@ -2,8 +2,11 @@
 let offers;
 let hidden;
 
+/** A summary of the catalogue as a sentence. */
+const sentence = (text) => `${text[0].toUpperCase()}${text.slice(1).replace(/\.?$/, '.')}`;
+
 function describe(entry) {
-  $('effect-summary').textContent = `${entry.summary} ${entry.equation}`;
+  $('effect-summary').replaceChildren(sentence(entry.summary), make('br'), make('code', {}, entry.equation));
   $('effect-numbers').replaceChildren(
     ...entry.parameters.map((number) => {
       const id = `effect-${number.key}`;
@@ -42,7 +45,7 @@ async function layOffers() {
 }
 
 /** Records from a virtual board whose motor has effects that the chosen motor lacks. */
-async function recordWith(effects, experiment, name) {
+async function recordWith(effects, experiment, name, next) {
   let motor;
   try {
     motor = await program.ask('motor_with_effects', await motorOfBench(), JSON.stringify(effects));
@@ -54,7 +57,13 @@ async function recordWith(effects, experiment, name) {
   const order = { profile, duration_s: duration, sample_time_s: sample, source: { kind: 'virtual', motor, seed: 7, fast: true } };
   for (const run of runs) run.isChosen = false;
   const run = await recordRun(order, name);
-  if (run) $('ask').scrollIntoView();
+  if (run) {
+    // The answer to another recording is no answer to this one.
+    $('answer').replaceChildren();
+    say($('answer-said'), next);
+    $('ask').scrollIntoView();
+    $('diagnose').focus();
+  }
   return run;
 }
 
@@ -62,7 +71,7 @@ $('effect').onchange = async () => describe(await entryOf($('effect').value));
 $('try').onclick = async () => {
   const entry = await entryOf($('effect').value);
   const numbers = [...$('effect-numbers').querySelectorAll('input')].map((slider) => [slider.dataset.key, slider.read()]);
-  await recordWith([{ effect: entry.effect, numbers }], entry.experiment, `${entry.effect}.csv`);
+  await recordWith([{ effect: entry.effect, numbers }], entry.experiment, `${entry.effect}.csv`, `A board with ${entry.effect.replaceAll('_', ' ')} is recorded. Diagnose tells what a simulation without it lacks.`);
 };
 $('hide').onclick = async () => {
   const told = await offers;
@@ -70,15 +79,16 @@ $('hide').onclick = async () => {
   const fair = told.effects.filter((entry) => !entry.twin && !entry.random);
   hidden = fair[crypto.getRandomValues(new Uint32Array(1))[0] % fair.length];
   $('reveal').hidden = true;
-  say($('hidden-said'), 'An effect is hidden. Diagnose finds it; or look at the recording first.');
-  if (await recordWith([{ effect: hidden.effect }], hidden.experiment, 'hidden.csv')) $('reveal').hidden = false;
+  say($('hidden-said'), '');
+  const next = 'A board with a hidden effect is recorded. Guess from the picture of the recording, let Diagnose find it, and reveal it under Try it.';
+  if (await recordWith([{ effect: hidden.effect }], hidden.experiment, 'hidden.csv', next)) $('reveal').hidden = false;
 };
-$('reveal').onclick = () => say($('hidden-said'), `Hidden: ${hidden.effect.replaceAll('_', ' ')}. ${hidden.summary}`);
+$('reveal').onclick = () => say($('hidden-said'), `Hidden: ${hidden.effect.replaceAll('_', ' ')}. ${sentence(hidden.summary)}`);
 // The example of the README: a driver that drops voltage, diagnosed with the handout's motor.
 $('example').onclick = async () => {
-  document.querySelector('input[name=motor][value=handout]').checked = true;
-  showMotor();
-  if (await recordWith([{ effect: 'voltage_drop', numbers: [['drop_v', 0.8]] }], { profile: 'reversing', duration_s: 6, sample_time_s: 0.003 }, 'example.csv')) $('diagnose').focus();
+  chooseHandout();
+  const experiment = { profile: 'reversing', duration_s: 6, sample_time_s: 0.003 };
+  await recordWith([{ effect: 'voltage_drop', numbers: [['drop_v', 0.8]] }], experiment, 'example.csv', 'The example is recorded. Press Diagnose.');
 };
 
 // The program for the console, and for tests.

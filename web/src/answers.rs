@@ -97,7 +97,7 @@ pub fn check_runs(question: &str) -> Answer {
     })
 }
 
-/// A document, its page, and the motor file of a diagnosis.
+/// A document, its page, and the motor file of a diagnosis or of a fit.
 #[derive(Debug, Serialize)]
 struct Told {
     document: String,
@@ -108,7 +108,13 @@ struct Told {
 /// Recorded against simulated: the document and the page of `motorlab compare`.
 #[wasm_bindgen]
 pub fn compare_runs(question: &str) -> Answer {
-    let given = Given::of(question)?;
+    let mut given = Given::of(question)?;
+    let fits = given.question.fit == Some(true);
+    if fits {
+        given.motor = nominal_fit(&given.runs, &given.motor)
+            .map_err(failed)?
+            .motor;
+    }
     let mut overlays: Vec<Overlay> = Vec::new();
     for (run, notes) in given.runs.iter().zip(&given.notes) {
         let name = run.path.as_deref().unwrap_or("run".as_ref()).display();
@@ -123,7 +129,7 @@ pub fn compare_runs(question: &str) -> Answer {
     document(&Told {
         document: document(&Comparison::of(&overlays))?,
         page: comparison_page(&pairs, &findings, &given.motor, title),
-        motor: None,
+        motor: fits.then(|| given.motor.to_toml()),
     })
 }
 

@@ -1,0 +1,30 @@
+//! Mathematical functions as a program for WebAssembly has them, for a native program: preloaded (`LD_PRELOAD`), they take the place of
+//! those of the C library. The standard library of `wasm32-unknown-unknown` takes them from the crate `libm`.
+
+macro_rules! functions {
+    ($($name:ident($($x:ident),+)),+ $(,)?) => { $(
+        /// The function of this name.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name($($x: f64),+) -> f64 {
+            libm::$name($($x),+)
+        }
+    )+ };
+}
+
+functions! {
+    acos(x), asin(x), atan(x), atan2(y, x), cbrt(x), cos(x), cosh(x), exp(x), exp2(x), expm1(x), hypot(x, y), log(x), log10(x), log1p(x),
+    log2(x), pow(x, y), sin(x), sinh(x), tan(x), tanh(x),
+}
+
+/// Both at once, as an optimizer asks for them.
+///
+/// # Safety
+/// Both places can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn sincos(x: f64, sin: *mut f64, cos: *mut f64) {
+    // SAFETY: the caller has said so.
+    unsafe {
+        *sin = libm::sin(x);
+        *cos = libm::cos(x);
+    }
+}
