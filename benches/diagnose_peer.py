@@ -56,7 +56,7 @@ def counts(logs, samples):
 
 
 def timed(who, work):
-    """What `work` returns, its wall and its CPU time in s; `who` of resource.getrusage."""
+    """The result of `work`, its wall and its CPU time in s; `who` of resource.getrusage."""
     cpu = lambda: sum(resource.getrusage(who)[:2])
     begin, cpu_begin = time.perf_counter(), cpu()
     result = work()

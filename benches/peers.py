@@ -47,7 +47,7 @@ def coulomb(u):
 
 
 def smooth(r=R, b=B, l=L, j=J, tf=TF, cut=0.0, gain=1.0):
-    """The motor with Coulomb friction and other numbers."""
+    """The motor with Coulomb friction and other parameters."""
     def model(u):
         v = gain * u if abs(u) > cut else 0.0
 

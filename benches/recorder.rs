@@ -63,13 +63,13 @@ fn pty_alone(bencher: Bencher<'_, '_>) {
         let all = SAMPLES as usize * FRAME;
         std::thread::scope(|scope| {
             let sender = scope.spawn(move || {
-                let piece = [0x55; 256];
+                let block = [0x55; 256];
                 let mut sent = 0;
                 while sent < all {
                     let ready = pty.wait(std::time::Duration::from_millis(20), true);
                     ready.expect("a line");
                     sent += pty
-                        .write_some(&piece[..piece.len().min(all - sent)])
+                        .write_some(&block[..block.len().min(all - sent)])
                         .expect("a line");
                 }
                 pty

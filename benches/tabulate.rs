@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 /// Documents.
 const DOCUMENTS: usize = 2_000;
-/// What they may take in s.
+/// Longest time in s.
 const MOST_S: f64 = 5.0;
 
 fn main() {
@@ -30,7 +30,7 @@ fn main() {
                 .map(|c| format!("{{\"effect\":\"effect_{c}\",\"stage\":\"driver\",\"inclusion\":0.05,\"at_bound\":false,\"parameters\":{{\"volts\":{}}}}}", interval(scatter(c + 3))))
                 .collect();
             let text = format!(
-                "{{\"shape\":\"motorlab-diagnosis/3\",\"verdict\":\"effect\",\"sentence\":\"It is so\",\"probability\":0.9,\"effects\":[\"effect_0\"],\
+                "{{\"shape\":\"motorlab-diagnosis/3\",\"verdict\":\"effect\",\"sentence\":\"Backlash\",\"probability\":0.9,\"effects\":[\"effect_0\"],\
                  \"causes\":[{}],\"where\":{{\"stage\":\"driver\"}},\"gap\":null,\"base\":{{\"coulomb_friction_nm\":{},\"inertia_kg_m2\":{},\"back_emf_v_s_per_rad\":{},\"viscous_friction_nm_s_per_rad\":{}}},\
                  \"steps\":[{}],\"data\":[],\"next_experiment\":null,\"elapsed_s\":0.5,\"runs\":[{{\"path\":\"r\",\"role\":\"diagnosed\",\"unit\":\"U{k}\",\"started\":\"2026-03-{:02}T00:00:00Z\",\"samples\":500,\"sample_time_s\":0.003,\"duration_s\":1.5}}]}}",
                 causes.join(","), interval(1.0 + scatter(7)), interval(1.0 + scatter(11)), interval(1.0 + scatter(13)), interval(1.0 + scatter(17)), vec!["0"; 2000].join(","), 1 + k % 28

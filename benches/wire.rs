@@ -1,8 +1,8 @@
-//! Decode throughput: 100,000 DATA frames (1.8 MB) read from a file in pieces of 4096 bytes.
+//! Decode throughput: 100,000 DATA frames (1.8 MB) read from a file in chunks of 4096 bytes.
 //!
 //! `cargo bench --bench wire`. `merely_read` is the ceiling: the same reads, nothing done with them. Each
 //! further line adds a layer: frames (COBS, CRC-16), messages (every field in range), samples (counters
-//! unwrapped, held against the sample before). A serial line at 115200 baud brings 0.0115 MB/s.
+//! unwrapped, compared with the sample before). A serial line at 115200 baud brings 0.0115 MB/s.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -20,7 +20,7 @@ const SAMPLES: u32 = 100_000;
 const SAMPLE_TIME_US: u32 = 3_000;
 const COMMAND_MV: i16 = 4_500;
 
-/// What a board sends while it records; a turning motor, so that all fields change.
+/// Bytes that a board sends while it records; a turning motor, so that all fields change.
 fn stream() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut wire = [0; MAX_WIRE];
@@ -40,7 +40,7 @@ fn stream() -> Vec<u8> {
     bytes
 }
 
-/// Benches one way to take in the stream; `take` gets each piece, `done` says what it came to.
+/// Benches one way to take in the stream; `take` gets each chunk, `done` says its result.
 fn over_file<S>(
     bencher: Bencher<'_, '_>,
     start: impl Fn() -> S + Sync,
@@ -52,12 +52,12 @@ fn over_file<S>(
     std::io::Write::write_all(&mut file, &bytes).expect("room");
     let run = |file: &mut File| {
         let mut state = start();
-        let mut piece = [0; 4096];
+        let mut chunk = [0; 4096];
         file.seek(SeekFrom::Start(0)).expect("its start");
         loop {
-            match file.read(&mut piece).expect("a file") {
+            match file.read(&mut chunk).expect("a file") {
                 0 => break state,
-                length => take(&mut state, black_box(&piece[..length])),
+                length => take(&mut state, black_box(&chunk[..length])),
             }
         }
     };
@@ -75,8 +75,8 @@ fn a_merely_read(bencher: Bencher<'_, '_>) {
 
 #[divan::bench]
 fn b_count_zeros(bencher: Bencher<'_, '_>) {
-    let zeros = |count: &mut u32, piece: &[u8]| {
-        *count += piece.iter().filter(|&&byte| byte == 0).count() as u32;
+    let zeros = |count: &mut u32, chunk: &[u8]| {
+        *count += chunk.iter().filter(|&&byte| byte == 0).count() as u32;
     };
     over_file(bencher, || 0, zeros, |&count| count);
 }
@@ -86,8 +86,8 @@ fn c_frames(bencher: Bencher<'_, '_>) {
     over_file(
         bencher,
         || (FrameDecoder::new(), 0),
-        |(decoder, count), piece| {
-            for &byte in piece {
+        |(decoder, count), chunk| {
+            for &byte in chunk {
                 *count += u32::from(matches!(decoder.push(byte), Some(Ok(_))));
             }
         },
@@ -100,8 +100,8 @@ fn d_messages(bencher: Bencher<'_, '_>) {
     over_file(
         bencher,
         || (FrameDecoder::new(), 0),
-        |(decoder, count), piece| {
-            for &byte in piece {
+        |(decoder, count), chunk| {
+            for &byte in chunk {
                 if let Some(Ok(frame)) = decoder.push(byte) {
                     let message = BoardMessage::parse(frame, BoardFields::default());
                     *count += u32::from(matches!(message, Ok(BoardMessage::Data(_))));
@@ -124,8 +124,8 @@ fn e_samples(bencher: Bencher<'_, '_>) {
             });
             (intake, 0)
         },
-        |(intake, count), piece| {
-            intake.push(0, piece, |event| {
+        |(intake, count), chunk| {
+            intake.push(0, chunk, |event| {
                 *count += u32::from(matches!(event, Event::Sample(_)));
             });
         },

@@ -36,7 +36,9 @@ pub struct DataSheet {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DataSheetError {
     /// A number that has to be above 0.
-    #[error("{what}: it has to be above 0")]
+    #[error(
+        "{what}: it has to be above 0\nhint: take the number from the data sheet, without a sign"
+    )]
     NotPositive {
         /// Which.
         what: &'static str,
@@ -135,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_motor_has_is_said() {
+    fn implausible_data_sheets_are_refused() {
         let milliamperes = DataSheet {
             no_load_current_a: 150.0,
             ..SHEET

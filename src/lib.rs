@@ -1,5 +1,5 @@
 //! motorlab records a DC motor over a serial line, simulates it, compares the two and says which
-//! effect explains the gap.
+//! effect causes the sim-to-real error.
 //!
 //! The rooms follow the data:
 //!
@@ -11,16 +11,17 @@
 //! | [`motor`] | parameters, the signal chain, the simulator |
 //! | [`data_sheet`] | the numbers of a motor's data sheet as parameters |
 //! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
-//! | [`check`] | what is wrong with a recording itself, before anything is concluded from it |
+//! | [`check`] | faults of a recording itself, before anything is concluded from it |
 //! | [`compare`] | recorded against simulated |
 //! | [`least_squares`] | the plain fit of a first-order motor to recordings |
-//! | [`diagnose`] | where the gap lies, which effect causes it, how far it shrinks |
+//! | [`diagnose`] | error budget, identified effects, held-out error |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
 //! | [`fleet`] | many diagnoses as tables, and each unit against the population |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
-//! | [`plain`] | text from files and devices made harmless for whoever reads it |
+//! | [`hint`] | errors with what to do about them |
+//! | [`plain`] | text from files and devices made harmless for its readers |
 //! | [`platform`] | files and clocks where there is an operating system, and where there is none |
 //! | [`cli`] | one file a subcommand: arguments and printing only |
 //!
@@ -40,6 +41,7 @@ pub mod diagnose;
 pub mod effects;
 pub mod export;
 pub mod fleet;
+pub mod hint;
 pub mod import;
 pub mod lab;
 pub mod least_squares;

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_steers_or_hides_is_replaced_and_words_stay() {
+    fn control_and_invisible_characters_are_replaced() {
         assert_eq!(
             plain("a\u{1b}[2J\u{202e}b\u{200b}c\n"),
             "a\u{FFFD}[2J\u{FFFD}b\u{FFFD}c\n"

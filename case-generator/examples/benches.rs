@@ -8,7 +8,7 @@
 //! `breadth` writes the cases of `motorlab blind make --breadth` of the same seed and count: DIR/case-0001/motor.toml, run1.csv and so
 //! on, unseen.csv. Then DIR/truth.json has of each case its label and its bench (family, protocol, random load, stated tolerance).
 //! `chosen` writes one run for each entry of the JSON object in SPEC.json, under the entry's name (`case_generator::Chosen` has the keys of
-//! an entry), and DIR/visible.json: what re-tuned numbers of the motor leave of each one's effects, in counts.
+//! an entry), and DIR/visible.json: the residual of each one's effects after re-identified parameters, in counts.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -71,7 +71,7 @@ fn chosen(spec: &Path, directory: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What the function makes of 0 to `count`, by name.
+/// Results of the function for 0 to `count`, by name.
 fn on_all_cores(
     count: usize,
     make: impl Fn(usize) -> Result<(String, Value), String> + Sync,

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! `--kind` is mixed, singles, pairs, none, outside (or unknown), an effect's id, or two ids joined by `+`.
-//! `--other-motors` draws motors unlike the handout's; `--wander X` multiplies the wander; `--friction-elsewhere` draws how friction splits
+//! `--other-motors` draws motors unlike the handout's; `--random-torque X` multiplies the random torque; `--friction-elsewhere` draws how friction splits
 //! between motor and load, where there are two.
 //! A case's directory holds motor.toml (nominal), run1.csv (step at 30 ms), run2.csv (step at 3 ms),
 //! run3.csv (reversing at 3 ms, 15 s) and unseen.csv (another such).
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "--count" => count = value()?.parse()?,
             "--kind" => kind = value()?,
             "--labels" => labels = Some(PathBuf::from(value()?)),
-            "--wander" => options.wander_scale = value()?.parse()?,
+            "--random-torque" => options.random_torque_scale = value()?.parse()?,
             "--other-motors" => options.other_motors = true,
             "--friction-elsewhere" => options.friction_elsewhere = true,
             _ => directory = Some(PathBuf::from(word)),

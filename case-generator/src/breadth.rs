@@ -8,14 +8,14 @@ use serde::Serialize;
 
 use crate::case::{Case, Label};
 use crate::effect::{CATALOGUE, Effect};
-use crate::hidden::Hidden;
 use crate::kind::can_pair;
 use crate::motor::{Motor, four_digits, normal};
-use crate::oddity::OUTSIDE;
-use crate::plant::WanderLevel;
 use crate::profile::{Profile, millivolts};
+use crate::random_torque::RandomTorque;
 use crate::record::{Conditions, record};
-use crate::strength::{beyond_refit, rms, still_counts};
+use crate::strength::{beyond_refit, counts_without_noise, rms};
+use crate::true_motor::TrueMotor;
+use crate::unmodelled::OUTSIDE;
 
 /// Families of motors.
 pub const FAMILIES: [&str; 4] = ["lab", "hobby", "fast", "servo"];
@@ -30,7 +30,7 @@ pub const PROTOCOLS: [&str; 7] = [
     "random",
 ];
 
-/// What a case of the breadth set is.
+/// Description of a case of the breadth set.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bench {
     /// One of [`FAMILIES`].
@@ -43,8 +43,8 @@ pub struct Bench {
     pub tolerance: f64,
     /// Whether the motor file says so.
     pub is_stated: bool,
-    /// Whether a small load wanders.
-    pub wanders: bool,
+    /// Whether a small load has_random_torque.
+    pub has_random_torque: bool,
     /// Ids that are hidden.
     pub ids: Vec<&'static str>,
 }
@@ -60,9 +60,9 @@ pub struct BenchCase {
     pub motor_file: String,
 }
 
-/// What a case of the breadth set hides.
+/// Hidden effects of a case of the breadth set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hides {
+pub enum HiddenEffects {
     /// Nothing.
     Nothing,
     /// So many effects of the catalogue.
@@ -73,17 +73,17 @@ pub enum Hides {
 
 /// So many cases: a quarter hide nothing, a third one effect, a sixth two, a twentieth three, a tenth something outside, and a tenth one
 /// effect on the plainest protocol, which may not tell it from another.
-pub fn plan_breadth(cases: usize, seed: u64) -> Vec<(u64, Hides, Option<&'static str>)> {
+pub fn plan_breadth(cases: usize, seed: u64) -> Vec<(u64, HiddenEffects, Option<&'static str>)> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x6272_6561_6474_6800);
-    let mut plan: Vec<(u64, Hides, Option<&'static str>)> = (0..cases)
+    let mut plan: Vec<(u64, HiddenEffects, Option<&'static str>)> = (0..cases)
         .map(|k| {
             let hides = match k * 60 / cases.max(1) {
-                0..15 => (Hides::Nothing, None),
-                15..35 => (Hides::Effects(1), None),
-                35..45 => (Hides::Effects(2), None),
-                45..48 => (Hides::Effects(3), None),
-                48..54 => (Hides::Outside, None),
-                _ => (Hides::Effects(1), Some("step")),
+                0..15 => (HiddenEffects::Nothing, None),
+                15..35 => (HiddenEffects::Effects(1), None),
+                35..45 => (HiddenEffects::Effects(2), None),
+                45..48 => (HiddenEffects::Effects(3), None),
+                48..54 => (HiddenEffects::Outside, None),
+                _ => (HiddenEffects::Effects(1), Some("step")),
             };
             (rng.random::<u64>(), hides.0, hides.1)
         })
@@ -95,7 +95,11 @@ pub fn plan_breadth(cases: usize, seed: u64) -> Vec<(u64, Hides, Option<&'static
 }
 
 /// The case of one entry of a plan.
-pub fn generate_bench(seed: u64, hides: Hides, protocol: Option<&'static str>) -> BenchCase {
+pub fn generate_bench(
+    seed: u64,
+    hides: HiddenEffects,
+    protocol: Option<&'static str>,
+) -> BenchCase {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     const TRIES: usize = 40;
     let mut best: Option<(f64, BenchCase)> = None;
@@ -248,7 +252,11 @@ fn profile_of(protocol: &'static str, motor: &Motor, ts: f64, rng: &mut impl Rng
     }
 }
 
-fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f64, BenchCase) {
+fn draw(
+    rng: &mut Pcg64Mcg,
+    hides: HiddenEffects,
+    protocol: Option<&'static str>,
+) -> (f64, BenchCase) {
     let family = pick(rng, &FAMILIES);
     let motor = motor_of(family, rng);
     let tolerance = pick(rng, &[0.02, 0.05, 0.15]);
@@ -269,11 +277,11 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
         .map(|_| profile_of(protocol, &motor, ts, rng))
         .collect();
     profiles.push(profile_of("random", &motor, ts.max(0.002), rng));
-    let wanders = rng.random_bool(0.5);
+    let has_random_torque = rng.random_bool(0.5);
     // Of the dry friction; the stall torque's share is what is asked.
     let stall = motor.torque_constant_nm_per_a * motor.supply_v / motor.resistance_ohm;
-    let wander = WanderLevel {
-        sigma: if wanders {
+    let random_torque = RandomTorque {
+        sigma: if has_random_torque {
             rng.random_range(0.003..0.01) * stall / motor.coulomb_friction_nm
         } else {
             0.0
@@ -281,9 +289,9 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
         time_s: log_uniform(rng, 0.1, 2.0),
     };
     let ids: Vec<&'static str> = match hides {
-        Hides::Nothing => vec![],
-        Hides::Outside => vec![pick(rng, &OUTSIDE)],
-        Hides::Effects(count) => {
+        HiddenEffects::Nothing => vec![],
+        HiddenEffects::Outside => vec![pick(rng, &OUTSIDE)],
+        HiddenEffects::Effects(count) => {
             let mut ids: Vec<&'static str> = Vec::new();
             while ids.len() < count {
                 let id = pick(rng, &CATALOGUE);
@@ -294,8 +302,8 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
             ids
         }
     };
-    let chances = rng.random::<u64>();
-    let plain = Hidden::nothing(motor);
+    let noise_seed = rng.random::<u64>();
+    let plain = TrueMotor::without_effects(motor);
     let effects: Vec<Effect> = (ids.iter())
         .map(|id| scaled(Effect::draw(id, &motor, rng), &motor))
         .collect();
@@ -308,13 +316,16 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
     };
     let hidden = with(&effects.iter().collect::<Vec<_>>());
     let judged = &profiles[..count];
-    let counts = still_counts(&hidden, judged, chances);
-    let without = still_counts(&plain, judged, chances);
+    let counts = counts_without_noise(&hidden, judged, noise_seed);
+    let without = counts_without_noise(&plain, judged, noise_seed);
     let mut strengths = std::collections::BTreeMap::new();
     let mut margin = f64::INFINITY;
     for effect in &effects {
         let others: Vec<&Effect> = effects.iter().filter(|e| e.id != effect.id).collect();
-        let strength = rms(&counts, &still_counts(&with(&others), judged, chances));
+        let strength = rms(
+            &counts,
+            &counts_without_noise(&with(&others), judged, noise_seed),
+        );
         let least = if effect.id == "sample_jitter" {
             0.4
         } else {
@@ -326,21 +337,21 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
     let beyond = if ids.is_empty() {
         0.0
     } else {
-        beyond_refit(&plain, judged, chances, &counts, &without)
+        beyond_refit(&plain, judged, noise_seed, &counts, &without)
     };
     let mut runs = Vec::new();
     for (k, profile) in profiles.iter().enumerate() {
         let conditions = Conditions {
-            wander,
-            seed: chances.wrapping_add(k as u64),
+            random_torque,
+            seed: noise_seed.wrapping_add(k as u64),
         };
         runs.push(record(&hidden, profile, motor.counts_per_rev, conditions).run);
     }
     let unseen_run = runs.pop().expect("the last is kept");
     let motor_file = nominal.to_toml_within(is_stated.then_some(tolerance));
     let kind = match (hides, ids.len()) {
-        (Hides::Nothing, _) => "none",
-        (Hides::Outside, _) => "outside",
+        (HiddenEffects::Nothing, _) => "none",
+        (HiddenEffects::Outside, _) => "outside",
         (_, 1) => "single",
         (_, 2) => "pair",
         _ => "triple",
@@ -356,8 +367,8 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
             beyond_refit_counts: beyond,
             unseen_floor_counts: 0.0,
             motor,
-            wander_relative: wander.sigma,
-            wander_time_s: wander.time_s,
+            random_torque_relative: random_torque.sigma,
+            random_torque_time_s: random_torque.time_s,
         },
     };
     let bench = Bench {
@@ -366,7 +377,7 @@ fn draw(rng: &mut Pcg64Mcg, hides: Hides, protocol: Option<&'static str>) -> (f6
         sample_time_s: ts,
         tolerance,
         is_stated,
-        wanders,
+        has_random_torque,
         ids,
     };
     (
@@ -386,12 +397,12 @@ mod tests {
     #[test]
     fn a_plan_has_its_shares_and_is_the_same_again() {
         let plan = plan_breadth(600, 3);
-        let count = |hides: Hides| plan.iter().filter(|case| case.1 == hides).count();
-        assert_eq!(count(Hides::Nothing), 150);
-        assert_eq!(count(Hides::Effects(1)), 260);
-        assert_eq!(count(Hides::Effects(2)), 100);
-        assert_eq!(count(Hides::Effects(3)), 30);
-        assert_eq!(count(Hides::Outside), 60);
+        let count = |hides: HiddenEffects| plan.iter().filter(|case| case.1 == hides).count();
+        assert_eq!(count(HiddenEffects::Nothing), 150);
+        assert_eq!(count(HiddenEffects::Effects(1)), 260);
+        assert_eq!(count(HiddenEffects::Effects(2)), 100);
+        assert_eq!(count(HiddenEffects::Effects(3)), 30);
+        assert_eq!(count(HiddenEffects::Outside), 60);
         assert_eq!(plan, plan_breadth(600, 3));
         assert_ne!(plan, plan_breadth(600, 4));
     }
@@ -399,8 +410,8 @@ mod tests {
     #[test]
     fn a_bench_is_what_it_says() {
         for seed in 0..12 {
-            let bench = generate_bench(seed, Hides::Effects(1), None);
-            assert_eq!(bench, generate_bench(seed, Hides::Effects(1), None));
+            let bench = generate_bench(seed, HiddenEffects::Effects(1), None);
+            assert_eq!(bench, generate_bench(seed, HiddenEffects::Effects(1), None));
             let label = &bench.case.label;
             let ids: Vec<&str> = label
                 .effects
@@ -426,19 +437,19 @@ mod tests {
                 let moved = run.counts.iter().any(|n| n.abs() > 10);
                 assert!(moved, "{:?}", bench.bench);
             }
-            // What is believed is off by the tolerance: not exact, and not by five sigma.
-            let (kb, believed) = (
+            // The nominal value is off by the tolerance: not exact, and not by five sigma.
+            let (kb, draw_nominal) = (
                 label.motor.back_emf_v_s_per_rad,
                 bench.case.nominal.back_emf_v_s_per_rad,
             );
-            let off = (believed / kb).ln().abs();
+            let off = (draw_nominal / kb).ln().abs();
             assert!(off > 0.0 && off < 5.0 * bench.bench.tolerance, "{off}");
         }
     }
 
     #[test]
-    fn a_perfect_motor_that_nothing_wanders_in_repeats() {
-        let bench = generate_bench(5, Hides::Nothing, Some("step"));
+    fn a_perfect_motor_without_random_torque_repeats() {
+        let bench = generate_bench(5, HiddenEffects::Nothing, Some("step"));
         assert!(bench.bench.ids.is_empty() && bench.case.runs.len() == 1);
         assert_eq!(bench.case.label.beyond_refit_counts, 0.0);
     }

@@ -7,21 +7,21 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use crate::effect::Effect;
-use crate::hidden::Hidden;
 use crate::kind::Kind;
 use crate::motor::Motor;
-use crate::plant::WanderLevel;
 use crate::profile::Profile;
+use crate::random_torque::RandomTorque;
 use crate::record::{CaseRun, Conditions, record};
-use crate::strength::{beyond_refit, rms, still_counts, still_counts_under};
+use crate::strength::{beyond_refit, counts_under_conditions, counts_without_noise, rms};
+use crate::true_motor::TrueMotor;
 
-/// What is drawn besides the effect itself.
+/// Options of the drawing, besides the effect itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
     /// Motors other than the handout's: each figure by up to a factor of two, other encoders, supplies.
     pub other_motors: bool,
-    /// Multiplies the wander of load and friction, which by itself is 0.03 to 1 % of Tf (one sigma).
-    pub wander_scale: f64,
+    /// Multiplies the random torque of load and friction, which by itself is 0.03 to 1 % of Tf (one sigma).
+    pub random_torque_scale: f64,
     /// An effect has to change the angle by this many counts (RMS over the runs).
     pub least_counts: f64,
     /// Of motors with backlash or compliance, friction sits elsewhere than inertia does.
@@ -32,7 +32,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             other_motors: false,
-            wander_scale: 1.0,
+            random_torque_scale: 1.0,
             least_counts: 2.0,
             friction_elsewhere: false,
         }
@@ -49,18 +49,20 @@ pub struct Label {
     pub effects: Vec<Effect>,
     /// Of each effect: by how many counts (RMS over the three runs) the angle differs without it.
     pub strength_counts: BTreeMap<String, f64>,
-    /// What re-tuning R, K, J, b and Tf within their tolerances leaves of all effects together, in
-    /// counts RMS (linear estimate); 0 where there is none.
+    /// Residual of all effects together in counts RMS after re-identification of R, K, J, b and Tf within their tolerances
+    /// (linear estimate); 0 where there is none.
     pub beyond_refit_counts: f64,
-    /// RMS in counts between the unseen run and the true motor without its wander (same dice where the
-    /// effect throws any): no model that knows the truth, but not the wander, gets below.
+    /// RMS in counts between the unseen run and the true motor without its random torque (same random numbers where the
+    /// effect draws any): no model that knows the truth, but not the random torque, gets below.
     pub unseen_floor_counts: f64,
     /// The motor, without the effects.
     pub motor: Motor,
-    /// One sigma of the wander of load and of friction, relative to Tf.
-    pub wander_relative: f64,
-    /// Correlation time of the wander in s.
-    pub wander_time_s: f64,
+    /// One sigma of the random torque of load and of friction, relative to Tf.
+    #[serde(alias = "wander_relative")]
+    pub random_torque_relative: f64,
+    /// Correlation time of the random torque in s.
+    #[serde(alias = "wander_time_s")]
+    pub random_torque_time_s: f64,
 }
 
 /// A case: what a diagnosis gets, and what it does not get.
@@ -68,7 +70,7 @@ pub struct Label {
 pub struct Case {
     /// Step at 0.03 s, step at 0.003 s (4 s each), multi-level reversing at 0.003 s (15 s).
     pub runs: Vec<CaseRun>,
-    /// Another multi-level reversing run, for scoring what was promised.
+    /// Another multi-level reversing run, for scoring predictions.
     pub unseen_run: CaseRun,
     /// The motor as its owner believes it to be, effects not included.
     pub nominal: Motor,
@@ -81,7 +83,7 @@ pub fn generate(seed: u64, kind: &Kind) -> Case {
     generate_with(seed, kind, &Options::default())
 }
 
-/// [`generate`] with other motors, more wander, or weaker effects.
+/// [`generate`] with other motors, more random torque, or weaker effects.
 pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let ids: Vec<&str> = match kind {
@@ -89,39 +91,42 @@ pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
         Kind::Single(id) | Kind::Outside(id) => vec![id],
         Kind::Pair(a, b) => vec![a, b],
     };
-    let mut scene = Scene::draw(&ids, options, &mut rng);
-    for _ in 1..SCENES {
-        if scene.drawn.margin >= 1.0 {
+    let mut drawing = DrawnCase::draw(&ids, options, &mut rng);
+    for _ in 1..MOST_DRAWINGS {
+        if drawing.drawn.margin >= 1.0 {
             break;
         }
         // An effect without a magnitude of its own may do nothing in these runs of this motor.
-        let other = Scene::draw(&ids, options, &mut rng);
-        if other.drawn.margin > scene.drawn.margin {
-            scene = other;
+        let other = DrawnCase::draw(&ids, options, &mut rng);
+        if other.drawn.margin > drawing.drawn.margin {
+            drawing = other;
         }
     }
-    let Scene {
+    let DrawnCase {
         motor,
         nominal,
-        wander,
+        random_torque,
         profiles,
-        chances,
+        noise_seed,
         drawn,
-    } = scene;
-    let plain = Hidden::nothing(motor);
+    } = drawing;
+    let plain = TrueMotor::without_effects(motor);
     let judged = &profiles[..3];
-    let without = still_counts(&plain, judged, chances);
+    let without = counts_without_noise(&plain, judged, noise_seed);
     let beyond_refit_counts = if ids.is_empty() {
         0.0
     } else {
-        beyond_refit(&plain, judged, chances, &drawn.counts, &without)
+        beyond_refit(&plain, judged, noise_seed, &drawn.counts, &without)
     };
 
     let mut runs: Vec<CaseRun> = Vec::with_capacity(4);
     let mut unseen_floor_counts = 0.0;
     for (k, profile) in profiles.iter().enumerate() {
-        let seed = chances.wrapping_add(k as u64);
-        let conditions = Conditions { wander, seed };
+        let seed = noise_seed.wrapping_add(k as u64);
+        let conditions = Conditions {
+            random_torque,
+            seed,
+        };
         let recording = record(&drawn.hidden, profile, motor.counts_per_rev, conditions);
         if k == 3 {
             unseen_floor_counts = floor_counts(&drawn.hidden, &recording.run, conditions);
@@ -146,43 +151,43 @@ pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
             beyond_refit_counts,
             unseen_floor_counts,
             motor,
-            wander_relative: wander.sigma,
-            wander_time_s: wander.time_s,
+            random_torque_relative: random_torque.sigma,
+            random_torque_time_s: random_torque.time_s,
         },
     }
 }
 
 /// Most motors that are drawn until the effects change the angle by enough.
-const SCENES: usize = 20;
+const MOST_DRAWINGS: usize = 20;
 
 /// A motor, how it is driven, and its effects.
-struct Scene {
+struct DrawnCase {
     motor: Motor,
     nominal: Motor,
-    wander: WanderLevel,
+    random_torque: RandomTorque,
     profiles: Vec<Profile>,
-    chances: u64,
-    drawn: Drawn,
+    noise_seed: u64,
+    drawn: DrawnEffects,
 }
 
-impl Scene {
+impl DrawnCase {
     fn draw(ids: &[&str], options: &Options, rng: &mut impl Rng) -> Self {
         let motor = Motor::draw(rng, options.other_motors);
-        let nominal = motor.believed(rng);
-        let wander = WanderLevel {
-            sigma: options.wander_scale * log_uniform(rng, 0.0003, 0.01),
+        let nominal = motor.draw_nominal(rng);
+        let random_torque = RandomTorque {
+            sigma: options.random_torque_scale * log_uniform(rng, 0.0003, 0.01),
             time_s: log_uniform(rng, 0.3, 3.0),
         };
         let profiles = profiles(&motor, rng);
-        let chances = rng.random::<u64>();
-        let plain = Hidden::nothing(motor);
-        let drawn = draw_effects(ids, &plain, &profiles[..3], chances, options, rng);
+        let noise_seed = rng.random::<u64>();
+        let plain = TrueMotor::without_effects(motor);
+        let drawn = draw_effects(ids, &plain, &profiles[..3], noise_seed, options, rng);
         Self {
             motor,
             nominal,
-            wander,
+            random_torque,
             profiles,
-            chances,
+            noise_seed,
             drawn,
         }
     }
@@ -201,11 +206,11 @@ fn profiles(motor: &Motor, rng: &mut impl Rng) -> Vec<Profile> {
     ]
 }
 
-struct Drawn {
-    hidden: Hidden,
+struct DrawnEffects {
+    hidden: TrueMotor,
     effects: Vec<Effect>,
     strengths: BTreeMap<String, f64>,
-    /// What the encoder reads with all effects, without wander.
+    /// Encoder reading with all effects, without random torque.
     counts: Vec<f64>,
     /// The weakest effect's strength in multiples of the least one.
     margin: f64,
@@ -214,22 +219,22 @@ struct Drawn {
 /// Draws magnitudes until each effect changes the angle by enough; after many tries, the strongest.
 fn draw_effects(
     ids: &[&str],
-    plain: &Hidden,
+    plain: &TrueMotor,
     profiles: &[Profile],
-    chances: u64,
+    noise_seed: u64,
     options: &Options,
     rng: &mut impl Rng,
-) -> Drawn {
+) -> DrawnEffects {
     const TRIES: usize = 30;
     let with = |effects: &[&Effect]| {
         let mut hidden = plain.clone();
         for effect in effects {
             effect.apply(&mut hidden);
         }
-        let counts = still_counts(&hidden, profiles, chances);
+        let counts = counts_without_noise(&hidden, profiles, noise_seed);
         (hidden, counts)
     };
-    let mut best: Option<Drawn> = None;
+    let mut best: Option<DrawnEffects> = None;
     for _ in 0..TRIES {
         let effects: Vec<Effect> = ids
             .iter()
@@ -251,7 +256,7 @@ fn draw_effects(
             margin = margin.min(strength / least_counts(&effect.id, options));
             strengths.insert(effect.id.clone(), strength);
         }
-        let drawn = Drawn {
+        let drawn = DrawnEffects {
             hidden,
             effects,
             strengths,
@@ -265,16 +270,16 @@ fn draw_effects(
             best = Some(drawn);
         }
     }
-    best.unwrap_or_else(|| Drawn {
+    best.unwrap_or_else(|| DrawnEffects {
         hidden: plain.clone(),
         effects: Vec::new(),
         strengths: BTreeMap::new(),
-        counts: still_counts(plain, profiles, chances),
+        counts: counts_without_noise(plain, profiles, noise_seed),
         margin: 0.0,
     })
 }
 
-/// The least strength of an effect. Jitter is measured by another yard: a spread of a whole sample at
+/// The least strength of an effect. Jitter is judged by another limit: a spread of a whole sample at
 /// 3 ms moves the handout's motor by a count and a half at top speed, never by two.
 fn least_counts(id: &str, options: &Options) -> f64 {
     if id == "sample_jitter" {
@@ -284,19 +289,19 @@ fn least_counts(id: &str, options: &Options) -> f64 {
     }
 }
 
-/// RMS in counts between a run and the same motor without wander.
-fn floor_counts(hidden: &Hidden, run: &CaseRun, conditions: Conditions) -> f64 {
+/// RMS in counts between a run and the same motor without random torque.
+fn floor_counts(hidden: &TrueMotor, run: &CaseRun, conditions: Conditions) -> f64 {
     let still = Conditions {
-        wander: WanderLevel {
+        random_torque: RandomTorque {
             sigma: 0.0,
-            ..conditions.wander
+            ..conditions.random_torque
         },
         ..conditions
     };
     let counts: Vec<f64> = run.counts.iter().map(|&c| c as f64).collect();
     // floor(x + phi) - x has the mean phi - 1/2, where phi, the fraction of a count at the start, is for
     // a fit to choose: the mean of the difference, as far as phi can make it, is no error.
-    let expected = still_counts_under(hidden, &run.profile, still);
+    let expected = counts_under_conditions(hidden, &run.profile, still);
     let difference: Vec<f64> = counts.iter().zip(&expected).map(|(c, e)| c - e).collect();
     let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;
     let mean = mean.clamp(-0.5, 0.5);

@@ -6,15 +6,15 @@ use serde::Deserialize;
 
 use crate::breadth::PROTOCOLS;
 use crate::effect::{CATALOGUE, Effect, LATER};
-use crate::hidden::Hidden;
 use crate::motor::Motor;
-use crate::oddity::OUTSIDE;
-use crate::plant::WanderLevel;
 use crate::profile::{Profile, millivolts};
+use crate::random_torque::RandomTorque;
 use crate::record::{CaseRun, Conditions, record};
-use crate::strength::{beyond_refit, still_counts};
+use crate::strength::{beyond_refit, counts_without_noise};
+use crate::true_motor::TrueMotor;
+use crate::unmodelled::OUTSIDE;
 
-/// What is recorded.
+/// Specification of a recording.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Chosen {
@@ -22,7 +22,7 @@ pub struct Chosen {
     pub motor: Motor,
     /// Effects with their true parameters.
     pub effects: Vec<Effect>,
-    /// What the run's header calls the command: one of [`PROTOCOLS`].
+    /// Name of the command in the run's header: one of [`PROTOCOLS`].
     pub protocol: String,
     /// Sample time in s.
     pub sample_time_s: f64,
@@ -32,7 +32,7 @@ pub struct Chosen {
     pub load_share: f64,
     /// Correlation time of the random load in s.
     pub load_time_s: f64,
-    /// Seed of all chances of this recording.
+    /// Seed of all random numbers of this recording.
     pub seed: u64,
 }
 
@@ -41,7 +41,7 @@ pub struct Chosen {
 pub struct ChosenRun {
     /// The recording.
     pub run: CaseRun,
-    /// What re-tuned numbers of the motor leave of the effects, in counts RMS: a linear estimate, 0 without effects.
+    /// Residual of the effects after re-identified parameters, in counts RMS: a linear estimate, 0 without effects.
     pub beyond_refit_counts: f64,
 }
 
@@ -55,7 +55,7 @@ pub fn record_chosen(chosen: &Chosen) -> Result<ChosenRun, String> {
         .into_iter()
         .find(|name| *name == chosen.protocol)
         .ok_or_else(|| format!("'{}' is no protocol of the generator", chosen.protocol))?;
-    let mut hidden = Hidden::nothing(motor);
+    let mut hidden = TrueMotor::without_effects(motor);
     for effect in &chosen.effects {
         let known = [&CATALOGUE[..], &LATER, &OUTSIDE].concat();
         if !known.contains(&effect.id.as_str()) {
@@ -76,7 +76,7 @@ pub fn record_chosen(chosen: &Chosen) -> Result<ChosenRun, String> {
     // The plant knows the load in units of the dry friction.
     let stall_nm = motor.torque_constant_nm_per_a * motor.stall_current_a();
     let conditions = Conditions {
-        wander: WanderLevel {
+        random_torque: RandomTorque {
             sigma: chosen.load_share * stall_nm / motor.coulomb_friction_nm,
             time_s: chosen.load_time_s,
         },
@@ -86,10 +86,10 @@ pub fn record_chosen(chosen: &Chosen) -> Result<ChosenRun, String> {
     let beyond_refit_counts = if chosen.effects.is_empty() {
         0.0
     } else {
-        let plain = Hidden::nothing(motor);
+        let plain = TrueMotor::without_effects(motor);
         let profiles = [profile];
-        let with = still_counts(&hidden, &profiles, chosen.seed);
-        let without = still_counts(&plain, &profiles, chosen.seed);
+        let with = counts_without_noise(&hidden, &profiles, chosen.seed);
+        let without = counts_without_noise(&plain, &profiles, chosen.seed);
         beyond_refit(&plain, &profiles, chosen.seed, &with, &without)
     };
     Ok(ChosenRun {

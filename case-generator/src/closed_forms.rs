@@ -1,18 +1,18 @@
-//! The plant against closed forms, and the chances against their laws.
+//! The plant against closed forms, and the random processes against their laws.
 
 use std::f64::consts::TAU;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::hidden::{Contact, Coupling, Hidden};
 use crate::motor::Motor;
-use crate::oddity::Oddity;
-use crate::plant::{Plant, WanderLevel};
-use crate::wander::Wander;
+use crate::plant::Plant;
+use crate::random_torque::{OrnsteinUhlenbeck, RandomTorque};
+use crate::true_motor::{Contact, Coupling, TrueMotor};
+use crate::unmodelled::Unmodelled;
 use crate::{CATALOGUE, Kind, Mix, OUTSIDE, generate, plan};
 
-const STILL: WanderLevel = WanderLevel {
+const NO_RANDOM_TORQUE: RandomTorque = RandomTorque {
     sigma: 0.0,
     time_s: 1.0,
 };
@@ -26,14 +26,14 @@ fn first_order() -> Motor {
     }
 }
 
-fn at_rest(hidden: &Hidden) -> Plant<'_> {
-    Plant::new(hidden, STILL, 0.5, 1)
+fn at_rest(hidden: &TrueMotor) -> Plant<'_> {
+    Plant::new(hidden, NO_RANDOM_TORQUE, 0.5, 1)
 }
 
 #[test]
 fn a_step_without_friction_follows_the_first_order_solution() {
     let m = first_order();
-    let hidden = Hidden::nothing(m);
+    let hidden = TrueMotor::without_effects(m);
     let mut plant = at_rest(&hidden);
     let rate = (m.viscous_friction_nm_s_per_rad
         + m.torque_constant_nm_per_a * m.back_emf_v_s_per_rad / m.resistance_ohm)
@@ -50,7 +50,7 @@ fn a_step_without_friction_follows_the_first_order_solution() {
 
 #[test]
 fn it_turns_at_the_steady_speed_that_friction_leaves() {
-    let hidden = Hidden::nothing(Motor::HANDOUT);
+    let hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let mut plant = at_rest(&hidden);
     for volts in [4.5, 1.0, -3.0] {
         plant.hold(volts, plant.now() + 1.5);
@@ -62,7 +62,7 @@ fn it_turns_at_the_steady_speed_that_friction_leaves() {
 
 #[test]
 fn it_sticks_below_the_breakaway_voltage_and_moves_above() {
-    let hidden = Hidden::nothing(Motor::HANDOUT);
+    let hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let breakaway_v = 0.02 * 10.0 / 0.7;
     let mut held = at_rest(&hidden);
     held.hold(0.98 * breakaway_v, 5.0);
@@ -77,7 +77,7 @@ fn two_bodies_on_a_spring_ring_at_their_frequency() {
     let mut motor = first_order();
     motor.viscous_friction_nm_s_per_rad = 0.0;
     motor.torque_constant_nm_per_a = 0.0;
-    let mut hidden = Hidden::nothing(motor);
+    let mut hidden = TrueMotor::without_effects(motor);
     hidden.coupling = Some(Coupling {
         load_fraction: 0.3,
         load_friction_share: 0.3,
@@ -107,7 +107,7 @@ fn two_bodies_on_a_spring_ring_at_their_frequency() {
 
 #[test]
 fn a_driven_flank_leads_the_load_by_half_the_gap() {
-    let mut hidden = Hidden::nothing(Motor::HANDOUT);
+    let mut hidden = TrueMotor::without_effects(Motor::HANDOUT);
     let gap_rad = 0.05;
     hidden.coupling = Some(Coupling {
         load_fraction: 0.4,
@@ -128,7 +128,7 @@ fn a_driven_flank_leads_the_load_by_half_the_gap() {
 #[test]
 fn a_one_way_clutch_carries_the_load_forward_only() {
     let m = first_order();
-    let mut hidden = Hidden::nothing(m);
+    let mut hidden = TrueMotor::without_effects(m);
     hidden.coupling = Some(Coupling {
         load_fraction: 0.6,
         load_friction_share: 0.0,
@@ -159,11 +159,11 @@ fn a_one_way_clutch_carries_the_load_forward_only() {
     }
 }
 
-/// A contact that opens at every turn of the dice leaves no current, and no torque.
+/// A contact that opens at every draw leaves no current, and no torque.
 #[test]
 fn an_open_contact_leaves_no_torque() {
-    let mut hidden = Hidden::nothing(first_order());
-    hidden.oddity = Some(Oddity::ThermalCutout {
+    let mut hidden = TrueMotor::without_effects(first_order());
+    hidden.unmodelled = Some(Unmodelled::ThermalCutout {
         limit_w: 1e-9,
         time_constant_s: 1e3,
     });
@@ -178,7 +178,7 @@ fn an_open_contact_leaves_no_torque() {
 
 #[test]
 fn an_encoder_loses_the_share_of_edges_asked_for() {
-    let mut hidden = Hidden::nothing(Motor::HANDOUT);
+    let mut hidden = TrueMotor::without_effects(Motor::HANDOUT);
     hidden.miss_probability = 0.03;
     let mut plant = at_rest(&hidden);
     plant.hold(4.5, 20.0);
@@ -189,11 +189,13 @@ fn an_encoder_loses_the_share_of_edges_asked_for() {
 }
 
 #[test]
-fn the_wander_has_its_variance_and_its_memory() {
+fn the_random_torque_has_its_variance_and_correlation_time() {
     let mut rng = Pcg64Mcg::seed_from_u64(3);
-    let mut wander = Wander::new(2.0, 0.5, &mut rng);
+    let mut random_torque = OrnsteinUhlenbeck::new(2.0, 0.5, &mut rng);
     // Half a correlation time a step: neighbours correlate by exp(-1/2).
-    let values: Vec<f64> = (0..40_000).map(|_| wander.step(0.25, &mut rng)).collect();
+    let values: Vec<f64> = (0..40_000)
+        .map(|_| random_torque.step(0.25, &mut rng))
+        .collect();
     let variance = values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
     let neighbours = values.windows(2).map(|w| w[0] * w[1]).sum::<f64>() / values.len() as f64;
     // Four standard errors of the estimates.
@@ -206,9 +208,13 @@ fn nominal_figures_are_off_by_five_percent() {
     let mut rng = Pcg64Mcg::seed_from_u64(5);
     let mut squares = 0.0;
     for _ in 0..500 {
-        let mut believed = Motor::HANDOUT.believed(&mut rng);
+        let mut draw_nominal = Motor::HANDOUT.draw_nominal(&mut rng);
         let mut truth = Motor::HANDOUT;
-        for (b, t) in believed.figures_mut().into_iter().zip(truth.figures_mut()) {
+        for (b, t) in draw_nominal
+            .figures_mut()
+            .into_iter()
+            .zip(truth.figures_mut())
+        {
             squares += (*b / *t - 1.0).powi(2);
         }
     }
@@ -241,7 +247,7 @@ fn an_effect_without_a_magnitude_is_given_a_motor_on_which_it_shows() {
 }
 
 #[test]
-fn without_effect_and_wander_the_unseen_run_leaves_the_quantisation() {
+fn without_effect_and_random_torque_the_unseen_run_leaves_the_quantization() {
     let case = generate(4, &Kind::None);
     let floor = case.label.unseen_floor_counts;
     let quantisation = 1.0 / 12.0_f64.sqrt();

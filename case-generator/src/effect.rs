@@ -11,9 +11,9 @@ use std::f64::consts::TAU;
 use rand::{Rng, RngExt};
 use serde::{Deserialize, Serialize};
 
-use crate::hidden::{Contact, Coupling, Hidden, Pulses, Wave};
 use crate::motor::{Motor, NOMINAL_SIGMA, four_digits};
-use crate::oddity::Oddity;
+use crate::true_motor::{Contact, Coupling, Pulses, TrueMotor, Wave};
+use crate::unmodelled::Unmodelled;
 
 /// Ids of the catalogue, in the order of the signal chain.
 pub const CATALOGUE: [&str; 27] = [
@@ -76,7 +76,7 @@ fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
 }
 
 /// A factor from the range that no tolerance of the figure would excuse.
-fn telling_factor(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
+fn clear_factor(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     loop {
         let factor = log_uniform(rng, low, high);
         if factor.ln().abs() > 3.0 * NOMINAL_SIGMA {
@@ -110,7 +110,7 @@ impl Effect {
                 "source_resistance_ohm",
                 log_uniform(rng, 0.05, 1.0) * m.resistance_ohm,
             )],
-            "supply_error" => vec![("gain", telling_factor(rng, 0.7, 1.3))],
+            "supply_error" => vec![("gain", clear_factor(rng, 0.7, 1.3))],
             "current_limit" => {
                 vec![("limit_a", rng.random_range(0.2..0.8) * m.stall_current_a())]
             }
@@ -133,14 +133,14 @@ impl Effect {
                 ("cycles_per_rev", f64::from(rng.random_range(2..=30))),
                 ("phase_rad", phase(rng)),
             ],
-            "coulomb_friction" => vec![("torque_nm", telling_factor(rng, 0.5, 5.0) * tf)],
+            "coulomb_friction" => vec![("torque_nm", clear_factor(rng, 0.5, 5.0) * tf)],
             "viscous_friction" => vec![(
                 "coefficient_nm_s_per_rad",
-                telling_factor(rng, 1.0, 10.0) * m.viscous_friction_nm_s_per_rad,
+                clear_factor(rng, 1.0, 10.0) * m.viscous_friction_nm_s_per_rad,
             )],
             "inertia" => vec![(
                 "inertia_kg_m2",
-                telling_factor(rng, 0.3, 4.0) * m.inertia_kg_m2,
+                clear_factor(rng, 0.3, 4.0) * m.inertia_kg_m2,
             )],
             "stribeck" => vec![
                 ("extra_torque_nm", log_uniform(rng, 0.3, 4.0) * tf),
@@ -267,7 +267,7 @@ impl Effect {
                 ),
                 ("load_share", rng.random_range(0.05..0.9)),
             ],
-            outside => Oddity::draw(outside, motor, rng),
+            outside => Unmodelled::draw(outside, motor, rng),
         };
         Self {
             id: id.to_owned(),
@@ -305,7 +305,7 @@ impl Effect {
     }
 
     /// Puts the effect into a motor.
-    pub(crate) fn apply(&self, hidden: &mut Hidden) {
+    pub(crate) fn apply(&self, hidden: &mut TrueMotor) {
         match self.id.as_str() {
             "transport_delay" => hidden.delay_s = self.value("delay_s"),
             "dead_zone" => hidden.dead_zone_v = self.value("threshold_v"),
@@ -397,7 +397,7 @@ impl Effect {
                 });
             }
             "one_way_clutch" => hidden.coupling = Some(self.coupling(Contact::OneWay)),
-            _ => hidden.oddity = Oddity::new(self),
+            _ => hidden.unmodelled = Unmodelled::new(self),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What kind of case: one effect, two, none, or one outside the catalogue.
+//! Kinds of cases: one effect, two, none, or one outside the catalogue.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,9 +7,9 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::effect::{CATALOGUE, LATER};
-use crate::oddity::OUTSIDE;
+use crate::unmodelled::OUTSIDE;
 
-/// What a case hides.
+/// Hidden effects of a case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
     /// Nothing.
@@ -40,7 +40,7 @@ impl fmt::Display for UnknownKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "'{}' is no kind of case: say none, an effect's id, or two ids joined by +",
+            "'{}' is no kind of case\nhint: give none, an effect's id (`motorlab effects` lists them), or two ids joined by +",
             self.0
         )
     }

@@ -1,6 +1,6 @@
 //! Makes recordings of imagined motors with known hidden effects, apart from the simulator that
 //! diagnoses them: no code is shared with it, the integrator steps at 10 us, dry friction is a bristle
-//! law, contacts are springs with dampers, load and friction wander, ticks come late, and some motors
+//! law, contacts are springs with dampers, load and friction have a random torque, ticks come late, and some motors
 //! hide what no catalogue lists.
 //!
 //! ```
@@ -13,29 +13,33 @@
 //! The flow: [`Motor`] and effects are drawn from the seed -> profiles -> the plant, stepped -> the
 //! board's samples ([`CaseRun`]) -> [`Case`] with its [`Label`].
 
+mod body;
 pub mod breadth;
 mod case;
 mod chosen;
 #[cfg(test)]
 mod closed_forms;
 mod effect;
+mod freewheel;
 mod friction;
-mod hidden;
 mod kind;
+mod loads;
 mod motor;
-mod oddity;
 mod plant;
 mod profile;
+mod random_torque;
 mod record;
 mod strength;
-mod wander;
+mod transmission;
+mod true_motor;
+mod unmodelled;
 
 pub use case::{Case, Label, Options, generate, generate_with};
 pub use chosen::{Chosen, ChosenRun, record_chosen};
 pub use effect::{CATALOGUE, Effect, LATER};
 pub use kind::{Kind, Mix, UnknownKind, plan};
 pub use motor::{Motor, NOMINAL_SIGMA};
-pub use oddity::OUTSIDE;
 pub use plant::STEP_S;
 pub use profile::Profile;
 pub use record::CaseRun;
+pub use unmodelled::OUTSIDE;

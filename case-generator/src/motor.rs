@@ -69,8 +69,8 @@ impl Motor {
         motor
     }
 
-    /// What the owner believes: every figure 5 % off, to four digits.
-    pub(crate) fn believed(&self, rng: &mut impl Rng) -> Self {
+    /// The nominal motor of its owner: every figure 5 % off, to four digits.
+    pub(crate) fn draw_nominal(&self, rng: &mut impl Rng) -> Self {
         let mut nominal = *self;
         for figure in nominal.figures_mut() {
             let factor: f64 = 1.0 + NOMINAL_SIGMA * normal(rng);

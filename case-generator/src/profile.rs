@@ -1,11 +1,11 @@
-//! What is commanded: steps, and multi-level reversing sequences.
+//! The commands: steps, and multi-level reversing sequences.
 
 use rand::{Rng, RngExt};
 
 /// A command sequence, held over each sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profile {
-    /// What the header of the run calls it.
+    /// Name in the header of the run.
     pub name: &'static str,
     /// Sample time in s.
     pub sample_time_s: f64,

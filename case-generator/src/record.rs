@@ -7,11 +7,12 @@
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::hidden::Hidden;
 use crate::motor::normal;
-use crate::oddity::Oddity;
-use crate::plant::{Plant, WanderLevel};
+use crate::plant::Plant;
 use crate::profile::Profile;
+use crate::random_torque::RandomTorque;
+use crate::true_motor::TrueMotor;
+use crate::unmodelled::Unmodelled;
 
 /// Lateness of a tick in s (one sigma, one-sided).
 const TICK_LATENESS_S: f64 = 3e-6;
@@ -21,9 +22,9 @@ const HOST_DELAY_S: f64 = 0.4e-3;
 /// One recorded run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
-    /// What was commanded.
+    /// Commands.
     pub profile: Profile,
-    /// What the header says: nominal resolution and supply.
+    /// As in the header: nominal resolution and supply.
     pub counts_per_rev: f64,
     /// Supply in V as in the header.
     pub supply_v: f64,
@@ -54,10 +55,10 @@ impl CaseRun {
     }
 }
 
-/// Conditions of one recording: what wanders, and the seed of all its chances.
+/// Conditions of one recording: the random torque, and the seed of all random numbers.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Conditions {
-    pub(crate) wander: WanderLevel,
+    pub(crate) random_torque: RandomTorque,
     pub(crate) seed: u64,
 }
 
@@ -74,9 +75,9 @@ enum Event {
     Sample,
 }
 
-/// Plays the profile on a motor at rest. `nominal` holds what the header says of the encoder.
+/// Plays the profile on a motor at rest. `header_counts_per_rev` is the encoder's resolution in the header.
 pub(crate) fn record(
-    hidden: &Hidden,
+    hidden: &TrueMotor,
     profile: &Profile,
     header_counts_per_rev: f64,
     conditions: Conditions,
@@ -86,8 +87,8 @@ pub(crate) fn record(
     let host_offset = rng.random_range(0.0..50.0);
     let host_rate = 1.0 + 20e-6 * normal(&mut rng);
     let real_sample_time = profile.sample_time_s * (1.0 + hidden.clock_error);
-    let stalls = match hidden.oddity {
-        Some(Oddity::ClockStall { rate_hz, mean_s }) => Some((rate_hz, mean_s)),
+    let stalls = match hidden.unmodelled {
+        Some(Unmodelled::ClockStall { rate_hz, mean_s }) => Some((rate_hz, mean_s)),
         _ => None,
     };
 
@@ -123,7 +124,12 @@ pub(crate) fn record(
         *t -= origin;
     }
 
-    let mut plant = Plant::new(hidden, conditions.wander, start_fraction, conditions.seed);
+    let mut plant = Plant::new(
+        hidden,
+        conditions.random_torque,
+        start_fraction,
+        conditions.seed,
+    );
     let mut counts = Vec::with_capacity(t_s.len());
     let mut angle_rad = Vec::with_capacity(t_s.len());
     let mut in_force = 0.0;

@@ -1,36 +1,40 @@
 //! How much of a gap a hidden effect makes, and how much of it re-tuning could hide.
 
-use crate::hidden::Hidden;
 use crate::motor::{Motor, NOMINAL_SIGMA};
-use crate::plant::WanderLevel;
 use crate::profile::Profile;
+use crate::random_torque::RandomTorque;
 use crate::record::{Conditions, record};
+use crate::true_motor::TrueMotor;
 
-/// No wander at all.
-const STILL: WanderLevel = WanderLevel {
+/// No random torque.
+const NO_RANDOM_TORQUE: RandomTorque = RandomTorque {
     sigma: 0.0,
     time_s: 1.0,
 };
 
-/// What the encoder reads of a motor without any wander, in nominal counts, over all profiles.
+/// Encoder reading of a motor without random torque, in nominal counts, over all profiles.
 ///
 /// Sensor effects that act on whole counts (lost edges, another resolution) show in the counts only, so
 /// these are used; both motors of a comparison start at the same fraction of a count.
-pub(crate) fn still_counts(hidden: &Hidden, profiles: &[Profile], seed: u64) -> Vec<f64> {
+pub(crate) fn counts_without_noise(
+    hidden: &TrueMotor,
+    profiles: &[Profile],
+    seed: u64,
+) -> Vec<f64> {
     let mut all = Vec::new();
     for (k, profile) in profiles.iter().enumerate() {
         let conditions = Conditions {
-            wander: STILL,
+            random_torque: NO_RANDOM_TORQUE,
             seed: seed.wrapping_add(k as u64),
         };
-        all.extend(still_counts_under(hidden, profile, conditions));
+        all.extend(counts_under_conditions(hidden, profile, conditions));
     }
     all
 }
 
-/// [`still_counts`] of one profile under conditions of its own.
-pub(crate) fn still_counts_under(
-    hidden: &Hidden,
+/// [`counts_without_noise`] of one profile under conditions of its own.
+pub(crate) fn counts_under_conditions(
+    hidden: &TrueMotor,
     profile: &Profile,
     conditions: Conditions,
 ) -> Vec<f64> {
@@ -39,7 +43,9 @@ pub(crate) fn still_counts_under(
     let count_rad = hidden.motor.count_rad();
     let whole = hidden.miss_probability > 0.0
         || hidden.max_edge_rate_hz.is_finite()
-        || hidden.oddity.is_some_and(|oddity| oddity.adds_counts());
+        || hidden
+            .unmodelled
+            .is_some_and(|unmodelled| unmodelled.adds_counts());
     let readings = recording.run.counts.iter().zip(&recording.angle_rad);
     readings
         .map(|(&counts, &angle)| {
@@ -61,7 +67,7 @@ pub(crate) fn rms(a: &[f64], b: &[f64]) -> f64 {
 /// RMS in counts of what is left of `with - without` once R, K, J, b and Tf are re-tuned to it, linearly
 /// and within their tolerances: `min over x of |d - S x|^2 12 + |x / 0.05|^2`.
 pub(crate) fn beyond_refit(
-    plain: &Hidden,
+    plain: &TrueMotor,
     profiles: &[Profile],
     seed: u64,
     with: &[f64],
@@ -82,7 +88,7 @@ pub(crate) fn beyond_refit(
     let sensitivities = probes.map(|probe| {
         let mut changed = plain.clone();
         probe(&mut changed.motor);
-        let mut column = still_counts(&changed, profiles, seed);
+        let mut column = counts_without_noise(&changed, profiles, seed);
         for (c, w) in column.iter_mut().zip(without) {
             *c = (*c - w) / PROBE;
         }

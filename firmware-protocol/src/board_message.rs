@@ -37,7 +37,7 @@ impl BoardFields {
         self.current as u8 | (self.supply as u8) << 1 | (self.counts_16_bit as u8) << 2
     }
 
-    /// From the bits on the wire; bits of a later version are passed over.
+    /// From the bits on the wire; bits of a later version are ignored.
     pub const fn from_bits(bits: u8) -> Self {
         Self {
             current: bits & 1 != 0,
@@ -94,7 +94,7 @@ impl SampleFlags {
             | (self.saturated as u8) << 3
     }
 
-    /// From the bits on the wire; bits of a later version are passed over.
+    /// From the bits on the wire; bits of a later version are ignored.
     pub const fn from_bits(bits: u8) -> Self {
         Self {
             overrun: bits & 1 != 0,
@@ -185,7 +185,7 @@ impl core::fmt::Display for Refusal {
 /// A validated message of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoardMessage {
-    /// Who the board is; after a reset unasked, else the answer to IDENTIFY.
+    /// Who the board is; after a reset without being asked, else the answer to IDENTIFY.
     Hello(Hello),
     /// The host message of type `of` was taken.
     Ack {

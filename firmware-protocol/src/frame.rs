@@ -91,7 +91,7 @@ impl FrameDecoder {
         }
     }
 
-    /// Takes one byte. With the 0 that ends it comes the frame, or why there is none; zeros on end
+    /// Takes one byte. With the 0 that ends it comes the frame, or why there is none; zeros in a row
     /// are nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<RawFrame<'_>, FrameError>> {
         if byte != 0 {

@@ -29,7 +29,7 @@ impl SequenceUnwrapper {
         Self { last: None }
     }
 
-    /// Runs `wrapped` on from the last number. Losses of up to 32,767 samples on end are counted right.
+    /// Runs `wrapped` on from the last number. Losses of up to 32,767 samples in a row are counted right.
     pub fn push(&mut self, wrapped: u16) -> Sequence {
         let (number, lost) = match self.last {
             None => (u64::from(wrapped), u64::from(wrapped)),

@@ -12,7 +12,9 @@ use motorlab::recording::read_run;
 const BETWEEN: &[u8] = b"\n----\n";
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let found = bytes.windows(BETWEEN.len()).position(|piece| piece == BETWEEN);
+    let found = bytes
+        .windows(BETWEEN.len())
+        .position(|window| window == BETWEEN);
     let Some(at) = found else {
         return;
     };
@@ -21,7 +23,12 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     };
     let folder = std::env::temp_dir().join(format!("import-fuzz-{}", std::process::id()));
     fs::create_dir_all(&folder).expect("a folder");
-    let imported = import(&bytes[at + BETWEEN.len()..], "log.csv", &map, &folder.join("run.csv"));
+    let imported = import(
+        &bytes[at + BETWEEN.len()..],
+        "log.csv",
+        &map,
+        &folder.join("run.csv"),
+    );
     if let Ok(imported) = imported {
         let samples: u64 = imported.runs.iter().map(|run| run.samples).sum();
         let told = samples + imported.bad_rows + imported.rows_without_position;

@@ -1,38 +1,38 @@
-//! Any bytes as a run file: nothing panics, a run that is read obeys what a run promises, and reading
-//! does not depend on how the bytes come in pieces.
+//! Any bytes as a run file: nothing panics, a run that is read obeys the guarantees of a run, and reading
+//! does not depend on how the bytes come in chunks.
 #![no_main]
 
 use std::io::{self, Read};
 
 use motorlab::recording::read_run_from;
 
-/// Gives at most `piece` bytes a read.
-struct InPieces<'a> {
+/// Gives at most `chunk` bytes a read.
+struct InChunks<'a> {
     bytes: &'a [u8],
-    piece: usize,
+    chunk: usize,
 }
 
-impl Read for InPieces<'_> {
+impl Read for InChunks<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let length = self.piece.min(buffer.len());
+        let length = self.chunk.min(buffer.len());
         (&mut self.bytes).take(length as u64).read(buffer)
     }
 }
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let whole = read_run_from(bytes, "whole");
-    let piece = usize::from(bytes.last().copied().unwrap_or(0)) + 1;
-    let in_pieces = read_run_from(InPieces { bytes, piece }, "whole");
-    let (run, notes) = match (whole, in_pieces) {
-        (Ok(whole), Ok(in_pieces)) => {
-            assert_eq!(format!("{whole:?}"), format!("{in_pieces:?}"));
+    let chunk = usize::from(bytes.last().copied().unwrap_or(0)) + 1;
+    let in_chunks = read_run_from(InChunks { bytes, chunk }, "whole");
+    let (run, notes) = match (whole, in_chunks) {
+        (Ok(whole), Ok(in_chunks)) => {
+            assert_eq!(format!("{whole:?}"), format!("{in_chunks:?}"));
             whole
         }
-        (Err(whole), Err(in_pieces)) => {
-            assert_eq!(whole.to_string(), in_pieces.to_string());
+        (Err(whole), Err(in_chunks)) => {
+            assert_eq!(whole.to_string(), in_chunks.to_string());
             return;
         }
-        (whole, in_pieces) => panic!("{whole:?} as a whole, {in_pieces:?} in pieces of {piece}"),
+        (whole, in_chunks) => panic!("{whole:?} as a whole, {in_chunks:?} in chunks of {chunk}"),
     };
     for note in notes {
         let _ = note.to_string();

@@ -1,4 +1,4 @@
-//! Any bytes as what a plain sketch prints: nothing panics, no sample is made of a line that is none,
+//! Any bytes as what a plain sketch prints: nothing panics, a line that is no sample gives none,
 //! and what is recorded of it is a run file that can be read.
 //!
 //! The first byte chooses what the recorder is told (columns, sample time, profile), the second how the
@@ -21,7 +21,7 @@ const COLUMNS: [Option<&str>; 4] = [
 ];
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    let &[told, pieces, ref text @ ..] = bytes else {
+    let &[told, chunk_length, ref text @ ..] = bytes else {
         return;
     };
     let columns = COLUMNS[usize::from(told % 4)].and_then(|list| Columns::parse(list).ok());
@@ -30,15 +30,15 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let lines = text.iter().filter(is_end).count();
     let events = text.iter().filter_map(|&byte| decoder.push(byte)).count();
     assert!(events <= lines);
-    if pieces & 1 != 0 {
+    if chunk_length & 1 != 0 {
         // Lines alone are tried a hundred times as fast as recordings.
         return;
     }
 
     let mut log = Vec::new();
     let mut writer = Writer::new(&mut log, &toml::Table::new()).expect("memory");
-    for (k, piece) in text.chunks(usize::from(pieces) + 1).enumerate() {
-        writer.from_board(k as u64 * 3000, piece).expect("memory");
+    for (k, chunk) in text.chunks(usize::from(chunk_length) + 1).enumerate() {
+        writer.from_board(k as u64 * 3000, chunk).expect("memory");
     }
     let output = std::env::temp_dir().join(format!("text-board-fuzz-{}.csv", std::process::id()));
     let request = TextRequest {

@@ -1,17 +1,17 @@
 //! The effects that a model has, with their values.
 
 use crate::Parameters;
-use crate::called::meant;
 use crate::catalogue::{
     Absent, EffectKind, EffectParameter, MAX_PARAMETERS, again, catalogue, find, kind,
 };
 use crate::plausible::Shown;
+use crate::synonyms::nearest_name;
 
 /// A wrong name or value of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
-    #[error("there is no effect '{id}'{}; `motorlab effects` lists them", did_you_mean(.nearest))]
+    #[error("there is no effect '{id}'\nhint: {}`motorlab effects` lists the effects", did_you_mean(.nearest))]
     UnknownEffect {
         /// The requested value.
         id: String,
@@ -19,7 +19,7 @@ pub enum EffectError {
         nearest: Option<&'static str>,
     },
     /// No such parameter of the effect.
-    #[error("effect '{id}' has no parameter '{key}'{}", did_you_mean(.nearest))]
+    #[error("effect '{id}' has no parameter '{key}'\nhint: {}`motorlab effects {id}` lists its parameters", did_you_mean(.nearest))]
     UnknownParameter {
         /// The effect.
         id: &'static str,
@@ -29,7 +29,7 @@ pub enum EffectError {
         nearest: Option<&'static str>,
     },
     /// A value that cannot be.
-    #[error("{key} = {} of effect '{id}' cannot be: expected {} .. {}", Shown(*.value), Shown(*.lo), Shown(*.hi))]
+    #[error("{key} = {} of effect '{id}' cannot be: expected {} .. {}\nhint: `motorlab effects {id}` lists its parameters with their units", Shown(*.value), Shown(*.lo), Shown(*.hi))]
     ImpossibleValue {
         /// The effect.
         id: &'static str,
@@ -45,7 +45,7 @@ pub enum EffectError {
 }
 
 pub(crate) fn did_you_mean(nearest: &Option<&'static str>) -> String {
-    nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+    nearest.map_or(String::new(), |name| format!("did you mean '{name}'? "))
 }
 
 /// Every id that an effect can have.
@@ -67,7 +67,7 @@ impl ActiveEffect {
     pub fn new(id: &str, values: &[f64]) -> Result<Self, EffectError> {
         let (index, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: meant(id, ids()),
+            nearest: nearest_name(id, ids()),
         })?;
         let mut active = Self {
             index,
@@ -103,7 +103,7 @@ impl ActiveEffect {
     ) -> Result<Self, EffectError> {
         let (_, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
             id: id.to_owned(),
-            nearest: meant(id, ids()),
+            nearest: nearest_name(id, ids()),
         })?;
         let mut values = [0.0; MAX_PARAMETERS];
         for (value, parameter) in values.iter_mut().zip(kind.parameters) {
@@ -114,7 +114,7 @@ impl ActiveEffect {
             let k = known.ok_or_else(|| EffectError::UnknownParameter {
                 id: kind.id,
                 key: key.to_owned(),
-                nearest: meant(key, kind.parameters.iter().map(|p| p.key)),
+                nearest: nearest_name(key, kind.parameters.iter().map(|p| p.key)),
             })?;
             values[k] = value;
         }

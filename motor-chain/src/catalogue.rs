@@ -15,7 +15,8 @@ pub use crate::effect_parameter::{Absent, EffectParameter, Prior, Scale};
 
 use crate::chain::Chain;
 use crate::scalar::Scalar;
-use crate::stages::{command, driver, electrical, mechanical, sensor, timing, transmission};
+use crate::stages::mechanical::{friction, load};
+use crate::stages::{command, driver, electrical, sensor, timing, transmission};
 
 /// The most parameters that one effect has.
 pub const MAX_PARAMETERS: usize = 5;
@@ -139,19 +140,19 @@ registry! {
     electrical::WindingHeating,
     electrical::MagnetWeakening,
     electrical::TorqueRipple,
-    mechanical::CoulombFriction,
-    mechanical::ViscousFriction,
-    mechanical::AsymmetricViscous,
-    mechanical::Inertia,
-    mechanical::Stribeck,
-    mechanical::AsymmetricFriction,
-    mechanical::StaticFriction,
-    mechanical::Presliding,
-    mechanical::LoadFriction,
-    mechanical::QuadraticDrag,
-    mechanical::GravityLoad,
-    mechanical::ConstantLoad,
-    mechanical::Cogging,
+    friction::CoulombFriction,
+    friction::ViscousFriction,
+    friction::AsymmetricViscous,
+    load::Inertia,
+    friction::Stribeck,
+    friction::AsymmetricFriction,
+    friction::StaticFriction,
+    friction::Presliding,
+    friction::LoadFriction,
+    load::QuadraticDrag,
+    load::GravityLoad,
+    load::ConstantLoad,
+    load::Cogging,
     transmission::Backlash,
     transmission::Compliance,
     transmission::SlippingClutch,
@@ -165,7 +166,7 @@ registry! {
     // Effects that repeat with the angle can be used twice, with different orders.
     again:
     "torque_ripple#2" = electrical::TorqueRipple,
-    "cogging#2" = mechanical::Cogging
+    "cogging#2" = load::Cogging
 }
 
 /// Every effect, in the order in which a signal meets it.

@@ -31,9 +31,9 @@ impl<S: Scalar> AngleReading<S> {
     }
 
     /// Reads on from a shaft that has been put to this angle and speed.
-    fn begin_anew(&mut self, angle_rad: S, speed_rad_s: S, board_s: f64) {
+    fn restart(&mut self, angle_rad: S, speed_rad_s: S, board_s: f64) {
         let at_s = self.clock_scale * board_s + self.late_s;
-        self.mean.begin_anew(angle_rad, speed_rad_s, at_s);
+        self.mean.restart(angle_rad, speed_rad_s, at_s);
     }
 
     #[inline(always)]
@@ -65,8 +65,8 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_,
         (self.emit)(k, self.encoder.read(sample, self.times_s[k]));
     }
 
-    fn begin_anew(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
-        (self.encoder).begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
+    fn restart(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
+        (self.encoder).restart(angle_rad, speed_rad_s, self.times_s[k]);
     }
 }
 
@@ -86,9 +86,9 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, usize, S)> Reader<S, N> for Enco
         }
     }
 
-    fn begin_anew(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
+    fn restart(&mut self, k: usize, angle_rad: S, speed_rad_s: S) {
         for encoder in &mut self.encoders {
-            encoder.begin_anew(angle_rad, speed_rad_s, self.times_s[k]);
+            encoder.restart(angle_rad, speed_rad_s, self.times_s[k]);
         }
     }
 }

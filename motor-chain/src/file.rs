@@ -7,9 +7,9 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use crate::active::{ActiveEffect, EffectError, did_you_mean};
-use crate::called::meant;
 use crate::catalogue::find;
 use crate::plausible::{self, Range, Shown};
+use crate::synonyms::nearest_name;
 use crate::{Effects, Parameters};
 
 /// Characters of a key or a value that a message shows.
@@ -43,7 +43,9 @@ pub enum MotorFileError {
         source: std::io::Error,
     },
     /// It is not TOML.
-    #[error("line {line}: not TOML: {message}")]
+    #[error(
+        "line {line}: not TOML: {message}\nhint: a line is KEY = NUMBER, such as resistance_ohm = 10.0; `motorlab motor --template -o motor.toml` writes a file to start from"
+    )]
     Syntax {
         /// Line, from 1.
         line: usize,
@@ -51,7 +53,7 @@ pub enum MotorFileError {
         message: String,
     },
     /// A key that means nothing here.
-    #[error("line {line}: unknown key '{key}'{}", did_you_mean(.nearest))]
+    #[error("line {line}: unknown key '{key}'\nhint: {}`motorlab motor --template` prints all keys", did_you_mean(.nearest))]
     UnknownKey {
         /// Line, from 1.
         line: usize,
@@ -61,7 +63,9 @@ pub enum MotorFileError {
         nearest: Option<&'static str>,
     },
     /// A value that is not the number expected.
-    #[error("line {line}: {key} must be {expected}, found {found}")]
+    #[error(
+        "line {line}: {key} must be {expected}, found {found}\nhint: correct the value; `motorlab motor --template` prints every key with a value"
+    )]
     WrongValue {
         /// Line, from 1.
         line: usize,
@@ -73,7 +77,7 @@ pub enum MotorFileError {
         found: String,
     },
     /// A value that no motor has.
-    #[error("line {line}: {key} = {} cannot be: expected {range}", Shown(*.value))]
+    #[error("line {line}: {key} = {} cannot be: expected {range}\nhint: the key's name states its unit; convert the value to it", Shown(*.value))]
     Implausible {
         /// Line, from 1.
         line: usize,
@@ -164,7 +168,7 @@ impl Motor {
                         MotorFileError::UnknownKey {
                             line,
                             key: key.clone(),
-                            nearest: meant(
+                            nearest: nearest_name(
                                 key,
                                 keys.chain(["tolerance", "effects", "resistance_assumed"]),
                             ),
@@ -223,7 +227,7 @@ impl Motor {
                 return Err(MotorFileError::UnknownKey {
                     line,
                     key: format!("tolerance.{key}"),
-                    nearest: meant(key, Parameters::KEYS.iter().copied()),
+                    nearest: nearest_name(key, Parameters::KEYS.iter().copied()),
                 });
             }
             let sigma = number(value, key, line)?;
@@ -261,7 +265,7 @@ impl Motor {
                         error: EffectError::UnknownParameter {
                             id: kind.id,
                             key: key.clone(),
-                            nearest: meant(key, known),
+                            nearest: nearest_name(key, known),
                         },
                     });
                 }
@@ -405,23 +409,23 @@ mod tests {
         let error = Motor::from_toml("supply_v = 5\nresistence_ohm = 3").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "line 2: unknown key 'resistence_ohm', did you mean 'resistance_ohm'?"
+            "line 2: unknown key 'resistence_ohm'\nhint: did you mean 'resistance_ohm'? `motorlab motor --template` prints all keys"
         );
         let error = Motor::from_toml("[effects.backlas]\ngap_rad = 0.1").unwrap_err();
         assert!(
-            error
-                .to_string()
-                .starts_with("line 1: there is no effect 'backlas', did you mean 'backlash'?")
+            error.to_string().starts_with(
+                "line 1: there is no effect 'backlas'\nhint: did you mean 'backlash'?"
+            )
         );
         let error = Motor::from_toml("[effects.backlash]\ngap = 0.1").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "line 2: effect 'backlash' has no parameter 'gap', did you mean 'gap_rad'?"
+            "line 2: effect 'backlash' has no parameter 'gap'\nhint: did you mean 'gap_rad'? `motorlab effects backlash` lists its parameters"
         );
         let error = Motor::from_toml("\n\n[tolerance]\nsuply_v = 0.1").unwrap_err();
         assert_eq!(
             error.to_string(),
-            "line 4: unknown key 'tolerance.suply_v', did you mean 'supply_v'?"
+            "line 4: unknown key 'tolerance.suply_v'\nhint: did you mean 'supply_v'? `motorlab motor --template` prints all keys"
         );
     }
 
@@ -447,7 +451,7 @@ mod tests {
             ),
             (
                 "[effects.\"gravity_load#2\"]",
-                "line 1: there is no effect 'gravity_load#2', did you mean 'gravity_load'?",
+                "line 1: there is no effect 'gravity_load#2'\nhint: did you mean 'gravity_load'?",
             ),
             (
                 "[effects.missed_counts]\nprobability = 1.5",

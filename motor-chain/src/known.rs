@@ -4,10 +4,10 @@
 //! hold with all of them times the same number. Runs of one axis with a known inertia or load between them do
 //! (Gautier, Identification of robot dynamics, 1986; the payload method of Khalil, Gautier and Lemoine, ICRA 2007).
 
-use crate::called::meant;
 use crate::catalogue::MAX_PARAMETERS;
 use crate::catalogue::ids;
 use crate::plausible::{Range, of_parameter};
+use crate::synonyms::nearest_name;
 use crate::{ActiveEffect, Motor, ParameterId, Parameters};
 
 /// Inertia in kg m^2 that is added to the shaft's.
@@ -20,8 +20,8 @@ const GRAVITY: &str = "gravity_torque_nm";
 pub enum KnownError {
     /// No such key.
     #[error(
-        "'{key}' is nothing that a run can differ in{}; expected {ADDED_INERTIA}, {GRAVITY}, or a key of the motor file",
-        .nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+        "'{key}' is nothing that a run can differ in\nhint: {}give {ADDED_INERTIA}, {GRAVITY}, or a key of the motor file",
+        crate::active::did_you_mean(nearest)
     )]
     UnknownKey {
         /// The requested value.
@@ -30,7 +30,9 @@ pub enum KnownError {
         nearest: Option<&'static str>,
     },
     /// A value that no motor has.
-    #[error("{key} = {value} cannot be: expected {expected}")]
+    #[error(
+        "{key} = {value} cannot be: expected {expected}\nhint: the key's name states its unit; convert the value to it"
+    )]
     Value {
         /// The key.
         key: String,
@@ -96,7 +98,7 @@ impl KnownDifferences {
                     let keys = Parameters::KEYS.into_iter();
                     return Err(KnownError::UnknownKey {
                         key: key.to_owned(),
-                        nearest: meant(key, keys.chain([ADDED_INERTIA, GRAVITY])),
+                        nearest: nearest_name(key, keys.chain([ADDED_INERTIA, GRAVITY])),
                     });
                 };
                 within(of_parameter(key))?;

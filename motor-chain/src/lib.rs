@@ -1,7 +1,6 @@
 //! The motor: parameters with units, the signal chain, the simulator.
 
 mod active;
-mod called;
 pub mod catalogue;
 mod chain;
 mod command_kind;
@@ -22,9 +21,9 @@ pub mod scalar;
 mod simulate;
 mod sine;
 mod stages;
+mod synonyms;
 mod workspace;
 
-pub use called::{is_alike, meant};
 pub use catalogue::{ActiveEffect, Effects};
 pub use command_kind::CommandKind;
 pub use file::{Motor, MotorFileError, read_motor, read_motor_and_lacking};
@@ -35,6 +34,7 @@ pub use plant::Plant;
 pub use simulate::{
     Drive, SimulationError, SimulationOptions, Trajectory, simulate, simulate_reporting,
 };
+pub use synonyms::{is_alike, nearest_name};
 
 /// Which of the handout's models: without or with the inductance of the motor file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

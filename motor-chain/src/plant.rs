@@ -124,12 +124,12 @@ impl Plant {
         self.shaft = self.at(self.now_s * self.clock_scale);
     }
 
-    /// Angle of the shaft that bears the encoder, in rad.
+    /// Angle of the shaft that carries the encoder, in rad.
     pub fn angle_rad(&self) -> f64 {
         self.shaft.0
     }
 
-    /// Speed of the shaft that bears the encoder, in rad/s.
+    /// Speed of the shaft that carries the encoder, in rad/s.
     pub fn speed_rad_s(&self) -> f64 {
         self.shaft.1
     }

@@ -8,7 +8,7 @@ use crate::memory::Memory;
 use crate::scalar::Scalar;
 use crate::stages::sensor::Sensor;
 
-/// Where in the state the angle of the shaft is that bears the encoder; its speed is the next.
+/// Where in the state the angle of the shaft is that carries the encoder; its speed is the next.
 #[inline(always)]
 pub(crate) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
     if N > ONE_BODY && is_on_load {
@@ -132,7 +132,7 @@ impl<S: Scalar> MeanCounts<S> {
     }
 
     /// From this angle and speed on, at this (real) time.
-    pub(crate) fn begin_anew(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) {
+    pub(crate) fn restart(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) {
         *self = Self::new(self.sensor, angle_rad, speed_rad_s);
         self.memory.begin_at(at_s);
     }

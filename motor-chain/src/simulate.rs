@@ -45,7 +45,7 @@ impl Default for SimulationOptions {
 /// A simulated run, sample by sample.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectory {
-    /// Angle of the shaft that bears the encoder, in rad.
+    /// Angle of the shaft that carries the encoder, in rad.
     pub angle_rad: Vec<f64>,
     /// Its speed in rad/s.
     pub speed_rad_s: Vec<f64>,
@@ -62,7 +62,7 @@ pub struct Trajectory {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// Times and commands do not pair up.
-    #[error("{times} sample times but {commands} commands: there must be one command a sample")]
+    #[error("{times} sample times but {commands} commands\nhint: give one command per sample")]
     Lengths {
         /// Number of times.
         times: usize,
@@ -70,7 +70,9 @@ pub enum SimulationError {
         commands: usize,
     },
     /// Time does not advance, or is no number.
-    #[error("sample {sample}: t_s = {t_s} does not come after the sample before it")]
+    #[error(
+        "sample {sample}: t_s = {t_s} does not come after the sample before it\nhint: give sample times that rise from sample to sample"
+    )]
     Time {
         /// Index of the sample.
         sample: usize,
@@ -78,7 +80,9 @@ pub enum SimulationError {
         t_s: f64,
     },
     /// A command that is no number.
-    #[error("sample {sample}: the command is {command}, expected a finite number")]
+    #[error(
+        "sample {sample}: the command is {command}, expected a finite number\nhint: replace missing commands by the command in force"
+    )]
     Command {
         /// Index of the sample.
         sample: usize,
@@ -86,7 +90,9 @@ pub enum SimulationError {
         command: f64,
     },
     /// The motor's states exceed the range of floating point.
-    #[error("sample {sample}: the simulated angle is {angle_rad}; check the motor's parameters")]
+    #[error(
+        "sample {sample}: the simulated angle is {angle_rad}\nhint: check the motor's parameters: `motorlab motor FILE` lists them with their units"
+    )]
     Diverged {
         /// Index of the sample.
         sample: usize,
@@ -95,8 +101,8 @@ pub enum SimulationError {
     },
     /// Events follow each other so fast that the run would not end.
     #[error(
-        "sample {sample}: the motor is too stiff to simulate (over {steps} steps up to there); check the \
-         motor's parameters, stiffness and gaps first"
+        "sample {sample}: the motor is too stiff to simulate (over {steps} steps up to there)\n\
+         hint: check the motor's parameters, stiffness and gaps first"
     )]
     TooStiff {
         /// Index of the sample that was reached.

@@ -11,7 +11,7 @@ use motor_chain::{
 /// Fits take steps of four times the sample time and read uneven samples off inside them; what is simulated once takes
 /// shorter ones with a smaller error.
 #[test]
-fn what_fits_see_of_uneven_samples_is_what_is_simulated() {
+fn fits_and_simulation_agree_at_uneven_samples() {
     const LEVELS_V: [f64; 7] = [4.5, -1.0, 0.35, -4.0, 2.0, -0.6, 0.0];
     let t_s: Vec<f64> = (0..2000_u32)
         .map(|k| f64::from(k) * 0.003 + f64::from(k * 7919 % 7) * 1e-6)
@@ -93,7 +93,7 @@ fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
 }
 
 /// A segment of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
-/// encoder that says something else begins anew; times between the ends of steps, too.
+/// encoder that says something else restarts; times between the ends of steps, too.
 #[test]
 fn a_reset_is_a_start() {
     for late_s in [0.0, 1e-4] {
@@ -179,7 +179,7 @@ fn a_reset_is_a_start() {
 
 /// Omitted intervals warm the winding as simulated ones do.
 #[test]
-fn a_winding_goes_on_warming_through_what_is_left_out() {
+fn a_winding_keeps_warming_through_intervals_left_out() {
     let mut motor = Motor::default();
     let values = [("resistance_rise_per_w", 0.5), ("time_constant_s", 8.0)];
     let heating = ActiveEffect::from_keys("winding_heating", values, &motor.parameters);
@@ -240,7 +240,7 @@ fn a_winding_goes_on_warming_through_what_is_left_out() {
 /// One motion read by encoders with and without effects of their own, on either side of a spring and of a gap: to the bit
 /// what each says alone.
 #[test]
-fn what_encoders_say_of_one_motion_is_what_each_says_alone() {
+fn several_encoders_read_as_each_alone() {
     let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
     let command: Vec<f64> = (0..600).map(|k| [4.5, -1.0, 0.35][k / 70 % 3]).collect();
     let drive = Drive {

@@ -34,7 +34,8 @@ class Motor:
     >>> Motor(resistence_ohm=8.0)
     Traceback (most recent call last):
     ...
-    motorlab.MotorlabError: unknown key 'resistence_ohm', did you mean 'resistance_ohm'?
+    motorlab.MotorlabError: unknown key 'resistence_ohm'
+    hint: did you mean 'resistance_ohm'? `motorlab motor --template` prints all keys
     """
 
     _motor: _motorlab.Motor

@@ -6,6 +6,7 @@ use motorlab::diagnose::{
     BadRecording, DiagnoseError, GoodEnough, NominalSource, Options, Role, RunFacts, WithRuns,
     nominal_fit,
 };
+use motorlab::hint::Hinted;
 use motorlab::motor;
 use motorlab::recording;
 use motorlab::report::diagnosis::page_held_out;
@@ -86,7 +87,13 @@ impl Diagnosis {
     /// The page of the program's `--html`.
     fn page(&self, py: Python<'_>, title: &str) -> PyResult<String> {
         match &self.found {
-            Found::Bad(document) => Err(refused(py, document.sentence.clone())),
+            Found::Bad(document) => Err(refused(
+                py,
+                Hinted::new(
+                    &document.sentence,
+                    "correct the recording first: its `findings` name what and how",
+                ),
+            )),
             Found::Diagnosis(diagnosis) => py
                 .detach(|| page_held_out(diagnosis, &self.runs, &self.held_out, title))
                 .map_err(|error| refused(py, error)),
@@ -122,7 +129,7 @@ pub(crate) fn diagnose(
             Some(other) => {
                 return Err(refused(
                     py,
-                    format!("nominal is '{other}', but must be 'file' or 'fit'"),
+                    Hinted::new(format!("nominal is '{other}'"), "it is 'file' or 'fit'"),
                 ));
             }
         },

@@ -16,8 +16,13 @@ pyo3::create_exception!(
 );
 
 /// Wrong use or bad input.
-pub(crate) fn refused(py: Python<'_>, error: impl Into<Box<dyn Error + Send + Sync>>) -> PyErr {
+pub(crate) fn refused(py: Python<'_>, error: impl Error + Send + Sync + 'static) -> PyErr {
     raised(py, &Failure::input(error))
+}
+
+/// Wrong use or bad input of several kinds.
+pub(crate) fn refused_of(py: Python<'_>, error: Box<dyn Error + Send + Sync>) -> PyErr {
+    raised(py, &Failure::input_of(error))
 }
 
 /// A run file that cannot be read.

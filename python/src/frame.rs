@@ -4,13 +4,14 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Cursor;
 
+use motorlab::hint::Hinted;
 use motorlab::import::{
     HEAD_BYTES, Imported, Said, Unclear, Understood, import, is_spelling_of, understand,
 };
 use motorlab::recording::{Run, read_run};
 use pyo3::prelude::*;
 
-use crate::failure::refused;
+use crate::failure::{refused, refused_of};
 
 /// Name of the frame in messages.
 const NAME: &str = "frame";
@@ -109,14 +110,17 @@ pub(crate) fn run_of(
     if let Some(other) = lengths.iter().position(|length| *length != lengths[0]) {
         return Err(refused(
             py,
-            format!(
-                "{NAME}: column `{}` has {} rows, column `{}` has {}; all columns of a frame are of one length",
-                columns[0].name, lengths[0], columns[other].name, lengths[other]
+            Hinted::new(
+                format!(
+                    "{NAME}: column `{}` has {} rows, column `{}` has {}",
+                    columns[0].name, lengths[0], columns[other].name, lengths[other]
+                ),
+                "all columns of a frame have one length: leave out or fill what is missing",
             ),
         ));
     }
     let made = py.detach(|| made(&columns, &keywords));
-    made.map_err(|error| refused(py, error))
+    made.map_err(|error| refused_of(py, error))
 }
 
 type Problem = Box<dyn std::error::Error + Send + Sync>;
@@ -149,14 +153,19 @@ fn made(columns: &[Column], keywords: &Keywords) -> Result<(Run, Vec<String>), P
     let path = folder.path().join("frame.run.csv");
     let imported = import(Cursor::new(text), NAME, &ready.map, &path)?;
     if imported.runs.len() > 1 {
-        return Err(format!(
-            "{NAME}: its time begins anew within, so that it holds {} runs; make a run of each part",
-            imported.runs.len()
+        return Err(Hinted::new(
+            format!(
+                "{NAME}: its time restarts within, so that it holds {} runs",
+                imported.runs.len()
+            ),
+            "make a run of each part",
         )
         .into());
     }
     if let (Some(why), true) = (left_out(&imported), 2 * imported.bad_rows > imported.rows) {
-        return Err(format!("{NAME}: {why}").into());
+        let hint =
+            "correct the rows, or name the columns and units yourself: time=, position=, command=";
+        return Err(Hinted::new(format!("{NAME}: {why}"), hint).into());
     }
     let (mut run, _) = read_run(&imported.runs[0].path)?;
     run.path = None;
@@ -184,9 +193,12 @@ impl Keywords {
     fn check_units(&self, columns: &[Column], understood: &[Understood]) -> Result<(), Problem> {
         for (column, unit) in &self.units {
             if !columns.iter().any(|one| one.name == *column) {
-                return Err(
-                    format!("{NAME}: units has `{column}`, and there is no such column").into(),
-                );
+                let all: Vec<&str> = columns.iter().map(|one| one.name.as_str()).collect();
+                return Err(Hinted::new(
+                    format!("{NAME}: units has `{column}`, and there is no such column"),
+                    format!("the columns are {}", all.join(", ")),
+                )
+                .into());
             }
             let name = format!("{} [{unit}]", named(column));
             let used = (understood.iter())
@@ -195,8 +207,13 @@ impl Keywords {
             if let Some((what, used)) = used
                 && !is_spelling_of(unit, used)
             {
-                return Err(format!(
-                    "{NAME}: units has `{unit}` for `{column}`, which is no unit of a {what}; by its name it is in {used}"
+                return Err(Hinted::new(
+                    format!(
+                        "{NAME}: units has `{unit}` for `{column}`, which is no unit of a {what}"
+                    ),
+                    format!(
+                        "by its name it is in {used}; correct units, or leave the column out of it"
+                    ),
                 )
                 .into());
             }

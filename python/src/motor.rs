@@ -5,6 +5,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use motorlab::cli::Failure;
+use motorlab::hint::{Hinted, In, parted};
+use motorlab::motor::catalogue::EffectError;
 use motorlab::motor::{self, ActiveEffect, Model, Parameters, plausible};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
@@ -59,14 +61,14 @@ impl Motor {
         written.map_err(|error| match error.kind() {
             std::io::ErrorKind::AlreadyExists => refused(
                 py,
-                format!(
-                    "{} exists and is not overwritten; name another file, or say overwrite=True",
-                    path.display()
+                Hinted::new(
+                    format!("{} exists and is not overwritten", path.display()),
+                    "name another file, or give overwrite=True",
                 ),
             ),
             _ => raised(
                 py,
-                &Failure::device(format!("{}: {error}", path.display())).at(&path),
+                &Failure::device(In::new(path.display().to_string(), error)).at(&path),
             ),
         })
     }
@@ -139,7 +141,7 @@ impl Motor {
 }
 
 /// Sets one parameter of a motor, as a motor file would.
-pub(crate) fn set(motor: &mut motor::Motor, key: &str, value: f64) -> Result<(), String> {
+pub(crate) fn set(motor: &mut motor::Motor, key: &str, value: f64) -> Result<(), Hinted> {
     match motor.parameters.get_mut(key) {
         Some(slot) if plausible::of_parameter(key).holds(value) => {
             *slot = value;
@@ -155,7 +157,7 @@ pub(crate) fn set_effect(
     motor: &mut motor::Motor,
     id: &str,
     parameters: &BTreeMap<String, f64>,
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+) -> Result<(), EffectError> {
     let values = parameters.iter().map(|(key, value)| (key.as_str(), *value));
     let effect = ActiveEffect::from_keys(id, values, &motor.parameters)?;
     motor.effects.set(effect);
@@ -163,13 +165,15 @@ pub(crate) fn set_effect(
 }
 
 /// Reads lines of a motor file; what is wrong is said without a line number.
-fn read(text: &str) -> Result<motor::Motor, String> {
+fn read(text: &str) -> Result<motor::Motor, Hinted> {
     motor::Motor::from_toml(text).map_err(|error| {
-        let said = error.to_string();
-        match said.split_once(": ") {
-            Some((line, rest)) if line.starts_with("line ") => rest.to_owned(),
-            _ => said,
-        }
+        let error = error.to_string();
+        let (what, hint) = parted(&error);
+        let what = match what.split_once(": ") {
+            Some((line, rest)) if line.starts_with("line ") => rest,
+            _ => what,
+        };
+        Hinted::new(what, hint.unwrap_or("Motor().save(PATH) writes every key"))
     })
 }
 
@@ -185,7 +189,10 @@ pub(crate) fn model_of(py: Python<'_>, name: &str) -> PyResult<Model> {
         "second-order" => Ok(Model::SecondOrder),
         other => Err(refused(
             py,
-            format!("model is '{other}', but must be 'first-order' or 'second-order'"),
+            Hinted::new(
+                format!("model is '{other}'"),
+                "it is 'first-order' or 'second-order'",
+            ),
         )),
     }
 }

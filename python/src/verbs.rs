@@ -2,6 +2,7 @@
 
 use motorlab::cli::Failure;
 use motorlab::compare as comparing;
+use motorlab::hint::{Hinted, In};
 use motorlab::motor::fit::Simulator;
 use motorlab::motor::{self, CommandKind, Drive, SimulationError, SimulationOptions, Trajectory};
 use motorlab::recording::difference_velocities;
@@ -12,7 +13,7 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 
 use crate::apart::apart;
-use crate::failure::{raised, refused};
+use crate::failure::{raised, refused, refused_of};
 use crate::motor::{Motor, model_of, set, set_effect};
 use crate::run::Run;
 
@@ -41,7 +42,7 @@ pub(crate) fn simulate<'py>(
     driven: Driven<'py>,
     output: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let motors = motors(&base.inner, &keys, &values).map_err(|error| refused(py, error))?;
+    let motors = motors(&base.inner, &keys, &values).map_err(|error| refused_of(py, error))?;
     let t_s = driven.t_s.as_array().to_vec();
     let command = driven.command.as_array().to_vec();
     let kind = kind_of(py, &driven.command_column)?;
@@ -78,8 +79,9 @@ pub(crate) fn simulate<'py>(
         other => {
             return Err(refused(
                 py,
-                format!(
-                    "output is '{other}', but must be one of measured_angle_rad, angle_rad, speed_rad_s, current_a, counts, velocity_rad_s"
+                Hinted::new(
+                    format!("output is '{other}'"),
+                    "it is one of measured_angle_rad, angle_rad, speed_rad_s, current_a, counts, velocity_rad_s",
                 ),
             ));
         }
@@ -156,7 +158,10 @@ fn kind_of(py: Python<'_>, column: &str) -> PyResult<CommandKind> {
     found.ok_or_else(|| {
         refused(
             py,
-            format!("the command is '{column}', but must be command_v, command_a or command_nm"),
+            Hinted::new(
+                format!("the command is '{column}'"),
+                "it is one of command_v, command_a and command_nm",
+            ),
         )
     })
 }
@@ -168,11 +173,11 @@ fn motors(
     values: &PyReadonlyArray2<'_, f64>,
 ) -> Result<Vec<motor::Motor>, Box<dyn std::error::Error + Send + Sync>> {
     let motor = |(row, values): (usize, ArrayView1<'_, f64>)| {
-        let at = |error: &dyn std::fmt::Display| format!("row {row} of the motors: {error}");
+        let place = format!("row {row} of the motors");
         let mut motor = base.clone();
         for (key, value) in keys.iter().zip(&values) {
             match key.rsplit_once('.') {
-                None => set(&mut motor, key, *value).map_err(|error| at(&error))?,
+                None => set(&mut motor, key, *value).map_err(|error| In::new(&*place, error))?,
                 Some((id, key)) => {
                     let mut parameters = match motor.effects.get(id) {
                         Some(effect) => (effect.parameters())
@@ -181,7 +186,8 @@ fn motors(
                         None => std::collections::BTreeMap::new(),
                     };
                     parameters.insert(key.to_owned(), *value);
-                    set_effect(&mut motor, id, &parameters).map_err(|error| at(&error))?;
+                    set_effect(&mut motor, id, &parameters)
+                        .map_err(|error| In::new(&*place, error))?;
                 }
             }
         }
@@ -209,10 +215,10 @@ pub(crate) fn compare<'py>(
     let mut overlay = overlay.map_err(|error| {
         raised(
             py,
-            &Failure::input(match name {
-                Some(name) => format!("{name}: {error}"),
-                None => error.to_string(),
-            }),
+            &match name {
+                Some(name) => Failure::input(In::new(name, error)),
+                None => Failure::input(error),
+            },
         )
     })?;
     overlay.figures.notes = run.notes();

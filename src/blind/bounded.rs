@@ -1,4 +1,4 @@
-//! A program of somebody else, run within bounds: what it says has an end, and so has its time.
+//! Runs another program: command in, its output and exit status out, with limits on output and time.
 
 use std::io::{self, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -18,7 +18,7 @@ const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 
 /// Output of a program within its limits.
 #[derive(Debug)]
-pub(super) struct Said {
+pub(super) struct ProgramOutput {
     /// How it ended; `None` where its time was over first.
     pub status: Option<ExitStatus>,
     /// The beginning of its standard output.
@@ -28,7 +28,7 @@ pub(super) struct Said {
 }
 
 /// Runs a program with nothing on its standard input. Of each of its outputs at most `most_bytes` are kept, and whoever
-/// goes on writes into a closed pipe; after `longest` it is ended, and so are its children.
+/// continues writes into a closed pipe; after `longest` it is ended, and so are its children.
 ///
 /// # Errors
 /// It does not start.
@@ -36,7 +36,7 @@ pub(super) fn run_bounded(
     command: &mut Command,
     most_bytes: u64,
     longest: Option<Duration>,
-) -> io::Result<Said> {
+) -> io::Result<ProgramOutput> {
     // Ctrl-C ends the run of a set after the cases under way; it must not end those.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
@@ -63,7 +63,7 @@ pub(super) fn run_bounded(
         end(&mut child);
     }
     let said = |from: Receiver<Vec<u8>>| from.recv_timeout(LAST_WORDS).unwrap_or_default();
-    Ok(Said {
+    Ok(ProgramOutput {
         status,
         output: said(output),
         messages: said(messages),
@@ -84,7 +84,7 @@ fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver
     receiver
 }
 
-/// Ends a program that goes on, and its children, which share its group.
+/// Ends a program that continues, and its children, which share its group.
 fn end(child: &mut Child) {
     #[cfg(unix)]
     if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {

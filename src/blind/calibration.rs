@@ -1,4 +1,4 @@
-//! Whether probabilities and intervals hold what they say.
+//! Calibration of probabilities and coverage of intervals: verdicts and truths in, scores with sampling errors out.
 //!
 //! With p the probability that a verdict gives to what it says (the whole class of a stated tie) and
 //! o = 1 where that is right: Brier score `mean (p - o)^2` (Brier 1950). With q the probability given to

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::third::{THIRD, Third};
+use super::diagnosis_document::{DIAGNOSIS_SHAPE, DiagnosisDocument};
 
 /// The parts of a diagnosis that can be right or wrong.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -137,9 +137,9 @@ impl Claim {
                 elapsed_s: document["elapsed_s"].as_f64(),
             });
         }
-        let of_third = document["shape"] == THIRD;
+        let of_third = document["shape"] == DIAGNOSIS_SHAPE;
         let claim = match of_third {
-            true => serde_json::from_value(document.clone()).map(Third::claim),
+            true => serde_json::from_value(document.clone()).map(DiagnosisDocument::claim),
             false => serde_json::from_value(document.clone()),
         };
         let claim: Self = claim.map_err(|error| error.to_string())?;

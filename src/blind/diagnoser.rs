@@ -1,4 +1,5 @@
-//! Who judges: a program that keeps the contract of `motorlab diagnose`, on its own and in the dark.
+//! The diagnoser: a program with the interface of `motorlab diagnose`. Run files and a motor file in, a diagnosis out; labels are not
+//! within its reach.
 
 use std::fs;
 use std::io::{self, Read};
@@ -15,9 +16,9 @@ use super::files::sha256_of;
 use crate::plain::{clipped, one_line, shown};
 
 /// Most bytes of a document that are read: the longest of this program's own have less than one megabyte.
-const MOST_SAID_BYTES: u64 = 64 << 20;
+const MOST_OUTPUT_BYTES: u64 = 64 << 20;
 /// Characters of what a diagnoser that failed says that go into its verdict.
-const MOST_SAID_CHARACTERS: usize = 2000;
+const MOST_OUTPUT_CHARACTERS: usize = 2000;
 /// Bytes of its version that are read: a line.
 const MOST_VERSION_BYTES: u64 = 200;
 /// Most bytes of its motor file: as many as are read of any.
@@ -88,7 +89,7 @@ impl Diagnoser for Program {
     }
 
     fn diagnose(&self, runs: &[PathBuf], motor: &Path) -> Result<Verdict, BlindError> {
-        let room = Room::new().map_err(BlindError::file(&std::env::temp_dir()))?;
+        let room = EmptyDirectory::new().map_err(BlindError::file(&std::env::temp_dir()))?;
         let mut names = Vec::with_capacity(runs.len());
         for (k, run) in runs.iter().enumerate() {
             let name = format!("run{}.csv", k + 1);
@@ -109,7 +110,7 @@ impl Diagnoser for Program {
                 "--json",
             ])
             .env("RAYON_NUM_THREADS", self.threads.to_string());
-        let said = run_bounded(&mut command, MOST_SAID_BYTES, None).map_err(|source| {
+        let said = run_bounded(&mut command, MOST_OUTPUT_BYTES, None).map_err(|source| {
             BlindError::Diagnoser {
                 program: shown(&self.program),
                 source,
@@ -124,7 +125,7 @@ impl Diagnoser for Program {
             (Some(0 | 1), Err(error)) => (Value::Null, Some(format!("no JSON document: {error}"))),
             (_, _) => {
                 let words = String::from_utf8_lossy(&said.messages);
-                let words = clipped(words.trim(), MOST_SAID_CHARACTERS);
+                let words = clipped(words.trim(), MOST_OUTPUT_CHARACTERS);
                 let status = said
                     .status
                     .map_or(String::new(), |status| status.to_string());
@@ -150,7 +151,7 @@ fn model_in(path: &Path) -> Option<String> {
 
 /// The first line of `PROGRAM --version`, which is asked in an empty directory of its own too.
 fn version_of(program: &Path) -> io::Result<Option<String>> {
-    let room = Room::new()?;
+    let room = EmptyDirectory::new()?;
     let mut command = in_room(program, &room);
     command.arg("--version");
     let Ok(said) = run_bounded(&mut command, MOST_VERSION_BYTES, Some(VERSION_WITHIN)) else {
@@ -163,7 +164,7 @@ fn version_of(program: &Path) -> io::Result<Option<String>> {
 }
 
 /// A program that starts in a directory that says nothing of where the set is.
-fn in_room(program: &Path, room: &Room) -> Command {
+fn in_room(program: &Path, room: &EmptyDirectory) -> Command {
     let mut command = Command::new(program);
     command
         .current_dir(&room.0)
@@ -173,9 +174,9 @@ fn in_room(program: &Path, room: &Room) -> Command {
 }
 
 /// An empty directory that goes when this does.
-struct Room(PathBuf);
+struct EmptyDirectory(PathBuf);
 
-impl Room {
+impl EmptyDirectory {
     fn new() -> io::Result<Self> {
         let mut k = 0_u32;
         loop {
@@ -190,7 +191,7 @@ impl Room {
     }
 }
 
-impl Drop for Room {
+impl Drop for EmptyDirectory {
     fn drop(&mut self) {
         // A directory left behind holds nothing but copies.
         let _ = fs::remove_dir_all(&self.0);

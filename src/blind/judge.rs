@@ -1,4 +1,4 @@
-//! One verdict against its truth.
+//! One verdict compared with its truth: named, tied, hidden, partly right or missed.
 //!
 //! A single effect, nothing, or something outside is named, tied (the truth is among the names that the
 //! verdict states to be one class) or missed. Of a pair both, one or none can be right.
@@ -153,7 +153,11 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
         .iter()
         .position(|(set, _)| *set == truth_set)
         .map(|k| k + 1);
-    judgement.likeliest = weighed.iter().take(LIKELIEST).map(in_words).collect();
+    judgement.likeliest = weighed
+        .iter()
+        .take(MOST_CAUSES_SHOWN)
+        .map(in_words)
+        .collect();
     judgement.parameters = check_parameters(&claim, &case.truth, &leading);
     judgement.standing = standing.len();
     judgement.said = leading.into_iter().collect();
@@ -166,7 +170,7 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
 }
 
 /// How many of the likeliest sets are kept.
-const LIKELIEST: usize = 4;
+const MOST_CAUSES_SHOWN: usize = 4;
 
 fn in_words((set, probability): &(Names, f64)) -> (String, f64) {
     let ids: Vec<&str> = set.iter().map(String::as_str).collect();

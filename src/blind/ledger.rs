@@ -59,7 +59,7 @@ impl Ledger {
             })?;
             let expected = link(ledger.head(), &entry.case, &entry.sha256, entry.decided_at);
             if entry.head != expected {
-                return Err(BlindError::Refused(format!(
+                return Err(BlindError::altered(format!(
                     "the chain of verdicts breaks at line {} ({}): a verdict or its time was changed",
                     k + 1,
                     entry.case

@@ -21,7 +21,8 @@ pub struct Recipe {
     /// Motors unlike the handout's.
     pub other_motors: bool,
     /// Factor on the random torque of load and friction.
-    pub wander_scale: f64,
+    #[serde(rename = "wander_scale")]
+    pub random_torque_scale: f64,
 }
 
 /// The kind of a set with many kinds of motor, protocol and sample time.
@@ -43,9 +44,10 @@ impl Recipe {
 /// The system gives no randomness.
 pub fn drawn_seed() -> Result<u64, BlindError> {
     let drawn = SysRng.try_next_u64().map_err(|error| {
-        BlindError::Refused(format!(
-            "no randomness to draw a seed from: {error}; say --seed"
-        ))
+        BlindError::refused(
+            format!("no randomness to draw a seed from: {error}"),
+            "give a seed of your own with --seed",
+        )
     })?;
     // 53 bits: a JSON number holds them in every language.
     Ok((drawn >> 11).max(FIRST_UNTOUCHED_SEED))
@@ -58,8 +60,8 @@ pub fn drawn_seed() -> Result<u64, BlindError> {
 pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, UnknownKind> {
     if recipe.kind == BREADTH {
         let planned = plan_breadth(recipe.cases, recipe.seed);
-        let cases = planned.par_iter().map(|(seed, hides, protocol)| {
-            let bench = generate_bench(*seed, *hides, *protocol);
+        let cases = planned.par_iter().map(|(seed, hidden, protocol)| {
+            let bench = generate_bench(*seed, *hidden, *protocol);
             made();
             NewCase {
                 runs: bench.case.runs.iter().map(|run| run.to_csv()).collect(),
@@ -83,7 +85,7 @@ pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, U
     };
     let options = Options {
         other_motors: recipe.other_motors,
-        wander_scale: recipe.wander_scale,
+        random_torque_scale: recipe.random_torque_scale,
         ..Options::default()
     };
     let cases = planned.par_iter().map(|(seed, kind)| {

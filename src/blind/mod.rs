@@ -16,6 +16,7 @@ mod bounded;
 mod calibration;
 mod claim;
 mod diagnoser;
+mod diagnosis_document;
 mod error;
 mod files;
 mod judge;
@@ -28,7 +29,6 @@ mod score;
 mod seal;
 mod share;
 mod text;
-mod third;
 mod truth;
 mod unseen;
 

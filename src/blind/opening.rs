@@ -67,14 +67,15 @@ pub fn open(
     labels_path: &Path,
     written_down: Option<&str>,
 ) -> Result<Opened, BlindError> {
-    let refuse = |what: String| Err(BlindError::Refused(what));
+    let refuse = |what: String| Err(BlindError::altered(what));
     let manifest = Manifest::read(directory)?;
     let labels = Labels::read(labels_path)?;
     let ledger = Ledger::read(directory)?;
     let known = |name: &str| manifest.cases.iter().any(|case| case.name == name);
     if let Some(stray) = labels.cases.keys().find(|name| !known(name)) {
-        return refuse(format!(
-            "the labels hold {stray}, which the manifest does not"
+        return Err(BlindError::refused(
+            format!("the labels hold {stray}, which the manifest does not"),
+            "name the labels of this set with --labels",
         ));
     }
     for (k, entry) in ledger.entries.iter().enumerate() {
@@ -92,9 +93,12 @@ pub fn open(
     if let Some(head) = written_down
         && head != ledger.head()
     {
-        return refuse(format!(
-            "the verdicts' hash written down is {head}, the chain ends in {}",
-            ledger.head()
+        return Err(BlindError::refused(
+            format!(
+                "the verdicts' hash written down is {head}, the chain ends in {}",
+                ledger.head()
+            ),
+            "give the hash that the last `motorlab blind run` printed; if it is that one, the verdicts were changed",
         ));
     }
     let opening = note_opening(directory, &ledger)?;
@@ -153,9 +157,12 @@ fn open_case(
     ledger: &Ledger,
 ) -> Result<OpenedCase, BlindError> {
     let name = &sealed.name;
-    let refuse = |what: String| Err(BlindError::Refused(what));
+    let refuse = |what: String| Err(BlindError::altered(what));
     let Some(label) = labels.cases.get(name) else {
-        return refuse(format!("{name} has no label in the labels' file"));
+        return Err(BlindError::refused(
+            format!("{name} has no label in the labels' file"),
+            "name the labels of this set with --labels",
+        ));
     };
     if commitment(name, label) != sealed.commitment {
         return refuse(format!(
@@ -166,9 +173,9 @@ fn open_case(
         check_file(directory, sealed, file)?;
     }
     let Some(entry) = ledger.of(name) else {
-        return refuse(format!(
-            "{name} has no verdict: finish 'motorlab blind run {}' first",
-            shown(directory)
+        return Err(BlindError::refused(
+            format!("{name} has no verdict"),
+            &format!("motorlab blind run {}", shown(directory)),
         ));
     };
     let path = verdict_path(directory, name);

@@ -1,4 +1,4 @@
-//! All cases diagnosed, several at a time; what is done stays done.
+//! Diagnoses all cases of a set, several at a time; a stopped run keeps its finished verdicts.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -47,7 +47,7 @@ pub(super) fn verdict_path(directory: &Path, case: &str) -> PathBuf {
 }
 
 /// Diagnoses every case that has no verdict yet, `jobs` at a time, and chains the verdicts. `stop` ends it
-/// after the cases under way; the next call goes on from there.
+/// after the cases under way; the next call continues from there.
 ///
 /// # Errors
 /// A set that has been opened, a chain that is broken, files changed since they were sealed, or a
@@ -61,10 +61,13 @@ pub fn run(
 ) -> Result<Ledger, BlindError> {
     let manifest = Manifest::read(directory)?;
     if super::opening::opened_path(directory).exists() {
-        return Err(BlindError::Refused(format!(
-            "{} has been opened: a verdict from now on would not be blind",
-            shown(directory)
-        )));
+        return Err(BlindError::refused(
+            format!(
+                "{} has been opened: a verdict from now on would not be blind",
+                shown(directory)
+            ),
+            "make a new set: motorlab blind make DIRECTORY",
+        ));
     }
     let _alone = alone(directory)?;
     let ledger = Ledger::read(directory)?;
@@ -131,10 +134,10 @@ fn alone(directory: &Path) -> Result<File, BlindError> {
         .map_err(BlindError::file(&path))?;
     match lock.try_lock() {
         Ok(()) => Ok(lock),
-        Err(TryLockError::WouldBlock) => Err(BlindError::Refused(format!(
-            "another `blind run` is at work on {}; wait until it is done, and run again what is left",
-            shown(directory)
-        ))),
+        Err(TryLockError::WouldBlock) => Err(BlindError::refused(
+            format!("another `blind run` is running on {}", shown(directory)),
+            "wait until it is done; a further call then judges what is left",
+        )),
         Err(TryLockError::Error(error)) => Err(BlindError::file(&path)(error)),
     }
 }
@@ -172,10 +175,10 @@ pub(super) fn check_file(
     let found = sha256_of(&path)?;
     match case.sha256.get(file) {
         Some(expected) if *expected == found => Ok(()),
-        Some(_) => Err(BlindError::Refused(format!(
+        Some(_) => Err(BlindError::altered(format!(
             "{file} was changed after it was sealed"
         ))),
-        None => Err(BlindError::Refused(format!(
+        None => Err(BlindError::altered(format!(
             "{file} has no hash in the manifest"
         ))),
     }

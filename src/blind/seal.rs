@@ -156,17 +156,20 @@ pub fn add_cases(
 ) -> Result<Manifest, BlindError> {
     fs::create_dir_all(directory).map_err(BlindError::file(directory))?;
     if is_inside(labels_path, directory) {
-        return Err(BlindError::Refused(format!(
-            "the labels' file {} would lie inside the set {}; keep it elsewhere",
-            shown(labels_path),
-            shown(directory)
-        )));
+        return Err(BlindError::refused(
+            format!(
+                "the labels' file {} would lie inside the set {}",
+                shown(labels_path),
+                shown(directory)
+            ),
+            "name a file outside the set with --labels",
+        ));
     }
     if super::opening::opened_path(directory).exists() {
-        return Err(BlindError::Refused(format!(
-            "{} has been opened; seal new cases in a new set",
-            shown(directory)
-        )));
+        return Err(BlindError::refused(
+            format!("{} has been opened", shown(directory)),
+            "seal new cases in a new set",
+        ));
     }
     let (mut manifest, mut labels) = match (manifest_path(directory).exists(), labels_path.exists())
     {
@@ -184,17 +187,20 @@ pub fn add_cases(
             },
         ),
         (true, false) => {
-            return Err(BlindError::Refused(format!(
-                "{} is a set already, and its labels' file is not {}",
-                shown(directory),
-                shown(labels_path)
-            )));
+            return Err(BlindError::refused(
+                format!(
+                    "{} is a set already, and its labels' file is not {}",
+                    shown(directory),
+                    shown(labels_path)
+                ),
+                "name the labels' file of this set with --labels, or name another directory",
+            ));
         }
         (false, true) => {
-            return Err(BlindError::Refused(format!(
-                "{} holds the labels of another set; say another file",
-                shown(labels_path)
-            )));
+            return Err(BlindError::refused(
+                format!("{} holds the labels of another set", shown(labels_path)),
+                "name another file with --labels",
+            ));
         }
     };
     labels.recipe = labels.recipe.or(recipe);

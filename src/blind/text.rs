@@ -367,8 +367,8 @@ pub(super) fn facts(score: &Score) -> Vec<String> {
         if recipe.other_motors {
             words += " --other-motors";
         }
-        if recipe.wander_scale != 1.0 {
-            words += &format!(" --random-load {}", recipe.wander_scale);
+        if recipe.random_torque_scale != 1.0 {
+            words += &format!(" --random-load {}", recipe.random_torque_scale);
         }
         facts.push(words);
     }

@@ -6,7 +6,7 @@ use case_generator::{Label, OUTSIDE};
 use serde::{Deserialize, Serialize};
 
 use crate::motor::catalogue::{catalogue, find};
-use crate::motor::meant;
+use crate::motor::nearest_name;
 
 /// The truth of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -56,9 +56,9 @@ pub struct TrueEffect {
 pub enum BadLabel {
     /// The name is no effect of the catalogue.
     #[error(
-        "'{name}' is no effect of the catalogue{}; say 'none', an effect's id, several joined by '+', or \
-         'outside:WORDS' for something that the catalogue does not have", 
-        nearest.map_or(String::new(), |id| format!(", the nearest is '{id}'"))
+        "'{name}' is no effect of the catalogue\nhint: {}give 'none', an effect's id, several joined by '+', or \
+         'outside:WORDS' for something that the catalogue does not have",
+        nearest.map_or(String::new(), |id| format!("did you mean '{id}'? "))
     )]
     Unknown {
         /// The name given.
@@ -67,7 +67,7 @@ pub enum BadLabel {
         nearest: Option<&'static str>,
     },
     /// An effect twice.
-    #[error("'{0}' is named twice")]
+    #[error("'{0}' is named twice\nhint: name each effect once")]
     Twice(String),
 }
 
@@ -91,7 +91,7 @@ impl Truth {
                 if find(id).is_none() {
                     return Err(BadLabel::Unknown {
                         name: id.to_owned(),
-                        nearest: meant(id, catalogue().iter().map(|kind| kind.id)),
+                        nearest: nearest_name(id, catalogue().iter().map(|kind| kind.id)),
                     });
                 }
                 if effects.iter().any(|known| known.id == id) {

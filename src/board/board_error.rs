@@ -17,7 +17,7 @@ pub enum BoardError {
     Open(#[from] OpenError),
     /// Something else is on the line.
     #[error(
-        "{path} is not a motorlab board: {}", heard_instead(heard, *patience_s), path = shown(path))]
+        "{path} is not a motorlab board: {}", other_bytes(heard, *patience_s), path = shown(path))]
     NotABoard {
         /// The port.
         path: PathBuf,
@@ -28,7 +28,7 @@ pub enum BoardError {
     },
     /// It speaks another version.
     #[error(
-        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}: update the sketch on the board", path = shown(path))]
+        "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}\nhint: update the sketch on the board: motorlab flash {path}", path = shown(path))]
     OtherVersion {
         /// The port.
         path: PathBuf,
@@ -48,7 +48,7 @@ pub enum BoardError {
         hello: Box<Hello>,
     },
     /// It does not answer any more.
-    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)", path = shown(path))]
+    #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)\nhint: check the cable and the supply, press the board's reset button, then try again", path = shown(path))]
     NoAnswer {
         /// The port.
         path: PathBuf,
@@ -57,14 +57,14 @@ pub enum BoardError {
     },
     /// It was reset, or says something else of itself, between the first message and START.
     #[error(
-        "the board on {path} was reset while it was set up, before the motor turned: try again", path = shown(path))]
+        "the board on {path} was reset while it was set up, before the motor turned\nhint: try again; if it recurs, give the motor a supply of its own and keep other programs off the port", path = shown(path))]
     Restarted {
         /// The port.
         path: PathBuf,
     },
     /// It states a number that no recording can be made with.
     #[error(
-        "the board on {path} says that {what} is 0: correct the sketch on it, or give the right one with {option}", path = shown(path))]
+        "the board on {path} says that {what} is 0\nhint: give the right one with {option}, or correct the sketch on the board", path = shown(path))]
     StatesZero {
         /// The port.
         path: String,
@@ -74,13 +74,13 @@ pub enum BoardError {
         option: &'static str,
     },
     /// It went away.
-    #[error("the board on {path} was unplugged", path = shown(path))]
+    #[error("the board on {path} was unplugged\nhint: plug it in; `motorlab ports` shows its port, which may have another name now", path = shown(path))]
     Gone {
         /// The port.
         path: PathBuf,
     },
     /// The line failed.
-    #[error("the line to {path} failed: {source}", path = shown(path))]
+    #[error("the line to {path} failed: {source}\nhint: unplug the board and plug it in again, then try again", path = shown(path))]
     Line {
         /// The port.
         path: PathBuf,
@@ -88,34 +88,39 @@ pub enum BoardError {
         source: io::Error,
     },
     /// The profile does not fit on the wire.
-    #[error("the profile commands {command} V, and a board takes -32.767 to 32.767 V")]
+    #[error(
+        "the profile commands {command} V, and a board takes -32.767 to 32.767 V\nhint: lower the share of the supply, as in --profile step@0.5, or the voltages of the profile's file"
+    )]
     Command {
         /// The command in V.
         command: f64,
     },
 }
 
-fn heard_instead(heard: &Heard, patience_s: f64) -> String {
+fn other_bytes(heard: &Heard, patience_s: f64) -> String {
     if heard.total() == 0 {
         return format!(
-            "it sent nothing in {patience_s} s (is the motorlab sketch on it, and is this the right port?)"
+            "it sent nothing in {patience_s} s\nhint: upload the sketch with `motorlab flash PORT`, or name another port: `motorlab ports` lists them"
         );
     }
     let hint = if heard.is_text() {
-        "\n  this looks like a sketch that prints text: name its columns, such as --columns t_us,counts"
+        "this looks like a sketch that prints text: name its columns, such as --columns t_us,counts"
     } else {
-        "\n  is the motorlab sketch on it, and is the baud rate right (--baud)?"
+        "give the sketch's baud rate with --baud, or upload the sketch with `motorlab flash PORT`"
     };
-    format!("it sent {heard}{hint}")
+    format!("it sent {heard}\nhint: {hint}")
 }
 
 fn refusal_advice(reason: Refusal, hello: &Hello) -> String {
     match reason {
         Refusal::SampleTime => format!(
-            "; its shortest is {} s (--ts)",
+            "\nhint: its shortest sample time is {} s: raise --ts",
             f64::from(hello.shortest_sample_time_us) * 1e-6
         ),
-        Refusal::ProfileTooLong => format!("; it holds {} segments", hello.max_segments),
-        _ => String::new(),
+        Refusal::ProfileTooLong => format!(
+            "\nhint: it holds {} segments: name a profile with fewer changes of the command",
+            hello.max_segments
+        ),
+        _ => "\nhint: upload the sketch of this version: motorlab flash PORT".to_owned(),
     }
 }

@@ -101,7 +101,7 @@ impl Channel {
             return Err(OpenError::Busy {
                 path: self.name.clone(),
                 holder: "this program".to_owned(),
-                advice: String::new(),
+                advice: "close the first connection before opening a second one".to_owned(),
             });
         }
         state.handles = 1;

@@ -67,7 +67,7 @@ pub enum BoardEvent {
         /// Why it is over.
         reason: EndReason,
     },
-    /// In mid-run the board says something else of itself than before; with another `boot_id` it was reset.
+    /// During the run the board sends another HELLO than before; with another `boot_id` it was reset.
     Restarted(Hello),
     /// The board went away.
     HungUp,

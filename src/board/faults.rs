@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_arrives_is_what_was_sent_less_lost_plus_doubled() {
+    fn received_bytes_are_sent_minus_lost_plus_repeated() {
         let faults = Faults {
             drop: 0.01,
             duplicate: 0.02,

@@ -1,5 +1,5 @@
 //! Limits of an encoder and a clock between two samples: the one set of limits that binary frames and text
-//! lines are both held against.
+//! lines are both compared with.
 
 /// Fastest counting that is believed, in counts per second: a decoder in hardware takes some millions of
 /// edges, the fastest gear motor with a fine encoder makes far fewer (convention).
@@ -27,7 +27,7 @@ pub fn most_counts(counts_per_rev: f64, elapsed_us: u64) -> u64 {
 /// In what a sample does not follow from the one before it, though the one after it follows from it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Leap {
-    /// The board's time fell back, or went on by another span than the sample numbers say.
+    /// The board's time fell back, or continued by another span than the sample numbers say.
     pub time: bool,
     /// The counts moved faster than any motor can.
     pub counts: bool,

@@ -25,6 +25,7 @@ mod port_unix;
 #[cfg(windows)]
 mod port_windows;
 mod profile;
+mod profile_file;
 mod profile_levels;
 mod profile_words;
 #[cfg(unix)]

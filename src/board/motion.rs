@@ -35,7 +35,7 @@ impl Motion {
     }
 
     /// Whether a counter of 16 bits can have passed half its range in a gap, after which it moves by `after` counts/us.
-    pub(crate) fn may_have_gone_round(&self, gap_us: f64, after: f64) -> bool {
+    pub(crate) fn may_have_wrapped(&self, gap_us: f64, after: f64) -> bool {
         FASTER * self.top.max(after.abs()) * gap_us > HALF_RANGE
     }
 
@@ -48,8 +48,8 @@ impl Motion {
             && at.unsigned_abs() as f64 <= largest
     }
 
-    /// Whether a move is far less than that of a reset before it: a shaft that begins to turn goes on faster.
-    pub(crate) fn goes_on_after(reset: f64, counts: f64) -> bool {
+    /// Whether a move is far less than that of a reset before it: a shaft that begins to turn continues faster.
+    pub(crate) fn continues_after(reset: f64, counts: f64) -> bool {
         LEAPS * counts.abs() < reset.abs()
     }
 }
@@ -63,10 +63,10 @@ mod tests {
         let mut motion = Motion::default();
         // 100 counts/ms: half of 65,536 takes 328 ms.
         (0..10).for_each(|_| motion.push(300.0, 3000.0));
-        assert!(motion.may_have_gone_round(660_000.0, 0.1));
-        assert!(!motion.may_have_gone_round(100_000.0, 0.1));
-        assert!(Motion::default().may_have_gone_round(660_000.0, 0.1));
-        assert!(!Motion::default().may_have_gone_round(660_000.0, 0.0));
+        assert!(motion.may_have_wrapped(660_000.0, 0.1));
+        assert!(!motion.may_have_wrapped(100_000.0, 0.1));
+        assert!(Motion::default().may_have_wrapped(660_000.0, 0.1));
+        assert!(!Motion::default().may_have_wrapped(660_000.0, 0.0));
     }
 
     #[test]
@@ -77,6 +77,6 @@ mod tests {
         assert!(motion.is_reset(-540.0, 1));
         assert!(!motion.is_reset(-540.0, 300), "it does not end at 0");
         assert!(!motion.is_reset(-5.0, 0), "dither");
-        assert!(Motion::goes_on_after(-540.0, 2.0) && !Motion::goes_on_after(-40.0, -60.0));
+        assert!(Motion::continues_after(-540.0, 2.0) && !Motion::continues_after(-40.0, -60.0));
     }
 }

@@ -24,7 +24,7 @@ pub enum OpenError {
     },
     /// The node's permissions keep this user out.
     #[error(
-        "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\n  join it with:  {command}\n  and log in again", path = shown(path))]
+        "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\nhint: join the group, then log in again:\n  {command}", path = shown(path))]
     PermissionDenied {
         /// The port.
         path: PathBuf,
@@ -36,7 +36,7 @@ pub enum OpenError {
         command: String,
     },
     /// Another program has it.
-    #[error("port {path} is in use by {holder}{advice}", path = shown(path))]
+    #[error("port {path} is in use by {holder}\nhint: {advice}", path = shown(path))]
     Busy {
         /// The port.
         path: PathBuf,
@@ -46,7 +46,7 @@ pub enum OpenError {
         advice: String,
     },
     /// It is a file, a directory or another kind of device.
-    #[error("{path} is {what}, not a serial port; `motorlab ports` lists those that are there", path = shown(path))]
+    #[error("{path} is {what}, not a serial port\nhint: `motorlab ports` lists the serial ports", path = shown(path))]
     NotASerialPort {
         /// Requested value.
         path: PathBuf,
@@ -54,7 +54,7 @@ pub enum OpenError {
         what: &'static str,
     },
     /// Anything else.
-    #[error("cannot open port {path}: {description}", path = shown(path))]
+    #[error("cannot open port {path}: {description}\nhint: unplug the board and plug it in again; `motorlab ports` lists the ports that can be opened", path = shown(path))]
     Failed {
         /// The port.
         path: PathBuf,
@@ -65,10 +65,11 @@ pub enum OpenError {
 
 fn known_ports(known: &[PathBuf]) -> String {
     if known.is_empty() {
-        return "; no serial port is connected (is the board plugged in?)".to_owned();
+        return "\nhint: no serial port is connected: plug the board in; virtual: is a board without hardware"
+            .to_owned();
     }
     let names: Vec<String> = known.iter().map(shown).collect();
-    format!("; there are {}", names.join(", "))
+    format!("\nhint: the ports are {}", names.join(", "))
 }
 
 impl OpenError {

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_port_is_told_apart() {
+    fn other_files_are_not_opened_as_ports() {
         let message = |path: &str| {
             Port::open(Path::new(path), 115_200)
                 .expect_err("no port")

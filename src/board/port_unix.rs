@@ -129,10 +129,10 @@ fn busy(path: &Path) -> OpenError {
         let usb = usb_identity(path);
         let (vid, pid) = usb.map_or((0x2341, 0x0043), |usb| (usb.vid, usb.pid));
         format!(
-            "\n  ModemManager holds a newly plugged port for some 10 s: wait, or keep it away from the board for good with\n  echo 'ATTRS{{idVendor}}==\"{vid:04x}\", ATTRS{{idProduct}}==\"{pid:04x}\", ENV{{ID_MM_DEVICE_IGNORE}}=\"1\"' | sudo tee /etc/udev/rules.d/99-motorlab.rules\n  sudo udevadm control --reload && sudo udevadm trigger"
+            "ModemManager holds a newly plugged port for some 10 s: wait, or keep it away from the board for good with\n  echo 'ATTRS{{idVendor}}==\"{vid:04x}\", ATTRS{{idProduct}}==\"{pid:04x}\", ENV{{ID_MM_DEVICE_IGNORE}}=\"1\"' | sudo tee /etc/udev/rules.d/99-motorlab.rules\n  sudo udevadm control --reload && sudo udevadm trigger"
         )
     } else {
-        "\n  two readers would steal each other's bytes: end the other program first (a serial monitor, another capture)".to_owned()
+        "two readers would lose bytes to each other: end the other program first (a serial monitor, another capture)".to_owned()
     };
     OpenError::Busy {
         path: path.to_owned(),
@@ -168,7 +168,7 @@ mod tests {
     use std::os::unix::net::UnixStream;
 
     #[test]
-    fn what_is_queued_is_read_and_then_nothing_without_a_wait() {
+    fn queued_bytes_are_read_without_blocking() {
         let (near, mut far) = UnixStream::pair().expect("a pair");
         far.write_all(&[7; 100]).expect("room");
         let mut buffer = [0; 64];

@@ -66,7 +66,7 @@ fn device(path: &Path) -> PathBuf {
 
 fn advice(path: &Path) -> String {
     format!(
-        "\n  two readers would steal each other's bytes: end the other program first (a serial monitor, the Arduino IDE, another capture)\n  which one it is: `Get-ItemProperty HKLM:\\HARDWARE\\DEVICEMAP\\SERIALCOMM` names the device of {}, and Process Explorer finds its handle (Find > Find Handle)",
+        "two readers would lose bytes to each other: end the other program first (a serial monitor, the Arduino IDE, another capture)\n  which one it is: `Get-ItemProperty HKLM:\\HARDWARE\\DEVICEMAP\\SERIALCOMM` names the device of {}, and Process Explorer finds its handle (Find > Find Handle)",
         shown(path)
     )
 }

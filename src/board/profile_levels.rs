@@ -1,4 +1,4 @@
-//! The probing profiles: each shows what a step from rest hides.
+//! The probing profiles: each excites effects that a step from rest does not.
 //!
 //! Levels are shares of the supply, held equally long; none has more than 64, so that boards with little
 //! memory hold them too.

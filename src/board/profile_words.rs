@@ -1,6 +1,6 @@
-//! Profiles that are meant: what people call them, slips of the hand, and shares and times that are spelt otherwise.
+//! Suggestions for an unknown profile name: synonyms, misspellings, and shares and times in another notation.
 
-use crate::motor::meant;
+use crate::motor::nearest_name;
 
 /// Synonyms of profiles, with their names here.
 const ALSO_CALLED: [(&str, &str); 20] = [
@@ -29,9 +29,9 @@ const ALSO_CALLED: [(&str, &str); 20] = [
 /// Proposal for `asked`, as a phrase; empty if no name is near.
 pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
     match nearest(asked, names) {
-        Some(Meant::Word(word)) => format!(" (did you mean '{word}'?)"),
-        Some(Meant::NoShare { name, share }) => format!(
-            " ('@{share}' is no share of the supply: it is above 0 and at most 1, as in '{name}@0.5'; --supply sets the volts)"
+        Some(Suggestion::Word(word)) => format!("did you mean '{word}'? "),
+        Some(Suggestion::NoShare { name, share }) => format!(
+            "'@{share}' is no share of the supply: it is above 0 and at most 1, as in '{name}@0.5'; --supply sets the volts; "
         ),
         None => String::new(),
     }
@@ -39,7 +39,7 @@ pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
 
 /// Proposal for an unknown profile.
 #[derive(Debug, PartialEq)]
-enum Meant {
+enum Suggestion {
     /// This word.
     Word(String),
     /// A profile of this name, with something that is no share of the supply.
@@ -47,7 +47,7 @@ enum Meant {
 }
 
 /// The word that is meant by `asked`, with its share and time as they are written here; none where it is like none of `names`.
-fn nearest(asked: &str, names: &[&'static str]) -> Option<Meant> {
+fn nearest(asked: &str, names: &[&'static str]) -> Option<Suggestion> {
     let (rest, time) = match asked.split_once(',') {
         Some((rest, time)) => (rest, time.trim()),
         None => (asked, ""),
@@ -60,20 +60,20 @@ fn nearest(asked: &str, names: &[&'static str]) -> Option<Meant> {
     let called = ALSO_CALLED.iter().find(|(word, _)| *word == plain);
     let name = match called {
         Some((_, name)) => *name,
-        None => meant(&plain, names.iter().copied())?,
+        None => nearest_name(&plain, names.iter().copied())?,
     };
     let share = match share_of(share) {
         _ if share.is_empty() => String::new(),
         Some(share) => format!("@{share}"),
         None => {
             let share = share.to_owned();
-            return Some(Meant::NoShare { name, share });
+            return Some(Suggestion::NoShare { name, share });
         }
     };
     let digits = time.trim_end_matches(|c: char| c.is_alphabetic() || c == ' ');
     let seconds = digits.parse::<f64>().ok().filter(|s| *s > 0.0);
     let time = seconds.map_or(String::new(), |seconds| format!(",{seconds}s"));
-    Some(Meant::Word(format!("{name}{share}{time}")))
+    Some(Suggestion::Word(format!("{name}{share}{time}")))
 }
 
 /// From this number on a share without a sign is one in per cent; a smaller one above 1 may as well be a voltage or a multiple.
@@ -96,7 +96,7 @@ mod tests {
     use crate::board::{BUILT_IN, Profile};
 
     #[test]
-    fn what_people_type_leads_to_a_profile_that_there_is() {
+    fn synonyms_and_typos_suggest_a_built_in_profile() {
         let names = BUILT_IN.map(|(name, _)| name);
         for (asked, word) in [
             ("stpe", "step"),
@@ -112,7 +112,7 @@ mod tests {
             ("step,4", "step,4s"),
             ("jog@0.4,8 sec", "jog@0.4,8s"),
         ] {
-            let meant = Some(Meant::Word(word.to_owned()));
+            let meant = Some(Suggestion::Word(word.to_owned()));
             assert_eq!(nearest(asked, &names), meant, "{asked}");
             assert!(Profile::named(word, 4.5, 4.0).is_ok(), "{word}");
         }

@@ -84,7 +84,7 @@ impl BoardSide for Pty {
     fn read_some(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         match self.near.read(buffer) {
             Ok(count) => Ok(count),
-            Err(error) if is_nothing_there(&error) => Ok(0),
+            Err(error) if would_block_or_closed(&error) => Ok(0),
             Err(error) => Err(error),
         }
     }
@@ -92,7 +92,7 @@ impl BoardSide for Pty {
     fn write_some(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self.near.write(bytes) {
             Ok(count) => Ok(count),
-            Err(error) if is_nothing_there(&error) => Ok(0),
+            Err(error) if would_block_or_closed(&error) => Ok(0),
             Err(error) => Err(error),
         }
     }
@@ -146,7 +146,7 @@ impl AsFd for Pty {
 }
 
 /// Would block, or (`EIO`) nobody has the far end open.
-fn is_nothing_there(error: &io::Error) -> bool {
+fn would_block_or_closed(error: &io::Error) -> bool {
     matches!(
         error.kind(),
         io::ErrorKind::WouldBlock | io::ErrorKind::Interrupted

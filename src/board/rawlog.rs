@@ -139,18 +139,18 @@ pub enum ReadError {
     },
     /// It is something else.
     #[error(
-        "this is no raw log: its first line should be `# format = \"{FORMAT}\"`, and is '{found}'"
+        "this is no raw log: its first line should be `# format = \"{FORMAT}\"`, and is '{found}'\nhint: `motorlab capture PORT --log FILE` writes a raw log; a log of another program is read by motorlab import"
     )]
     NotARawLog {
         /// Beginning of the first line.
         found: String,
     },
     /// The header is not TOML.
-    #[error("the raw log's header is not TOML")]
+    #[error("the raw log's header is not TOML: {}\nhint: correct the lines that start with #, each of which is `# KEY = VALUE`", .0.message())]
     Header(#[from] toml::de::Error),
     /// A line is neither bytes nor a hang-up.
     #[error(
-        "line {line} of the raw log: {problem}; a line is `MICROSECONDS < BYTES`, with `>` for bytes to the board"
+        "line {line} of the raw log: {problem}\nhint: a line is `MICROSECONDS < BYTES`, with `>` for bytes to the board; correct or remove this one"
     )]
     Line {
         /// Line, from 1.
@@ -388,7 +388,7 @@ mod tests {
     }
 
     #[test]
-    fn a_torn_line_is_left_out_and_said() {
+    fn a_torn_line_is_left_out_and_reported() {
         let mut log = a_log(&[
             (1, Event::FromBoard(vec![1, 2, 3])),
             (2, Event::FromBoard(vec![4, 5, 6])),
@@ -435,7 +435,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_written_reads_back(events in prop::collection::vec((0..=LATEST_US, any_event()), 0..20)) {
+        fn a_written_log_reads_back(events in prop::collection::vec((0..=LATEST_US, any_event()), 0..20)) {
             prop_assert_eq!(read_all(&a_log(&events)).expect("own log"), (events, false));
         }
 

@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn what_gathers_fits_into_a_quarter_of_what_the_kernel_holds() {
+    fn gathered_bytes_fit_a_quarter_of_the_kernel_buffer() {
         let every = Duration::from_micros(100);
         for baud in [
             300, 9600, 115_200, 250_000, 500_000, 1_000_000, 2_000_000, 4_000_000,

@@ -104,7 +104,7 @@ impl ReplayedDevice {
         let thread = thread::Builder::new().name("replay".to_owned()).spawn({
             let stop = Arc::clone(&stop);
             move || {
-                let mut playing = Playing {
+                let mut playing = Playback {
                     pty,
                     script,
                     faster,
@@ -144,7 +144,7 @@ impl Drop for ReplayedDevice {
     }
 }
 
-struct Playing {
+struct Playback {
     pty: Pty,
     script: Script,
     faster: Option<f64>,
@@ -156,7 +156,7 @@ struct Playing {
     over: bool,
 }
 
-impl Playing {
+impl Playback {
     fn run(&mut self, stop: &AtomicBool) -> io::Result<()> {
         while !stop.load(Ordering::Relaxed) && !self.over {
             let ready = self.pty.wait(self.patience(), !self.outgoing.is_empty())?;

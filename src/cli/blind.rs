@@ -19,6 +19,7 @@ use crate::blind::{
     self, BlindError, Ledger, Manifest, NewCase, Program, Recipe, Truth, add_cases, judge,
     measure_gap,
 };
+use crate::hint::In;
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::read_run;
@@ -178,14 +179,17 @@ impl Make {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         self.threads.set()?;
         if !(self.random_load.is_finite() && self.random_load >= 0.0) {
-            return Err(Failure::input("--random-load must be 0 or more"));
+            return Err(Failure::wrong(
+                format!("--random-load {}: expected 0 or more", self.random_load),
+                "--random-load 1 is the usual random load torque, 0 is none",
+            ));
         }
         let labels = labels_path(&self.directory, self.labels.as_deref());
         if self.directory.join("manifest.json").exists() {
-            return Err(Failure::input(format!(
-                "{} is a set already; say another directory",
-                shown(&self.directory)
-            )));
+            return Err(Failure::wrong(
+                format!("{} is a set already", shown(&self.directory)),
+                "name another directory",
+            ));
         }
         let recipe = Recipe {
             cases: self.cases,
@@ -199,11 +203,10 @@ impl Make {
                 self.kind.clone()
             },
             other_motors: self.other_motors,
-            wander_scale: self.random_load,
+            random_torque_scale: self.random_load,
         };
         let bar = bar(self.cases, "made");
-        let cases = blind::make(&recipe, &|| bar.inc(1))
-            .map_err(|error| Failure::input(error.to_string()))?;
+        let cases = blind::make(&recipe, &|| bar.inc(1)).map_err(Failure::input)?;
         bar.finish_and_clear();
         let manifest = add_cases(&self.directory, &labels, Some(recipe), cases).map_err(failure)?;
         Sealed {
@@ -227,8 +230,7 @@ impl Seal {
             motor_file(path, output)?;
         }
         let text = |path: &PathBuf| {
-            fs::read_to_string(path)
-                .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))
+            fs::read_to_string(path).map_err(|error| Failure::input(In::new(shown(path), error)))
         };
         let case = NewCase {
             runs: self.runs.iter().map(text).collect::<Result<_, _>>()?,
@@ -256,7 +258,7 @@ impl Seal {
 
 /// Output of `run`.
 #[derive(Debug, Serialize)]
-struct Judged<'a> {
+struct JudgedSet<'a> {
     shape: &'static str,
     directory: &'a Path,
     cases: usize,
@@ -305,7 +307,7 @@ impl Run {
         let verdicts = ledger.entries.len();
         let head = ledger.head();
         if output.json {
-            output.document(&Judged {
+            output.document(&JudgedSet {
                 shape: "motorlab-blind-run/1",
                 directory: &self.directory,
                 cases,
@@ -325,7 +327,7 @@ impl Run {
             ));
         }
         if verdicts < cases {
-            output.message("stopped; the same command goes on from here");
+            output.message("stopped; the same command continues from here");
             return Ok(Status::FellShort);
         }
         Ok(if failed > 0 {

@@ -23,6 +23,7 @@ use crate::board::{
     BUILT_IN, Board, BoardError, BoardOptions, Location, OpenError, Profile, RawLog, VirtualBoard,
     usb_identity,
 };
+use crate::hint::In;
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{
@@ -110,14 +111,14 @@ fn sample_time_us(text: &str) -> Result<u32, String> {
     if (100.0..=60e6).contains(&micros) {
         Ok(micros as u32)
     } else {
-        Err("a sample time is between 0.0001 and 60 s".to_owned())
+        Err("a sample time is between 0.0001 and 60 s\nhint: --ts 0.003 is 3 ms".to_owned())
     }
 }
 
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.0..=1e7).contains(&seconds) => Ok(seconds),
-        _ => Err("a duration is a number of seconds between 0 and 10,000,000".to_owned()),
+        _ => Err("a duration is a number of seconds between 0 and 10,000,000\nhint: --duration 4 records 4 s, --duration 0 until Ctrl-C".to_owned()),
     }
 }
 
@@ -197,7 +198,7 @@ impl Capture {
                 return self.gone(segments, output);
             };
             location = tokio::select! {
-                location = identity.come_back(self.baud, output) => location,
+                location = identity.wait_for_board(self.baud, output) => location,
                 () = stop.clone().asked() => return self.gone(segments, output),
             };
         }
@@ -242,8 +243,9 @@ impl Capture {
                 report(output, &last, self.duration != Some(0.0), &segments)
             }
             None => {
-                let stopped = Failure::input(
+                let stopped = Failure::wrong(
                     "stopped before the board said who it is, and nothing was recorded",
+                    "a board starts within two seconds of opening its port: wait for the first samples before stopping",
                 );
                 output.message(&stopped.to_string());
                 output.failed(&stopped.of_kind("stopped"));
@@ -308,9 +310,9 @@ impl Capture {
             ));
         }
         let cannot = |error: io::Error| {
-            Failure::device(format!(
-                "cannot write the raw log {}: {error}",
-                shown(&path)
+            Failure::device(In::new(
+                format!("cannot write the raw log {}", shown(&path)),
+                error,
             ))
         };
         let file = File::create_new(&path).map_err(cannot)?;
@@ -342,9 +344,10 @@ impl Capture {
         let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
         let samples = (duration_s / sample_time_s).round();
         if samples > MAX_ROWS as f64 {
-            return Err(Failure::input(format!(
-                "{samples:.0} samples are more than the {MAX_ROWS} rows that a run has: lower --duration or raise --ts"
-            )));
+            return Err(Failure::wrong(
+                format!("{samples:.0} samples are more than the {MAX_ROWS} rows that a run has"),
+                "lower --duration or raise --ts",
+            ));
         }
         Ok(CaptureRequest {
             sample_time_us,

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::findings::check_written;
 use super::reconnect::Segments;
 use super::{Failure, Output, Status};
+use crate::hint::{Hinted, parted};
 use crate::plain::shown;
 use crate::recording::{Captured, Ending};
 
@@ -20,10 +21,16 @@ pub(super) fn report(
     let statistics = &captured.statistics;
     let (findings, contradicts) = check_written(&[&captured.path], output);
     let failed_logs = before.failed_logs();
-    let failed = captured.rescued.clone().or_else(|| {
-        let trouble = trouble(captured.ending).filter(|_| captured.ending != Ending::LogEnded);
-        trouble.map(|trouble| format!("{trouble}; the file ends there"))
+    let failed = captured.rescued.as_ref().map(|rescued| {
+        let (what, hint) = parted(rescued);
+        Hinted::new(
+            what,
+            hint.unwrap_or("keep other programs away from a file that is written"),
+        )
     });
+    let troubled = trouble(captured.ending);
+    let failed =
+        failed.or_else(|| (troubled.clone()).filter(|_| captured.ending != Ending::LogEnded));
     let failed = failed.or_else(|| failed_logs.first().cloned());
     if output.json {
         let mut document = json!({
@@ -42,27 +49,28 @@ pub(super) fn report(
                 json!({ "path": path, "samples": samples })
             }).collect::<Vec<_>>(),
         });
-        if let Some(failed) = failed {
-            let failure = Failure::device(failed).at(&captured.path).document();
-            document["error"] = failure["error"].clone();
+        if let Some(failed) = &failed {
+            let failure = Failure::device(failed.clone()).at(&captured.path);
+            document["error"] = failure.document()["error"].clone();
         }
         output.document(&document)?;
     } else {
         output.line(&summary(captured))?;
     }
     for failed in &failed_logs {
+        output.message(&format!("error: {failed}"));
         output.message(&format!(
-            "error: {failed}; {} holds {} rows",
+            "{} holds {} rows",
             shown(&captured.path),
             statistics.samples
         ));
     }
-    if let Some(rescued) = &captured.rescued {
-        output.message(&format!("error: {rescued}"));
+    if let (Some(_), Some(failed)) = (&captured.rescued, &failed) {
+        output.message(&format!("error: {failed}"));
         return Ok(Status::DeviceFailed);
     }
-    if let Some(trouble) = trouble(captured.ending) {
-        output.message(&format!("error: {trouble}; the file ends there"));
+    if let Some(trouble) = troubled {
+        output.message(&format!("error: {trouble}"));
         return Ok(match captured.ending {
             Ending::LogEnded => Status::FellShort,
             _ => Status::DeviceFailed,
@@ -123,25 +131,44 @@ pub(super) fn report(
     })
 }
 
-/// Message for a recording that did not end as it should.
-pub(super) fn trouble(ending: Ending) -> Option<&'static str> {
-    match ending {
-        Ending::Complete | Ending::Stopped => None,
-        Ending::LinkLost => Some(
-            "the board heard nothing of this program for half a second (was it suspended?) and stopped the motor",
+/// Error of a recording that did not end as it should.
+pub(super) fn trouble(ending: Ending) -> Option<Hinted> {
+    let (what, hint) = match ending {
+        Ending::Complete | Ending::Stopped => return None,
+        Ending::LinkLost => (
+            "the board heard nothing of this program for half a second and stopped the motor",
+            "the computer was suspended or overloaded: keep it awake, close other programs, and record again",
         ),
-        Ending::Unplugged => Some("the board was unplugged"),
-        Ending::BoardReset => Some("the board was reset in mid-run"),
-        Ending::BoardChanged => Some(
-            "in mid-run the board said something else of itself than before (is another program on the line, or a second board?)",
+        Ending::Unplugged => (
+            "the board was unplugged",
+            "check the cable, then record again; --reconnect waits for the board and continues in a new file",
         ),
-        Ending::RanOn => Some(
-            "the board goes on after the samples asked for and does not heed STOP: cut the motor's supply",
+        Ending::BoardReset => (
+            "the board was reset during the recording",
+            "give the motor a supply of its own, check the cable, and keep other programs off the port; then record again",
         ),
-        Ending::Silent => Some("the board fell silent"),
-        Ending::LineFailed => Some("the serial line failed"),
-        Ending::LogEnded => Some("the raw log ends before the recording does"),
-    }
+        Ending::BoardChanged => (
+            "during the recording the board reported another identity than before",
+            "make sure that one program and one board use the port, then record again",
+        ),
+        Ending::RanOn => (
+            "the board continues after the samples asked for and does not stop",
+            "cut the motor's supply, then upload the sketch again: motorlab flash PORT",
+        ),
+        Ending::Silent => (
+            "the board fell silent",
+            "check its cable and its supply, then record again",
+        ),
+        Ending::LineFailed => (
+            "the serial line failed",
+            "unplug the board and plug it in again, then record again",
+        ),
+        Ending::LogEnded => (
+            "the raw log ends before the recording does",
+            "the rows up to there are whole; for the rest, record again",
+        ),
+    };
+    Some(Hinted::new(format!("{what}; the file ends there"), hint))
 }
 
 fn summary(captured: &Captured) -> String {

@@ -88,7 +88,7 @@ impl Capture {
     }
 
     fn text_request(&self, path: &Path, names: &str) -> Result<TextRequest, Failure> {
-        let told = Told {
+        let told = TextFacts {
             columns: names,
             profile: self.profile.as_deref(),
             sample_time_us: self.ts,
@@ -107,7 +107,7 @@ impl Capture {
 
 /// Facts about a sketch's text lines, from options or a raw log's header.
 #[derive(Debug)]
-pub(super) struct Told<'a> {
+pub(super) struct TextFacts<'a> {
     pub columns: &'a str,
     pub profile: Option<&'a str>,
     pub sample_time_us: Option<u32>,
@@ -116,7 +116,7 @@ pub(super) struct Told<'a> {
     pub duration_s: Option<f64>,
 }
 
-impl Told<'_> {
+impl TextFacts<'_> {
     /// A request with the nominal motor's values for what is not told.
     pub(super) fn request(&self, output: &Path, port: &str) -> Result<TextRequest, Failure> {
         let nominal = Parameters::default();

@@ -15,6 +15,7 @@ use super::threads::Threads;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
 use crate::compare::{Comparison, Overlay, compare};
+use crate::hint::In;
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::Run;
@@ -84,7 +85,7 @@ impl Compare {
             for (mut run, notes) in read_runs(path, &self.log, output)? {
                 self.with.apply(path, &mut run)?;
                 let mut overlay = compare(&run, &motor, self.motor.model())
-                    .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
+                    .map_err(|error| Failure::input(In::new(shown(path), error)))?;
                 overlay.figures.notes = notes.iter().map(ToString::to_string).collect();
                 for note in &overlay.figures.notes {
                     output.message(&format!("{}: {note}", shown(path)));

@@ -10,6 +10,7 @@ use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, CommandFactory};
 
 use super::{CommandLine, Failure};
+use crate::hint::parted;
 use crate::motor::is_alike;
 use crate::plain::{one_line, shown};
 
@@ -28,7 +29,7 @@ const MAPPING: &str = "map";
 
 /// Flags that the file added to a command line.
 #[derive(Debug, Default)]
-pub(super) struct Configured {
+pub(super) struct ConfiguredFlags {
     /// The flags, such as `--supply`.
     pub flags: Vec<String>,
     /// The line that says so.
@@ -89,17 +90,17 @@ fn keys(known: &Command) -> Vec<(String, &Arg)> {
 
 /// Adds to these arguments what the file says and they do not. Without a file, with `--no-config`, or where the
 /// arguments are no command line, nothing is added.
-pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<Configured, Failure> {
+pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<ConfiguredFlags, Failure> {
     let mut command = CommandLine::command();
     let Ok(matches) = command.try_get_matches_from_mut(arguments.iter()) else {
-        return Ok(Configured::default());
+        return Ok(ConfiguredFlags::default());
     };
     if matches.get_flag("no_config") {
-        return Ok(Configured::default());
+        return Ok(ConfiguredFlags::default());
     }
     let (leaf, given) = leaf(&command, &matches);
     let Some((path, entries)) = found(leaf, given)? else {
-        return Ok(Configured::default());
+        return Ok(ConfiguredFlags::default());
     };
     let mut said = Vec::new();
     let mut flags = Vec::new();
@@ -130,7 +131,7 @@ pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<Configured, Fai
         }
     }
     let line = || format!("using {}: {}", shown(&path), said.join(", "));
-    Ok(Configured {
+    Ok(ConfiguredFlags {
         said: (!said.is_empty()).then(line),
         flags,
     })
@@ -186,11 +187,14 @@ fn found(leaf: &Command, given: &ArgMatches) -> Result<Option<(PathBuf, Vec<Entr
         match &found {
             None => found = Some((path, entries)),
             Some((first, others)) if !is_same(others, &entries) => {
-                return Err(Failure::input(format!(
-                    "{} and {} differ, and one command takes one of them; hint: --no-config, with the flags given",
-                    shown(first),
-                    shown(&path)
-                ))
+                return Err(Failure::wrong(
+                    format!(
+                        "{} and {} differ, and one command takes one of them",
+                        shown(first),
+                        shown(&path)
+                    ),
+                    "--no-config, with the flags given",
+                )
                 .at(&path));
             }
             Some(_) => {}
@@ -237,10 +241,10 @@ fn places(leaf: &Command, given: &ArgMatches) -> Vec<PathBuf> {
 /// The file's text; `None` where there is no such file.
 fn text(path: &Path) -> Result<Option<String>, Failure> {
     let failed = |what: String| {
-        Failure::input(format!(
-            "{}: {what}; hint: --no-config leaves it out",
-            shown(path)
-        ))
+        Failure::wrong(
+            format!("{}: {what}", shown(path)),
+            "--no-config leaves it out",
+        )
         .at(path)
     };
     match path.metadata() {
@@ -264,15 +268,17 @@ fn text(path: &Path) -> Result<Option<String>, Failure> {
 
 /// The entries of the file, each of a known key and with a value that its flag takes.
 fn entries(path: &Path, text: &str) -> Result<Vec<Entry>, Failure> {
-    let failed = |what: String| Failure::input(format!("{}: {what}", shown(path))).at(path);
+    let failed = |what: String, hint: &str| {
+        Failure::wrong(format!("{}: {what}", shown(path)), hint).at(path)
+    };
     let table: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error.span().map_or(1, |span| {
             1 + text[..span.start.min(text.len())].matches('\n').count()
         });
-        failed(format!(
-            "line {line}: {}; hint: a line is KEY = VALUE, and a text stands in quotes",
-            error.message()
-        ))
+        failed(
+            format!("line {line}: {}", error.message()),
+            "a line is KEY = VALUE, and a text stands in quotes",
+        )
     })?;
     let known = known();
     let keys = keys(&known);
@@ -280,7 +286,8 @@ fn entries(path: &Path, text: &str) -> Result<Vec<Entry>, Failure> {
         .keys()
         .find(|key| !keys.iter().any(|(known, _)| known == *key))
     {
-        return Err(failed(unknown_key(unknown, &keys)));
+        let what = format!("unknown key '{}'", one_line(unknown));
+        return Err(failed(what, &known_key(unknown, &keys)));
     }
     let mut entries = Vec::new();
     for (key, argument) in &keys {
@@ -293,10 +300,10 @@ fn entries(path: &Path, text: &str) -> Result<Vec<Entry>, Failure> {
             } else {
                 "a number or a text in quotes"
             };
-            return Err(failed(format!(
-                "{key} = {}; hint: it is {expected}",
-                one_line(&value.to_string())
-            )));
+            return Err(failed(
+                format!("{key} = {}", one_line(&value.to_string())),
+                &format!("it is {expected}"),
+            ));
         };
         let words = entry.argument(is_switch(argument));
         if let Err(error) = known.clone().try_get_matches_from(words) {
@@ -334,20 +341,20 @@ fn entry(key: &str, argument: &Arg, value: &toml::Value, path: &Path) -> Option<
     })
 }
 
-fn unknown_key(unknown: &str, keys: &[(String, &Arg)]) -> String {
+/// The key that an unknown one is like, or all keys.
+fn known_key(unknown: &str, keys: &[(String, &Arg)]) -> String {
     let plain = unknown.to_lowercase().replace('-', "_");
     let near = (keys.iter()).find(|(key, argument)| {
         let long = argument.get_long().unwrap_or_default();
         is_alike(&plain, key) || plain == long.replace('-', "_")
     });
-    let hint = match near {
+    match near {
         Some((key, _)) => format!("did you mean '{key}'?"),
         None => {
             let all: Vec<&str> = keys.iter().map(|(key, _)| key.as_str()).collect();
             format!("its keys are {}", all.join(", "))
         }
-    };
-    format!("unknown key '{}'; hint: {hint}", one_line(unknown))
+    }
 }
 
 /// A value that the flag does not take.
@@ -358,11 +365,11 @@ fn refused(path: &Path, entry: &Entry, error: &clap::Error) -> Failure {
         let line = text.lines().next().unwrap_or_default();
         line.trim_start_matches("error: ").to_owned()
     });
-    Failure::input(format!(
-        "{}: {} = {}: {why}; hint: correct it, or --no-config leaves the file out",
-        shown(path),
-        entry.key,
-        entry.written
-    ))
+    let (why, hint) = parted(&why);
+    let hint = hint.map_or(String::new(), |hint| format!("{hint}; "));
+    Failure::wrong(
+        format!("{}: {} = {}: {why}", shown(path), entry.key, entry.written),
+        format!("{hint}correct it, or --no-config leaves the file out"),
+    )
     .at(path)
 }

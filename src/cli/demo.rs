@@ -14,6 +14,7 @@ use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::compare::{Comparison, Overlay, compare};
 use crate::diagnose::{Options, diagnose};
+use crate::hint::In;
 use crate::motor::{Model, Motor};
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
@@ -138,7 +139,10 @@ impl Demo {
     ) -> Result<Option<Recorded>, Failure> {
         let stop = StopSignal::install().map_err(Failure::device)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
+            Failure::device(In::new(
+                format!("cannot make {}", shown(&self.output)),
+                error,
+            ))
         })?;
         let mut steps = Vec::new();
         for take in STEPS {
@@ -268,7 +272,7 @@ pub(super) fn begin(file: &Path) -> Result<PathBuf, Failure> {
     let part = file.with_file_name(name);
     match std::fs::remove_file(&part) {
         Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(Failure::device(
-            format!("cannot remove {}: {error}", shown(&part)),
+            In::new(format!("cannot remove {}", shown(&part)), error),
         )),
         _ => Ok(part),
     }
@@ -281,8 +285,9 @@ pub(super) fn take_place(
     outputs: &Outputs,
 ) -> Result<PathBuf, Failure> {
     outputs.may_replace(&file, None)?;
-    std::fs::rename(part, &file)
-        .map_err(|error| Failure::device(format!("cannot write {}: {error}", shown(&file))))?;
+    std::fs::rename(part, &file).map_err(|error| {
+        Failure::device(In::new(format!("cannot write {}", shown(&file)), error))
+    })?;
     Ok(file)
 }
 

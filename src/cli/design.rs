@@ -92,9 +92,10 @@ impl Design {
         let duration_s = self.duration.unwrap_or_else(|| profile.duration_s());
         let samples = duration_s / self.ts;
         if !(2.0..=MOST_SAMPLES).contains(&samples) {
-            return Err(Failure::input(format!(
-                "{samples:.0} samples: a plan has 2 to {MOST_SAMPLES}\nhint: change --duration or --ts"
-            )));
+            return Err(Failure::wrong(
+                format!("{samples:.0} samples: a plan has 2 to {MOST_SAMPLES}"),
+                "change --duration or --ts",
+            ));
         }
         let plan = Plan {
             profile,
@@ -106,8 +107,9 @@ impl Design {
         let found = isolability(&motor, &plan, &|share| set_share(&spinner, share));
         spinner.finish_and_clear();
         let found = found.ok_or_else(|| {
-            Failure::input(
-                "the motor cannot be simulated on this profile\nhint: `motorlab motor FILE` lists its parameters with their units",
+            Failure::wrong(
+                "the motor cannot be simulated on this profile",
+                "`motorlab motor FILE` lists its parameters with their units",
             )
         })?;
         if let Some(path) = &self.html {
@@ -210,10 +212,10 @@ fn next_line(next: &NextExperiment) -> String {
 
 fn next_of(path: &Path, output: &Output) -> Result<Status, Failure> {
     let wrong = |why: &dyn std::fmt::Display| {
-        Failure::input(format!(
-            "{}: {why}\nhint: `motorlab diagnose RUN --json` writes a diagnosis",
-            shown(path)
-        ))
+        Failure::wrong(
+            format!("{}: {why}", shown(path)),
+            "`motorlab diagnose RUN --json` writes a diagnosis",
+        )
     };
     let mut text = String::new();
     let file = File::open(path).map_err(|error| wrong(&error))?;

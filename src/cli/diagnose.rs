@@ -19,6 +19,7 @@ use crate::diagnose::{
     BadRecording, GoodEnough, NominalFit, NominalSource, Options, Role, RunFacts, Settings,
     WithRuns, diagnose, nominal_fit,
 };
+use crate::hint::In;
 use crate::motor::{Motor, read_motor};
 use crate::plain::{quoted, shown};
 use crate::recording::Run;
@@ -87,8 +88,13 @@ pub struct Diagnose {
 /// Reads numbers of the method.
 fn settings(path: &Path) -> Result<Settings, Failure> {
     let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::input(format!("{}: {error}", shown(path))))?;
-    toml::from_str(&text).map_err(|error| Failure::input(format!("{}: {error}", shown(path))))
+        .map_err(|error| Failure::input(In::new(shown(path), error)))?;
+    toml::from_str(&text).map_err(|error| {
+        Failure::wrong(
+            format!("{}: {}", shown(path), error.to_string().trim_end()),
+            "docs/reference/diagnosis.md lists the settings; without --settings the built-in ones hold",
+        )
+    })
 }
 
 /// Where the nominal model comes from.
@@ -110,7 +116,7 @@ impl Diagnose {
         };
         let outputs = (self.force).outputs("diagnose", paths().chain(self.motor.file()));
         outputs.check(self.html.iter().chain(&self.model_out))?;
-        let mut motor = self.motor.motor_unsaid(output)?;
+        let mut motor = self.motor.motor_without_message(output)?;
         self.with.refuse_others(paths().map(PathBuf::as_path))?;
         self.refuse_fitted_twice()?;
         let repeats = self.repeating()?;
@@ -123,8 +129,9 @@ impl Diagnose {
         refuse_unused(&self.log, &runs, output)?;
         refuse_copies(&runs[..held_from], &runs[held_from..reference_from])?;
         if held_from != self.runs.len() && !repeats.is_empty() {
-            return Err(Failure::input(
-                "--repeats names files, and a log among them holds several runs; hint: motorlab import makes a file of each",
+            return Err(Failure::wrong(
+                "--repeats names files, and a log among them holds several runs",
+                "`motorlab import LOG` makes a run file of each; give those to --repeats",
             ));
         }
         let taught = [0..held_from, reference_from..runs.len()];
@@ -260,10 +267,16 @@ impl Diagnose {
             .find(|path| fitted.contains(&place(path)));
         match twice {
             None => Ok(()),
-            Some(path) => Err(Failure::input(format!(
-                "--hold-out {0}: it is diagnosed too, and what is fitted is no test of the fit; hold out another run, or leave {0} out of the runs that are diagnosed",
-                shown(path)
-            ))),
+            Some(path) => Err(Failure::wrong(
+                format!(
+                    "--hold-out {}: it is diagnosed too, so it would not test the fit",
+                    shown(path)
+                ),
+                format!(
+                    "hold out another run, or leave {} out of the runs that are diagnosed",
+                    shown(path)
+                ),
+            )),
         }
     }
 
@@ -287,11 +300,16 @@ impl Diagnose {
         let number = |path: &PathBuf| {
             let found = self.runs.iter().position(|run| run == path);
             found.ok_or_else(|| {
-                Failure::input(format!(
-                    "--repeats {}: not among the runs that are diagnosed; name it as the run itself, such as {}",
-                    shown(path),
-                    shown(&self.runs[0])
-                ))
+                Failure::wrong(
+                    format!(
+                        "--repeats {}: not among the runs that are diagnosed",
+                        shown(path)
+                    ),
+                    format!(
+                        "name it as the run itself, such as {}",
+                        shown(&self.runs[0])
+                    ),
+                )
             })
         };
         let groups = self
@@ -319,7 +337,10 @@ fn repeating(text: &str) -> Result<Repeating, String> {
         .map(PathBuf::from)
         .collect();
     match paths.len() {
-        0 | 1 => Err("name two runs at least, with a comma between, as in a.csv,b.csv".to_owned()),
+        0 | 1 => Err(
+            "expected two runs or more\nhint: with a comma between, as in --repeats a.csv,b.csv"
+                .to_owned(),
+        ),
         _ => Ok(Repeating(paths)),
     }
 }
@@ -331,10 +352,10 @@ fn good_enough(text: &str) -> Result<GoodEnough, String> {
         None => (text, false),
     };
     let value: f64 = number.trim().parse().map_err(|_| {
-        format!("'{text}' is neither counts, as in 5, nor a share of the travel, as in 1%")
+        format!("'{text}' is neither counts nor a share\nhint: 5 is 5 counts, 1% is a share of the travel")
     })?;
     match (value.is_finite() && value >= 0.0, is_share) {
-        (false, _) => Err("it is 0 or more".to_owned()),
+        (false, _) => Err("expected 0 or more\nhint: --good-enough 0.5 is half a count RMS, --good-enough 2% a share of the travel".to_owned()),
         (true, true) => Ok(GoodEnough::Share(value / 100.0)),
         (true, false) => Ok(GoodEnough::Counts(value)),
     }
@@ -385,11 +406,14 @@ fn refuse_copies(fitted: &[Run], held_out: &[Run]) -> Result<(), Failure> {
     };
     for held in held_out {
         if let Some(same) = fitted.iter().find(|run| is_copy(run, held)) {
-            return Err(Failure::input(format!(
-                "--hold-out {}: it has the counts and commands of {}, and what is fitted is no test of the fit; hint: hold out another recording",
-                named(held),
-                named(same)
-            )));
+            return Err(Failure::wrong(
+                format!(
+                    "--hold-out {}: it has the counts and commands of {}, so it would not test the fit",
+                    named(held),
+                    named(same)
+                ),
+                "hold out another recording",
+            ));
         }
     }
     Ok(())

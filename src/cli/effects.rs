@@ -11,7 +11,7 @@ use super::{Failure, Output, Status};
 use crate::effects::{Entry, Number, entries, rounded};
 use crate::motor::catalogue::{Stage, catalogue};
 use crate::motor::plausible::Shown;
-use crate::motor::{Parameters, meant};
+use crate::motor::{Parameters, nearest_name};
 
 /// List the effects: equation, parameters, the experiment that shows each, and similar effects.
 #[derive(Debug, Args)]
@@ -79,12 +79,13 @@ impl Effects {
 fn unknown(id: &str) -> Failure {
     let ids = catalogue().iter().map(|kind| kind.id);
     let names = ids.chain(Stage::ALL.map(Stage::id));
-    let hint =
-        meant(id, names).map_or_else(String::new, |name| format!(" (did you mean '{name}'?)"));
+    let meant =
+        nearest_name(id, names).map_or_else(String::new, |name| format!("did you mean '{name}'? "));
     let stages = Stage::ALL.map(Stage::id).join(", ");
-    Failure::input(format!(
-        "there is no effect and no stage '{id}'{hint}; `motorlab effects` lists the effects, the stages are {stages}"
-    ))
+    Failure::wrong(
+        format!("there is no effect and no stage '{id}'"),
+        format!("{meant}`motorlab effects` lists the effects; the stages are {stages}"),
+    )
 }
 
 fn block(entry: &Entry, with_example: bool) -> String {

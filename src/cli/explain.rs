@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::{Failure, Output, Status};
 use crate::motor::catalogue::{Stage, catalogue, find};
-use crate::motor::meant;
+use crate::motor::nearest_name;
 
 /// Print the page of an effect: description, symptoms, causes, alternatives, model, references.
 #[derive(Debug, Args)]
@@ -104,12 +104,12 @@ impl Explain {
 }
 
 fn unknown(name: &str) -> Failure {
-    let hint = meant(name, catalogue().iter().map(|kind| kind.id));
+    let hint = nearest_name(name, catalogue().iter().map(|kind| kind.id));
     let hint = hint.map_or_else(
         || "`motorlab effects` lists the effects".to_owned(),
         |id| format!("motorlab explain {id}"),
     );
-    Failure::input(format!("there is no effect '{name}'\nhint: {hint}"))
+    Failure::wrong(format!("there is no effect '{name}'"), hint)
 }
 
 /// Sections below the headings of second order.

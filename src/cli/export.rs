@@ -14,6 +14,7 @@ use super::resistance::Resistance;
 use super::{Failure, Output, Status};
 use crate::export::actuator;
 use crate::export::{json, mat5, matlab, mujoco, urdf};
+use crate::hint::{In, parted};
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
@@ -174,8 +175,10 @@ impl Matlab {
             name.push(".mat");
             let file = self.output.join(name);
             if files.contains(&file) {
-                let text = format!("two of the runs would both become {}", shown(&file));
-                return Err(Failure::input(text));
+                return Err(Failure::wrong(
+                    format!("two of the runs would both become {}", shown(&file)),
+                    "rename one of them, or export them into two folders with -o",
+                ));
             }
             files.push(file);
         }
@@ -185,7 +188,10 @@ impl Matlab {
         let motor = self.motor.read(output)?;
         let runs = self.read_runs(output)?;
         std::fs::create_dir_all(&self.output).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", shown(&self.output)))
+            Failure::device(In::new(
+                format!("cannot make {}", shown(&self.output)),
+                error,
+            ))
         })?;
         outputs.check(&files)?;
         outputs.write_silently(&files[0], &matlab::script(&motor), Form::Matlab)?;
@@ -224,9 +230,15 @@ impl Mujoco {
             return wrote_actuator("mujoco", &[model, module], None, &motor, output);
         }
         let model = mujoco::model(&motor, self.target.leave_out).map_err(|error| {
-            Failure::input(format!(
-                "{error}\nhint: --callback motor.py writes a Python module that MuJoCo calls for all of the motor's effects"
-            ))
+            let error = error.to_string();
+            let (what, hint) = parted(&error);
+            Failure::wrong(
+                what,
+                format!(
+                    "--callback motor.py writes a Python module that MuJoCo calls for all of the motor's effects; {}",
+                    hint.unwrap_or_default()
+                ),
+            )
         })?;
         self.target
             .write("mujoco", &outputs, &model, &motor, output)

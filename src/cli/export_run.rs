@@ -9,6 +9,7 @@ use super::foreign::unreadable;
 use super::output_file::Force;
 use super::{Failure, Output};
 #[cfg(any(feature = "parquet", feature = "mcap"))]
+use crate::hint::In;
 use crate::plain::shown;
 #[cfg(any(feature = "parquet", feature = "mcap"))]
 use crate::recording::{Run, read_run};
@@ -71,8 +72,12 @@ impl RunFile {
             output.message(&format!("{}: {note}", shown(&self.run)));
         }
         let mut content = Vec::new();
-        write(&run, &mut content)
-            .map_err(|error| Failure::device(format!("cannot write {}: {error}", shown(&path))))?;
+        write(&run, &mut content).map_err(|error| {
+            Failure::device(In::new(
+                format!("cannot write {}", shown(&path)),
+                std::io::Error::other(error),
+            ))
+        })?;
         outputs.write_bytes(&path, &content, None)?;
         Ok(path)
     }
@@ -81,9 +86,9 @@ impl RunFile {
 /// Formats that not everyone needs are features of the build.
 #[cfg(not(all(feature = "parquet", feature = "mcap")))]
 pub(super) fn not_built(feature: &str) -> Failure {
-    Failure::input(format!(
-        "this motorlab was built without the format {feature}\n\
-         hint: cargo install --path . --features {feature}"
-    ))
+    Failure::wrong(
+        format!("this motorlab was built without the format {feature}"),
+        format!("cargo install --path . --features {feature}"),
+    )
     .of_kind("wrong_use")
 }

@@ -10,6 +10,7 @@ use serde_json::{Value, json};
 use super::missing_file;
 use crate::blind::BlindError;
 use crate::board::ProfileError;
+use crate::hint::{Hinted, of_system, parted};
 use crate::import::{ImportError, MapError};
 use crate::motor::MotorFileError;
 use crate::plain::clipped;
@@ -49,26 +50,39 @@ pub struct Failure {
 }
 
 impl Failure {
-    /// Wrong use or bad input: status 2.
-    pub fn input(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
+    fn new(status: Status, kind: &'static str, error: Box<dyn Error + Send + Sync>) -> Self {
         Self {
-            status: Status::BadInput,
-            kind: "bad_input",
+            status,
+            kind,
             file: None,
             row: None,
-            error: error.into(),
+            error,
         }
     }
 
-    /// The device or the file system failed: status 3.
-    pub fn device(error: impl Into<Box<dyn Error + Send + Sync>>) -> Self {
-        Self {
-            status: Status::DeviceFailed,
-            kind: "device_failed",
-            file: None,
-            row: None,
-            error: error.into(),
-        }
+    /// Wrong use or bad input, status 2: an error whose text has its hint.
+    pub fn input(error: impl Error + Send + Sync + 'static) -> Self {
+        Self::input_of(Box::new(error))
+    }
+
+    /// Wrong use or bad input of several kinds, status 2: an error whose text has its hint.
+    pub fn input_of(error: Box<dyn Error + Send + Sync>) -> Self {
+        Self::new(Status::BadInput, "bad_input", error)
+    }
+
+    /// Wrong use or bad input in words, status 2: what is wrong and where, and what to do.
+    pub fn wrong(what: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::input(Hinted::new(what, hint))
+    }
+
+    /// The device or the file system failed, status 3.
+    pub fn device(error: impl Error + Send + Sync + 'static) -> Self {
+        Self::new(Status::DeviceFailed, "device_failed", Box::new(error))
+    }
+
+    /// The device failed, in words: what and where, and what to do.
+    pub fn failed(what: impl Into<String>, hint: impl Into<String>) -> Self {
+        Self::device(Hinted::new(what, hint))
     }
 
     /// With another kind than the exit status has by itself.
@@ -88,16 +102,12 @@ impl Failure {
     }
 
     /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. File and row are
-    /// null where it is about none; the remedy is null where the message has no part of its own for it.
+    /// null where it is about none; the remedy is the message's hint, null where nothing can be done.
     pub fn document(&self) -> Value {
         let said = self.to_string();
         let message = said.strip_prefix("error: ").unwrap_or(&said);
         let place = self.place();
-        // Every message says what is wrong, then what to do: in a hint of its own, or after a semicolon.
-        let remedy = match message.rsplit_once("\nhint: ") {
-            Some((_, hint)) => Some(hint),
-            None => message.rsplit_once("; ").map(|(_, remedy)| remedy),
-        };
+        let (_, remedy) = parted(message);
         json!({ "error": {
             "kind": self.kind,
             "message": message,
@@ -177,23 +187,36 @@ fn line_of(error: &MotorFileError) -> Option<u64> {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut said = self.error.to_string();
-        write!(f, "error: {}", clipped(&said, MOST_CHARACTERS))?;
+        let text = self.error.to_string();
+        let (what, hint) = parted(&text);
+        let mut said = what.to_owned();
+        let mut hint = hint.map(str::to_owned);
+        write!(f, "error: {}", clipped(what, MOST_CHARACTERS))?;
         let mut cause = self.error.source();
         while let Some(error) = cause {
+            let text = error.to_string();
+            let (because, its_hint) = parted(&text);
             // Many an error has its cause in its own words.
-            let because = error.to_string();
-            if !said.contains(&because) {
-                write!(f, "\n  because: {}", clipped(&because, MOST_CHARACTERS))?;
-                said.push_str(&because);
+            if !said.contains(because) {
+                write!(f, "\n  because: {}", clipped(because, MOST_CHARACTERS))?;
+                said.push_str(because);
             }
+            let of_system = || error.downcast_ref().and_then(of_system);
+            hint = hint.or_else(|| its_hint.or_else(of_system).map(str::to_owned));
             cause = error.source();
         }
         let known = self.file.clone().or_else(|| self.place().0);
-        if let Some(hint) = missing_file::hint(&said, known.as_deref()) {
-            write!(f, "\nhint: {hint}")?;
+        let missing = missing_file::hint(&said, known.as_deref());
+        let itself = || {
+            self.error
+                .downcast_ref()
+                .and_then(of_system)
+                .map(str::to_owned)
+        };
+        match missing.or(hint).or_else(itself) {
+            Some(hint) => write!(f, "\nhint: {}", clipped(&hint, MOST_CHARACTERS)),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -212,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missing_is_told_with_a_hint_in_the_document_too() {
+    fn a_missing_file_has_a_hint_in_text_and_document() {
         let error = io::Error::from_raw_os_error(2);
         let missing = Failure::input(Unread::Telling(error)).at(Path::new("no-such.motor.toml"));
         let said = missing.to_string();
@@ -225,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cause_is_told_once_and_never_left_out() {
+    fn a_cause_is_printed_exactly_once() {
         let cause = || io::Error::other("the disk is gone");
         let telling = Failure::input(Unread::Telling(cause())).to_string();
         assert_eq!(telling, "error: motor.toml: the disk is gone");

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use super::output_file::whole;
 use super::{Failure, Output, Status};
+use crate::hint::In;
 use crate::plain::shown;
 
 /// Write the Arduino sketch for the board into a folder; open it there in the Arduino IDE.
@@ -45,7 +46,7 @@ impl Firmware {
 pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failure> {
     let sketch = folder.join("motorlab");
     let failed = |path: &Path, error: io::Error| {
-        Failure::device(format!("cannot write {}: {error}", shown(path)))
+        Failure::device(In::new(format!("cannot write {}", shown(path)), error))
     };
     fs::create_dir_all(&sketch).map_err(|error| failed(&sketch, error))?;
     let changed: Vec<&str> = sketch::FILES
@@ -56,11 +57,14 @@ pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failur
         .map(|(name, _)| *name)
         .collect();
     if !changed.is_empty() && !force {
-        return Err(Failure::input(format!(
-            "{} holds a sketch with other contents in {}; --force overwrites it, another folder keeps it",
-            shown(&sketch),
-            changed.join(", ")
-        )));
+        return Err(Failure::wrong(
+            format!(
+                "{} holds a sketch with other contents in {}",
+                shown(&sketch),
+                changed.join(", ")
+            ),
+            "--force overwrites it, another folder keeps it",
+        ));
     }
     for (name, text) in sketch::FILES {
         let path = sketch.join(name);

@@ -71,7 +71,7 @@ impl ArduinoBoard {
 
 #[cfg(windows)]
 const HOW_TO_INSTALL: &str = "\
-  arduino-cli compiles and uploads the sketch:
+arduino-cli compiles and uploads the sketch:
     winget install ArduinoSA.CLI
     arduino-cli core install arduino:avr
   avrdude uploads one that the Arduino IDE has compiled (Sketch > Export Compiled Binary):
@@ -81,7 +81,7 @@ const HOW_TO_INSTALL: &str = "\
 
 #[cfg(not(windows))]
 const HOW_TO_INSTALL: &str = "\
-  arduino-cli compiles and uploads the sketch:
+arduino-cli compiles and uploads the sketch:
     curl -fsSL https://raw.githubusercontent.com/arduino/arduino-cli/master/install.sh | sh
     arduino-cli core install arduino:avr
   avrdude uploads one that the Arduino IDE has compiled (Sketch > Export Compiled Binary):
@@ -103,7 +103,7 @@ impl Flash {
         let (tool, command, _built) = self.command()?;
         output.message(&format!("{command:?}"));
         let result = self.upload(command);
-        result.map_err(|error| Failure::device(format!("{tool} {error}{}", advice(tool))))?;
+        result.map_err(|error| Failure::failed(format!("{tool} {error}"), advice(tool)))?;
         if output.json {
             output.document(&json!({ "port": self.port, "tool": tool }))?;
         } else {
@@ -120,11 +120,13 @@ impl Flash {
         let board = self.board()?;
         if let Some(hex) = &self.hex {
             if !hex.is_file() {
-                return Err(Failure::input(format!("there is no file {}", shown(hex))));
+                return Err(Failure::wrong(
+                    format!("there is no file {}", shown(hex)),
+                    "--hex takes a compiled sketch; without it the sketch is compiled by arduino-cli",
+                ));
             }
-            let avrdude = on_path("avrdude").ok_or_else(|| {
-                Failure::device(format!("avrdude is not installed: {INSTALL_AVRDUDE}"))
-            })?;
+            let avrdude = on_path("avrdude")
+                .ok_or_else(|| Failure::failed("avrdude is not installed", INSTALL_AVRDUDE))?;
             let (processor, loader) = board.avrdude();
             let mut flash = OsString::from("flash:w:");
             flash.push(hex);
@@ -140,7 +142,7 @@ impl Flash {
             } else {
                 "neither arduino-cli nor avrdude is installed"
             };
-            return Err(Failure::device(format!("{found}\n{HOW_TO_INSTALL}")));
+            return Err(Failure::failed(found, HOW_TO_INSTALL));
         };
         let (sketch, built_in) = match &self.sketch {
             Some(sketch) => (sketch.clone(), None),
@@ -161,10 +163,10 @@ impl Flash {
             ArduinoBoard::of_usb(usb.vid, usb.pid)
         };
         self.board.or_else(by_usb).ok_or_else(|| {
-            Failure::input(format!(
-                "{} does not say which board it is: add --board uno or --board mega",
-                shown(&self.port)
-            ))
+            Failure::wrong(
+                format!("{} does not say which board it is", shown(&self.port)),
+                "add --board uno or --board mega",
+            )
         })
     }
 
@@ -184,9 +186,9 @@ impl Flash {
 
 fn advice(tool: &str) -> &'static str {
     if tool == "arduino-cli" {
-        "; if it misses the platform: arduino-cli core install arduino:avr"
+        "its own message stands above; if it misses the platform: arduino-cli core install arduino:avr"
     } else {
-        "; is it the right board and port, and no other program on it?"
+        "check the board and the port (motorlab ports), and close other programs on it"
     }
 }
 

@@ -13,6 +13,7 @@ use super::import_flags::Flags;
 use super::import_words::{say_rows, say_understood};
 use super::progress::FileProgress;
 use super::{Failure, Output};
+use crate::hint::{In, parted};
 use crate::import::{Form, Kind, Said, Source, Unclear, import, understand};
 use crate::plain::{quoted, shown};
 use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
@@ -23,7 +24,8 @@ const LOOKED_AT_BYTES: u64 = 1 << 18;
 /// Not a run file, but a log that can become one.
 #[derive(Debug, Error)]
 #[error(
-    "{error}; this is a log of another program: import it first{blanks}:\n  {line}\nand take {run}"
+    "{}; this is a log of another program\nhint: import it first{blanks}, then take {run}:\n  {line}",
+    parted(&error.to_string()).0
 )]
 struct ForeignLog {
     #[source]
@@ -68,9 +70,12 @@ pub(super) fn refuse_unused(flags: &Flags, runs: &[Run], output: &Output) -> Res
             .any(|configured| configured == name)
     };
     match given.iter().find(explicit) {
-        Some((flag, _)) if !runs.iter().any(Run::is_foreign) => Err(Failure::input(format!(
-            "{flag}: it says what is what in a log of another program, and these are run files, which say it themselves"
-        ))),
+        Some((flag, _)) if !runs.iter().any(Run::is_foreign) => Err(Failure::wrong(
+            format!(
+                "{flag}: it describes a log of another program, and these are run files, which describe themselves"
+            ),
+            format!("leave {flag} out"),
+        )),
         _ => Ok(()),
     }
 }
@@ -90,7 +95,7 @@ fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Fai
     let mut source = Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name)
         .map_err(|error| no_run(path, error.to_string()))?;
     let reading = source.understand(&name, &flags.said(), &command_line());
-    let reading = reading.map_err(|error| Failure::input(format!("{name}: {error}")))?;
+    let reading = reading.map_err(|error| Failure::input(In::new(&*name, error)))?;
     let ready = match reading.map {
         Ok(ready) => ready,
         Err(unclear @ (Unclear::NoTable(_) | Unclear::NoText(_))) => {
@@ -98,7 +103,7 @@ fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Fai
         }
         Err(unclear) => {
             say_understood(output, &name, &reading.understood, &reading.notes);
-            return Err(Failure::input(format!("{name}: {unclear}")).at(path));
+            return Err(Failure::input(In::new(&*name, unclear)).at(path));
         }
     };
     say_understood(output, &name, &reading.understood, &reading.notes);

@@ -16,6 +16,7 @@ use super::progress::FileProgress;
 use super::staged::Staged;
 use super::{Failure, Output, Status};
 use crate::check::Finding;
+use crate::hint::In;
 use crate::import::{
     ImportProblem, Imported, Map, Reading, Ready, Source, SourceError, Understood, import, map_over,
 };
@@ -94,7 +95,7 @@ impl Import {
             true => failure,
             false => failure.at(&self.log),
         };
-        let unread = |error: SourceError| Failure::input(format!("{name}: {error}"));
+        let unread = |error: SourceError| Failure::input(In::new(&*name, error));
         let mut source = Source::new(bytes, &name).map_err(|error| at(unread(error)))?;
         let mut reading = None;
         let map = match mapped {
@@ -108,8 +109,7 @@ impl Import {
                     map,
                 } = found;
                 say_understood(output, &name, &understood, &notes);
-                let ready =
-                    map.map_err(|unclear| at(Failure::input(format!("{name}: {unclear}"))))?;
+                let ready = map.map_err(|unclear| at(Failure::input(In::new(&*name, unclear))))?;
                 reading = Some((understood, notes));
                 ready
             }
@@ -120,7 +120,7 @@ impl Import {
         let free = next_free_name(&target);
         if staged.is_none() && free != target && self.output.is_some() {
             output.message(&format!(
-                "{} exists; the run goes to {}; hint: --force replaces it",
+                "{} exists, and the run goes to {}\nhint: --force replaces it",
                 shown(&target),
                 shown(&free)
             ));
@@ -226,7 +226,7 @@ pub(super) fn run_name(log: &Path) -> PathBuf {
 
 /// Opens a log. A folder is none; of a ROS 2 bag the message names the file in it.
 pub(super) fn open(path: &Path) -> Result<File, Failure> {
-    let failed = |error: io::Error| Failure::input(format!("{}: {error}", shown(path)));
+    let failed = |error: io::Error| Failure::input(In::new(shown(path), error));
     let file = File::open(path).map_err(failed)?;
     if file.metadata().map_err(failed)?.is_dir() {
         let is_bag = |path: &PathBuf| {
@@ -236,11 +236,10 @@ pub(super) fn open(path: &Path) -> Result<File, Failure> {
         let mut inside = std::fs::read_dir(path).map_err(failed)?;
         let bag = inside.find_map(|entry| entry.ok().map(|entry| entry.path()).filter(is_bag));
         return Err(match bag {
-            Some(bag) => Failure::input(format!(
-                "{} is a folder; of this ROS 2 bag import {}",
-                shown(path),
-                shown(bag)
-            )),
+            Some(bag) => Failure::wrong(
+                format!("{} is a folder", shown(path)),
+                format!("of this ROS 2 bag import {}", shown(bag)),
+            ),
             None => failed(io::ErrorKind::IsADirectory.into()),
         });
     }

@@ -49,7 +49,7 @@ pub(super) struct Flags {
     /// The PWM that is full drive, such as 255. Values beyond it are full drive.
     #[arg(long, value_name = "N", value_parser = positive)]
     pwm_full: Option<f64>,
-    /// The range after which the position begins anew, in its own unit: 360, 65536.
+    /// The range after which the position restarts, in its own unit: 360, 65536.
     #[arg(long, value_name = "N", value_parser = positive)]
     wrap: Option<f64>,
     /// The position column holds the counts since the row before (readAndReset).
@@ -64,7 +64,7 @@ pub(super) struct Flags {
     /// Take one row of N; the command is the mean until the next.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     every: Option<u64>,
-    /// Most runs that the log makes where its clock begins anew. [default: 12]
+    /// Most runs that the log makes where its clock restarts. [default: 12]
     #[arg(long = "runs", value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
     most_runs: Option<u64>,
 }
@@ -102,6 +102,6 @@ impl Flags {
 fn positive(text: &str) -> Result<f64, String> {
     match number_in(text, plausible::SCALE)? {
         number if number > 0.0 => Ok(number),
-        _ => Err("it has to be above 0".to_owned()),
+        _ => Err("expected a number above 0\nhint: a decimal point, no unit and no thousands separator, such as 0.75".to_owned()),
     }
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use clap::Args;
 
 use super::Failure;
+use crate::hint::In;
 use crate::plain::{one_line, shown};
 use crate::recording::Run;
 
@@ -25,7 +26,8 @@ struct Difference {
 }
 
 fn difference(text: &str) -> Result<Difference, String> {
-    let expected = "expected RUN:KEY=VALUE, such as disc.csv:inertia_added_kg_m2=0.001";
+    let expected =
+        "expected RUN:KEY=VALUE\nhint: such as --with disc.csv:inertia_added_kg_m2=0.001";
     let (name, value) = text.rsplit_once('=').ok_or(expected)?;
     // The last colon: a path may have one of its own.
     let (run, key) = name.rsplit_once(':').ok_or(expected)?;
@@ -45,7 +47,7 @@ impl With {
         for said in self.with.iter().filter(|said| path == Path::new(&said.run)) {
             run.known
                 .set(&said.key, said.value)
-                .map_err(|error| Failure::input(format!("--with {}: {error}", said.run)))?;
+                .map_err(|error| Failure::input(In::new(format!("--with {}", said.run), error)))?;
         }
         Ok(())
     }
@@ -63,12 +65,16 @@ impl With {
             None => Ok(()),
             Some(said) => {
                 let first = paths.next().map_or(String::new(), shown);
-                Err(Failure::input(format!(
-                    "--with {}: no run of that name is given; name it as the run itself, such as {first}:{}={}",
-                    one_line(&said.run),
-                    said.key,
-                    said.value
-                )))
+                Err(Failure::wrong(
+                    format!(
+                        "--with {}: no run of that name is given",
+                        one_line(&said.run)
+                    ),
+                    format!(
+                        "name it as the run itself, such as --with {first}:{}={}",
+                        said.key, said.value
+                    ),
+                ))
             }
         }
     }

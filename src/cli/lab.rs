@@ -8,7 +8,7 @@ use serde_json::json;
 use super::demo::{begin, take_place};
 use super::findings::said;
 use super::foreign::unreadable;
-use super::lab_class::{Asked, class};
+use super::lab_class::{ClassRequest, class};
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
 use super::progress::spinner;
@@ -16,6 +16,7 @@ use super::signals::StopSignal;
 use super::threads::Threads;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
+use crate::hint::In;
 use crate::lab::{Lab as Handout, Source, columns, page};
 use crate::motor::Motor;
 use crate::plain::shown;
@@ -71,7 +72,7 @@ impl Lab {
         self.threads.set()?;
         if let Some(folder) = &self.class {
             let outputs = (self.force).outputs("lab --class", self.motor.iter());
-            let asked = Asked {
+            let asked = ClassRequest {
                 folder,
                 motor: self.motor.as_ref(),
                 to: self.output.as_deref().unwrap_or(Path::new("class")),
@@ -89,7 +90,10 @@ impl Lab {
             }
         };
         std::fs::create_dir_all(self.folder()).map_err(|error| {
-            Failure::device(format!("cannot make {}: {error}", shown(self.folder())))
+            Failure::device(In::new(
+                format!("cannot make {}", shown(self.folder())),
+                error,
+            ))
         })?;
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)

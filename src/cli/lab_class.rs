@@ -11,6 +11,7 @@ use super::output_file::{Form, Outputs};
 use super::progress::spinner;
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
+use crate::hint::{In, on_one_line};
 use crate::lab::class::{Class, Folder, Student};
 use crate::lab::class_page::page;
 use crate::motor::Motor;
@@ -22,7 +23,7 @@ const MOTOR: &str = "motor.toml";
 
 /// Runs that the call names.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Asked<'a> {
+pub(super) struct ClassRequest<'a> {
     /// The class's folder.
     pub folder: &'a Path,
     /// The motor of all who have no file of their own.
@@ -41,7 +42,7 @@ struct Document<'a> {
 
 /// Reads, works and writes the page; what is not usable is said and makes the exit status 1.
 pub(super) fn class(
-    asked: Asked<'_>,
+    asked: ClassRequest<'_>,
     outputs: &Outputs,
     output: &Output,
 ) -> Result<Status, Failure> {
@@ -97,7 +98,7 @@ pub(super) fn class(
 
 fn make(folder: &Path) -> Result<(), Failure> {
     fs::create_dir_all(folder)
-        .map_err(|error| Failure::device(format!("cannot make {}: {error}", shown(folder))))
+        .map_err(|error| Failure::device(In::new(format!("cannot make {}", shown(folder)), error)))
 }
 
 /// A page for each recording, in a folder for each student.
@@ -117,12 +118,15 @@ fn write_pages(class: &mut Class, to: &Path, outputs: &Outputs) -> Result<(), Fa
 }
 
 /// The folders of the class by name; hidden ones, and the one that the page goes to, are none.
-fn folders(asked: Asked<'_>) -> Result<Vec<PathBuf>, Failure> {
+/// Hint for `--class`.
+const ONE_FOLDER_A_STUDENT: &str = "--class takes a folder that has one folder per student";
+
+fn folders(asked: ClassRequest<'_>) -> Result<Vec<PathBuf>, Failure> {
     let cannot = |error: std::io::Error| {
-        Failure::input(format!(
-            "{}: {error}; --class takes a folder that has one folder a student",
-            shown(asked.folder)
-        ))
+        Failure::wrong(
+            format!("{}: {error}", shown(asked.folder)),
+            ONE_FOLDER_A_STUDENT,
+        )
     };
     let mut folders = Vec::new();
     for entry in fs::read_dir(asked.folder).map_err(cannot)? {
@@ -135,10 +139,10 @@ fn folders(asked: Asked<'_>) -> Result<Vec<PathBuf>, Failure> {
     }
     folders.sort();
     if folders.is_empty() {
-        return Err(Failure::input(format!(
-            "{} has no folder in it; --class takes a folder that has one folder a student",
-            shown(asked.folder)
-        )));
+        return Err(Failure::wrong(
+            format!("{} has no folder in it", shown(asked.folder)),
+            ONE_FOLDER_A_STUDENT,
+        ));
     }
     Ok(folders)
 }
@@ -215,7 +219,7 @@ fn read(path: &Path, motor: Option<Motor>, output: &Output) -> Result<Folder, St
     let motor = match (own.exists(), motor) {
         (true, _) => motor_file(&own, output)
             .map(|motor| (motor, true))
-            .map_err(|why| why.to_string()),
+            .map_err(|why| on_one_line(&why.to_string())),
         (false, Some(motor)) => Ok((motor, true)),
         (false, None) => Ok((Motor::default(), false)),
     };
@@ -231,10 +235,12 @@ fn read(path: &Path, motor: Option<Motor>, output: &Output) -> Result<Folder, St
 }
 
 fn run(file: &Path) -> Result<Run, String> {
-    let read = read_run(file).map_err(|error| unreadable(file, error).to_string());
+    let read = read_run(file).map_err(|error| on_one_line(&unreadable(file, error).to_string()));
     let (run, _) = read?;
     match run.len() {
-        0 | 1 => Err("the recording has fewer than two samples".to_owned()),
+        0 | 1 => Err(
+            "the recording has fewer than two samples; record at least one whole step".to_owned(),
+        ),
         _ => Ok(run),
     }
 }

@@ -6,6 +6,7 @@ use clap::{Args, CommandFactory};
 
 use super::output_file::{Force, Form};
 use super::{CommandLine, Failure, Output, Status};
+use crate::hint::In;
 use crate::plain::shown;
 
 /// Write a manual page for motorlab and each of its subcommands into a folder.
@@ -21,7 +22,10 @@ pub struct Man {
 impl Man {
     pub(super) fn run(&self, output: &Output) -> Result<Status, Failure> {
         let failed = |error: std::io::Error| {
-            Failure::device(format!("cannot write to {}: {error}", shown(&self.folder)))
+            Failure::device(In::new(
+                format!("cannot write to {}", shown(&self.folder)),
+                error,
+            ))
         };
         std::fs::create_dir_all(&self.folder).map_err(failed)?;
         let outputs = self.force.outputs("man", []);

@@ -4,7 +4,6 @@
 //! With `--json` one JSON document goes to standard output and nothing else; messages and progress
 //! go to standard error.
 
-mod asked;
 mod blind;
 mod capture;
 mod capture_report;
@@ -57,6 +56,7 @@ mod simulate;
 mod staged;
 mod tabulate;
 mod threads;
+mod typed_command;
 mod until_known;
 mod virtual_board;
 mod virtual_capture;
@@ -142,7 +142,7 @@ pub struct Output {
 
 /// A document, and what motor files left to the handout.
 #[derive(Serialize)]
-struct Filled<'a, T> {
+struct WithHandoutValues<'a, T> {
     #[serde(flatten)]
     document: &'a T,
     handout_values: &'a BTreeMap<String, BTreeMap<&'static str, f64>>,
@@ -166,7 +166,7 @@ impl Output {
     /// A JSON document as text, with the key `handout_values` where a motor file lacks numbers.
     fn in_json(&self, document: &impl Serialize) -> Result<String, Failure> {
         match self.filled.lock() {
-            Ok(filled) if !filled.is_empty() => plain_json(&Filled {
+            Ok(filled) if !filled.is_empty() => plain_json(&WithHandoutValues {
                 document,
                 handout_values: &filled,
             }),
@@ -263,7 +263,8 @@ impl CommandLine {
             };
         }
         let words = arguments.iter().skip(1);
-        let asked = asked::asked(words.map(|word| word.to_string_lossy().into_owned()));
+        let asked =
+            typed_command::without_outputs(words.map(|word| word.to_string_lossy().into_owned()));
         let json = (arguments.iter().skip(1))
             .take_while(|argument| *argument != "--")
             .any(|argument| argument == "--json");
@@ -295,9 +296,7 @@ impl CommandLine {
             (arguments.iter()).map(|argument| one_line(&argument.to_string_lossy()).into_owned());
         let mut wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
         wrong_use::improve(&mut wrong);
-        let text = wrong.to_string();
-        Failure::input(text.trim_start_matches("error: ").trim_end().to_owned())
-            .of_kind("wrong_use")
+        Failure::input(wrong_use::hinted(&wrong, arguments)).of_kind("wrong_use")
     }
 
     /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
@@ -352,7 +351,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_typed_is_one_line_and_the_rest_stays() {
+    fn arguments_are_printed_on_one_line() {
         let of = |text: &str, argument| typed_on_one_line(text.to_owned(), argument);
         assert_eq!(of("a\nb.csv: x\n  y", "a\nb.csv"), "a\u{fffd}b.csv: x\n  y");
         assert_eq!(

@@ -43,7 +43,7 @@ impl MotorChoice {
     /// The motor with the friction asked for left out, and which one where none is given.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
         self.say_default(output);
-        self.motor_unsaid(output)
+        self.motor_without_message(output)
     }
 
     /// Says that the handout's motor is simulated where none is given.
@@ -53,8 +53,8 @@ impl MotorChoice {
         }
     }
 
-    /// The same motor without a word of the default, which a fit may replace.
-    pub(super) fn motor_unsaid(&self, output: &Output) -> Result<Motor, Failure> {
+    /// The same motor without the message about the default, which a fit may replace.
+    pub(super) fn motor_without_message(&self, output: &Output) -> Result<Motor, Failure> {
         let mut motor = match &self.motor {
             Some(path) => motor_file(path, output)?,
             None => Motor::default(),

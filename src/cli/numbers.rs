@@ -1,4 +1,4 @@
-//! Numbers of flags, each held against the one table of plausible ranges.
+//! Numbers of flags, each compared with the one table of plausible ranges.
 
 use crate::motor::plausible::{self, Range, Shown};
 
@@ -6,8 +6,13 @@ use crate::motor::plausible::{self, Range, Shown};
 pub(super) fn number_in(text: &str, range: Range) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if range.holds(value) => Ok(value),
-        Ok(value) if !value.is_nan() => Err(format!("{} lies outside {range}", Shown(value))),
-        _ => Err(format!("no number; it is one of {range}")),
+        Ok(value) if !value.is_nan() => Err(format!(
+            "{} lies outside {range}\nhint: give it in the unit of that range",
+            Shown(value)
+        )),
+        _ => Err(format!(
+            "no number\nhint: a number of {range}, with a decimal point and without a unit"
+        )),
     }
 }
 
@@ -32,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_no_motor_has_is_said_with_its_range() {
+    fn implausible_numbers_are_refused_with_their_range() {
         assert_eq!(supply_v("4.5"), Ok(4.5));
         for (text, said) in [
             ("1e9", "1e9 lies outside 0.001 .. 100000 V"),

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Failure, Output, config};
+use crate::hint::of_system;
 use crate::plain::shown;
 
 /// Bytes at the head of a file in which a mark is looked for: more than any format's own header.
@@ -87,7 +88,7 @@ impl Outputs {
         let mut seen: Vec<&PathBuf> = Vec::new();
         for path in paths {
             if seen.contains(&path) {
-                return Err(refused(path, "is named for two outputs; name two files"));
+                return Err(refused(path, "is named for two outputs", "name two files"));
             }
             self.may_replace(path, None)?;
             part_of(path).map_err(|error| cannot(path, &error))?;
@@ -102,7 +103,8 @@ impl Outputs {
         if path.file_name().is_some_and(|name| name == config::NAME) {
             return Err(refused(
                 path,
-                "is the name of the configuration file; name another file",
+                "is the name of the configuration file",
+                "name another file",
             ));
         }
         let found = match fs::symlink_metadata(path) {
@@ -113,33 +115,37 @@ impl Outputs {
         if found.is_symlink() {
             return Err(refused(
                 path,
-                "is a link, and nothing is written through one; name a file",
+                "is a link, and nothing is written through one",
+                "name a file",
             ));
         }
         if !found.is_file() {
             return Err(refused(
                 path,
-                "is no ordinary file and cannot be replaced by one; name a file",
+                "is no ordinary file and cannot be replaced by one",
+                "name a file",
             ));
         }
         if (self.inputs.iter()).any(|input| is_same(input, path, &found)) {
             return Err(refused(
                 path,
-                "is an input of this call and stays as it is; name another file",
+                "is an input of this call and stays as it is",
+                "name another file",
             ));
         }
-        let bears = |path: &Path| bears_mark(path, self.mark.as_bytes());
+        let bears = |path: &Path| has_mark(path, self.mark.as_bytes());
         if self.force || bears(path).map_err(|error| cannot(path, &error))? {
             return Ok(());
         }
         if witness.is_some_and(|witness| bears(witness).unwrap_or(false)) {
             return Ok(());
         }
-        let why = format!(
-            "exists and does not say that it was {}; name another file, or --force replaces it",
-            self.mark
-        );
-        Err(refused(path, &why))
+        let why = format!("exists and does not say that it was {}", self.mark);
+        Err(refused(
+            path,
+            &why,
+            "name another file, or --force replaces it",
+        ))
     }
 
     /// Writes a file with its mark, and says so.
@@ -283,7 +289,7 @@ fn is_same(input: &Path, path: &Path, found: &Metadata) -> bool {
 }
 
 /// Whether the mark stands at the head or at the end of a file.
-fn bears_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
+fn has_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();
     let mut bytes = Vec::new();
@@ -293,17 +299,17 @@ fn bears_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
     Ok(bytes.windows(mark.len()).any(|window| window == mark))
 }
 
-fn refused(path: &Path, why: &str) -> Failure {
-    Failure::input(format!("{} {why}", shown(path)))
+fn refused(path: &Path, why: &str, hint: &str) -> Failure {
+    Failure::wrong(format!("{} {why}", shown(path)), hint)
         .of_kind("output_refused")
         .at(path)
 }
 
 fn cannot(path: &Path, error: &io::Error) -> Failure {
-    Failure::device(format!(
-        "cannot write {}: {error}; name a folder that is there and may be written, or make room",
-        shown(path)
-    ))
+    Failure::failed(
+        format!("cannot write {}: {error}", shown(path)),
+        of_system(error).unwrap_or("name a file in a folder that exists and that you may write to"),
+    )
     .of_kind("cannot_write")
     .at(path)
 }
@@ -313,7 +319,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_killed_writer_left_goes_and_what_another_one_holds_stays() {
+    fn files_of_a_killed_writer_are_removed_and_locked_ones_stay() {
         let folder = tempfile::tempdir().expect("a folder");
         let at = |name: &str| folder.path().join(name);
         for name in [

@@ -95,7 +95,7 @@ fn after_delay(bar: ProgressBar) -> ProgressBar {
             bar.set_draw_target(ProgressDrawTarget::stderr());
             bar.enable_steady_tick(EVERY);
         });
-    // Without a thread there is no progress, and the computation goes on.
+    // Without a thread there is no progress, and the computation continues.
     drop(shown);
     bar
 }

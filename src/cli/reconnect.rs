@@ -7,6 +7,7 @@ use firmware_protocol::Hello;
 
 use super::Output;
 use crate::board::{Board, BoardOptions, Location, LogFailure, PortEntry, UsbIdentity, list_ports};
+use crate::hint::Hinted;
 use crate::plain::shown;
 use crate::recording::Captured;
 
@@ -53,7 +54,7 @@ impl BoardIdentity {
     }
 
     /// Waits until the same board is back; says where. Another board in its place is left alone.
-    pub(super) async fn come_back(&self, baud: u32, output: &Output) -> Location {
+    pub(super) async fn wait_for_board(&self, baud: u32, output: &Output) -> Location {
         let mut told: Option<String> = None;
         loop {
             tokio::time::sleep(LOOK_EVERY).await;
@@ -113,17 +114,20 @@ impl Segments {
         self.logs.push((path, failure));
     }
 
-    /// Messages about raw logs that could not be completed.
-    pub(super) fn failed_logs(&self) -> Vec<String> {
+    /// Errors of raw logs that could not be completed.
+    pub(super) fn failed_logs(&self) -> Vec<Hinted> {
         let failed = self
             .logs
             .iter()
             .filter_map(|(path, failure)| Some((path, failure.get()?)));
         failed
             .map(|(path, error)| {
-                format!(
-                    "the raw log {} could not be written to the end ({error}), and is good up to its last whole line; the run does not depend on it",
-                    shown(path)
+                Hinted::new(
+                    format!(
+                        "the raw log {} could not be written to the end ({error}), and is good up to its last whole line",
+                        shown(path)
+                    ),
+                    "the run file does not depend on it and is whole; make room, or record without --log",
                 )
             })
             .collect()

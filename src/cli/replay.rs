@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::capture::{capture_failure, say_free_name};
 use super::capture_report::report;
-use super::capture_text::Told;
+use super::capture_text::TextFacts;
 use super::numbers::{counts_per_rev, supply_v};
 use super::progress::ProgressLine;
 use super::reconnect::Segments;
@@ -22,6 +22,7 @@ use super::{Failure, Output, Status};
 #[cfg(unix)]
 use crate::board::ReplayedDevice;
 use crate::board::{Profile, rawlog};
+use crate::hint::In;
 use crate::motor::plausible;
 use crate::plain::shown;
 use crate::recording::{
@@ -87,7 +88,7 @@ fn speed(text: &str) -> Result<Speed, String> {
     match (text, text.parse::<f64>()) {
         ("max", _) => Ok(Speed::Max),
         (_, Ok(factor)) if factor > 0.0 && factor.is_finite() => Ok(Speed::Times(factor)),
-        _ => Err("a speed is a factor above 0, or max".to_owned()),
+        _ => Err("a speed is a factor above 0, or max\nhint: --speed 10 is ten times as fast as recorded, --speed max as fast as possible".to_owned()),
     }
 }
 
@@ -108,9 +109,9 @@ impl Replay {
         let _inside = runtime.enter();
         let stop = StopSignal::install().map_err(Failure::device)?;
         let file = File::open(&self.log)
-            .map_err(|error| Failure::input(format!("{}: {error}", shown(&self.log))))?;
+            .map_err(|error| Failure::input(In::new(shown(&self.log), error)))?;
         let mut log =
-            rawlog::Reader::new(BufReader::new(file)).map_err(|e| self.in_log(&e.into()))?;
+            rawlog::Reader::new(BufReader::new(file)).map_err(|e| self.in_log(e.into()))?;
         #[cfg(unix)]
         if self.pty {
             return runtime.block_on(self.be_a_device(output, &mut log, &stop));
@@ -157,7 +158,7 @@ impl Replay {
         };
         played.map_err(|error| match error {
             ReplayError::Capture(error) => capture_failure(error),
-            other => self.in_log(&other),
+            other => self.in_log(other),
         })
     }
 
@@ -169,11 +170,14 @@ impl Replay {
                 value.as_float().or(whole)
             });
             match value {
-                Some(value) if !range.holds(value) => Err(Failure::input(format!(
-                    "{}: header key `{key}` is {}, but must be {range}",
-                    shown(&self.log),
-                    plausible::Shown(value),
-                ))),
+                Some(value) if !range.holds(value) => Err(Failure::wrong(
+                    format!(
+                        "{}: header key `{key}` is {}, but must be {range}",
+                        shown(&self.log),
+                        plausible::Shown(value),
+                    ),
+                    format!("correct the line `# {key} = ...` at the top of the raw log"),
+                )),
                 value => Ok(value),
             }
         };
@@ -183,7 +187,7 @@ impl Replay {
             None => Some(0.0),
             stated => stated,
         };
-        let told = Told {
+        let told = TextFacts {
             columns,
             profile: text(header, "profile"),
             sample_time_us: sample_time_s.map(|s| (s * 1e6).round() as u32),
@@ -200,10 +204,11 @@ impl Replay {
         told.request(&self.output, text(header, "port").unwrap_or("replayed"))
     }
 
-    fn in_log(&self, error: &ReplayError) -> Failure {
-        Failure::input(format!("{}: {error}", shown(&self.log)))
+    fn in_log(&self, error: ReplayError) -> Failure {
+        let line = error.line();
+        Failure::input(In::new(shown(&self.log), error))
             .at(&self.log)
-            .in_row(error.line())
+            .in_row(line)
     }
 
     fn request(&self, header: &toml::Table) -> CaptureRequest {
@@ -231,13 +236,16 @@ impl Replay {
         stop: &StopSignal,
     ) -> Result<Status, Failure> {
         let mut events = Vec::new();
-        while let Some(event) = log.next_event().map_err(|e| self.in_log(&e.into()))? {
+        while let Some(event) = log.next_event().map_err(|e| self.in_log(e.into()))? {
             events.push(event);
             if events.len() > MOST_PLAYED {
-                let log = shown(&self.log);
-                let message =
-                    format!("{log} has more than {MOST_PLAYED} events, as many as --pty plays");
-                return Err(Failure::input(message));
+                return Err(Failure::wrong(
+                    format!(
+                        "{} has more than {MOST_PLAYED} events, as many as --pty plays",
+                        shown(&self.log)
+                    ),
+                    "replay it without --pty, or cut the raw log after a whole line",
+                ));
             }
         }
         let faster = match self.speed {

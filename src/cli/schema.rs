@@ -5,12 +5,12 @@ use serde::Serialize;
 use serde_json::Value;
 
 use super::{Failure, Output, Status};
-use crate::motor::meant;
+use crate::motor::nearest_name;
 
 /// Print the JSON Schema of a document, or list the documents.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  motorlab schema\n  motorlab schema diagnosis > diagnosis.schema.json\n\nUnits stand in the names of keys and in the descriptions. A reader passes over keys that it does not know: more may come."
+    after_help = "Examples:\n  motorlab schema\n  motorlab schema diagnosis > diagnosis.schema.json\n\nUnits stand in the names of keys and in the descriptions. A reader ignores keys that it does not know: more may come."
 )]
 pub struct Schema {
     /// Name of a document. [default: they are listed]
@@ -142,10 +142,11 @@ fn list(output: &Output) -> Result<(), Failure> {
 
 fn unknown(name: &str) -> Failure {
     let known = DOCUMENTS.iter().map(|(known, _)| *known);
-    let hint =
-        meant(name, known).map_or(String::new(), |known| format!(" (did you mean '{known}'?)"));
-    Failure::input(format!(
-        "there is no document '{name}'{hint}; `motorlab schema` lists them"
-    ))
+    let meant = nearest_name(name, known)
+        .map_or(String::new(), |known| format!("did you mean '{known}'? "));
+    Failure::wrong(
+        format!("there is no document '{name}'"),
+        format!("{meant}`motorlab schema` lists them"),
+    )
     .of_kind("wrong_use")
 }

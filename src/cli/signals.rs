@@ -13,7 +13,7 @@ impl StopSignal {
     /// an ordinary error. (A closed pipe already is one: the Rust runtime ignores SIGPIPE.)
     pub(super) fn install() -> io::Result<Self> {
         let (sender, receiver) = watch::channel(false);
-        let mut asked = Asked::install()?;
+        let mut asked = StopSource::install()?;
         tokio::spawn(async move {
             loop {
                 asked.once().await;
@@ -47,7 +47,7 @@ const SIGXFSZ: i32 = 25;
 
 /// Ctrl-C, SIGTERM and SIGHUP.
 #[cfg(unix)]
-struct Asked {
+struct StopSource {
     interrupt: Signal,
     terminate: Signal,
     hang_up: Signal,
@@ -55,7 +55,7 @@ struct Asked {
 }
 
 #[cfg(unix)]
-impl Asked {
+impl StopSource {
     fn install() -> io::Result<Self> {
         Ok(Self {
             interrupt: signal(SignalKind::interrupt())?,
@@ -84,7 +84,7 @@ use tokio::signal::windows::{
 
 /// Ctrl-C, Ctrl-Break, the window closed and the computer shut down; Windows gives the last two 5 s.
 #[cfg(windows)]
-struct Asked {
+struct StopSource {
     interrupt: CtrlC,
     terminate: CtrlBreak,
     closed: CtrlClose,
@@ -92,7 +92,7 @@ struct Asked {
 }
 
 #[cfg(windows)]
-impl Asked {
+impl StopSource {
     fn install() -> io::Result<Self> {
         Ok(Self {
             interrupt: ctrl_c()?,

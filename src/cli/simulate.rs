@@ -181,9 +181,12 @@ impl Simulate {
         let samples = (self.duration / self.ts).round() + 1.0;
         let most = if prints { MOST_PRINTED } else { MOST_SAMPLES };
         if samples > most {
-            return Err(Failure::input(format!(
-                "{samples:.0} samples are too many, {most:.0} are the most that fit 500 MB of memory: lower --duration or raise --ts"
-            )));
+            return Err(Failure::wrong(
+                format!(
+                    "{samples:.0} samples are too many, {most:.0} are the most that fit 500 MB of memory"
+                ),
+                "lower --duration or raise --ts",
+            ));
         }
         let samples = samples as usize;
         let parameters = &motor.parameters;

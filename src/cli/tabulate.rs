@@ -1,7 +1,7 @@
 //! `motorlab tabulate`: many diagnoses as tables, and as one page.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use clap::Args;
 use rayon::prelude::*;
@@ -12,6 +12,7 @@ use super::progress::bar;
 use super::threads::Threads;
 use super::{Failure, Output, Status, missing_file};
 use crate::fleet::{Damaged, Document, Population, Table, tables};
+use crate::hint::{Hinted, In, parted};
 use crate::plain::shown;
 use crate::report::fleet::{Names, page};
 
@@ -40,24 +41,27 @@ pub struct Tabulate {
     force: Force,
 }
 
+/// Hint for a document that is no diagnosis.
+const WRITE_AGAIN: &str = "`motorlab diagnose RUN --json > DOCUMENT` writes a diagnosis";
+
 const EXAMPLE: &str = "Examples:
   motorlab tabulate diagnoses/*.json -o fleet.csv
   motorlab tabulate diagnoses -o fleet.parquet --causes causes.parquet --numbers numbers.parquet --html fleet.html
 
 A unit is what the run's header calls it (`unit`, else the serial number of the board), else the document's
-name without the date in it. Documents that are no diagnosis are named and passed over, with exit status 1.
+name without the date in it. Documents that are no diagnosis are named and ignored, with exit status 1.
 Columns: docs/many-recordings.md.";
 
 /// For `--json`.
 #[derive(Debug, Serialize)]
-struct Said<'a> {
+struct Summary<'a> {
     shape: &'static str,
     diagnoses: usize,
     causes: usize,
     numbers: usize,
     units: usize,
     files: Vec<&'a Path>,
-    /// Documents that were passed over.
+    /// Documents that were skipped.
     skipped: &'a [Damaged],
 }
 
@@ -87,18 +91,17 @@ impl Tabulate {
             }
         }
         for Damaged { document, why } in &damaged {
-            let hint = missing_file::hint(why, Some(document));
-            let hint = hint.map_or_else(String::new, |hint| format!("\nhint: {hint}"));
-            output.message(&format!(
-                "{}: {why}; it is passed over{hint}",
-                shown(document)
-            ));
+            let (what, hint) = parted(why);
+            let missing = missing_file::hint(what, Some(document));
+            let what = format!("{}: {what}; it is ignored", shown(document));
+            let hint = missing.as_deref().or(hint).unwrap_or(WRITE_AGAIN);
+            output.message(&Hinted::new(what, hint).to_string());
         }
         if documents.is_empty() {
-            return Err(Failure::input(format!(
-                "none of the {} documents is a diagnosis; `motorlab diagnose RUN --json > DOCUMENT` writes one",
-                inputs.len()
-            )));
+            return Err(Failure::wrong(
+                format!("none of the {} documents is a diagnosis", inputs.len()),
+                WRITE_AGAIN,
+            ));
         }
         let made = tables(&documents);
         let of = [&made.diagnoses, &made.causes, &made.numbers];
@@ -130,7 +133,7 @@ impl Tabulate {
                 all.push(path.clone());
                 continue;
             }
-            let failed = |error| Failure::input(format!("{}: {error}", shown(path)));
+            let failed = |error: io::Error| Failure::input(In::new(shown(path), error));
             let mut inside = Vec::new();
             for entry in fs::read_dir(path).map_err(failed)? {
                 let file = entry.map_err(failed)?.path();
@@ -139,10 +142,10 @@ impl Tabulate {
                 }
             }
             if inside.is_empty() {
-                return Err(Failure::input(format!(
-                    "{} holds no *.json; name the folder that the diagnoses were written to",
-                    shown(path)
-                )));
+                return Err(Failure::wrong(
+                    format!("{} holds no *.json", shown(path)),
+                    "name the folder that the diagnoses were written to",
+                ));
             }
             inside.sort();
             all.append(&mut inside);
@@ -159,15 +162,15 @@ impl Tabulate {
         let files: Vec<&PathBuf> = self.files().collect();
         let twice = (1..files.len()).find(|k| files[..*k].contains(&files[*k]));
         match twice {
-            Some(k) => Err(Failure::input(format!(
-                "{} is named for two outputs; name two files",
-                shown(files[k])
-            ))),
+            Some(k) => Err(Failure::wrong(
+                format!("{} is named for two outputs", shown(files[k])),
+                "name two files",
+            )),
             None => Ok(()),
         }
     }
 
-    /// The first table bears the mark in every row; another may have no row.
+    /// The first table has the mark in every row; another may have no row.
     fn witness<'a>(&'a self, path: &Path) -> Option<&'a Path> {
         self.output.as_deref().filter(|output| *output != path)
     }
@@ -204,7 +207,7 @@ impl Tabulate {
         output: &Output,
     ) -> Result<(), Failure> {
         if output.json {
-            return output.document(&Said {
+            return output.document(&Summary {
                 shape: "motorlab-table/1",
                 diagnoses: diagnoses.rows,
                 causes: causes.rows,
@@ -268,16 +271,20 @@ impl Kind {
             Some("parquet") => Ok(Self::Parquet),
             #[cfg(not(feature = "parquet"))]
             Some("parquet") => Err(super::export_run::not_built("parquet")),
-            _ => Err(Failure::input(format!(
-                "{}: a table is written as .csv or .parquet; end its name with one of them",
-                shown(path)
-            ))),
+            _ => Err(Failure::wrong(
+                format!("{}: a table is written as .csv or .parquet", shown(path)),
+                "end its name with one of them",
+            )),
         }
     }
 
     fn content(self, table: &Table, path: &Path) -> Result<Vec<u8>, Failure> {
-        let failed =
-            |error: String| Failure::device(format!("cannot write {}: {error}", shown(path)));
+        let failed = |error: String| {
+            Failure::device(In::new(
+                format!("cannot write {}", shown(path)),
+                io::Error::other(error),
+            ))
+        };
         match self {
             Self::Csv => table.to_csv().map_err(|error| failed(error.to_string())),
             #[cfg(feature = "parquet")]

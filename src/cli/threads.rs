@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::Failure;
+use crate::hint::In;
 
 /// Most threads that may be asked for: more than any computer has cores.
 const MOST_THREADS: u16 = 4096;
@@ -27,7 +28,10 @@ impl Threads {
             .build_global();
         match built {
             Err(_) if rayon::current_num_threads() == threads => Ok(()),
-            Err(error) => Err(Failure::device(format!("--threads {threads}: {error}"))),
+            Err(error) => Err(Failure::device(In::new(
+                format!("--threads {threads}"),
+                error,
+            ))),
             Ok(()) => Ok(()),
         }
     }

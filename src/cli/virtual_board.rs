@@ -37,9 +37,10 @@ fn after_help() -> String {
 
 /// Windows has no serial port that a program can be.
 pub(super) fn needs_unix(instead: &str) -> Failure {
-    Failure::input(format!(
-        "a serial port for other programs needs a pseudo-terminal, which Windows does not have; {instead}"
-    ))
+    Failure::wrong(
+        "a serial port for other programs needs a pseudo-terminal, which Windows does not have",
+        instead,
+    )
     .of_kind("needs_unix")
 }
 

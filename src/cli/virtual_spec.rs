@@ -10,7 +10,7 @@ use super::{Failure, Output, motor_file};
 use crate::board::{Pace, VirtualBoard, VirtualBoardOptions};
 use crate::motor::catalogue::{EffectError, EffectKind, find};
 use crate::motor::{
-    ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, meant,
+    ActiveEffect, Motor, MotorFileError, Parameters, Plant, SimulationError, nearest_name,
 };
 use crate::recording::CommandKind;
 
@@ -24,9 +24,12 @@ pub(super) fn nearly(port: &str) -> Option<Failure> {
     let keys = rest.trim_start_matches(['?', '=', '/', ':']);
     (is_word && !std::path::Path::new(port).exists()).then(|| {
         let meant = if keys.is_empty() { "" } else { "?" };
-        Failure::input(format!(
-            "there is no port {port}; a virtual board has a colon after its name: did you mean 'virtual:{meant}{keys}'?"
-        ))
+        Failure::wrong(
+            format!("there is no port {port}"),
+            format!(
+                "a virtual board has a colon after its name: did you mean 'virtual:{meant}{keys}'?"
+            ),
+        )
     })
 }
 
@@ -78,18 +81,20 @@ pub(super) struct VirtualSpec {
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SpecError {
     #[error(
-        "'{0}' is no `key=value`; a virtual board is named like virtual:?effect=backlash&seed=7"
+        "'{0}' is no `key=value`\nhint: a virtual board is named like virtual:?effect=backlash&seed=7"
     )]
     NotAPair(String),
     #[error(
-        "a virtual board has no key '{key}'{}; `motorlab virtual --help` lists them",
+        "a virtual board has no key '{key}'\nhint: {}`motorlab virtual --help` lists them",
         hint(nearest)
     )]
     UnknownKey {
         key: String,
         nearest: Option<&'static str>,
     },
-    #[error("{key}={value}: expected {expected}")]
+    #[error(
+        "{key}={value}: expected {expected}\nhint: `motorlab virtual --help` lists the keys of a virtual board with their values"
+    )]
     Value {
         key: String,
         value: String,
@@ -101,12 +106,12 @@ pub(super) enum SpecError {
     Motor(#[from] MotorFileError),
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    #[error("no line to a virtual board can be had: {0}")]
+    #[error("the line to a virtual board cannot be opened: {0}")]
     Line(#[from] std::io::Error),
 }
 
 fn hint(nearest: &Option<&'static str>) -> String {
-    nearest.map_or(String::new(), |name| format!(", did you mean '{name}'?"))
+    nearest.map_or(String::new(), |name| format!("did you mean '{name}'? "))
 }
 
 impl VirtualSpec {
@@ -226,8 +231,8 @@ impl VirtualSpec {
 fn nearest_key(key: &str, effect: Option<&EffectKind>) -> Option<&'static str> {
     let of_effect = effect.map_or(&[][..], |kind| kind.parameters);
     let others = BOARD_KEYS.iter().map(|(name, _)| *name).chain(["effect"]);
-    meant(key, of_effect.iter().map(|parameter| parameter.key))
-        .or_else(|| meant(key, others.chain(Parameters::KEYS)))
+    nearest_name(key, of_effect.iter().map(|parameter| parameter.key))
+        .or_else(|| nearest_name(key, others.chain(Parameters::KEYS)))
 }
 
 fn wrong(key: &str, value: &str, expected: &'static str) -> SpecError {

@@ -1,10 +1,13 @@
-//! Unknown word: what is meant by it, where that is known, and no guess that leads away.
+//! Hints for wrong use of the command line: synonyms of commands and options, and where a missing argument comes from.
+
+use std::ffi::OsString;
 
 use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, CommandFactory, Error};
 
 use super::CommandLine;
+use crate::hint::{Hinted, parted};
 use crate::motor::is_alike;
 
 /// Synonyms of subcommands, with the command here.
@@ -97,6 +100,61 @@ const OPTIONS: &[(&[&str], &str, &str)] = &[
         " COUNTS",
     ),
 ];
+
+/// Arguments that a command needs, and where they come from.
+const NEEDED: &[(&str, &str)] = &[
+    (
+        "<PORT>",
+        "`motorlab ports` lists the ports with a board; virtual: is a board without hardware",
+    ),
+    (
+        "<RUN>",
+        "name a run file: `motorlab capture PORT -o run.csv` records one, `motorlab simulate -o run.csv` simulates one",
+    ),
+];
+
+/// The parser's error with its tip, or what else helps, as the hint.
+pub(super) fn hinted(error: &Error, arguments: &[OsString]) -> Hinted {
+    let text = error.to_string();
+    let text = text.trim_start_matches("error: ");
+    let (mut what, mut tips) = (String::new(), Vec::new());
+    for line in text.lines() {
+        match line.trim_start().strip_prefix("tip: ") {
+            Some(tip) => tips.push(tip),
+            None if line.starts_with("For more information, try") => {}
+            None if line.is_empty() => {}
+            None => what = what + "\n" + line,
+        }
+    }
+    // A parser of a value has a hint of its own.
+    let (what, of_value) = parted(what.trim_start());
+    let needed = NEEDED.iter().find(|(name, _)| {
+        error.kind() == ErrorKind::MissingRequiredArgument && what.contains(name)
+    });
+    let hint = of_value.map(str::to_owned);
+    let hint = hint.or_else(|| (!tips.is_empty()).then(|| tips.join("; ")));
+    let hint = hint.or_else(|| needed.map(|(_, from)| (*from).to_owned()));
+    Hinted::new(what, hint.unwrap_or_else(|| help_of(arguments)))
+}
+
+/// The help of the subcommand that the arguments name.
+fn help_of(arguments: &[OsString]) -> String {
+    let mut command = CommandLine::command();
+    let mut name = command.get_name().to_owned();
+    let words = arguments.iter().skip(1).filter_map(|word| word.to_str());
+    for word in words.filter(|word| !word.starts_with('-')) {
+        let Some(found) = command.find_subcommand(word).cloned() else {
+            break;
+        };
+        name = name + " " + found.get_name();
+        command = found;
+    }
+    let listed = match command.has_subcommands() {
+        true => "commands",
+        false => "arguments and options",
+    };
+    format!("`{name} --help` lists its {listed}")
+}
 
 /// Puts what is meant in place of the parser's guesses.
 pub(super) fn improve(error: &mut Error) {
@@ -230,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_people_type_leads_to_what_there_is() {
+    fn synonyms_suggest_a_command_or_an_option() {
         for (arguments, meant) in [
             (&["record", "COM3"][..], "motorlab capture"),
             (&["plot", "run.csv"], "motorlab compare"),
@@ -258,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leads_away_is_not_said() {
+    fn misleading_suggestions_are_removed() {
         for (arguments, away) in [
             (&["plot", "run.csv"][..], "'ports'"),
             (&["capture", "virtual:", "--time", "4"], "--patience"),

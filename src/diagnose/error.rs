@@ -12,11 +12,11 @@ const LEAST_SAMPLES: usize = crate::check::FEWEST_SAMPLES;
 #[derive(Debug, thiserror::Error)]
 pub enum DiagnoseError {
     /// Nothing to look at.
-    #[error("no run: name at least one run file")]
+    #[error("no run is given\nhint: name at least one run file")]
     NoRuns,
     /// A run that is too short.
     #[error(
-        "{run}: {samples} samples are too few for a diagnosis, record at least {LEAST_SAMPLES}", run = shown(run))]
+        "{run}: {samples} samples are too few for a diagnosis\nhint: record at least {LEAST_SAMPLES}", run = shown(run))]
     TooShort {
         /// Path or number of the run.
         run: String,
@@ -25,8 +25,8 @@ pub enum DiagnoseError {
     },
     /// Samples so far apart that no motor's response is seen between them.
     #[error(
-        "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed; record with a sample time that \
-         sees the motor start (motorlab check names wrong units)", run = shown(run))]
+        "{run}: samples lie {mean_s:.3} s apart on average, {MOST_APART_S} s at most can be diagnosed\n\
+         hint: record with a sample time that resolves the motor's start; `motorlab check RUN` names wrong units", run = shown(run))]
     TooFarApart {
         /// Path or number of the run.
         run: String,
@@ -35,8 +35,8 @@ pub enum DiagnoseError {
     },
     /// More pause than recording.
     #[error(
-        "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample; cut the file at its pauses and diagnose the parts \
-         together", run = shown(run))]
+        "{run}: {missing_s:.1} s of its {lasts_s:.1} s lie in pauses without a sample\n\
+         hint: cut the file at its pauses and diagnose the parts together", run = shown(run))]
     MostlyPauses {
         /// Path or number of the run.
         run: String,
@@ -47,8 +47,8 @@ pub enum DiagnoseError {
     },
     /// A run without what a model is judged by, or driven by.
     #[error(
-        "{run}: the {what} was not recorded (its header says so under `imported`), without which nothing can be diagnosed; \
-         motorlab check says what can be told of the rest", run = shown(run))]
+        "{run}: the {what} was not recorded (its header says so under `imported`), and a diagnosis needs it\n\
+         hint: import the log with the column of the {what}, or see `motorlab check RUN` for the rest", run = shown(run))]
     NotRecorded {
         /// Path or number of the run.
         run: String,
@@ -56,7 +56,7 @@ pub enum DiagnoseError {
         what: &'static str,
     },
     /// Runs of different axes.
-    #[error("{run}: commands {found}, the first run commands {first}: diagnose them apart", run = shown(run))]
+    #[error("{run}: commands {found}, the first run commands {first}\nhint: diagnose them in separate calls", run = shown(run))]
     Mixed {
         /// Path or number of the run.
         run: String,
@@ -74,11 +74,14 @@ pub enum DiagnoseError {
         source: SimulationError,
     },
     /// The nominal motor makes no motion at all.
-    #[error("the nominal motor cannot be fitted to these runs: are its numbers and units right?")]
+    #[error(
+        "the nominal motor cannot be fitted to these runs\nhint: check its parameters and their units: `motorlab motor FILE` lists them"
+    )]
     NoFit,
     /// No first-order motor follows these runs.
     #[error(
-        "no first-order motor fits these runs: the best leaves {left_counts:.1} counts where a shaft that stands still leaves {at_rest_counts:.1}. Does the column of the command belong to this motor, in volts, with the right sign? A motor file with --motor needs no fit"
+        "no first-order motor fits these runs: the best leaves {left_counts:.1} counts RMS, a shaft at rest {at_rest_counts:.1}\n\
+         hint: check that the command's column is this motor's, in volts and with the right sign; a motor file (--motor) needs no fit"
     )]
     FitFailed {
         /// Residual of the best fit, in counts RMS.

@@ -11,7 +11,7 @@ use crate::motor::{ActiveEffect, Motor, Parameters};
 pub enum ExportError {
     /// Effects of the model that the format has no element for.
     #[error(
-        "{format} has no element for {}; --leave-out writes the motor without {} and says so in the file",
+        "{format} has no element for {}\nhint: --leave-out writes the motor without {} and says so in the file",
         listed(.effects),
         if .effects.len() == 1 { "it" } else { "them" }
     )]
@@ -125,7 +125,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_changes_a_coefficient_is_folded_and_the_rest_is_named() {
+    fn effects_on_coefficients_are_folded_and_others_are_named() {
         let mut motor = Motor::default();
         for (id, values) in [
             ("inertia", &[0.004][..]),

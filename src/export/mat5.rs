@@ -27,7 +27,7 @@ pub struct MatFile {
 pub enum MatError {
     /// An element of a MAT-file of version 5 is at most 2 GiB.
     #[error(
-        "{name} has {samples} samples, more than a MAT-file of version 5 holds in one variable; export a shorter run"
+        "{name} has {samples} samples, more than a MAT-file of version 5 holds in one variable\nhint: export a shorter run, or as Parquet: motorlab export parquet RUN"
     )]
     TooLong {
         /// The variable.

@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_date_in_a_name_is_found_and_a_number_is_none() {
+    fn dates_in_names_are_found_and_other_numbers_are_not() {
         let found = |text| date_in(text).map(|(at, date)| (at, date.to_string()));
         assert_eq!(
             found("axis7_2026-03-01"),

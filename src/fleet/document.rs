@@ -32,7 +32,7 @@ pub struct Damaged {
     pub why: String,
 }
 
-/// Parts of a diagnosis that are read. Keys that it does not know are passed over.
+/// Parts of a diagnosis that are read. Keys that it does not know are ignored.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Document {
     /// The file that it was read from.

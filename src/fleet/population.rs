@@ -41,7 +41,7 @@ pub struct Number {
 
 /// A unit that is an outlier in a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
+pub struct Outlier {
     /// Its place among the units.
     pub unit: usize,
     /// The parameter's place.
@@ -75,7 +75,7 @@ pub struct Population {
     /// Effects that recur in one unit's recordings, the most significant first.
     pub recurring: Vec<Recurring>,
     /// Outliers, farthest first.
-    pub standing: Vec<Standing>,
+    pub standing: Vec<Outlier>,
     /// Drifts, most significant first.
     pub drifts: Vec<Drift>,
     /// Trends that were tested.
@@ -187,14 +187,14 @@ fn number(is_base: bool, name: String, of: Found) -> Number {
     }
 }
 
-fn standing(numbers: &[Number]) -> Vec<Standing> {
+fn standing(numbers: &[Number]) -> Vec<Outlier> {
     let of_number = |(k, number): (usize, &Number)| {
         let Some((centre, sigma)) = number.centre.filter(|(_, sigma)| *sigma > 0.0) else {
             return Vec::new();
         };
         // A unit whose own interval holds the median is no outlier.
         let is_apart = |number: &Interval| !(number.lo95 <= centre && centre <= number.hi95);
-        let of_unit = |(unit, number): &(usize, Interval)| Standing {
+        let of_unit = |(unit, number): &(usize, Interval)| Outlier {
             unit: *unit,
             number: k,
             z: (number.value - centre) / sigma,
@@ -204,7 +204,7 @@ fn standing(numbers: &[Number]) -> Vec<Standing> {
             .filter(|standing| standing.z.abs() > OUTSTANDING)
             .collect()
     };
-    let mut all: Vec<Standing> = numbers.iter().enumerate().flat_map(of_number).collect();
+    let mut all: Vec<Outlier> = numbers.iter().enumerate().flat_map(of_number).collect();
     all.sort_by(|a, b| b.z.abs().total_cmp(&a.z.abs()));
     all
 }

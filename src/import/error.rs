@@ -21,7 +21,7 @@ pub enum MapError {
         source: io::Error,
     },
     /// It is not TOML, or has a key that means nothing.
-    #[error("line {line}: {message}")]
+    #[error("line {line}: {message}\nhint: docs/reference/import.md lists the keys of a mapping")]
     Toml {
         /// Line, from 1.
         line: usize,
@@ -29,7 +29,7 @@ pub enum MapError {
         message: String,
     },
     /// A key that is missing.
-    #[error("{section} lacks `{key}`: {why}")]
+    #[error("{section} lacks `{key}`\nhint: {why}")]
     Missing {
         /// The section.
         section: &'static str,
@@ -39,7 +39,9 @@ pub enum MapError {
         why: &'static str,
     },
     /// A value that cannot be.
-    #[error("{section}: `{key}` is {found}, but must be {expected}")]
+    #[error(
+        "{section}: `{key}` is {found}, but must be {expected}\nhint: correct `{key}` in the mapping; docs/reference/import.md lists its keys"
+    )]
     Value {
         /// The section.
         section: &'static str,
@@ -108,13 +110,15 @@ pub enum ImportProblem {
     #[error("is no text: {0}")]
     NoText(&'static str),
     /// A line without an end.
-    #[error("line {line} is longer than {MOST_LINE_BYTES} bytes: this is no log of text lines")]
+    #[error(
+        "line {line} is longer than {MOST_LINE_BYTES} bytes: this is no log of text lines\nhint: save it as CSV, one row per sample"
+    )]
     EndlessLine {
         /// The line.
         line: u64,
     },
     /// A column that the mapping names is not there.
-    #[error("line {line} names no column `{column}`{nearest}; it names: {found}")]
+    #[error("line {line} names no column `{column}`\nhint: {nearest}the columns are {found}")]
     NoSuchColumn {
         /// Line of the column names.
         line: u64,
@@ -126,7 +130,9 @@ pub enum ImportProblem {
         found: String,
     },
     /// A column asked for by its number is not there.
-    #[error("line {line} has {found} columns; the mapping asks for column {column}")]
+    #[error(
+        "line {line} has {found} columns, and the mapping asks for column {column}\nhint: correct the number in the mapping (the first is 1), or its `delimiter`"
+    )]
     NoSuchNumber {
         /// The line.
         line: u64,
@@ -137,7 +143,7 @@ pub enum ImportProblem {
     },
     /// A column asked for by name where the log has no names.
     #[error(
-        "the mapping asks for column `{0}` by name, but says `names = false`: give its number (the first is 1)"
+        "the mapping asks for column `{0}` by name, but says `names = false`\nhint: give its number (the first is 1)"
     )]
     NameWithoutNames(String),
     /// There is no row that can be used.
@@ -150,7 +156,8 @@ pub enum ImportProblem {
     },
     /// Nothing but bad rows for long.
     #[error(
-        "the first {rows} rows cannot be used, so the mapping does not fit this log; the first of them: {first}"
+        "the first {rows} rows cannot be used, so the mapping does not fit this log; the first of them: {first}\n\
+         hint: correct the mapping at that column, or let the import find it: leave --map out"
     )]
     AllBad {
         /// How many.
@@ -159,7 +166,9 @@ pub enum ImportProblem {
         first: Box<BadRow>,
     },
     /// More runs than any log has.
-    #[error("line {line} would begin run {runs}: `split_by` names a column that changes too often")]
+    #[error(
+        "line {line} would begin run {runs}: `split_by` names a column that changes too often\nhint: name another column under [rows], or leave `split_by` out"
+    )]
     TooManyRuns {
         /// The line.
         line: u64,
@@ -180,7 +189,7 @@ pub enum ImportProblem {
     },
     /// A pause longer than a run file may have.
     #[error(
-        "line {line}: time leaps from {before} s to {after} s; a recording with a gap of more than an hour is two: cut the log there"
+        "line {line}: time leaps from {before} s to {after} s\nhint: a recording with a gap of more than an hour is two: cut the log there"
     )]
     TimeJumps {
         /// The line.
@@ -192,7 +201,7 @@ pub enum ImportProblem {
     },
     /// More rows than a run file may have.
     #[error(
-        "line {line} is beyond {rows} rows, as many as a run has: cut the log into parts, or give [rows] a `split_by` or `every`"
+        "line {line} is beyond {rows} rows, as many as a run has\nhint: cut the log into parts, or give [rows] a `split_by` or `every`"
     )]
     TooLong {
         /// The line.
@@ -202,7 +211,7 @@ pub enum ImportProblem {
     },
     /// A sample time that no run file may have.
     #[error(
-        "the samples come every {sample_time_s} s, which lies outside {range}: look at the `unit` under [time] of the mapping"
+        "the samples come every {sample_time_s} s, which lies outside {range}\nhint: correct the unit of the time: --time COLUMN:UNIT, or `unit` under [time] of the mapping"
     )]
     SampleTime {
         /// The middle one of the steps.
@@ -244,8 +253,11 @@ impl ImportProblem {
 
 fn no_rows(rows: &u64, first: &Option<Box<BadRow>>) -> String {
     match first {
-        Some(first) => format!("none of its {rows} rows can be used; the first of them: {first}"),
-        None => "has no rows".to_owned(),
+        Some(first) => format!(
+            "none of its {rows} rows can be used; the first of them: {first}\n\
+             hint: name the columns and units yourself, such as --position COLUMN:UNIT, or correct the mapping"
+        ),
+        None => "has no rows\nhint: record again, or name another log".to_owned(),
     }
 }
 

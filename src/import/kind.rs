@@ -21,7 +21,7 @@ impl Kind {
     #[must_use]
     pub fn of(head: &[u8], name: &str) -> Self {
         if head.is_empty() {
-            return Self::NoLog("it is empty".to_owned());
+            return Self::NoLog("it is empty\nhint: record again, or name another file".to_owned());
         }
         match Form::of(head).or_else(|| Form::of_name(name)) {
             Some(form @ Form::NotRead(..)) => {

@@ -122,7 +122,9 @@ fn no_such_column(name: &str, names: &Cells, line: u64) -> ImportProblem {
     ImportProblem::NoSuchColumn {
         line,
         column: name.to_owned(),
-        nearest: nearest.map_or_else(String::new, |(_, other)| format!(" (is it `{other}`?)")),
+        nearest: nearest.map_or_else(String::new, |(_, other)| {
+            format!("did you mean `{other}`? ")
+        }),
         found,
     }
 }

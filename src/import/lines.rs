@@ -16,7 +16,7 @@ pub const MOST_LINE_BYTES: u64 = 1 << 26;
 const GZIP: [u8; 2] = [0x1f, 0x8b];
 const UTF8_MARK: [u8; 3] = [0xef, 0xbb, 0xbf];
 const UTF16: &str =
-    "it is UTF-16, as some Windows programs write it; save it as UTF-8 or plain CSV";
+    "it is UTF-16, as some Windows programs write it\nhint: save it as UTF-8 or plain CSV";
 
 /// One line after the other.
 pub(super) struct Lines<R> {
@@ -69,11 +69,13 @@ impl<'a> Lines<Box<dyn BufRead + 'a>> {
             return Err(ImportProblem::NoText(UTF16));
         }
         if zeros > 0 {
-            return Err(ImportProblem::NoText("it begins with zero bytes"));
+            return Err(ImportProblem::NoText(
+                "it begins with zero bytes\nhint: export it from the program that wrote it as CSV",
+            ));
         }
         if beginning.starts_with(b"PK\x03\x04") {
             return Err(ImportProblem::NoText(
-                "it is a ZIP archive (perhaps .xlsx or .npz); save the table as CSV",
+                "it is a ZIP archive (perhaps .xlsx or .npz)\nhint: save the table as CSV",
             ));
         }
         let rest = beginning.strip_prefix(&UTF8_MARK).unwrap_or(&beginning);

@@ -61,7 +61,7 @@ impl<'a, R: std::io::BufRead> Log<'a, R> {
         let mut next = self.next_guessing(self.map.shape.separator.is_none())?;
         if let Next::TooLong(_) = next {
             return Err(ImportProblem::NoText(
-                "its first line is longer than 65536 bytes",
+                "its first line is longer than 65536 bytes\nhint: save it as CSV, one row per sample",
             ));
         }
         if let Next::End = next {

@@ -228,7 +228,7 @@ impl FromStr for Integration {
             .into_iter()
             .find(|rule| rule.name() == text)
             .ok_or_else(|| {
-                format!("'{text}' sums up no speed; it is backward, trapezoid or forward")
+                format!("'{text}' is no rule of integration\nhint: backward, trapezoid or forward")
             })
     }
 }

@@ -84,7 +84,7 @@ impl CommandSection {
             if self.sources() > 0 {
                 return Err(MapError::Conflict {
                     section,
-                    what: "`recorded = false` leaves no room for `column`, `sum`, `comment` or `points`",
+                    what: "`recorded = false` is given together with `column`, `sum`, `comment` or `points`\nhint: leave one of the two out",
                 });
             }
             let kind = match self.unit.as_deref().map(|unit| unit::command(unit, axis)) {
@@ -137,7 +137,7 @@ impl CommandSection {
         if limit.is_some() && self.sum.is_none() {
             return Err(MapError::Conflict {
                 section,
-                what: "`limit` is of a `sum`; a share of full drive is held to `full` by itself",
+                what: "`limit` is given without a `sum`\nhint: leave `limit` out: a share of full drive is limited to `full` in any case",
             });
         }
         let direction = match (self.direction, self.reverse) {
@@ -151,7 +151,7 @@ impl CommandSection {
             _ => {
                 return Err(MapError::Conflict {
                     section,
-                    what: "`direction` (a column) and `reverse` (the number or word there that is backwards) go together",
+                    what: "one of `direction` (a column) and `reverse` (the number or word there that is backwards) is given\nhint: give both",
                 });
             }
         };
@@ -205,7 +205,7 @@ impl CommandSection {
             _ => {
                 return Err(MapError::Conflict {
                     section,
-                    what: "give one of `column`, `sum` (of columns), `comment` (the word before the number in \
+                    what: "no source of the command, or more than one\nhint: give one of `column`, `sum` (of columns), `comment` (the word before the number in \
                            comment lines), `points` of a command known from elsewhere (of the nominal \
                            supply), and `recorded = false`",
                 });

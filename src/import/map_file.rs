@@ -201,8 +201,7 @@ impl MapFile {
             (Some(_), Some(_)) => {
                 return Err(MapError::Conflict {
                     section: "[speed]",
-                    what: "a position is mapped as well; speed is only for logs without a position, \
-                           so leave one of the two out",
+                    what: "a position is mapped as well\nhint: leave one of the two out: a speed is only for logs without a position",
                 });
             }
             (Some(position), None) => position.checked(&axis, counts_per_rev)?,
@@ -306,7 +305,7 @@ impl FileSection {
             Some("," | ".") if self.thousands == self.decimal => {
                 return Err(MapError::Conflict {
                     section: "[file]",
-                    what: "`thousands` and `decimal` are the same mark",
+                    what: "`thousands` and `decimal` are the same mark\nhint: give the decimal mark, and leave `thousands` out where there is none",
                 });
             }
             Some(",") => Some(b','),
@@ -419,7 +418,7 @@ impl PositionSection {
         match (self.increments, field.wrap) {
             (Some(true), Some(_)) => Err(MapError::Conflict {
                 section,
-                what: "`increments` do not go round, so leave `wrap` out",
+                what: "`wrap` is given, and `increments` do not wrap\nhint: leave `wrap` out",
             }),
             (Some(true), None) => Ok(PositionSource::Increments(field)),
             _ => Ok(PositionSource::Column(field)),
@@ -448,7 +447,7 @@ impl SpeedSection {
                 (_, Some(_)) => {
                     return Err(MapError::Conflict {
                         section,
-                        what: "`time_constant_s` is of a speed of the instant: it goes with `integrate = \"trapezoid\"`",
+                        what: "`time_constant_s` belongs to an instantaneous speed\nhint: give `integrate = \"trapezoid\"` as well, or leave `time_constant_s` out",
                     });
                 }
             },

@@ -15,7 +15,7 @@ pub enum SourceError {
     #[error(transparent)]
     Form(#[from] FormatError),
     /// A binary file is read whole.
-    #[error("it is {form} of more than {MOST_FILE_BYTES} bytes: cut it into parts")]
+    #[error("it is {form} of more than {MOST_FILE_BYTES} bytes\nhint: cut it into parts")]
     TooLarge {
         /// Name of the form.
         form: &'static str,

@@ -70,6 +70,22 @@ impl Table {
         table
     }
 
+    /// Of samples of signals at their own times: time, column, value. Column 0 is the time; samples of one time share a row.
+    pub(super) fn by_time(columns: Vec<TableColumn>, mut samples: Vec<(f64, u16, f64)>) -> Self {
+        samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut cells: Vec<Cell> = Vec::with_capacity(2 * samples.len());
+        let (mut rows, mut before) = (0_u32, f64::NAN);
+        for (time, at, value) in samples {
+            if time != before {
+                rows += 1;
+                cells.push((rows - 1, 0, time));
+                before = time;
+            }
+            cells.push((rows - 1, at, value));
+        }
+        Self::sparse(columns, rows as usize, cells)
+    }
+
     /// The same in runs of their own: each row's word.
     pub(super) fn in_runs(mut self, name: &str, words: Vec<String>) -> Self {
         self.runs = Some((name.to_owned(), words));

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::check::{Finding, Severity, check, is_fatal};
 use crate::compare::compare;
 use crate::diagnose::{Diagnosis, NominalSource, Options, Verdict, diagnose, nominal_fit};
+use crate::hint::on_one_line;
 use crate::motor::{Model, Motor};
 use crate::recording::Run;
 use crate::report::Panel;
@@ -158,7 +159,7 @@ impl Outcome {
 pub struct Folder {
     /// Its name.
     pub name: String,
-    /// The motor that the recordings are held against, and whether somebody said so.
+    /// The motor that the recordings are compared with, and whether somebody said so.
     pub motor: Result<(Motor, bool), String>,
     /// Files with their runs, or why they cannot be read.
     pub runs: Vec<(String, Result<Run, String>)>,
@@ -338,7 +339,7 @@ impl Work<'_> {
             false => NominalSource::Handout,
         };
         if !self.is_given && runs.iter().any(Run::is_foreign) {
-            let fit = nominal_fit(runs, &motor).map_err(|why| why.to_string())?;
+            let fit = nominal_fit(runs, &motor).map_err(|why| on_one_line(&why.to_string()))?;
             if !fit.is_given {
                 nominal_source = NominalSource::Fit;
             }
@@ -349,6 +350,6 @@ impl Work<'_> {
             progress: &self.progress,
             ..Options::default()
         };
-        diagnose(runs, &motor, &options).map_err(|why| why.to_string())
+        diagnose(runs, &motor, &options).map_err(|why| on_one_line(&why.to_string()))
     }
 }

@@ -107,7 +107,7 @@ pub enum LabError {
         error: SimulationError,
     },
     /// A recording without samples.
-    #[error("{}: the recording has fewer than two samples; record at least one whole step", shown(.0))]
+    #[error("{}: the recording has fewer than two samples\nhint: record at least one whole step", shown(.0))]
     Empty(String),
 }
 

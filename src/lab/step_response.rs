@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn an_inductance_at_the_limit_is_as_visible_as_said() {
+    fn an_inductance_at_the_limit_has_the_stated_visibility() {
         let mut p = Parameters::default();
         let tau_s = 0.02 / 0.59;
         p.inductance_h = visible_from_h(&p, tau_s);

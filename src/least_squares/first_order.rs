@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_break_away_stays() {
+    fn a_shaft_below_breakaway_stays_at_rest() {
         assert_eq!(MOTOR.angles(&[0.0, 1.0, 2.0], &[1.0; 3], 0.0), [0.0; 3]);
     }
 }

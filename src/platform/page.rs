@@ -76,7 +76,7 @@ impl Interval {
     }
 }
 
-/// A task that was begun, which gives a `T`. It goes on where this is dropped, as tokio's.
+/// A task that was begun, which gives a `T`. It continues where this is dropped, as tokio's.
 #[derive(Debug)]
 pub struct JoinHandle<T>(Arc<Notify>, PhantomData<T>);
 

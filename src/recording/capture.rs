@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use firmware_protocol::{EndReason, Hello, SampleFlags};
 
-use super::end::{Came, End, Ended};
+use super::end::{End, Ended, ReceivedSamples};
 use super::header::{Facts, header};
 use super::recorder::{Finish, Measured, Recorder};
 use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLive, WriteError};
@@ -147,7 +147,7 @@ async fn follow(
                 heard_at = Instant::now();
                 match event {
                     Some(BoardEvent::Sample(sample)) => {
-                        if recorder.take(sample)? == Taken::BeyondWhatWasAsked
+                        if recorder.take(sample)? == SampleResult::BeyondTheEnd
                             && stopping.why.is_none()
                         {
                             stopping.begin(board, Why::RunsOn);
@@ -186,7 +186,7 @@ async fn follow(
     }
 }
 
-/// Error of a HELLO in mid-run that differs.
+/// Error of a HELLO during the run that differs.
 pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
     if known.boot_id == said.boot_id {
         Ending::BoardChanged
@@ -210,7 +210,7 @@ enum Why {
     Asked,
     /// It says nothing any more.
     Silence,
-    /// It goes on after the samples that it was asked for.
+    /// It continues after the samples that it was asked for.
     RunsOn,
 }
 
@@ -274,11 +274,11 @@ pub(super) struct BoardRecorder {
 
 /// Result of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Taken {
+pub(super) enum SampleResult {
     /// It is a row.
     Recorded,
     /// The board was not asked for it; it is counted, and no row.
-    BeyondWhatWasAsked,
+    BeyondTheEnd,
 }
 
 impl BoardRecorder {
@@ -322,11 +322,11 @@ impl BoardRecorder {
     }
 
     /// Takes one sample, if it was asked for.
-    pub(super) fn take(&mut self, sample: Sample) -> Result<Taken, CaptureError> {
+    pub(super) fn take(&mut self, sample: Sample) -> Result<SampleResult, CaptureError> {
         self.came = sample.number + 1;
         if self.asked > 0 && sample.number >= u64::from(self.asked) {
             self.beyond += 1;
-            return Ok(Taken::BeyondWhatWasAsked);
+            return Ok(SampleResult::BeyondTheEnd);
         }
         let first_us = match self.first_us {
             Some(first_us) => first_us,
@@ -350,7 +350,7 @@ impl BoardRecorder {
         };
         self.recorder
             .append(observation, sample.host_us, measured)?;
-        Ok(Taken::Recorded)
+        Ok(SampleResult::Recorded)
     }
 
     /// Whether more came than was asked for.
@@ -361,7 +361,7 @@ impl BoardRecorder {
     /// Ends the file: the board's END is checked against the received samples.
     pub(super) fn finish(self, ended: Ended, damage: Damage) -> Result<Captured, CaptureError> {
         let (lost, dropped_rows) = self.recorder.missing();
-        let came = Came {
+        let came = ReceivedSamples {
             asked: self.asked,
             lost,
             dropped_rows,

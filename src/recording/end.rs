@@ -38,7 +38,7 @@ impl From<Ending> for Ended {
 
 /// Received samples of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Came {
+pub(super) struct ReceivedSamples {
     /// Samples that were asked for; 0 for no end.
     pub asked: u32,
     /// Losses that sample numbers show.
@@ -62,7 +62,7 @@ pub(super) struct Verdict {
     pub contradictions: Vec<String>,
 }
 
-impl Came {
+impl ReceivedSamples {
     /// Holds an END against what came.
     pub(super) fn judge(&self, ended: &Ended) -> Verdict {
         let mut verdict = Verdict::default();
@@ -70,7 +70,7 @@ impl Came {
         let asked = u64::from(self.asked);
         if self.beyond > 0 {
             says(format!(
-                "it went on after the {asked} samples asked for; {} more came and are not in the file",
+                "it continued after the {asked} samples asked for; {} more came and are not in the file",
                 self.beyond
             ));
         }
@@ -145,7 +145,7 @@ impl Came {
 mod tests {
     use super::*;
 
-    const WHOLE: Came = Came {
+    const WHOLE: ReceivedSamples = ReceivedSamples {
         asked: 333,
         lost: 0,
         dropped_rows: 0,
@@ -154,7 +154,7 @@ mod tests {
         most_missing_at_the_end: 500,
     };
 
-    fn judged(came: Came, taken: u32, dropped: u32, reason: EndReason) -> Verdict {
+    fn judged(came: ReceivedSamples, taken: u32, dropped: u32, reason: EndReason) -> Verdict {
         came.judge(&Ended {
             ending: reason.into(),
             end: Some(End {
@@ -170,7 +170,7 @@ mod tests {
     fn an_end_that_agrees_is_believed() {
         let complete = EndReason::Complete;
         assert_eq!(judged(WHOLE, 333, 0, complete), Verdict::default());
-        let hurt = Came {
+        let hurt = ReceivedSamples {
             lost: 8,
             dropped_rows: 2,
             up_to: 328,
@@ -179,7 +179,7 @@ mod tests {
         let verdict = judged(hurt, 333, 9, complete);
         assert_eq!(verdict.lost_at_the_end, 5);
         assert_eq!(verdict.contradictions, [""; 0]);
-        let stopped = Came { asked: 0, ..WHOLE };
+        let stopped = ReceivedSamples { asked: 0, ..WHOLE };
         let verdict = judged(stopped, 340, 0, EndReason::Stopped);
         assert_eq!(
             (verdict.lost_at_the_end, verdict.contradictions.len()),
@@ -190,14 +190,14 @@ mod tests {
     #[test]
     fn samples_that_are_lost_with_the_end_are_counted() {
         let lost = |up_to: u64, ending: Ending| {
-            let came = Came { up_to, ..WHOLE };
+            let came = ReceivedSamples { up_to, ..WHOLE };
             came.judge(&ending.into()).lost_at_the_end
         };
         assert_eq!(lost(320, Ending::Silent), 13);
         assert_eq!(lost(333, Ending::Silent), 0);
         assert_eq!(lost(320, Ending::Unplugged), 0);
         // A board that fell silent long before took no more samples that anybody knows of.
-        let early = Came {
+        let early = ReceivedSamples {
             asked: 4000,
             up_to: 333,
             ..WHOLE
@@ -213,7 +213,7 @@ mod tests {
             (WHOLE, u32::MAX, 0, "333 were asked for"),
             (WHOLE, 333, u32::MAX, "and 0 are missing"),
             (
-                Came {
+                ReceivedSamples {
                     up_to: 100,
                     ..WHOLE
                 },
@@ -222,7 +222,7 @@ mod tests {
                 "complete after 100 of the 333",
             ),
             (
-                Came {
+                ReceivedSamples {
                     beyond: 20,
                     up_to: 353,
                     ..WHOLE
@@ -232,7 +232,7 @@ mod tests {
                 "20 more came",
             ),
             (
-                Came {
+                ReceivedSamples {
                     dropped_rows: 3,
                     ..WHOLE
                 },
@@ -241,7 +241,7 @@ mod tests {
                 "3 samples say",
             ),
             (
-                Came { asked: 0, ..WHOLE },
+                ReceivedSamples { asked: 0, ..WHOLE },
                 4_000_000,
                 0,
                 "ended with number 332",

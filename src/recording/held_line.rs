@@ -1,13 +1,13 @@
-//! One odd line of a text board is held back until the next one, as an odd frame of a binary board is.
+//! Plausibility of text lines: an implausible line is delayed until the next one confirms or refutes it.
 //!
 //! Text has no checksum: a digit that is lost or doubled on the line is a number like any other. A line whose time falls back or leaps, or
-//! whose count leaps, is written only if the next line goes on from it. If the next one goes on from the line before it, the
-//! odd one is passed over and counted.
+//! whose count leaps, is written only if the next line continues from it. If the next one continues from the line before it, the
+//! odd one is skipped and counted.
 
 use crate::board::leap::LONGEST_STEP_US;
 use crate::board::text_lines::TextSample;
 
-/// A step of time beyond so many sample times is odd; the line is written all the same if the next one goes on from it.
+/// A step of time beyond so many sample times is odd; the line is written all the same if the next one continues from it.
 const ODD_STEPS: f64 = 2.5;
 /// Two lines whose time has fallen back agree where they are this near to each other, in sample times: the board was reset.
 const AGREE_STEPS: i64 = 20;
@@ -17,8 +17,8 @@ const CHATTER_COUNTS: u64 = 16;
 /// Steps that say how the counts move, and how many there must be.
 const STEPS: usize = 16;
 const FEWEST_STEPS: usize = 3;
-/// After so many lines on end that were passed over, the line before them is nothing to go on: the time began anew, or runs backward.
-const MOST_PASSED_OVER: u64 = 8;
+/// After so many lines in a row that were skipped, the line before them is no reference any more: the time restarted, or runs backward.
+const MOST_SKIPPED: u64 = 8;
 
 /// A line that was read.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +31,7 @@ pub(super) struct Line {
 
 /// Usual times of the lines.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Usual {
+pub(super) struct ExpectedTiming {
     pub sample_time_us: i64,
     /// How coarse the time is, in microseconds; 0 where it is fine.
     pub coarse_us: i64,
@@ -41,16 +41,16 @@ pub(super) struct Usual {
 
 /// Result of a line and of the delayed one.
 #[derive(Debug, Default)]
-pub(super) struct Taken {
+pub(super) struct LineResult {
     /// Lines to be written, in their order.
     pub write: Vec<Line>,
-    /// Lines that were passed over.
+    /// Lines that were skipped.
     pub passed_over: u64,
-    /// Two lines agree that the board's time began anew, or none has gone on for long.
+    /// Two lines agree that the board's time restarted, or none has gone on for long.
     pub is_reset: bool,
 }
 
-/// The line that is held back, and what it is held against.
+/// The line that is held back, and what it is compared with.
 #[derive(Debug, Default)]
 pub(super) struct HeldLine {
     held: Option<Line>,
@@ -58,43 +58,43 @@ pub(super) struct HeldLine {
     last: Option<(i64, i64)>,
     steps: [u64; STEPS],
     seen: usize,
-    /// Lines that were passed over since the last one that was written.
+    /// Lines that were skipped since the last one that was written.
     passed_over: u64,
 }
 
 /// Decision about a delayed line by the next one.
-enum Judged {
+enum Decision {
     Kept,
-    PassedOver,
+    Skipped,
     Reset,
 }
 
 impl HeldLine {
     /// Takes a line.
-    pub(super) fn take(&mut self, line: Line, usual: Usual) -> Taken {
-        let mut taken = Taken::default();
+    pub(super) fn take(&mut self, line: Line, usual: ExpectedTiming) -> LineResult {
+        let mut taken = LineResult::default();
         let Some(last) = self.last else {
             self.accept(line, &mut taken);
             return taken;
         };
         if let Some(held) = self.held.take() {
             match self.judge(last, &held, &line, usual) {
-                Judged::Kept => self.accept(held, &mut taken),
-                Judged::PassedOver => {
+                Decision::Kept => self.accept(held, &mut taken),
+                Decision::Skipped => {
                     taken.passed_over += 1;
                     self.passed_over += 1;
-                    if self.passed_over >= MOST_PASSED_OVER {
+                    if self.passed_over >= MOST_SKIPPED {
                         taken.is_reset = true;
                         return taken;
                     }
                 }
-                Judged::Reset => {
+                Decision::Reset => {
                     taken.is_reset = true;
                     return taken;
                 }
             }
         }
-        // After an odd line that was passed over the line before it may come again.
+        // After an odd line that was skipped the line before it may come again.
         let is_fine = usual.is_boards && usual.coarse_us == 0;
         if is_fine && self.last.is_some_and(|(last_us, _)| last_us == line.at_us) {
             taken.passed_over += 1;
@@ -106,7 +106,7 @@ impl HeldLine {
         taken
     }
 
-    /// The line that is still held back at the end, if its time goes on.
+    /// The line that is still held back at the end, if its time continues.
     pub(super) fn end(&mut self) -> Option<Line> {
         let last = self.last?.0;
         let goes_on =
@@ -120,7 +120,7 @@ impl HeldLine {
         held.or(self.last.map(|last| last.0))
     }
 
-    fn accept(&mut self, line: Line, taken: &mut Taken) {
+    fn accept(&mut self, line: Line, taken: &mut LineResult) {
         if let Some((_, counts)) = self.last.replace((line.at_us, line.sample.counts)) {
             self.steps[self.seen % STEPS] = counts.abs_diff(line.sample.counts);
             self.seen += 1;
@@ -140,7 +140,7 @@ impl HeldLine {
             .saturating_add(CHATTER_COUNTS)
     }
 
-    fn is_odd(&self, line: &Line, usual: Usual) -> bool {
+    fn is_odd(&self, line: &Line, usual: ExpectedTiming) -> bool {
         let Some((last_us, counts)) = self.last else {
             return false;
         };
@@ -150,7 +150,7 @@ impl HeldLine {
         is_odd_time || counts.abs_diff(line.sample.counts) > self.usual_counts()
     }
 
-    fn judge(&self, last: (i64, i64), held: &Line, next: &Line, usual: Usual) -> Judged {
+    fn judge(&self, last: (i64, i64), held: &Line, next: &Line, usual: ExpectedTiming) -> Decision {
         let (last_us, last_counts) = last;
         if usual.is_boards {
             let near_us = AGREE_STEPS.saturating_mul(usual.sample_time_us) + usual.coarse_us;
@@ -158,24 +158,24 @@ impl HeldLine {
             if held.at_us < last_us {
                 let agree = next.at_us < last_us && (0..=near_us).contains(&after_us);
                 return if agree {
-                    Judged::Reset
+                    Decision::Reset
                 } else {
-                    Judged::PassedOver
+                    Decision::Skipped
                 };
             }
             if held.at_us.saturating_sub(last_us) > LONGEST_STEP_US {
                 let agree = after_us.unsigned_abs() <= LONGEST_STEP_US.unsigned_abs();
                 return if agree {
-                    Judged::Reset
+                    Decision::Reset
                 } else {
-                    Judged::PassedOver
+                    Decision::Skipped
                 };
             }
             // Of a coarse clock two lines may have the same stamp.
             let falls =
                 next.at_us < held.at_us || (next.at_us == held.at_us && usual.coarse_us == 0);
             if falls && next.at_us >= last_us {
-                return Judged::PassedOver;
+                return Decision::Skipped;
             }
         }
         let usual_counts = self.usual_counts();
@@ -184,9 +184,9 @@ impl HeldLine {
             && held.abs_diff(next) > usual_counts
             && next.abs_diff(last_counts) <= usual_counts;
         if comes_back {
-            Judged::PassedOver
+            Decision::Skipped
         } else {
-            Judged::Kept
+            Decision::Kept
         }
     }
 }
@@ -195,18 +195,18 @@ impl HeldLine {
 mod tests {
     use super::*;
 
-    const USUAL: Usual = Usual {
+    const USUAL: ExpectedTiming = ExpectedTiming {
         sample_time_us: 5000,
         coarse_us: 0,
         is_boards: true,
     };
 
-    /// Times in ms and counts of the lines that are written, how many are passed over, and whether the board was reset.
+    /// Times in ms and counts of the lines that are written, how many are ignored, and whether the board was reset.
     fn written(lines: &[(i64, i64)]) -> (Vec<(i64, i64)>, u64, bool) {
         written_by(lines, USUAL)
     }
 
-    fn written_by(lines: &[(i64, i64)], usual: Usual) -> (Vec<(i64, i64)>, u64, bool) {
+    fn written_by(lines: &[(i64, i64)], usual: ExpectedTiming) -> (Vec<(i64, i64)>, u64, bool) {
         let mut held = HeldLine::default();
         let (mut rows, mut passed_over) = (Vec::new(), 0);
         let row = |line: Line| (line.at_us / 1000, line.sample.counts);
@@ -254,7 +254,7 @@ mod tests {
         let ended = [&sound[..], &[(300, 60)]].concat();
         assert_eq!(written(&ended), (ended.clone(), 0, false));
         // The same of a clock with steps of 10 ms.
-        let coarse = Usual {
+        let coarse = ExpectedTiming {
             coarse_us: 10_000,
             ..USUAL
         };
@@ -262,7 +262,7 @@ mod tests {
         lines[4].0 = 520;
         let (rows, passed_over, is_reset) = written_by(&lines, coarse);
         assert_eq!((rows.len(), passed_over, is_reset), (9, 1, false));
-        // A board that begins anew, and a counter that is set to 0.
+        // A board that restarts, and a counter that is set to 0.
         let anew = [&sound[..], &[(0, 0), (5, 0)]].concat();
         assert_eq!(written(&anew), (sound.clone(), 0, true));
         // A time that runs backward, and one that is all over the place.
@@ -272,7 +272,7 @@ mod tests {
                 &(0..40).map(|k| (odd(k), 0)).collect::<Vec<_>>(),
             ]
             .concat();
-            assert_eq!(written(&lines), (sound.clone(), MOST_PASSED_OVER, true));
+            assert_eq!(written(&lines), (sound.clone(), MOST_SKIPPED, true));
         };
         ends(&|k| 40 - 5 * k);
         ends(&|k| 1_000_000 * (1 + 7 * k % 5));

@@ -23,7 +23,9 @@ pub enum ReadProblem {
     #[error("cannot be read: {0}")]
     Io(io::Error),
     /// The `#` lines are no TOML document.
-    #[error("line {line}: the header (the lines that start with #) is not TOML: {message}")]
+    #[error(
+        "line {line}: the header (the lines that start with #) is not TOML: {message}\nhint: each of them is `# KEY = VALUE`, and a text stands in quotes"
+    )]
     HeaderToml {
         /// Line of the file.
         line: usize,
@@ -31,7 +33,7 @@ pub enum ReadProblem {
         message: String,
     },
     /// A header key is missing.
-    #[error("the header lacks `{key}`: add a line `# {key} = {example}` at the top")]
+    #[error("the header lacks `{key}`\nhint: add a line `# {key} = {example}` at the top")]
     MissingKey {
         /// The key.
         key: &'static str,
@@ -39,7 +41,9 @@ pub enum ReadProblem {
         example: &'static str,
     },
     /// A header key has a value that it cannot have.
-    #[error("header key `{key}` is {found}, but must be {expected}")]
+    #[error(
+        "header key `{key}` is {found}, but must be {expected}\nhint: correct the line `# {key} = ...` at the top of the file"
+    )]
     BadKey {
         /// The key.
         key: &'static str,
@@ -52,16 +56,18 @@ pub enum ReadProblem {
     #[error("header key `differs`: {0}")]
     Differs(#[source] crate::motor::KnownError),
     /// A format that this version does not read.
-    #[error("has format `{0}`; this version reads `motorlab-run/1`")]
+    #[error(
+        "has format `{0}`, and this version reads `motorlab-run/1`\nhint: read it with the newer motorlab that wrote it"
+    )]
     Format(String),
     /// No line of column names.
     #[error(
-        "has no rows: after the header comes a line of column names, such as t_s,command_v,counts"
+        "has no rows\nhint: after the header comes a line of column names, such as t_s,command_v,counts"
     )]
     NoColumns,
     /// A column that every run has is missing.
     #[error(
-        "line {line} names no column `{column}` (it names: {found}); `motorlab import` turns other logs into run files"
+        "line {line} names no column `{column}` (it names: {found})\nhint: `motorlab import` turns other logs into run files"
     )]
     MissingColumn {
         /// Line of the column names.
@@ -72,7 +78,7 @@ pub enum ReadProblem {
         found: String,
     },
     /// A column is named twice.
-    #[error("line {line} names column `{column}` twice")]
+    #[error("line {line} names column `{column}` twice\nhint: rename or remove one of them")]
     ColumnTwice {
         /// Line of the column names.
         line: u64,
@@ -80,7 +86,9 @@ pub enum ReadProblem {
         column: String,
     },
     /// A row has more or fewer cells than there are columns.
-    #[error("row {row} has {found} cells where the columns are {expected}")]
+    #[error(
+        "row {row} has {found} cells where the columns are {expected}\nhint: complete the row, or remove it"
+    )]
     CellCount {
         /// Line of the file.
         row: u64,
@@ -90,7 +98,9 @@ pub enum ReadProblem {
         expected: usize,
     },
     /// A cell cannot be what its column holds.
-    #[error("row {row}, column `{column}`: `{found}` is not {expected}")]
+    #[error(
+        "row {row}, column `{column}`: `{found}` is not {expected}\nhint: correct the cell, or remove the row"
+    )]
     BadCell {
         /// Line of the file.
         row: u64,
@@ -102,7 +112,9 @@ pub enum ReadProblem {
         expected: &'static str,
     },
     /// A number that no motor, encoder or clock gives.
-    #[error("row {row}, column `{column}`: {found} lies outside {range}")]
+    #[error(
+        "row {row}, column `{column}`: {found} lies outside {range}\nhint: check the unit of the column; correct the cell, or remove the row"
+    )]
     Implausible {
         /// Line of the file.
         row: u64,
@@ -115,7 +127,7 @@ pub enum ReadProblem {
     },
     /// Time does not rise.
     #[error(
-        "row {row}, column `t_s`: time goes from {before} s to {after} s; it must rise from row to row"
+        "row {row}, column `t_s`: time goes from {before} s to {after} s, and it must rise from row to row\nhint: where two recordings are in one file, cut it there; else remove the row"
     )]
     TimeNotRising {
         /// Line of the file.
@@ -127,7 +139,7 @@ pub enum ReadProblem {
     },
     /// Time makes a leap.
     #[error(
-        "row {row}, column `t_s`: time leaps from {before} s to {after} s; a recording with a gap of more than an hour is two: cut the file there"
+        "row {row}, column `t_s`: time leaps from {before} s to {after} s\nhint: a recording with a gap of more than an hour is two: cut the file there"
     )]
     TimeJumps {
         /// Line of the file.
@@ -138,13 +150,15 @@ pub enum ReadProblem {
         after: f64,
     },
     /// More rows than are taken into memory.
-    #[error("has more than {rows} rows, as many as are read: cut it into parts")]
+    #[error("has more than {rows} rows, as many as are read\nhint: cut it into parts")]
     TooLong {
         /// Rows that are read.
         rows: usize,
     },
     /// Only a header and column names.
-    #[error("has column names, but not one whole row")]
+    #[error(
+        "has column names, but not one whole row\nhint: record again; `motorlab replay LOG -o run.csv` makes the run from a raw log"
+    )]
     Empty,
 }
 

@@ -1,4 +1,4 @@
-//! Path of every recording to the disk: rows into the file, figures, the display.
+//! Samples in, rows of the run file, statistics and the state of the display out: the path of every recording.
 //!
 //! ```text
 //! sample -> row (device time from the first sample) -> RunWriter
@@ -6,8 +6,8 @@
 //!                                                   -> Live (what a display looks at)
 //! ```
 //!
-//! A display never holds this up: it looks at [`Live`] when it likes, and a recorder that finds it
-//! being looked at goes on.
+//! A display never delays the recording: it reads [`Live`] at any time, and a recorder that finds it locked
+//! skips the update.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -35,11 +35,11 @@ pub enum Ending {
     LinkLost,
     /// The board was unplugged.
     Unplugged,
-    /// The board was reset in mid-run.
+    /// The board was reset during the run.
     BoardReset,
     /// Without a reset the board said something else of itself than before.
     BoardChanged,
-    /// The board went on after the samples asked for, whatever it was told.
+    /// The board continued after the samples asked for, and did not stop when it was told to.
     RanOn,
     /// The board fell silent.
     Silent,
@@ -111,7 +111,7 @@ pub struct Captured {
     pub contradictions: Vec<String>,
     /// Everything that was asked for is in the file.
     pub complete: bool,
-    /// The run file was deleted on the way and its rows went on elsewhere, as this says.
+    /// The run file was deleted on the way and its rows continued elsewhere, as this says.
     pub rescued: Option<String>,
 }
 
@@ -245,7 +245,7 @@ impl Recorder {
         }
     }
 
-    /// A deleted file is no reason to stop: its rows go on elsewhere, and that is said at the end.
+    /// A deleted file is no reason to stop: its rows continue elsewhere, and that is said at the end.
     fn survive<T>(&mut self, result: Result<T, WriteError>) -> Result<Option<T>, CaptureError> {
         match result {
             Ok(value) => Ok(Some(value)),

@@ -31,7 +31,7 @@ pub enum ReplayError {
     /// The log, before there is a run.
     #[error(transparent)]
     Log(#[from] rawlog::ReadError),
-    /// The log, in mid-run; the run is whole up to there.
+    /// The log, during the run; the run is whole up to there.
     #[error("{} holds {rows} rows, and the log gives no more: {error}", shown(run))]
     Broken {
         /// Error of the log.
@@ -48,7 +48,9 @@ pub enum ReplayError {
     #[error(transparent)]
     Text(#[from] TextError),
     /// It holds something else than a recording.
-    #[error("the raw log holds no recording: {0}")]
+    #[error(
+        "the raw log holds no recording: {0}\nhint: record again with --log, from before the board starts until the recording ends"
+    )]
     NoRecording(&'static str),
 }
 
@@ -73,7 +75,7 @@ impl ReplayError {
 
 /// Host's messages of a log so far.
 #[derive(Debug, Default)]
-struct Told {
+struct HostMessages {
     decoder: FrameDecoder,
     sample_time_us: u32,
     samples: u32,
@@ -82,7 +84,7 @@ struct Told {
     stopped: bool,
 }
 
-impl Told {
+impl HostMessages {
     fn push(&mut self, bytes: &[u8]) {
         for &byte in bytes {
             let Some(Ok(frame)) = self.decoder.push(byte) else {
@@ -121,7 +123,7 @@ pub fn replay(
 ) -> Result<Captured, ReplayError> {
     let begun = Instant::now();
     let mut intake = Intake::default();
-    let mut told = Told::default();
+    let mut told = HostMessages::default();
     let mut hello: Option<Hello> = None;
     let mut recorder: Option<BoardRecorder> = None;
     let mut events = Vec::new();

@@ -22,7 +22,7 @@ pub struct Flags {
     pub encoder_error: bool,
     /// The command was limited by the supply.
     pub saturated: bool,
-    /// The board's time fell back here, or went on by another span than the sample numbers say.
+    /// The board's time fell back here, or continued by another span than the sample numbers say.
     #[serde(default)]
     pub time_leap: bool,
     /// The counts moved faster here than any motor can.
@@ -59,7 +59,7 @@ impl fmt::Display for Flags {
 /// A word in a `flags` column that names no flag.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{0}' is no flag: a sample's flags are overrun, dropped, encoder_error, saturated, time_leap and counts_leap, joined by +"
+    "'{0}' is no flag\nhint: a sample's flags are overrun, dropped, encoder_error, saturated, time_leap and counts_leap, joined by +"
 )]
 pub struct UnknownFlag(pub String);
 
@@ -129,7 +129,7 @@ impl Run {
         self.counts.len()
     }
 
-    /// The run without these samples, whose numbers are in order; the command before each goes on.
+    /// The run without these samples, whose numbers are in order; the command before each continues.
     #[must_use]
     pub fn without(&self, samples: &[usize]) -> Self {
         let is_left = |k: usize| samples.binary_search(&k).is_err();

@@ -66,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pause_is_told_from_the_scatter_of_the_log() {
+    fn a_pause_exceeds_the_jitter_of_the_log() {
         let of = |steps_s: &[f64]| {
             let mut run = Run::default();
             let mut t_s = 0.0;

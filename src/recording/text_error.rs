@@ -22,12 +22,12 @@ pub enum TextError {
         port: String,
         /// Received.
         heard: Box<Heard>,
-        /// The last line that was passed over, and why.
+        /// The last line that was skipped, and why.
         last_skipped: Option<(String, Skipped)>,
     },
     /// The lines do not say what is commanded.
     #[error(
-        "the lines on {port} do not say what the motor is commanded: say what the sketch does with --profile (such as --profile step), or print a column command_v or pwm", port = shown(port)
+        "the lines on {port} do not state the command of the motor\nhint: name what the sketch does with --profile (such as --profile step), or print a column command_v or pwm", port = shown(port)
     )]
     NoCommand {
         /// The port.
@@ -35,7 +35,7 @@ pub enum TextError {
     },
     /// The board's time runs a thousand or a million times as fast, or as slowly, as the host's.
     #[error(
-        "the time of the lines on {port} runs {} the host's: is `{named}` really `{meant}`? say --columns {columns}",
+        "the time of the lines on {port} runs {} the host's, as if `{named}` were `{meant}`\nhint: --columns {columns}",
         times(*factor), port = shown(port)
     )]
     TimeUnit {
@@ -51,7 +51,7 @@ pub enum TextError {
         columns: String,
     },
     /// Reading failed.
-    #[error("the line to {port} failed: {source}", port = shown(port))]
+    #[error("the line to {port} failed: {source}\nhint: unplug the board and plug it in again, then try again", port = shown(port))]
     Line {
         /// The port.
         port: String,
@@ -63,25 +63,29 @@ pub enum TextError {
 fn no_sample(heard: &Heard, last_skipped: Option<&(String, Skipped)>) -> String {
     match last_skipped {
         _ if heard.is_of_protocol() => {
-            "the board speaks motorlab's own protocol, which names its columns itself: leave out --columns".to_owned()
+            "the board speaks motorlab's own protocol, which names its columns itself\nhint: leave out --columns".to_owned()
         }
         Some((line, Skipped::ColumnsUnknown)) => format!(
-            "its lines look like {line:?}, and nothing says what the numbers mean: name them with --columns, such as t_us,counts"
+            "its lines look like {line:?}, and nothing names the numbers\nhint: name them with --columns, such as t_us,counts"
         ),
         Some((line, Skipped::FieldCount { expected, found })) => {
-            format!("its lines look like {line:?}, {found} fields where --columns has {expected}")
+            format!(
+                "its lines look like {line:?}, {found} fields where --columns has {expected}\nhint: name every field with --columns; `-` leaves one out"
+            )
         }
         Some((line, Skipped::NoCountsLabelled { labels })) => format!(
-            "its lines look like {line:?}, and none of their labels ({labels}) names encoder counts: say what they are, in their order, such as --columns -,counts"
+            "its lines look like {line:?}, and none of their labels ({labels}) names encoder counts\nhint: name the fields in their order, such as --columns -,counts"
         ),
         Some((line, Skipped::Clash { label, column })) => format!(
-            "its lines look like {line:?}: --columns has `{column}` where the label says `{label}`; name the columns in the order of the line, or leave --columns at auto"
+            "its lines look like {line:?}: --columns has `{column}` where the label is `{label}`\nhint: name the columns in the order of the line, or leave --columns at auto"
         ),
         Some((line, _)) => format!(
-            "its lines look like {line:?}; keep them in a file (cat PORT > log.txt) and give that to motorlab import, which reads more forms"
+            "its lines look like {line:?}\nhint: keep them in a file (cat PORT > log.txt) and give that to motorlab import, which reads more forms"
         ),
-        None if heard.total() == 0 => "it sent nothing".to_owned(),
-        None => format!("it sent {heard} (is the baud rate right?)"),
+        None if heard.total() == 0 => {
+            "it sent nothing\nhint: check that its sketch prints lines, and that this is its port: `motorlab ports`".to_owned()
+        }
+        None => format!("it sent {heard}\nhint: give the sketch's baud rate with --baud"),
     }
 }
 

@@ -1,4 +1,4 @@
-//! A device's unit of time, held against a host's clock.
+//! A device's unit of time, compared with a host's clock.
 
 /// Powers of ten by which a unit of time is mistaken: us, ms and s for one another.
 pub(crate) const MISTAKEN: [i32; 4] = [-6, -3, 3, 6];
@@ -21,7 +21,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thousand_and_a_million_are_told_and_what_lies_between_is_not() {
+    fn factors_of_1000_are_detected_and_others_are_not() {
         for (ratio, power) in [
             (1.0, Some(0)),
             (0.51, Some(0)),

@@ -3,13 +3,14 @@
 use std::io;
 use std::path::PathBuf;
 
+use crate::hint::of_system;
 use crate::plain::shown;
 
 /// Why a run file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file cannot be made.
-    #[error("cannot create {}: {source}{}", shown(path), advice(source))]
+    #[error("cannot create {}: {source}{}", shown(path), system_hint(source))]
     Create {
         /// The file.
         path: PathBuf,
@@ -18,7 +19,7 @@ pub enum WriteError {
     },
     /// There can be no new file under this name.
     #[error(
-        "{} {what}, and a recording needs a file of its own; name a file that is not there yet",
+        "{} {what}, and a recording needs a file of its own\nhint: name a file that does not exist yet",
         shown(path)
     )]
     NoFile {
@@ -29,7 +30,7 @@ pub enum WriteError {
     },
     /// Another program has cut or lengthened the file; nothing is appended to it any more.
     #[error(
-        "{} was changed by another program while it was written: of {written_bytes} bytes with {rows} rows it has {found_bytes}; see what else writes there, and record again",
+        "{} was changed by another program while it was written: of {written_bytes} bytes with {rows} rows it has {found_bytes}\nhint: find out which other program writes there, and record again",
         shown(path)
     )]
     Altered {
@@ -46,7 +47,7 @@ pub enum WriteError {
     #[error(
         "cannot write {} any further: {source}; it holds {rows} whole rows{}",
         shown(path),
-        advice(source)
+        system_hint(source)
     )]
     Append {
         /// The file.
@@ -58,7 +59,7 @@ pub enum WriteError {
     },
     /// The file was deleted, or its directory was, while it was written.
     #[error(
-        "{} vanished while it was written; everything up to then is in {}",
+        "{} vanished while it was written\nhint: everything up to then is in {}",
         shown(path),
         shown(rescued)
     )]
@@ -73,17 +74,13 @@ pub enum WriteError {
     Header(#[from] toml::ser::Error),
 }
 
-/// Remedies of the commonest failures.
-fn advice(error: &io::Error) -> &'static str {
-    match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            " (free some room, or name a file on another disk with -o)"
+/// Hint for an error of the system, as a line of its own.
+fn system_hint(error: &io::Error) -> String {
+    let hint = match error.kind() {
+        io::ErrorKind::NotFound => {
+            Some("its folder does not exist: make it, or name another with -o")
         }
-        io::ErrorKind::FileTooLarge => " (the limit on file sizes was reached: see `ulimit -f`)",
-        io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::PermissionDenied => {
-            " (name a file in a directory that you may write to with -o)"
-        }
-        io::ErrorKind::NotFound => " (its directory is not there)",
-        _ => "",
-    }
+        _ => of_system(error),
+    };
+    hint.map_or(String::new(), |hint| format!("\nhint: {hint}"))
 }

@@ -127,7 +127,7 @@ impl RunWriter {
     }
 
     /// Hands all rows to the operating system. After an error the file ends with a whole row; after
-    /// [`WriteError::Vanished`] the writer is still good and goes on in the rescued copy.
+    /// [`WriteError::Vanished`] the writer is still good and continues in the rescued copy.
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.last_flush = Instant::now();
         if self.buffer.is_empty() {
@@ -191,7 +191,7 @@ impl RunWriter {
     }
 
     /// Copies a deleted file, which lives on as long as it is open, to a place that still exists, and
-    /// goes on there.
+    /// continues there.
     fn rescue(&mut self) -> Result<(), WriteError> {
         let name = self.path.file_name().unwrap_or("run.csv".as_ref());
         let places = [PathBuf::new(), std::env::temp_dir()];
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_another_program_cuts_ends_with_what_is_left_and_is_said() {
+    fn a_file_truncated_by_another_program_is_reported() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("run.csv");
         let columns = Columns::recorded(CommandKind::Voltage);
@@ -406,7 +406,7 @@ mod tests {
     }
 
     #[test]
-    fn a_directory_that_is_not_there_is_said() {
+    fn a_missing_directory_is_reported() {
         let columns = Columns::recorded(CommandKind::Voltage);
         let error = RunWriter::create(Path::new("/nowhere/run.csv"), &header(), columns)
             .expect_err("no such directory");
@@ -415,7 +415,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_deleted_under_the_writer_goes_on_elsewhere() {
+    fn a_file_deleted_while_it_is_written_is_rescued() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("vanishing-run.csv");
         let columns = Columns::recorded(CommandKind::Voltage);

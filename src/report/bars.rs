@@ -171,7 +171,7 @@ mod tests {
 
     /// On a phone a long name and its number do not lie over each other.
     #[test]
-    fn what_does_not_fit_beside_each_other_stands_on_lines_of_its_own() {
+    fn bars_that_do_not_fit_a_line_are_wrapped() {
         let bar = Bar {
             name: "with cogging + dead_zone + pwm_freewheel".into(),
             value: 0.5,

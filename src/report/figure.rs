@@ -87,7 +87,7 @@ pub struct Panel {
     pub weight: f64,
     /// Horizontal lines of reference with their names.
     pub marks: Vec<(f64, String)>,
-    /// Vertical lines: where something begins anew.
+    /// Vertical lines: where something restarts.
     pub starts: Vec<f64>,
     /// Shaded intervals, behind everything.
     pub bands: Vec<Band>,
@@ -121,8 +121,8 @@ impl Panel {
         self
     }
 
-    /// The panel with vertical lines where something begins anew.
-    pub fn starting_anew(mut self, starts: &[f64]) -> Self {
+    /// The panel with vertical lines where something restarts.
+    pub fn restarting_at(mut self, starts: &[f64]) -> Self {
         self.starts = starts.to_vec();
         self
     }

@@ -9,7 +9,7 @@ use super::svg::COLOURS;
 /// From the edge to the panels, at least: the name of the y axis and four digits stand there.
 pub(super) const LEFT: f64 = 64.0;
 /// The name of the y axis with the room beside it, and the room between a number and its panel.
-const BESIDE_NUMBERS: f64 = 32.0;
+const LEFT_MARGIN: f64 = 32.0;
 
 /// Height of a row of the legend.
 pub(super) const LEGEND_ROW: f64 = 18.0;
@@ -17,7 +17,7 @@ pub(super) const LEGEND_ROW: f64 = 18.0;
 /// From the edge to the panels, with room for these numbers. Digits are taken as 7 px wide.
 pub(super) fn margin(numbers: impl Iterator<Item = String>) -> f64 {
     let widest = numbers.map(|number| number.chars().count()).max();
-    LEFT.max(BESIDE_NUMBERS + 7.0 * widest.unwrap_or(0) as f64)
+    LEFT.max(LEFT_MARGIN + 7.0 * widest.unwrap_or(0) as f64)
 }
 
 /// A title in lines that fit the width, broken between words. Letters are taken as 8 px wide.

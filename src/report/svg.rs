@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_title_too_long_for_the_width_goes_on_in_the_next_line() {
+    fn a_long_title_is_wrapped() {
         assert_eq!(lines("one two three", 64.0), ["one two", "three"]);
         assert_eq!(lines("unbreakable", 8.0), ["unbreakable"]);
         let both = figure("a");

@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_plot_is_said() {
+    fn an_empty_plot_is_reported() {
         let panel = Panel::new(
             "speed (RPM)",
             vec![Series::new("a", Stroke::Line, 0, &[0.0], &[f64::NAN])],

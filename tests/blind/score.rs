@@ -22,7 +22,7 @@ fn near(found: Option<f64>, expected: f64) {
 }
 
 /// A case: its label with strengths and parameters, and the diagnosis (null: it failed).
-pub(crate) struct Story {
+pub(crate) struct JudgedCase {
     label: &'static str,
     strength: Option<f64>,
     parameters: &'static [(&'static str, f64)],
@@ -30,7 +30,7 @@ pub(crate) struct Story {
     gap: Option<GapCheck>,
 }
 
-impl Story {
+impl JudgedCase {
     pub(crate) fn new(label: &'static str, diagnosis: Value) -> Self {
         Self {
             label,
@@ -88,13 +88,13 @@ fn measured(unseen: f64, after_counts: f64) -> Option<GapCheck> {
 }
 
 /// Nine cases, numbered from 1.
-fn stories() -> Vec<Story> {
+fn stories() -> Vec<JudgedCase> {
     vec![
-        Story {
+        JudgedCase {
             strength: Some(1.5),
             parameters: &[("extra_torque_nm", 0.03), ("stribeck_speed_rad_s", 1.0)],
             gap: measured(0.99, 0.4),
-            ..Story::new(
+            ..JudgedCase::new(
                 "stribeck",
                 json!({"verdict": "effect", "effects": ["stribeck"],
                     "gap": {"closed": 0.98, "closed_lo95": 0.97, "closed_hi95": 0.995},
@@ -105,9 +105,9 @@ fn stories() -> Vec<Story> {
                         {"effect": "dead_zone", "probability": 0.1}]}),
             )
         },
-        Story {
+        JudgedCase {
             strength: Some(20.0),
-            ..Story::new(
+            ..JudgedCase::new(
                 "coulomb_friction",
                 json!({"verdict": "ambiguous", "effects": ["voltage_drop"], "causes": [
                     {"effect": "voltage_drop", "probability": 0.5, "indistinguishable_from": ["coulomb_friction"]},
@@ -115,9 +115,9 @@ fn stories() -> Vec<Story> {
                     {"effect": "none", "probability": 0.1}]}),
             )
         },
-        Story {
+        JudgedCase {
             strength: Some(50.0),
-            ..Story::new(
+            ..JudgedCase::new(
                 "backlash",
                 json!({"verdict": "effect", "effects": ["compliance"], "causes": [
                     {"effect": "compliance", "probability": 0.7, "indistinguishable_from": ["backlash"]},
@@ -125,9 +125,9 @@ fn stories() -> Vec<Story> {
                     {"effect": "unknown", "probability": 0.1}]}),
             )
         },
-        Story {
+        JudgedCase {
             gap: measured(0.5, 2.0),
-            ..Story::new(
+            ..JudgedCase::new(
                 "stribeck+inertia",
                 json!({"verdict": "effect", "effects": ["inertia", "stribeck"],
                     "gap": {"closed": 0.9, "closed_lo95": 0.85, "closed_hi95": 0.95},
@@ -139,13 +139,13 @@ fn stories() -> Vec<Story> {
                         {"effect": "inertia", "probability": 0.4}]}),
             )
         },
-        Story {
+        JudgedCase {
             parameters: &[
                 ("phase_rad", 0.1),
                 ("cycles_per_rev", 7.0),
                 ("torque_nm", 0.02),
             ],
-            ..Story::new(
+            ..JudgedCase::new(
                 "cogging+backlash",
                 json!({"verdict": "effect", "effects": ["cogging"], "causes": [
                     {"effect": "cogging", "probability": 1.0, "parameters": {
@@ -154,25 +154,25 @@ fn stories() -> Vec<Story> {
                         "cogging.torque_nm": estimate(0.01, 0.02)}}]}),
             )
         },
-        Story::new(
+        JudgedCase::new(
             "none",
             json!({"verdict": "no_gap", "causes": [
                 {"effect": "none", "probability": 0.95},
                 {"effect": "stribeck", "probability": 0.05}]}),
         ),
-        Story::new(
+        JudgedCase::new(
             "none",
             json!({"verdict": "effect", "effects": ["viscous_friction"], "causes": [
                 {"effect": "viscous_friction", "probability": 0.6},
                 {"effect": "none", "probability": 0.4}]}),
         ),
-        Story::new(
+        JudgedCase::new(
             "outside:a belt that jumps",
             json!({"verdict": "outside_catalogue", "causes": [
                 {"effect": "unknown", "probability": 0.7},
                 {"effect": "backlash", "probability": 0.3}]}),
         ),
-        Story::new("outside:a belt that jumps", Value::Null),
+        JudgedCase::new("outside:a belt that jumps", Value::Null),
     ]
 }
 
@@ -344,11 +344,11 @@ fn text_and_page_account_for_every_miss() {
 
 /// How one more verdict bears.
 fn bearing_of(label: &'static str, diagnosis: Value) -> Bearing {
-    judge(&Story::new(label, diagnosis).opened(1), None).bearing
+    judge(&JudgedCase::new(label, diagnosis).opened(1), None).bearing
 }
 
 #[test]
-fn a_member_that_cannot_be_told_from_none_may_be_absent() {
+fn a_member_inseparable_from_none_may_be_absent() {
     let said = |verdict: &str| {
         json!({"verdict": verdict, "effects": ["backlash", "transport_delay"], "causes": [
             {"effect": "backlash", "probability": 0.6},
@@ -367,7 +367,7 @@ fn a_member_that_cannot_be_told_from_none_may_be_absent() {
 }
 
 #[test]
-fn an_effect_said_to_look_like_none_is_counted_apart_and_not_as_right() {
+fn effects_inseparable_from_none_are_counted_separately() {
     let said = |tied: &[&str]| {
         json!({"verdict": "parameters", "causes": [
             {"effect": "none", "probability": 0.95, "indistinguishable_from": tied},

@@ -3,13 +3,13 @@
 use motorlab::blind::{Bearing, judge};
 use serde_json::{Value, json};
 
-use crate::score::{Story, estimate};
+use crate::score::{JudgedCase, estimate};
 
 /// Contents of a document of the second shape: something more beside what is named, a class, no answer.
 #[test]
 fn the_second_shape_of_a_diagnosis_is_judged() {
     let story = |label: &'static str, diagnosis: Value| {
-        let case = Story::new(label, diagnosis).opened(1);
+        let case = JudgedCase::new(label, diagnosis).opened(1);
         judge(&case, None)
     };
     let partial = |label| {
@@ -69,7 +69,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         let document = json!({"shape": "motorlab-diagnosis/3", "verdict": verdict, "probability": probability, "effects": effects,
             "classes": classes, "causes": causes, "sets": sets, "budget": [], "elapsed_s": 1.0,
             "gap": {"closed": 0.9, "closed_lo95": 0.8, "closed_hi95": 0.95}});
-        judge(&Story::new(label, document).opened(1), None)
+        judge(&JudgedCase::new(label, document).opened(1), None)
     };
     let start =
         json!([{"class": "start", "probability": 0.95, "members": ["stribeck", "dead_zone"]}]);
@@ -202,7 +202,7 @@ fn the_third_shape_of_a_diagnosis_is_judged() {
         (Bearing::Named, Some(3))
     );
     assert!((quiet.probability_truth - 0.05).abs() < 1e-12);
-    let fatal_first = Story::new(
+    let fatal_first = JudgedCase::new(
         "stribeck",
         json!({"shape": "motorlab-diagnosis/3", "verdict": "bad_recording", "probability": 1.0,
         "budget": [], "unexplained": null, "causes": [], "sets": [], "gap": null}),

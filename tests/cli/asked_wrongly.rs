@@ -144,7 +144,7 @@ fn a_second_blind_run_on_the_same_set_is_refused() {
     let runs = [(); 2].map(|()| start(folder.path(), &["blind", "run", "set"]));
     let ended = runs.map(finish);
     let refused = |done: &crate::support::command::Finished| {
-        done.status == Some(2) && done.messages.contains("another `blind run` is at work")
+        done.status == Some(2) && done.messages.contains("another `blind run` is running")
     };
     // One may be done before the other begins; then that has nothing left to do.
     assert!(
@@ -180,7 +180,7 @@ fn a_capture_that_is_stopped_before_the_board_speaks_prints_a_document() {
 
 /// Every command that is given a file which is not there says what there is instead.
 #[test]
-fn a_file_that_is_not_there_is_told_with_names_like_it() {
+fn a_missing_file_is_reported_with_similar_names() {
     let folder = tempfile::tempdir().expect("a folder");
     for name in [
         "step30.csv",

@@ -158,7 +158,7 @@ fn bash_completes_the_words_that_it_breaks() {
 }
 
 #[test]
-fn what_no_help_has_is_not_proposed() {
+fn only_options_of_the_help_are_completed() {
     if Command::new("bash").arg("--version").output().is_err() {
         eprintln!("skipped: there is no bash");
         return;

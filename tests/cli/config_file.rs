@@ -47,7 +47,7 @@ fn refused(folder: &Path, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn every_command_that_takes_a_key_reads_it_and_says_so() {
+fn every_command_with_a_key_reads_and_reports_it() {
     let folder = folder("motor = \"m.toml\"\nsupply = 12\ncounts = 720\n");
     let all = "using runs/motorlab.toml: motor = \"m.toml\", supply = 12 V, counts = 720\n";
     for command in ["check", "compare"] {
@@ -180,21 +180,24 @@ fn flags_of_logs_do_not_refuse_run_files() {
 }
 
 #[test]
-fn what_is_wrong_in_it_is_one_clear_error() {
+fn every_error_of_the_file_is_one_message() {
     for (config, said) in [
         (
             "suply = 12\n",
-            "unknown key 'suply'; hint: did you mean 'supply'?",
+            "unknown key 'suply'\nhint: did you mean 'supply'?",
         ),
         ("counts_per_rev = 720\n", "hint: did you mean 'counts'?"),
         ("pwm-full = 255\n", "hint: did you mean 'pwm_full'?"),
         ("colour = 1\n", "its keys are motor, supply, counts, time"),
-        ("pwm_full = -3\n", "pwm_full = -3: it has to be above 0"),
+        (
+            "pwm_full = -3\n",
+            "pwm_full = -3: expected a number above 0",
+        ),
         ("counts = \"many\"\n", "counts = \"many\": no number"),
-        ("reverse = 1\n", "reverse = 1; hint: it is true or false"),
+        ("reverse = 1\n", "reverse = 1\nhint: it is true or false"),
         (
             "supply = [12]\n",
-            "supply = [12]; hint: it is a number or a text",
+            "supply = [12]\nhint: it is a number or a text",
         ),
         ("supply 12\n", "line 1: "),
         ("motor = \"absent.toml\"\n", "absent.toml"),

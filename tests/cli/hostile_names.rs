@@ -39,7 +39,7 @@ fn are_harmless(pages: &[PathBuf], word: &str) {
 }
 
 #[test]
-fn what_a_file_says_is_text_in_every_page() {
+fn texts_of_files_are_escaped_in_every_page() {
     let directory = tempfile::tempdir().expect("a directory");
     // No slash fits into a file's name.
     let name = format!("{}.csv", HOSTILE.replace('/', ""));
@@ -93,7 +93,7 @@ fn what_a_file_says_is_text_in_every_page() {
 }
 
 #[test]
-fn what_a_board_calls_itself_is_text_in_the_run_and_in_the_page() {
+fn names_of_boards_are_escaped_in_runs_and_pages() {
     let mut options = VirtualBoardOptions::default();
     options.firmware.name = "<img src=x>\u{1b}[2J\"".to_owned();
     options.banner = "<script>alert(1)</script>\u{1b}[2J\n".to_owned();

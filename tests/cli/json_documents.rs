@@ -158,7 +158,7 @@ fn every_key_is_described_and_every_key_with_a_unit_says_it_in_words() {
 }
 
 #[test]
-fn what_simulates_checks_compares_and_exports() {
+fn simulate_check_compare_and_export_print_documents() {
     let keep = folder();
     let here = keep.path();
     fs::write(
@@ -221,7 +221,7 @@ fn what_simulates_checks_compares_and_exports() {
 }
 
 #[test]
-fn what_records_and_imports() {
+fn capture_and_import_print_documents() {
     let keep = folder();
     let here = keep.path();
     let log = fixture("faults.log");
@@ -250,7 +250,7 @@ fn what_records_and_imports() {
         "import log.csv --counts-per-rev 720 --supply 4.5",
     );
     assert_eq!(imported["bad_rows"], 1, "{imported}");
-    // The port of a board that goes on until it is stopped.
+    // The port of a board that continues until it is stopped.
     let mut board = start(here, &["virtual", "virtual:?speed=max", "--json"]);
     let mut text = String::new();
     let mut output = board.stdout.take().expect("a pipe");
@@ -264,7 +264,7 @@ fn what_records_and_imports() {
 }
 
 #[test]
-fn what_flashes() {
+fn flash_prints_documents() {
     let keep = folder();
     let tool = keep.path().join("avrdude");
     fs::write(&tool, "#!/bin/sh\nexit 0\n").expect("a script");
@@ -287,7 +287,7 @@ fn what_flashes() {
 }
 
 #[test]
-fn what_diagnoses_and_tabulates() {
+fn diagnose_and_tabulate_print_documents() {
     let keep = folder();
     let here = keep.path();
     fs::write(
@@ -329,7 +329,7 @@ fn what_diagnoses_and_tabulates() {
 }
 
 #[test]
-fn what_seals_judges_and_scores_blind_cases() {
+fn blind_commands_print_documents() {
     let keep = folder();
     let here = keep.path();
     let answer = r#"{"verdict": "effect", "effects": ["inertia"], "elapsed_s": 0.1,

@@ -7,6 +7,7 @@ mod asked_wrongly;
 mod bad_input;
 mod completions;
 mod config_file;
+mod hints;
 mod hostile_names;
 mod input_limits;
 mod json_documents;

@@ -124,7 +124,7 @@ fn an_input_a_link_and_a_file_of_somebody_else_stay() {
 }
 
 #[test]
-fn what_the_same_command_wrote_is_replaced_and_no_other() {
+fn only_files_of_the_same_command_are_replaced() {
     let folder = folder();
     let path = folder.path();
     let all = WRITERS

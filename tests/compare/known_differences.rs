@@ -44,7 +44,7 @@ fn left(run: &Run, motor: &Motor) -> f64 {
 const FLOOR_COUNTS: f64 = 0.31;
 
 #[test]
-fn a_disc_a_load_and_another_winding_are_no_gap_once_they_are_said() {
+fn stated_differences_are_no_model_error() {
     let motor = Motor::default();
     let mut heavier = motor.clone();
     heavier.parameters.inertia_kg_m2 += 0.003;
@@ -124,7 +124,7 @@ fn a_known_load_or_disc_tells_the_torque_constant() {
 }
 
 #[test]
-fn what_differs_is_kept_in_the_file_and_a_wrong_key_is_named() {
+fn differences_stay_in_the_file_and_unknown_keys_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let mut run = run_of(&Motor::default(), &reversing());
     run.header = "[differs]\ninertia_added_kg_m2 = 0.003"

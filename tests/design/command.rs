@@ -29,7 +29,7 @@ fn separation(found: &Value, truth: &str, rival: &str) -> f64 {
 /// In one direction at constant command Coulomb friction and a voltage drop are the same equation
 /// (`Kt/R (u - Vd - Kb w) - Tf`), and one level cannot tell a sagging supply from resistance.
 #[test]
-fn what_theory_says_is_one_in_one_direction_is_not_told_apart() {
+fn effects_equivalent_in_one_direction_are_not_separated() {
     let step = matrix("--profile step --ts 0.03 --duration 4");
     assert!(separation(&step, "voltage_drop", "coulomb_friction") < 3.0);
     assert!(separation(&step, "dead_zone", "none") < 1e-6);

@@ -92,7 +92,7 @@ fn stamps_go_over_midnight_and_keep_their_fractions() {
 }
 
 #[test]
-fn a_command_of_another_rate_is_held_where_the_mapping_says_so() {
+fn a_command_of_another_rate_is_held_by_the_mapping() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     let (log, map) = ("multirate_csv/pj.csv", "multirate_csv/pj.toml");
@@ -158,7 +158,7 @@ fn a_pause_in_which_the_angle_may_go_round_is_lost_samples_and_fatal() {
 }
 
 #[test]
-fn milliseconds_told_as_seconds_are_named_by_import_and_stop_a_diagnosis() {
+fn milliseconds_declared_as_seconds_are_found_and_stop_a_diagnosis() {
     let directory = tempfile::tempdir().expect("a directory");
     let path = directory.path();
     for name in ["vr_ms", "vs_ms"] {
@@ -299,7 +299,7 @@ fn the_logs_of_the_cases_are_read_without_a_mapping() {
         1,
     );
     assert_eq!(file.summary("lost_in_pauses"), 199);
-    // A clock that goes on by 3 counts ms: no further facts are needed, and there is no finding.
+    // A clock that continues by 3 counts ms: no further facts are needed, and there is no finding.
     let flags = [
         "--command",
         "u:V",

@@ -41,7 +41,7 @@ fn levels(samples: usize, sample_time_s: f64) -> (Vec<f64>, Vec<f64>) {
 }
 
 #[test]
-fn a_run_that_begins_in_motion_accuses_nobody() {
+fn a_run_that_begins_in_motion_identifies_no_effect() {
     let (runs, motor) = case(8, "none");
     let turning = |run: &Run| {
         let travel = |k: usize| (run.counts[k + 1] - run.counts[k - 1]).abs();

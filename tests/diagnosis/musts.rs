@@ -95,7 +95,7 @@ static ALL: LazyLock<Vec<Diagnosed>> = LazyLock::new(|| {
 
 /// In one test, since a runner that gives each a process of its own would diagnose all of them for each.
 #[test]
-fn what_holds_of_every_diagnosis() {
+fn invariants_of_every_diagnosis() {
     the_cases_have_different_verdicts();
     every_figure_of_a_sentence_is_one_of_the_document();
     the_written_motor_is_the_documents();

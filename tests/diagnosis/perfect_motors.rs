@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use case_generator::breadth::{FAMILIES, Hides, PROTOCOLS, generate_bench};
+use case_generator::breadth::{FAMILIES, HiddenEffects, PROTOCOLS, generate_bench};
 use motorlab::diagnose::{Options, Settings, Verdict, diagnose};
 use motorlab::motor::Motor;
 use motorlab::recording::{Run, read_run_from};
@@ -24,10 +24,10 @@ fn motors_without_an_effect_are_not_accused() {
     let (mut families, mut protocols) = (BTreeSet::new(), BTreeSet::new());
     let (mut with_random_load, mut unstated) = (0, 0);
     for seed in FIRST_SEED..FIRST_SEED + BENCHES {
-        let made = generate_bench(seed, Hides::Nothing, None);
+        let made = generate_bench(seed, HiddenEffects::Nothing, None);
         families.insert(made.bench.family);
         protocols.insert(made.bench.protocol);
-        with_random_load += usize::from(made.bench.wanders);
+        with_random_load += usize::from(made.bench.has_random_torque);
         unstated += usize::from(!made.bench.is_stated);
         let runs: Vec<Run> = (made.case.runs.iter())
             .map(|run| {
@@ -46,7 +46,7 @@ fn motors_without_an_effect_are_not_accused() {
         // A random load is in no catalogue: so the right verdict is outside of it.
         let quiet = match found.verdict {
             Verdict::NoGap | Verdict::Parameters => true,
-            Verdict::OutsideCatalogue => made.bench.wanders,
+            Verdict::OutsideCatalogue => made.bench.has_random_torque,
             _ => false,
         };
         if !quiet || has_effect(settings.identified) {

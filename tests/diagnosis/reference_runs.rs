@@ -214,7 +214,7 @@ fn the_command_says_both_values_in_every_form() {
 
 /// An effect that the reference cannot have shown is no change: a step says nothing of a dead zone.
 #[test]
-fn what_the_reference_does_not_tell_is_not_said_to_have_changed() {
+fn undetermined_parameters_are_not_reported_as_changed() {
     let motor = with(motor(), "dead_zone", &[1.1]);
     let step = driven(&motor, vec![4.5; SAMPLES], SAMPLE_TIME_S);
     let found = since(&recorded(&motor, 2), &step, &Motor::default());

@@ -109,10 +109,10 @@ fn effects_under_other_laws_are_named() {
 
 /// An unknown cause does not exclude the effect that is present.
 #[test]
-fn an_effect_beside_something_unknown_is_said_to_be_there() {
+fn an_effect_is_identified_beside_an_unmodelled_one() {
     let Some(python) = python() else {
         return support::skip(
-            "an_effect_beside_something_unknown_is_said_to_be_there",
+            "an_effect_is_identified_beside_an_unmodelled_one",
             "no Python with SciPy: tests/reference/install makes one",
         );
     };

@@ -97,7 +97,7 @@ fn scattering(back: f64, ts: f64, sigma: f64, seed: u64) -> Diagnosis {
 
 /// Errors of speeds add up in a position (a random walk). They are no random load, and no effect.
 #[test]
-fn what_scatters_in_logged_speeds_is_no_effect() {
+fn noise_of_logged_speeds_is_no_effect() {
     for (ts, sigma, seed) in [(0.01, 0.02, 1), (0.02, 0.03, 2), (0.05, 0.05, 3)] {
         let found = scattering(1.0, ts, sigma, seed);
         assert!(found.effects.is_empty(), "{ts} {sigma}: {found}");
@@ -106,7 +106,7 @@ fn what_scatters_in_logged_speeds_is_no_effect() {
 
 /// Beside them, a friction that differs by direction is found in the class of what is offset by direction.
 #[test]
-fn what_differs_by_direction_is_found_beside_it() {
+fn asymmetry_is_found_in_logged_speeds() {
     let offsets = [
         "asymmetric_friction",
         "constant_load",

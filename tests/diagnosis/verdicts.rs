@@ -164,7 +164,7 @@ fn a_third_effect_is_identified_where_two_leave_much() {
 
 /// Its samples come late together from then on, which neither lost edges nor late samples do.
 #[test]
-fn a_board_whose_clock_stands_still_is_no_effect_of_the_catalogue() {
+fn gaps_in_the_time_stamps_are_no_effect_of_the_catalogue() {
     let (_, found) = diagnosis(31, "clock_stall");
     assert!(
         found.effects.is_empty() || found.verdict == Verdict::Partial,

@@ -25,7 +25,7 @@ fn work(effects: Effects<'_>, samples: usize) -> f64 {
 }
 
 #[test]
-fn what_each_diagnosis_simulates_is_bounded() {
+fn simulations_of_each_diagnosis_are_bounded() {
     let gravity = (catalogue::find("gravity_load")
         .expect("an effect")
         .1

@@ -148,7 +148,7 @@ fn the_template_is_a_motor_file_that_every_command_reads_without_a_word() {
 }
 
 #[test]
-fn what_a_motor_file_lacks_is_said_by_every_command_that_reads_it() {
+fn every_command_reports_missing_keys_of_a_motor_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let part = "resistance_ohm = 8\nback_emf_v_s_per_rad = 0.7\ntorque_constant_nm_per_a = 0.7\nviscous_friction_nm_s_per_rad = 0.01\ncoulomb_friction_nm = 0.02\ncounts_per_rev = 720\nsupply_v = 4.5\n";
     fs::write(folder.path().join("part.toml"), part).unwrap();

@@ -111,7 +111,7 @@ fn friction_holds_a_load_from_outside() {
 }
 
 #[test]
-fn what_belongs_to_the_recording_is_named() {
+fn effects_of_the_recording_are_named() {
     let directory = tempfile::tempdir().expect("a folder");
     let motor = "[effects.stribeck]\n[effects.missed_counts]\n[effects.clock_error]\n[effects.command_offset]\n";
     std::fs::write(directory.path().join("motor.toml"), motor).expect("a motor file");

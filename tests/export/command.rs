@@ -123,7 +123,7 @@ fn octave_runs_the_parameters_and_loads_the_run() {
 }
 
 #[test]
-fn what_a_format_cannot_express_is_named() {
+fn inexpressible_effects_are_named() {
     let directory = directory();
     for format in ["mujoco", "urdf"] {
         let file = format!("{format}.xml");

@@ -136,7 +136,7 @@ fn what_names_and_numbers_leave_open_is_asked_and_never_guessed() {
         said.contains("`angle` names no unit") && said.contains("--position angle:deg"),
         "{said}"
     );
-    // A clock that goes on by 500 counts us or ms.
+    // A clock that continues by 500 counts us or ms.
     let half = |k: usize| (500 * k).to_string();
     let said = asked(
         "log.csv",

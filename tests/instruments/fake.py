@@ -106,7 +106,7 @@ class Board:
         self.write(wire.end(self.sent) if ending is None else ending)
 
     def hears_stop(self):
-        """Whether STOP has come in mid-run, to a board that heeds it."""
+        """Whether STOP has come during the run, to a board that heeds it."""
         try:
             frames = wire.Decoder().push(os.read(self.terminal, 4096))
         except OSError:

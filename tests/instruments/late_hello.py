@@ -1,4 +1,4 @@
-"""A copy of HELLO comes late, in mid-run, from a board whose counter has 16 bits.
+"""A copy of HELLO comes late, during the run, from a board whose counter has 16 bits.
 
 Every row must hold the counts that the board sent, unwrapped: no row may differ from the sum of the steps."""
 

@@ -81,7 +81,7 @@ def questions():
     narrow = line(counts=lambda k: (300 * k + 2**15) % 2**16 - 2**15)
     yield "counts_wrap", narrow, {}, counts(lambda k: 300 * k)
     leaps = line(counts=lambda k: 3 * k + (1_000_000 if k % 50 == 49 else 0))
-    # A count that leaps and comes back is passed over, and counted as lost.
+    # A count that leaps and comes back is skipped, and counted as lost.
     passed_over, goes_on = lambda run: int(run.of("summary.lost")) >= 3, counts(lambda k: 3 * k, (1,))  # noqa: E731
     yield "a_digit_changes", leaps, {}, lambda run: goes_on(run) and passed_over(run)
     yield "no_line_end", lambda k: b"1" * 4000, {"every_s": 0}, none("it sent")

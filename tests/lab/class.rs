@@ -38,7 +38,7 @@ fn student<'a>(document: &'a Value, name: &str) -> &'a Value {
 }
 
 #[test]
-fn each_student_has_a_row_and_what_is_not_usable_stops_nobody() {
+fn each_student_has_a_row_and_unusable_recordings_are_listed() {
     let keep = tempfile::tempdir().expect("a folder");
     let here = keep.path();
     record(here, "monday/anna", "run.csv", "");
@@ -85,7 +85,7 @@ fn each_student_has_a_row_and_what_is_not_usable_stops_nobody() {
     );
     assert_eq!(ben["recordings"].as_array().map(Vec::len), Some(2));
     assert!(ben["recordings"][1]["outcome"]["gap_counts"].as_f64() > Some(5.0));
-    // Held against the handout's motor it would be a gap.
+    // Compared with the handout's motor it would be a gap.
     assert_eq!(student(&document, "cleo")["together"]["verdict"], "no_gap");
     let dora = student(&document, "dora");
     assert!(dora["together"].is_null());
@@ -134,7 +134,7 @@ fn each_student_has_a_row_and_what_is_not_usable_stops_nobody() {
 }
 
 #[test]
-fn a_folder_without_folders_is_said() {
+fn a_folder_without_folders_is_refused() {
     let keep = tempfile::tempdir().expect("a folder");
     fs::create_dir(keep.path().join("monday")).expect("a folder");
     let empty = class(keep.path(), &[]);

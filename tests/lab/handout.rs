@@ -111,7 +111,7 @@ fn curves_and_samples_are_those_of_the_references() {
 }
 
 #[test]
-fn without_recordings_the_virtual_board_supplies_them_and_the_page_says_so() {
+fn missing_recordings_come_from_the_virtual_board() {
     let directory = tempfile::tempdir().expect("a folder");
     // Twice into the same folder: the virtual board's own runs are replaced.
     for _ in 0..2 {
@@ -144,7 +144,7 @@ fn without_recordings_the_virtual_board_supplies_them_and_the_page_says_so() {
 }
 
 #[test]
-fn recordings_that_are_given_are_compared_and_what_is_missing_is_said() {
+fn given_recordings_are_compared_and_missing_ones_listed() {
     let directory = tempfile::tempdir().expect("a folder");
     let folder = directory.path();
     // Four times the file's: twice could be a parameter mismatch.
@@ -293,7 +293,7 @@ fn a_recording_that_is_not_usable_answers_nothing() {
 }
 
 #[test]
-fn a_run_that_is_none_is_bad_input() {
+fn a_file_that_is_no_run_is_bad_input() {
     let directory = tempfile::tempdir().expect("a folder");
     std::fs::write(directory.path().join("run.csv"), "t_s,command_v\n0,0\n").expect("a file");
     for arguments in [["lab", "--run", "run.csv"], ["lab", "--run", "none.csv"]] {

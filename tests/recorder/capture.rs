@@ -91,7 +91,7 @@ fn in_real_time_a_capture_takes_as_long_as_it_says() {
 }
 
 #[test]
-fn an_existing_file_stays_and_the_name_taken_is_said() {
+fn an_existing_file_stays_and_the_free_name_is_printed() {
     let directory = tempfile::tempdir().expect("a directory");
     std::fs::write(directory.path().join("run.csv"), "mine").expect("a file");
     let arguments = ["capture", "virtual:?speed=max", "--duration", "0.3"];
@@ -195,7 +195,7 @@ fn a_profile_from_a_file_is_what_the_board_commands() {
 }
 
 #[test]
-fn a_computer_that_stands_still_with_its_virtual_board_loses_nothing() {
+fn a_suspended_virtual_board_loses_nothing() {
     let directory = tempfile::tempdir().expect("a directory");
     let arguments = ["capture", "virtual:", "--duration", "1.5"];
     let child = start(directory.path(), &arguments);

@@ -138,7 +138,7 @@ fn sample_numbers_that_leap_to_the_end_of_64_bits_and_back_are_counted() {
 }
 
 #[test]
-fn a_motor_that_is_too_stiff_for_a_long_pause_is_said() {
+fn a_motor_too_stiff_for_a_long_pause_is_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, effect) in [
         (

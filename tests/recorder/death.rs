@@ -227,7 +227,7 @@ fn a_full_disk_ends_it_with_a_whole_row() {
     let done = finish(child);
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(
-        done.messages.contains("free some room"),
+        done.messages.contains("make room on this disk"),
         "{}",
         done.messages
     );
@@ -320,7 +320,7 @@ fn a_directory_that_cannot_be_written_to_is_said_before_the_motor_turns() {
     let port = board.path().display().to_string();
     for (output, hint) in [
         ("/proc/run.csv", "cannot create /proc/run.csv"),
-        ("nowhere/run.csv", "its directory is not there"),
+        ("nowhere/run.csv", "there is no folder nowhere"),
     ] {
         let arguments = ["capture", &port, "-o", output];
         let done = finish(start(directory.path(), &arguments));
@@ -340,7 +340,7 @@ fn a_read_only_disk_is_said_before_the_motor_turns() {
     let done = finish(start(disk.path(), &["capture", &port]));
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(
-        done.messages.contains("directory that you may write to"),
+        done.messages.contains("this disk is read-only"),
         "{}",
         done.messages
     );
@@ -389,7 +389,7 @@ fn suspended_for_two_seconds_it_has_all_that_the_board_took() {
         assert_eq!(taken.load(Ordering::Relaxed), stopped_at);
         assert_eq!(done.status, Some(3), "{}", done.messages);
         assert!(
-            done.messages.contains("was it suspended?"),
+            done.messages.contains("hint: the computer was suspended"),
             "{}",
             done.messages
         );

@@ -93,7 +93,7 @@ fn avrdude_uploads_a_compiled_sketch() {
 }
 
 #[test]
-fn what_is_missing_is_named_with_its_installation() {
+fn missing_tools_are_named_with_their_installation() {
     let directory = tempfile::tempdir().expect("a folder");
     let arguments = ["flash", "/dev/ttyACM7", "--board", "uno"];
     let finished = with_tools(directory.path(), &[], 0, &arguments);

@@ -121,7 +121,7 @@ fn numbers_may_have_units_and_an_ignored_column_words() {
 }
 
 #[test]
-fn lines_without_a_time_are_timed_over_many_and_nobody_stated_it() {
+fn lines_without_a_time_are_timed_by_arrival_over_many() {
     let line = |k: u32| format!("{},{}\n", 3 * k, if k < 100 { 0.0 } else { 4.5 });
     let arguments = [
         "--columns",

@@ -68,7 +68,7 @@ fn capture_from_something_that_sends(bytes: &[u8]) -> Finished {
 }
 
 #[test]
-fn what_a_foreign_board_sent_is_shown() {
+fn bytes_of_a_foreign_board_are_shown() {
     let done = capture_from_something_that_sends(b"T=21.5 C\x1b[2J\r\n");
     assert_eq!(done.status, Some(3));
     assert!(
@@ -86,7 +86,7 @@ fn what_a_foreign_board_sent_is_shown() {
 }
 
 #[test]
-fn a_silent_line_is_said_to_be_silent() {
+fn a_silent_line_is_reported() {
     let done = capture_from_something_that_sends(b"");
     assert_eq!(done.status, Some(3));
     assert!(

@@ -176,7 +176,7 @@ fn a_log_that_is_damaged_in_the_middle_gives_the_rows_before_and_says_how_many()
 }
 
 #[test]
-fn what_is_no_raw_log_is_said_with_its_first_line() {
+fn a_file_that_is_no_raw_log_is_refused_with_its_first_line() {
     let directory = tempfile::tempdir().expect("a directory");
     std::fs::write(directory.path().join("x.csv"), "t_s,counts\n0,1\n").expect("a file");
     let done = run(directory.path(), &["replay", "x.csv"]);

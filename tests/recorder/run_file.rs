@@ -69,7 +69,7 @@ fn line_ends_byte_order_mark_and_spreadsheet_numbers_are_fine() {
 }
 
 #[test]
-fn a_torn_tail_is_left_out_and_said() {
+fn a_torn_tail_is_left_out_and_reported() {
     let header = HEADER.replace("# complete = true\n", "");
     let whole = format!("{header}t_s,command_v,counts\n0,0,0\n0.003,4.5,12\n0.006,4.5,134\n");
     let last_row = "0.006,4.5,134\n".len();
@@ -90,11 +90,11 @@ fn errors_name_file_row_and_column() {
     let table = |rows: &str| format!("{HEADER}t_s,command_v,counts\n{rows}");
     assert_eq!(
         message(&table("0,0,0\n0.003,x,1\n0.006,0,2\n")),
-        "run.csv: row 9, column `command_v`: `x` is not a finite number"
+        "run.csv: row 9, column `command_v`: `x` is not a finite number\nhint: correct the cell, or remove the row"
     );
     assert_eq!(
         message(&table("0,0,0\n0.003,NaN,1\n")),
-        "run.csv: row 9, column `command_v`: `NaN` is not a finite number"
+        "run.csv: row 9, column `command_v`: `NaN` is not a finite number\nhint: correct the cell, or remove the row"
     );
     assert!(message(&table("0,inf,0\n0.1,0,0\n")).contains("row 8, column `command_v`"));
     assert!(
@@ -103,7 +103,7 @@ fn errors_name_file_row_and_column() {
     assert!(message(&table("0,0,1.5\n0.1,0,0\n")).contains("row 8, column `counts`: `1.5`"));
     assert_eq!(
         message(&table("0,0\n0.003,0,1\n")),
-        "run.csv: row 8 has 2 cells where the columns are 3"
+        "run.csv: row 8 has 2 cells where the columns are 3\nhint: complete the row, or remove it"
     );
     assert!(message(&table("0,0,0\n0.003,0,1\n0.003,0,2\n")).contains("row 10, column `t_s`"));
     assert!(message(&table("0,0,0\n3601,0,1\n")).contains("row 9, column `t_s`: time leaps"));
@@ -133,7 +133,7 @@ fn a_header_without_sample_time_takes_it_from_the_rows() {
 }
 
 #[test]
-fn what_is_no_run_file_fails_early_and_with_little_memory() {
+fn other_files_fail_early_and_with_little_memory() {
     assert!(read_run_from(std::io::repeat(0), "/dev/zero").is_err());
     let endless = HEADER.as_bytes().chain(std::io::repeat(0));
     let error = read_run_from(endless, "endless").unwrap_err();

@@ -134,7 +134,7 @@ fn without_the_boards_time_the_file_says_that_its_timing_is_the_hosts() {
 }
 
 #[test]
-fn a_host_timed_run_whose_lines_come_in_bunches_can_be_read_and_says_so() {
+fn a_host_timed_run_with_bunched_lines_can_be_read() {
     // Four lines to a write, as a USB serial chip hands them on.
     let line = |k: u32| (4 * k..4 * k + 4).map(|n| format!("{n},2.5\n")).collect();
     let arguments = [
@@ -265,7 +265,7 @@ fn a_line_in_between_that_is_no_sample_is_counted_and_shown() {
     );
     assert!(
         done.messages
-            .contains("2 lines were no samples and were passed over, the last one \"Overrun!"),
+            .contains("2 lines were no samples and were skipped, the last one \"Overrun!"),
         "{}",
         done.messages
     );
@@ -322,7 +322,7 @@ fn a_time_unit_that_the_hosts_clock_contradicts_is_said_at_once() {
     ] {
         let (done, _) = capture_from(line, &["--columns", columns, "--duration", "2"]);
         assert_eq!(done.status, Some(2), "{columns}: {}", done.messages);
-        let said = format!("say --columns {right}");
+        let said = format!("hint: --columns {right}");
         assert!(
             done.messages.contains(&said),
             "{columns}: {}",
@@ -346,7 +346,7 @@ fn given_columns_beat_the_labels_of_the_lines() {
     assert_eq!(done.status, Some(3), "{}", done.messages);
     assert!(
         done.messages
-            .contains("--columns has `pwm` where the label says `ENC`"),
+            .contains("--columns has `pwm` where the label is `ENC`"),
         "{}",
         done.messages
     );
@@ -420,7 +420,7 @@ fn a_command_beyond_the_supply_is_said_and_one_that_no_reader_takes_is_no_row() 
 }
 
 #[test]
-fn a_command_beyond_full_scale_and_counts_that_leap_are_said() {
+fn commands_beyond_full_scale_and_leaping_counts_are_reported() {
     let arguments = ["--columns", "t_us,counts,pwm", "--duration", "0.5"];
     let (done, _) = capture_from(|k| format!("{},{k},1023\n", k * 5000), &arguments);
     assert_eq!(done.status, Some(1), "{}", done.messages);
@@ -430,7 +430,7 @@ fn a_command_beyond_full_scale_and_counts_that_leap_are_said() {
         done.messages
     );
     let line = |k: u32| {
-        // For good: a line that leaps and comes back is passed over.
+        // For good: a line that leaps and comes back is skipped.
         let counts = k + k / 25 * 1_000_000;
         format!("{},{counts},128\n", k * 5000)
     };
@@ -452,7 +452,7 @@ fn counted(k: u32) -> i64 {
 }
 
 #[test]
-fn speeds_and_increments_are_summed_up_and_the_run_says_so() {
+fn speeds_and_increments_are_integrated_and_marked() {
     let since = |k: u32| counted(k) - counted(k.saturating_sub(1));
     let rpm = |k: u32| since(k) as f64 / 360.0 / 0.005 * 60.0;
     let rad_s = |k: u32| since(k) as f64 / 360.0 / 0.005 * std::f64::consts::TAU;

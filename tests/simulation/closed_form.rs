@@ -531,7 +531,7 @@ fn sensor_and_timing() {
 
 /// A step from rest either way: forward and reverse are two first-order motors.
 #[test]
-fn what_differs_by_direction_is_two_motors() {
+fn direction_dependence_equals_two_motors() {
     let viscous = motor(&[("asymmetric_viscous", &[0.4])]);
     let loaded = motor(&[("constant_load", &[0.015])]);
     for s in [1.0, -1.0] {

@@ -2,7 +2,7 @@
 //! same motor and effect, predicts, down to quantization and random load.
 //!
 //! The two share no code, no integrator and no friction law. Left out are effects whose laws differ on
-//! purpose (backlash with flanks that bend, stick-slip on bristles) or that throw dice.
+//! purpose (backlash with flanks that bend, stick-slip on bristles) or that draw random numbers.
 
 use case_generator::{Effect, Kind, Options, generate_with};
 use motorlab::compare::compare;
@@ -31,7 +31,7 @@ fn truth(motor: &case_generator::Motor, effects: &[Effect]) -> Motor {
 #[test]
 fn the_truth_explains_what_the_generator_records() {
     let options = Options {
-        wander_scale: 0.03,
+        random_torque_scale: 0.03,
         ..Options::default()
     };
     let compared: Vec<&str> = case_generator::CATALOGUE
@@ -48,7 +48,7 @@ fn the_truth_explains_what_the_generator_records() {
 
 /// Every effect of the catalogue has a law of the generator's own, and what is drawn as outside of it is none of them.
 #[test]
-fn what_is_outside_is_no_effect_and_every_effect_is_inside() {
+fn unmodelled_effects_are_outside_the_catalogue() {
     let known: Vec<&str> = catalogue().iter().map(|kind| kind.id).collect();
     let mut drawn = [&case_generator::CATALOGUE[..], &case_generator::LATER].concat();
     for id in case_generator::OUTSIDE {

@@ -114,7 +114,7 @@ fn a_free_pendulum_keeps_its_energy() {
 }
 
 #[test]
-fn what_sticks_does_not_creep() {
+fn a_sticking_shaft_does_not_creep() {
     // 0.28 V is just below breakaway (0.2857 V); gravity below Tf does not pull the shaft round.
     let still = run(
         &Motor::default(),

@@ -134,7 +134,7 @@ fn a_body_that_creeps_onto_its_level_stays_there() {
 }
 
 #[test]
-fn a_motor_with_no_end_of_events_is_an_error_that_says_so() {
+fn a_motor_with_endless_events_is_an_error() {
     // Detents 10 kN m deep, a thousand a revolution: the shaft swings in one at sqrt(A N / J) = 71 krad/s and stops twice a
     // swing.
     let motor = motor(&[("cogging", &[1e4, 1e3, 0.5])]);

@@ -1,4 +1,4 @@
-//! A JSON Schema held against a document, for the keywords that docs/json uses; any other keyword is a failure.
+//! A JSON Schema compared with a document, for the keywords that docs/json uses; any other keyword is a failure.
 //!
 //! Stricter than a reader has to be: a key that the schema does not list is a fault of the schema. That the schemas
 //! are right by JSON Schema itself, and that this reading of them is, the Python package `jsonschema` says in

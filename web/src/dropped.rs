@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use motorlab::check::{Finding, check};
+use motorlab::hint::Hinted;
 use motorlab::import::{
     Imported, Kind, Map, Missing, Ready, Said, Source, Unclear, Understood, import, map_over,
 };
@@ -51,7 +52,10 @@ impl Form {
             "" => Ok(None),
             number => match number.parse::<f64>() {
                 Ok(value) if value > 0.0 && value.is_finite() => Ok(Some(value)),
-                _ => Err(failed(format!("{name}: '{number}' is no number above 0"))),
+                _ => Err(failed(Hinted::new(
+                    format!("{name}: '{number}' is no number above 0"),
+                    "a decimal point, no unit and no thousands separator, such as 0.75",
+                ))),
             },
         };
         Ok(Said {

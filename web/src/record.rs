@@ -141,7 +141,7 @@ pub fn stop_recording() {
 #[wasm_bindgen]
 pub async fn record(order: String) -> Answer {
     let order: Order = serde_json::from_str(&order).map_err(failed)?;
-    // What a recording that failed has left.
+    // Files that a failed recording has left.
     let _ = memory::take(Path::new(RUN));
     let live = SharedLive::default();
     let asked = Arc::new(Notify::new());

@@ -4,7 +4,8 @@
 //! cogging, ripple, a winding that warms up, pulses that current runs dry between. `n(y)` is the rest. Where torques and the back EMF alone bend them, `n` is
 //! what the linear chain has at the origin, these torques by the inertia, and that back EMF by the inductance.
 
-use crate::integrator::dynamics::{CUR, Flow, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{CUR, HEAT, Machine, ONE_BODY, TH1, W1};
+use crate::integrator::mode::{Flow, Mode};
 use crate::integrator::step_table::{Matrix, apply};
 use crate::scalar::Scalar;
 

@@ -14,6 +14,7 @@
 
 use crate::CommandKind;
 use crate::chain::Chain;
+use crate::integrator::mode::{Anchor, Contact, Flow, Mode};
 use crate::scalar::Scalar;
 
 /// Angle of the motor side in rad.
@@ -27,108 +28,11 @@ pub(crate) const HEAT: usize = 3;
 /// A state with more numbers than this ends with angle and speed of the load side.
 pub(crate) const ONE_BODY: usize = 4;
 
-/// Mode of the driver's current.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Flow {
-    /// It follows the voltage.
-    Free,
-    /// The voltage drop holds it at 0.
-    Blocked,
-    /// The driver holds it at its limit, or at what is commanded.
-    Held,
-    /// The circuit is open.
-    Open,
-}
-
 /// More numbers than any state has.
 const ALL: usize = 8;
 
 /// Numbers of the largest state: two bodies and a winding that warms up.
 pub(crate) const LARGEST: usize = 6;
-
-/// Which flanks touch; in a transmission with a spring, through it. Or what a clutch does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Contact {
-    /// There are none: rigid, or a spring.
-    NoFlanks,
-    /// Neither.
-    Apart,
-    /// The motor side pushes the load forward.
-    Upper,
-    /// The motor side pushes the load back.
-    Lower,
-    /// A clutch holds.
-    Gripped,
-    /// It slips, the motor side ahead.
-    SlipsAhead,
-    /// It slips, the motor side back.
-    SlipsBack,
-}
-
-impl Contact {
-    /// +1, -1, or 0 where nothing touches.
-    #[inline(always)]
-    pub(crate) fn sign(self) -> f64 {
-        match self {
-            Self::Upper => 1.0,
-            Self::Lower => -1.0,
-            _ => 0.0,
-        }
-    }
-
-    /// Whether the sides meet: at a flank, or in a clutch that holds.
-    #[inline(always)]
-    pub(crate) fn meets(self) -> bool {
-        matches!(self, Self::Upper | Self::Lower | Self::Gripped)
-    }
-
-    /// Direction in which a clutch slips, 0 where none does.
-    #[inline(always)]
-    pub(crate) fn slips(self) -> f64 {
-        match self {
-            Self::SlipsAhead => 1.0,
-            Self::SlipsBack => -1.0,
-            _ => 0.0,
-        }
-    }
-}
-
-/// The discrete state: which smooth equations hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Mode<S> {
-    pub flow: Flow,
-    /// Direction of the current where a drop or the limit depends on it, else 0.
-    pub flow_sign: f64,
-    /// Direction of the motor's torque, for friction that depends on it.
-    pub torque_sign: f64,
-    /// Each side's direction of slip: -1, +1, or 0 where it sticks.
-    pub slip: [f64; 2],
-    pub contact: Contact,
-    /// From where each side's friction has been building up.
-    pub anchor: [Anchor<S>; 2],
-}
-
-/// A point of Dahl's friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Anchor<S> {
-    /// Angle in rad.
-    pub angle: S,
-    /// Friction torque there in N m.
-    pub friction: S,
-    /// Value that it approached there: the friction of steady sliding in N m.
-    pub sliding: S,
-}
-
-impl<S: Scalar> Anchor<S> {
-    /// No friction yet.
-    pub fn at(angle: S) -> Self {
-        Self {
-            angle,
-            friction: S::zero(),
-            sliding: S::zero(),
-        }
-    }
-}
 
 /// Below this, `(1 - exp(-x)) / x` is `1 - x / 2` to nine digits.
 const SMALL: f64 = 1e-5;
@@ -494,7 +398,7 @@ impl<S: Scalar> Machine<S> {
         [(y[TH1], y[W1]), load]
     }
 
-    /// Takes the friction of now as where Dahl's law goes on from.
+    /// Takes the friction of now as where Dahl's law continues from.
     pub(crate) fn anchor(&self, m: &mut Mode<S>, y: &[S]) {
         let Some(break_in) = self.chain.mechanical.break_in_angle_rad else {
             return;

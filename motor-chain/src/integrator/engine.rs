@@ -7,8 +7,9 @@
 //! their alignment allows, and then run many in a row (`steady_steps.rs`).
 
 use crate::integrator::dense_output::shift;
-use crate::integrator::dynamics::{Anchor, HEAT, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{HEAT, Machine, ONE_BODY, TH1, W1};
 use crate::integrator::event_functions::EventFunction;
+use crate::integrator::mode::{Anchor, Mode};
 use crate::integrator::schedule::Skipped;
 use crate::integrator::step_table::FINEST;
 use crate::integrator::step_tables::{Key, StepTables};

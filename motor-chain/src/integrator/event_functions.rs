@@ -1,7 +1,8 @@
 //! Events that end a mode: event_functions, positive while it holds, and the torques they are made of.
 
 use crate::CommandKind;
-use crate::integrator::dynamics::{CUR, Contact, Flow, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{CUR, Machine, ONE_BODY, TH1, W1};
+use crate::integrator::mode::{Contact, Flow, Mode};
 use crate::scalar::Scalar;
 
 /// Events that end a mode.

@@ -8,6 +8,7 @@ pub(crate) mod dense_output;
 pub(crate) mod dynamics;
 pub(crate) mod engine;
 mod event_functions;
+pub(crate) mod mode;
 mod propagate;
 mod read_off;
 pub(crate) mod schedule;

@@ -17,7 +17,7 @@ const COARSER_APART: f64 = 2.0;
 /// Most steps of a run of any length: so many for each longest one, which is what the quickest spring and ripple that are plausible
 /// take, and beside them so many for one that is rough: some ten seconds.
 const MOST_BY_LENGTH: u64 = 16;
-const MOST_BESIDE: u64 = 30_000_000;
+const MOST_FURTHER_STEPS: u64 = 30_000_000;
 
 /// Takes what each sample of a run finds. Closures do, but the compiler may choose to call them.
 pub(crate) trait Reader<S, const N: usize> {
@@ -25,7 +25,7 @@ pub(crate) trait Reader<S, const N: usize> {
     fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
 
     /// The shaft is put to this angle (rad) and speed (rad/s) just before sample `k` is read.
-    fn begin_anew(&mut self, _k: usize, _angle_rad: S, _speed_rad_s: S) {}
+    fn restart(&mut self, _k: usize, _angle_rad: S, _speed_rad_s: S) {}
 }
 
 /// Where the shaft is put in the middle of a run, at the time of a sample.
@@ -39,7 +39,7 @@ pub struct Reset {
     pub speed_rad_s: f64,
 }
 
-/// An interval of a run that is left out of the drive, just before a [`Reset`]: the winding alone goes on through it.
+/// An interval of a run that is left out of the drive, just before a [`Reset`]: the winding alone continues through it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skipped {
     /// Number of the sample that comes after it: that of a reset.
@@ -237,7 +237,7 @@ impl Schedule {
     ) -> Result<(), SimulationError> {
         let budget = most_steps
             .saturating_mul(self.base_steps())
-            .min(MOST_BY_LENGTH * self.base_steps() + MOST_BESIDE);
+            .min(MOST_BY_LENGTH * self.base_steps() + MOST_FURTHER_STEPS);
         engine.most_steps = budget;
         let clock_scale = engine.machine.chain.timing.clock_scale;
         let command = &engine.machine.chain.command;
@@ -279,7 +279,7 @@ impl Schedule {
                 let (angle_rad, speed_rad_s) =
                     engine.put(reset.angle_rad, reset.speed_rad_s, offset, left_out);
                 skipped = others;
-                reader.begin_anew(k, angle_rad, speed_rad_s);
+                reader.restart(k, angle_rad, speed_rad_s);
             }
             let free = resets.peek().map_or(self.len(), |reset| reset.sample);
             engine.reach(tick, offset);

@@ -7,9 +7,10 @@
 //! between the ends of steps are read off inside them (`dense_output.rs`).
 
 use crate::integrator::dense_output::{DenseOutput, Sample};
-use crate::integrator::dynamics::{Machine, Mode, ONE_BODY, W1};
+use crate::integrator::dynamics::{Machine, ONE_BODY, W1};
 use crate::integrator::engine::{EndRate, Engine, TICKS};
 use crate::integrator::event_functions::EventFunction;
+use crate::integrator::mode::Mode;
 use crate::integrator::propagate::{advance, linear};
 use crate::integrator::step_table::add;
 use crate::scalar::Scalar;

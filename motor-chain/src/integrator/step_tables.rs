@@ -4,7 +4,7 @@
 //! mode tells which one it is. The next machine's modes have the same matrices where it differs in what a matrix does not hold, as the
 //! segments of a cut recording do, each simulated by itself: then they serve again.
 
-use crate::integrator::dynamics::Flow;
+use crate::integrator::mode::Flow;
 use crate::integrator::step_table::{Matrix, StepTable};
 use crate::scalar::Scalar;
 

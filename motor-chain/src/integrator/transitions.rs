@@ -7,8 +7,9 @@
 //! would have to carry more than it can, and grips again when its sides have come to one speed.
 
 use crate::CommandKind;
-use crate::integrator::dynamics::{CUR, Contact, Flow, LARGEST, Machine, Mode, ONE_BODY, TH1, W1};
+use crate::integrator::dynamics::{CUR, LARGEST, Machine, ONE_BODY, TH1, W1};
 use crate::integrator::event_functions::{BREAKAWAY_SLACK, EventFunction, Holder};
+use crate::integrator::mode::{Contact, Flow, Mode};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {

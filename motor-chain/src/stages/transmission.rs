@@ -6,7 +6,7 @@
 //! `k (theta1 - theta2) + c (w1 - w2)`, or a gap within which neither feels the other.
 //!
 //! With both the spring is in series with the gap: it pushes `k (theta1 - theta2 -+ gap / 2) + c (w1 - w2)` once a flank is
-//! reached, and lets go when it would have to pull (the dead-zone model of Nordin and Gutman). A clutch holds both as one while it
+//! reached, and releases when it would have to pull (the dead-zone model of Nordin and Gutman). A clutch holds both as one while it
 //! carries no more than its torque, and slips with that torque beyond; beside play or a spring it carries everything. Load fraction, split of the friction and
 //! side of the encoder are then those of the compliance.
 

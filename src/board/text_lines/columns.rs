@@ -8,7 +8,7 @@ use std::fmt;
 use thiserror::Error;
 
 use super::speed_unit::SpeedUnit;
-use crate::motor::meant;
+use crate::motor::nearest_name;
 
 /// Meaning of one column of a text line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -200,8 +200,8 @@ fn plain(name: &str) -> String {
 pub enum ColumnError {
     /// A name that no column goes by.
     #[error(
-        "unknown column `{name}`{}; the names are {}; `-` leaves a column out",
-        nearest.map_or_else(String::new, |name| format!(": did you mean `{name}`?")),
+        "unknown column `{name}`\nhint: {}the names are {}; `-` leaves a column out",
+        nearest.map_or_else(String::new, |name| format!("did you mean `{name}`? ")),
         Column::names()
     )]
     Unknown {
@@ -212,21 +212,21 @@ pub enum ColumnError {
     },
     /// A speed without its unit, or an angle.
     #[error(
-        "`{name}` is neither a count nor a speed whose unit is known: name a speed by its unit (rpm, rad_s, deg_s, rev_s, counts_s), and it is summed up; leave a column out with `-`; a log of angles is read by `motorlab import`"
+        "`{name}` is neither a count nor a speed whose unit is known\nhint: name a speed by its unit (rpm, rad_s, deg_s, rev_s, counts_s), and it is summed up; leave a column out with `-`; a log of angles is read by `motorlab import`"
     )]
     NotCounts {
         /// The name as given.
         name: String,
     },
     /// The same meaning twice.
-    #[error("two columns mean `{name}`: leave one out with `-`")]
+    #[error("two columns mean `{name}`\nhint: leave one out with `-`")]
     Twice {
         /// The meaning given twice.
         name: &'static str,
     },
     /// No counts among them.
     #[error(
-        "no column holds the encoder counts: name one of them `counts`, or `increments` or a speed (rpm, rad_s, …), which are summed up"
+        "no column holds the encoder counts\nhint: name one of them `counts`, or `increments` or a speed (rpm, rad_s, …), which are summed up"
     )]
     NoCounts,
 }
@@ -334,7 +334,7 @@ fn unknown(name: &str) -> ColumnError {
 }
 
 fn nearest(name: &str) -> Option<&'static str> {
-    meant(&plain(name), NAMES.iter().map(|&(known, _)| known))
+    nearest_name(&plain(name), NAMES.iter().map(|&(known, _)| known))
 }
 
 #[cfg(test)]
@@ -394,7 +394,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_counted_goes_before_what_is_summed_up() {
+    fn counts_take_precedence_over_integrated_speeds() {
         let summed = |list: &str| Columns::parse(list).map(|columns| columns.summed_up());
         assert_eq!(summed("t_us,counts,rpm,pwm"), Ok(None));
         assert_eq!(summed("rpm,increments"), Ok(Some(Column::Increments)));

@@ -1,92 +1,18 @@
-//! From bytes to samples, a line at a time, with everything that was passed over said and counted.
+//! Bytes of a text board in, samples out, a line at a time; every skipped line is reported with its reason.
 
+use super::event::{Skipped, TextEvent, TextSample};
 use super::fields::{Field, split, split_header};
 use super::teleplot::{Signal, Teleplot};
+use super::unwrapper::Unwrapper;
 use super::{Column, ColumnError, Columns};
 
-/// Longest line that is read; a longer one is passed over up to its end.
+/// Longest line that is read; a longer one is skipped up to its end.
 pub const MAX_LINE_BYTES: usize = 512;
 
 /// Full drive as a PWM value of 8 bits.
 const FULL_PWM255: f64 = 255.0;
 const MICROS_WRAP: i64 = 1 << 32;
 const I16_WRAP: i64 = 1 << 16;
-
-/// One sample as a text board printed it; what the line does not have is `None`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct TextSample {
-    /// Board time in microseconds, unwrapped, on the board's own origin.
-    pub time_us: Option<i64>,
-    /// Sample number.
-    pub sequence: Option<u64>,
-    /// Encoder counts; those of a 16-bit `int` are unwrapped.
-    pub counts: i64,
-    /// Quantity to be summed up to counts, in the column's unit.
-    pub summand: Option<(Column, f64)>,
-    /// Command in V.
-    pub command_v: Option<f64>,
-    /// Command as a signed 8-bit PWM value.
-    pub command_pwm255: Option<f64>,
-    /// Measured supply in V.
-    pub supply_v: Option<f64>,
-    /// Measured current in A.
-    pub current_a: Option<f64>,
-}
-
-/// Why a line gave no sample.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Skipped {
-    /// Words where numbers should be: a banner, or a line torn by a reset.
-    NotNumbers,
-    /// Another number of fields than there are columns.
-    FieldCount {
-        /// Fields that the columns ask for.
-        expected: usize,
-        /// Fields of the line.
-        found: usize,
-    },
-    /// A number that its column cannot hold: not finite, or counts with a fraction.
-    BadValue {
-        /// The column's name.
-        column: &'static str,
-    },
-    /// Longer than [`MAX_LINE_BYTES`].
-    TooLong,
-    /// The columns are not known yet: no header line, no labels, no `--columns`.
-    ColumnsUnknown,
-    /// The line's labels name no counts.
-    NoCountsLabelled {
-        /// The labels, joined by commas.
-        labels: String,
-    },
-    /// A label of the line means another quantity than the column at its place.
-    Clash {
-        /// The label.
-        label: String,
-        /// The column's name.
-        column: &'static str,
-    },
-}
-
-/// Result of one line.
-#[derive(Debug, Clone, PartialEq)]
-pub enum TextEvent {
-    /// A sample.
-    Sample(TextSample),
-    /// A header line, or the first labelled line, told what the columns mean.
-    Header(Columns),
-    /// A header line that names columns, but cannot be used.
-    BadHeader(ColumnError),
-    /// A line that gave no sample, with its text (lossy) for messages.
-    Skipped {
-        /// Line number, the first being 1.
-        line: u64,
-        /// Why.
-        why: Skipped,
-        /// The line's text.
-        text: String,
-    },
-}
 
 /// Streaming decoder of a text board's bytes. Never panics, holds at most one line.
 #[derive(Debug, Clone)]
@@ -112,7 +38,7 @@ pub struct TextDecoder {
 impl TextDecoder {
     /// A decoder that knows its columns, or reads them off the first header or labelled line.
     ///
-    /// The first line is usually torn, since a port is opened in the middle of one: it is passed over
+    /// The first line is usually torn, since a port is opened in the middle of one: it is skipped
     /// like any other line that does not fit.
     pub fn new(columns: Option<Columns>) -> Self {
         Self {
@@ -142,8 +68,8 @@ impl TextDecoder {
     }
 
     /// Whether the counter was seen to go round at 16 bits.
-    pub fn counts_go_round(&self) -> bool {
-        !self.wide_counts && self.counts.offset != 0
+    pub fn counts_wrap(&self) -> bool {
+        !self.wide_counts && self.counts.has_wrapped()
     }
 
     /// Takes one byte; an event comes with the last byte of a line that is not blank.
@@ -356,28 +282,6 @@ fn numbers_of(fields: &[Field], columns: &[Column]) -> Option<Vec<f64>> {
         _ => field.number().filter(|_| !field.contradicts(*column)),
     };
     fields.iter().zip(columns).map(number).collect()
-}
-
-/// Undoes the wrap of a counter: a jump back or forth by more than three quarters of its range is a wrap.
-#[derive(Debug, Clone, Default)]
-struct Unwrapper {
-    last_raw: Option<i64>,
-    offset: i64,
-}
-
-impl Unwrapper {
-    fn unwrap(&mut self, raw: i64, range: i64) -> i64 {
-        if let Some(last) = self.last_raw {
-            let jump = raw.saturating_sub(last);
-            if jump < -(range / 4 * 3) {
-                self.offset = self.offset.saturating_add(range);
-            } else if jump > range / 4 * 3 {
-                self.offset = self.offset.saturating_sub(range);
-            }
-        }
-        self.last_raw = Some(raw);
-        raw.saturating_add(self.offset)
-    }
 }
 
 #[cfg(test)]

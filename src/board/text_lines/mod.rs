@@ -10,13 +10,16 @@
 
 mod columns;
 mod decoder;
+mod event;
 mod fields;
 mod meanings;
 mod speed_unit;
 mod teleplot;
+mod unwrapper;
 
 pub use columns::{Column, ColumnError, Columns};
-pub use decoder::{MAX_LINE_BYTES, Skipped, TextDecoder, TextEvent, TextSample};
+pub use decoder::{MAX_LINE_BYTES, TextDecoder};
+pub use event::{Skipped, TextEvent, TextSample};
 pub use speed_unit::SpeedUnit;
 
 /// Longest line in bytes, end of line included, that `baud` carries in one sample time.

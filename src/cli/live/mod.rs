@@ -22,7 +22,7 @@ use ratatui::{Terminal, TerminalOptions, Viewport};
 
 use crate::recording::SharedLive;
 
-use terminal::Borrowed;
+use terminal::SilentTerminal;
 pub(super) use view::LiveRun;
 use view::View;
 
@@ -36,7 +36,7 @@ const LAST_PICTURE: Duration = Duration::from_millis(500);
 pub(super) struct LiveView {
     over: Arc<AtomicBool>,
     drawing: Option<JoinHandle<()>>,
-    terminal: Borrowed,
+    terminal: SilentTerminal,
 }
 
 impl LiveView {
@@ -45,7 +45,7 @@ impl LiveView {
         if !io::stderr().is_terminal() {
             return None;
         }
-        let terminal = Borrowed::take();
+        let terminal = SilentTerminal::take();
         let over = Arc::new(AtomicBool::new(false));
         let drawing = thread::Builder::new().name("live-view".to_owned()).spawn({
             let (live, over) = (Arc::clone(live), Arc::clone(&over));

@@ -8,12 +8,12 @@ use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetwins
 
 /// The terminal without echo, whose Ctrl-C still is a signal.
 #[cfg(unix)]
-pub(super) struct Borrowed {
+pub(super) struct SilentTerminal {
     before: Option<Termios>,
 }
 
 #[cfg(unix)]
-impl Borrowed {
+impl SilentTerminal {
     pub fn take() -> Self {
         let before = tcgetattr(io::stderr()).ok();
         if let Some(before) = &before {
@@ -41,10 +41,10 @@ pub(super) fn size() -> (u16, u16) {
 
 /// The console as it is: typed characters show only once the program asks for them, which it does not.
 #[cfg(windows)]
-pub(super) struct Borrowed;
+pub(super) struct SilentTerminal;
 
 #[cfg(windows)]
-impl Borrowed {
+impl SilentTerminal {
     pub fn take() -> Self {
         Self
     }

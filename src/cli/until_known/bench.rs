@@ -55,7 +55,7 @@ impl<'a> Bench<'a> {
             known.set(key, *value).map_err(Failure::input)?;
             spec.motor = known.applied_to(&spec.motor);
         }
-        // An arm that is hung on hangs down where the counts begin: a bench that is changed begins anew.
+        // An arm that is hung on hangs down where the counts begin: a bench that is changed restarts.
         let board = spec.plug_in(&self.asked.port).map_err(Failure::input)?;
         let location = board.location().clone();
         self.plugged = Some((board, change.cloned()));

@@ -1,4 +1,4 @@
-//! How long `--until-known` may go on: seconds of recording in all, or recordings.
+//! How long `--until-known` may continue: seconds of recording in all, or recordings.
 
 /// Longest bound in s, and most recordings: a day at the bench.
 const LONGEST_S: f64 = 86_400.0;
@@ -18,19 +18,23 @@ impl Bound {
     pub(super) fn parse(text: &str) -> Result<Self, String> {
         let wrong = || {
             format!(
-                "'{text}' is neither seconds of recording in all, as in 60s, nor a number of recordings, as in 4"
+                "'{text}' is neither seconds nor a number of recordings\nhint: 60s are seconds of recording in all, 4 is a number of recordings"
             )
         };
         if let Some(seconds) = text.strip_suffix('s') {
             let seconds: f64 = seconds.trim_end().parse().map_err(|_| wrong())?;
             return match (0.0..=LONGEST_S).contains(&seconds) && seconds > 0.0 {
                 true => Ok(Self::Recorded(seconds)),
-                false => Err(format!("it is more than 0 s and at most {LONGEST_S} s")),
+                false => Err(format!(
+                    "expected more than 0 s and at most {LONGEST_S} s\nhint: --until-known 60s"
+                )),
             };
         }
         match text.parse() {
             Ok(rounds @ 1..=MOST_ROUNDS) => Ok(Self::Rounds(rounds)),
-            Ok(_) => Err(format!("it is 1 to {MOST_ROUNDS} recordings")),
+            Ok(_) => Err(format!(
+                "expected 1 to {MOST_ROUNDS} recordings\nhint: --until-known 8; seconds have an s, as in 60s"
+            )),
             Err(_) => Err(wrong()),
         }
     }

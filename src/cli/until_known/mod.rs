@@ -25,7 +25,7 @@ use crate::recording::{Captured, Ending, Run, read_run};
 use bench::Bench;
 use bound::Bound;
 use plan::{Next, Plan};
-use report::{Ended, Reached, Round, command_line, round_line};
+use report::{Ended, Round, SessionResult, command_line, round_line};
 
 /// How long each recording is in s, where nothing else is asked for.
 const ROUND_S: f64 = 15.0;
@@ -72,11 +72,14 @@ pub(super) async fn until_known(
 ) -> Result<Status, Failure> {
     let first = first_plan(asked)?;
     if !bound.allows(0, 0.0, first.duration_s) {
-        return Err(Failure::input(format!(
-            "--until-known: {} is less than one recording of {} s; ask for more, or for a shorter --duration",
-            bound.words(),
-            first.duration_s
-        )));
+        return Err(Failure::wrong(
+            format!(
+                "--until-known: {} is less than one recording of {} s",
+                bound.words(),
+                first.duration_s
+            ),
+            "raise the bound of --until-known, or lower --duration",
+        ));
     }
     let motor = match &asked.motor {
         Some(path) => motor_file(path, output)?,
@@ -109,8 +112,9 @@ pub(super) async fn until_known(
 fn first_plan(asked: &Capture) -> Result<Plan, Failure> {
     let duration_s = asked.duration.unwrap_or(ROUND_S);
     if duration_s == 0.0 {
-        return Err(Failure::input(
-            "--until-known: each recording needs an end; name a --duration above 0",
+        return Err(Failure::wrong(
+            "--until-known: each recording needs an end",
+            "give a --duration above 0, such as --duration 6",
         ));
     }
     Ok(Plan {
@@ -143,10 +147,7 @@ impl Session<'_> {
                 return Ok(Ended::Stopped);
             }
             if let Some(trouble) = trouble(captured.ending) {
-                return Err(Failure::device(format!(
-                    "{trouble}; {} ends there",
-                    shown(&captured.path)
-                )));
+                return Err(Failure::device(trouble).at(&captured.path));
             }
             if !self.is_sound(output) {
                 return Ok(Ended::BadRecording);
@@ -155,7 +156,7 @@ impl Session<'_> {
                 return Ok(Ended::Stopped);
             };
             let next = plan::next(&found, &self.plans, bench.changes_itself());
-            self.say_round(&found, &next, output)?;
+            self.report_round(&found, &next, output)?;
             self.found = Some(found);
             plan = match next {
                 Next::Nothing => return Ok(Ended::Known),
@@ -227,7 +228,7 @@ impl Session<'_> {
         Ok(found)
     }
 
-    fn say_round(
+    fn report_round(
         &mut self,
         found: &Diagnosis,
         next: &Next,
@@ -251,8 +252,8 @@ impl Session<'_> {
         self.plans.iter().map(|plan| plan.duration_s).sum()
     }
 
-    fn reached(&self, ended: Ended) -> Reached<'_> {
-        Reached {
+    fn reached(&self, ended: Ended) -> SessionResult<'_> {
+        SessionResult {
             ended,
             bound: self.bound,
             rounds: &self.rounds,

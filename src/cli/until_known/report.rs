@@ -159,7 +159,7 @@ pub(super) fn command_line(rounds: &[Round], motor: Option<&PathBuf>) -> String 
 
 /// The result of a session.
 #[derive(Debug)]
-pub(super) struct Reached<'a> {
+pub(super) struct SessionResult<'a> {
     pub ended: Ended,
     pub bound: Bound,
     pub rounds: &'a [Round],
@@ -183,7 +183,7 @@ struct Document<'a> {
     diagnose: &'a str,
 }
 
-impl Reached<'_> {
+impl SessionResult<'_> {
     /// Prints it; returns the exit status.
     pub fn say(&self, output: &Output) -> Result<Status, Failure> {
         let next = self.found.and_then(|found| found.next_experiment.as_ref());

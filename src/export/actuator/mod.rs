@@ -13,6 +13,7 @@ mod templates;
 pub use constants::output_inertia;
 pub use templates::Target;
 
+use crate::hint::Hinted;
 use crate::motor::Motor;
 use crate::motor::catalogue::Stage;
 
@@ -56,7 +57,7 @@ const MOST_DELAYED: f64 = 1e5;
 ///
 /// # Errors
 /// The transport delay is more steps than a state holds.
-pub fn check(motor: &Motor, step_s: f64) -> Result<(), String> {
+pub fn check(motor: &Motor, step_s: f64) -> Result<(), Hinted> {
     let delay_s = motor
         .effects
         .get(ids::TRANSPORT_DELAY)
@@ -64,8 +65,10 @@ pub fn check(motor: &Motor, step_s: f64) -> Result<(), String> {
     if delay_s / step_s <= MOST_DELAYED {
         return Ok(());
     }
-    Err(format!(
-        "the transport delay of {delay_s} s is more than {MOST_DELAYED} steps of {step_s} s\nhint: --step-time {}",
-        delay_s / MOST_DELAYED
+    Err(Hinted::new(
+        format!(
+            "the transport delay of {delay_s} s is more than {MOST_DELAYED} steps of {step_s} s"
+        ),
+        format!("--step-time {}", delay_s / MOST_DELAYED),
     ))
 }

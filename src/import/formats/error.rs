@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FormatError {
     /// A form that is known and not read.
-    #[error("it is {what}, which is not read: {remedy}")]
+    #[error("it is {what}, which is not read\nhint: {remedy}")]
     NotRead {
         /// The form.
         what: &'static str,
@@ -15,15 +15,17 @@ pub enum FormatError {
     },
     /// The program was built without what reads it.
     #[error(
-        "it is {what}, which this program was built without; it can read the same table saved as CSV\n\
-         hint: cargo install --path . --features formats"
+        "it is {what}, which this program was built without\n\
+         hint: cargo install --path . --features formats; or save the same table as CSV"
     )]
     NotBuilt {
         /// The form.
         what: &'static str,
     },
     /// It contradicts its own form.
-    #[error("it is {what}, and cannot be read: {why}")]
+    #[error(
+        "it is {what}, and cannot be read: {why}\nhint: copy or save it once more: it is damaged or cut short; or save its table as CSV"
+    )]
     Broken {
         /// The form.
         what: &'static str,
@@ -31,7 +33,9 @@ pub enum FormatError {
         why: String,
     },
     /// Nothing in it is a table of numbers.
-    #[error("it is {what} without a table of numbers{why}")]
+    #[error(
+        "it is {what} without a table of numbers{why}\nhint: save the signals in it as CSV, a line of names and one row per sample"
+    )]
     Nothing {
         /// The form.
         what: &'static str,
@@ -39,7 +43,7 @@ pub enum FormatError {
         why: String,
     },
     /// More than a log has.
-    #[error("it is {what} with more than {most} {of}: cut it into parts")]
+    #[error("it is {what} with more than {most} {of}\nhint: cut it into parts")]
     TooMuch {
         /// The form.
         what: &'static str,

@@ -2,7 +2,7 @@
 //!
 //! Each field is a column; where the lines are of several series, with the series before it.
 
-use super::super::table::{Cell, Table, TableColumn};
+use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::LineProtocol;
@@ -121,23 +121,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         }
     };
     let columns = columns.iter().map(named).collect();
-    Ok(by_time(columns, samples))
-}
-
-/// Values of signals with their times, in columns behind that of the time.
-pub(super) fn by_time(columns: Vec<TableColumn>, mut samples: Vec<(f64, u16, f64)>) -> Table {
-    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut cells: Vec<Cell> = Vec::with_capacity(2 * samples.len());
-    let (mut rows, mut before) = (0_u32, f64::NAN);
-    for (time, at, value) in samples {
-        if time != before {
-            rows += 1;
-            cells.push((rows - 1, 0, time));
-            before = time;
-        }
-        cells.push((rows - 1, at, value));
-    }
-    Table::sparse(columns, rows as usize, cells)
+    Ok(Table::by_time(columns, samples))
 }
 
 #[cfg(test)]

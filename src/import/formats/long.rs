@@ -4,7 +4,6 @@
 use super::super::cells::{Cells, Separator, number};
 use super::super::stamp::stamp;
 use super::super::table::{Table, TableColumn};
-use super::line_protocol::by_time;
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Long;
@@ -147,7 +146,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     if is_stamps.take(LEAST_SIGNALS).count() == LEAST_SIGNALS {
         columns[0].unit = Some("s".to_owned());
     }
-    Ok(by_time(columns, samples))
+    Ok(Table::by_time(columns, samples))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! A name over a pair stands above its X. TwinCAT has a line `Name,A,Name,B` instead, and such lines of `Unit` and `SampleTime[ms]`.
 
 use super::super::cells::{Cells, Separator, number};
-use super::super::table::{Cell, Table, TableColumn};
+use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Pairs;
@@ -158,19 +158,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     for (at, series) in series.iter().enumerate() {
         samples.extend(series.iter().map(|(x, y)| (x * factor, at as u16 + 1, *y)));
     }
-    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut table: Vec<Cell> = Vec::with_capacity(2 * samples.len());
-    let (mut rows, mut before) = (0_u32, f64::NAN);
-    for (x, at, y) in samples {
-        if x != before {
-            rows += 1;
-            table.push((rows - 1, 0, x));
-            before = x;
-        }
-        table.push((rows - 1, at, y));
-    }
     let columns = std::iter::once(time).chain((0..count).map(named)).collect();
-    Ok(Table::sparse(columns, rows as usize, table))
+    Ok(Table::by_time(columns, samples))
 }
 
 /// The factor of the X column, and its name and unit. With a sample time in ms X is in ms, counts the samples, or is in 100 ns.

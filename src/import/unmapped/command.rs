@@ -26,8 +26,7 @@ const WORDS: [&str; 5] = ["pwm", "duty", "voltage", "command", "cmd"];
 const VOLTAGES: &[&str] = &["voltage", "spannung", "voltaje", "uq", "vq"];
 
 /// Placeholder of `--command-limit`.
-pub(super) const LIMIT_OF_A_SUM: &str =
-    "--command-limit is of a --command that is a sum of columns, such as 2*goal-2*position:V";
+pub(super) const LIMIT_OF_A_SUM: &str = "--command-limit is given, and --command is no sum of columns\nhint: leave --command-limit out, or give a sum such as --command 2*goal-2*position:V";
 
 /// The command's column, and its unit.
 struct Found {

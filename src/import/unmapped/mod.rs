@@ -15,6 +15,7 @@ mod follows;
 mod grid;
 mod marks;
 mod motion;
+mod name_words;
 mod names;
 mod over;
 mod pulses;
@@ -49,7 +50,7 @@ pub const HEAD_BYTES: u64 = 4 << 20;
 
 /// Why nothing is integrated.
 const NO_SPEED: &str =
-    "--integrate says how a speed is summed up, but no speed is read; --speed COL:UNIT names one";
+    "--integrate is given, and no speed is read\nhint: --speed COLUMN:UNIT names one";
 
 /// Interpretation of a log.
 #[derive(Debug)]

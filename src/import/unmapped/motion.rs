@@ -34,7 +34,7 @@ impl Decision<'_> {
         let said = self.said;
         match (&said.position, &said.speed) {
             (Some(_), Some(_)) => Err(Unclear::Conflict(
-                "--position and --speed exclude each other; a speed is read only where there is no position",
+                "--position and --speed exclude each other\nhint: leave --speed out: a speed is read only where there is no position",
             )),
             (Some(text), None) if text == "none" => {
                 self.map.position = Some(PositionSection {

@@ -3,6 +3,10 @@
 //! A name is taken apart into words at everything that is no letter and no digit, and where a capital follows a small letter.
 //! The words tell the quantity; a unit stands in brackets or at the end.
 
+use super::name_words::{
+    COMMANDS, CURRENTS, ENDS, FIELD_VOLTAGES, INCREMENTS, INPUTS, INTERVALS, LOOPS, OUTPUTS,
+    POSITIONS, REFERENCES, SPEEDS, SUPPLIES, TIMES,
+};
 use super::units::{Role, unit_of};
 
 /// Meaning of a name.
@@ -27,167 +31,6 @@ pub(super) struct NameSays {
 
 /// Least number in a name that is a full scale and not the number of a motor.
 const LEAST_FULL: f64 = 50.0;
-
-const TIMES: &[&str] = &[
-    "time",
-    "t",
-    "timestamp",
-    "timestamps",
-    "stamp",
-    "clock",
-    "elapsed",
-    "uptime",
-    "zeit",
-    "uhrzeit",
-    "tiempo",
-    "temps",
-    "tempo",
-    "datetime",
-    "date",
-];
-const POSITIONS: &[&str] = &[
-    "counts",
-    "count",
-    "cnt",
-    "enc",
-    "encoder",
-    "encoders",
-    "ticks",
-    "tick",
-    "pulses",
-    "pos",
-    "position",
-    "angle",
-    "theta",
-    "phi",
-    "winkel",
-    "zähler",
-    "zaehler",
-    "zählerstand",
-    "impulse",
-    "posición",
-    "posicion",
-    "ángulo",
-    "angulo",
-    "codeur",
-];
-const INCREMENTS: &[&str] = &[
-    "increment",
-    "increments",
-    "inc",
-    "delta",
-    "dcounts",
-    "dticks",
-];
-const INTERVALS: &[&str] = &["dt", "deltat", "dtime", "deltatime", "interval", "looptime"];
-/// With a unit or a word of time beside it, the time that a loop takes.
-const LOOPS: &[&str] = &["period", "cycle", "loop", "delta", "diff", "zyklus"];
-const SPEEDS: &[&str] = &[
-    "erpm",
-    "speed",
-    "vel",
-    "velocity",
-    "omega",
-    "rpm",
-    "rps",
-    "dps",
-    "drehzahl",
-    "geschwindigkeit",
-    "velocidad",
-    "vitesse",
-    "velocità",
-    "velocita",
-    "tach",
-    "tacho",
-];
-const COMMANDS: &[&str] = &[
-    "pwm",
-    "duty",
-    "dutycycle",
-    "cmd",
-    "command",
-    "u",
-    "voltage",
-    "volts",
-    "volt",
-    "spannung",
-    "voltaje",
-    "commande",
-    "comando",
-    "uq",
-    "vq",
-];
-/// A voltage of a controller that turns its motor's field: its setpoint is the command.
-const FIELD_VOLTAGES: &[&str] = &["uq", "vq"];
-/// German names are one word; what stands at its end is the quantity, what before it says which.
-const ENDS: &[&str] = &["drehzahl", "geschwindigkeit", "spannung", "winkel", "strom"];
-/// Names of a controller's output, if no column is named as a command.
-const OUTPUTS: &[&str] = &[
-    "output",
-    "out",
-    "op",
-    "control",
-    "ctrl",
-    "effort",
-    "throttle",
-    "power",
-    "actuation",
-    "stellgröße",
-    "stellgroesse",
-    "stellwert",
-    "tension",
-    "tensión",
-    "salida",
-    "sortie",
-];
-/// Names of a controller's measured value.
-const INPUTS: &[&str] = &[
-    "input", "pv", "feedback", "measured", "actual", "ist", "istwert", "entrada",
-];
-const CURRENTS: &[&str] = &[
-    "current",
-    "amps",
-    "strom",
-    "iq",
-    "corriente",
-    "courant",
-    "corrente",
-];
-const SUPPLIES: &[&str] = &[
-    "battery",
-    "batt",
-    "bat",
-    "vbat",
-    "vbatt",
-    "supply",
-    "vin",
-    "vcc",
-    "vdd",
-    "vsupply",
-    "batterie",
-    "akku",
-    "versorgung",
-    "versorgungs",
-    "betriebs",
-    "alimentation",
-];
-const REFERENCES: &[&str] = &[
-    "goal",
-    "target",
-    "setpoint",
-    "set",
-    "sp",
-    "ref",
-    "reference",
-    "desired",
-    "soll",
-    "sollwert",
-    "referencia",
-    "consigna",
-    "consigne",
-    "error",
-    "err",
-];
 
 /// Meaning of a name and of a unit below it.
 pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {

@@ -38,7 +38,7 @@ pub enum Unclear {
         flags: Vec<(&'static str, String)>,
     },
     /// A flag names a column that is not there.
-    #[error("{flag} {column}: there is no such column; there are: {found}")]
+    #[error("{flag} {column}: there is no such column\nhint: the columns are {found}")]
     NoColumn {
         /// The flag.
         flag: &'static str,
@@ -48,7 +48,7 @@ pub enum Unclear {
         found: String,
     },
     /// A column of words.
-    #[error("{flag} {column}: the column holds no numbers")]
+    #[error("{flag} {column}: the column holds no numbers\nhint: name another column")]
     NoNumbers {
         /// The flag.
         flag: &'static str,
@@ -56,7 +56,7 @@ pub enum Unclear {
         column: String,
     },
     /// A flag has a unit that its quantity cannot have.
-    #[error("{flag}: `{unit}` is no unit of it; it is one of {expected}")]
+    #[error("{flag}: `{unit}` is no unit of it\nhint: it is one of {expected}")]
     Unit {
         /// The flag.
         flag: &'static str,
@@ -67,7 +67,7 @@ pub enum Unclear {
     },
     /// A column whose unit is not said, where no log is looked at.
     #[error(
-        "{flag} {column}: with a mapping its unit is needed, as in {column}:UNIT; it is one of {expected}"
+        "{flag} {column}: with a mapping its unit is needed\nhint: as in {column}:UNIT; the unit is one of {expected}"
     )]
     NoUnit {
         /// The flag.
@@ -78,7 +78,7 @@ pub enum Unclear {
         expected: &'static str,
     },
     /// A flag that cannot be read.
-    #[error("{flag} {text}: cannot be read; it is {expected}")]
+    #[error("{flag} {text}: cannot be read\nhint: it is {expected}")]
     Form {
         /// The flag.
         flag: &'static str,

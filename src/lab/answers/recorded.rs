@@ -149,7 +149,7 @@ pub(super) fn missing(
     if open.is_empty() && !usable.is_empty() && matches!(source, Source::VirtualBoard(_)) {
         because.push("The virtual board is a simulation too: without an effect of its own it turns the very model that it is compared with.".to_owned());
     }
-    let seen = Seen {
+    let seen = ExcessDeviation {
         differing: open.len(),
         recordings: usable.len(),
     };
@@ -185,12 +185,12 @@ pub(super) fn missing(
 
 /// Recordings that differ from every model of the handout by more than the encoder's rounding.
 #[derive(Debug, Clone, Copy)]
-struct Seen {
+struct ExcessDeviation {
     differing: usize,
     recordings: usize,
 }
 
-impl Seen {
+impl ExcessDeviation {
     /// How the recordings stand to the models of the handout.
     fn words(self) -> String {
         match self.differing {
@@ -313,7 +313,7 @@ mod tests {
             (Verdict::OutsideCatalogue, vec![]),
         ];
         for differing in [0, 2] {
-            let seen = Seen {
+            let seen = ExcessDeviation {
                 differing,
                 recordings: 2,
             };

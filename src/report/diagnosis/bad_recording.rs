@@ -1,6 +1,6 @@
 //! The page of a recording with a fatal finding: nothing is concluded from it.
 
-use super::laid::names;
+use super::overlaid_run::names;
 use super::{OVERLAY, checks};
 use crate::check::Finding;
 use crate::diagnose::BadRecording;

@@ -2,8 +2,8 @@
 //! where the error lies, the next experiment.
 
 mod bad_recording;
-mod laid;
 mod ordered;
+mod overlaid_run;
 mod overlay;
 mod parameters;
 mod place;
@@ -17,8 +17,8 @@ use crate::check::Finding;
 use crate::diagnose::{Cause, Diagnosis, EffectSet, other_means};
 use crate::motor::SimulationError;
 use crate::recording::Run;
-use laid::{lay, names};
-use overlay::Beside;
+use overlaid_run::{lay, names};
+use overlay::RunWithModels;
 
 pub use bad_recording::{bad_recording_page, recorded};
 pub use overlay::recorded_speed;
@@ -45,8 +45,8 @@ pub struct RunOverlay {
 /// The runs that the error budget is measured on, recorded over simulated.
 pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
     let names = names(measured);
-    let all = Beside::all(diagnosis, measured);
-    let spreads = overlay::Spreads::of(&all);
+    let all = RunWithModels::all(diagnosis, measured);
+    let spreads = overlay::ErrorSpreads::of(&all);
     all.iter()
         .map(|beside| RunOverlay {
             name: names[beside.predicted.run].clone(),

@@ -1,6 +1,6 @@
 //! Residual torque, or command where no torque is known, against speed, angle, time and voltage: means in bins.
 
-use super::laid::LaidRun;
+use super::overlaid_run::OverlaidRun;
 use crate::recording::CommandKind;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::rpm_from_rad_s;
@@ -24,14 +24,14 @@ struct Sample {
 }
 
 /// A figure for each quantity that takes several values.
-pub(super) fn figures(laid: &[LaidRun<'_>], y_label: &str) -> Vec<Figure> {
+pub(super) fn figures(laid: &[OverlaidRun<'_>], y_label: &str) -> Vec<Figure> {
     let kind = laid.first().map(|run| run.run.command_kind);
     let command = match kind {
         Some(CommandKind::Current) => "current (A)",
         Some(CommandKind::Torque) => "torque (N m)",
         _ => "voltage (V)",
     };
-    let speed = |run: &LaidRun<'_>, k: usize| {
+    let speed = |run: &OverlaidRun<'_>, k: usize| {
         // The model's own speed is not quantized.
         rpm_from_rad_s(
             run.models
@@ -39,7 +39,7 @@ pub(super) fn figures(laid: &[LaidRun<'_>], y_label: &str) -> Vec<Figure> {
                 .map_or(f64::NAN, |m| m.overlay.true_speed_rad_s[k]),
         )
     };
-    let angle = |run: &LaidRun<'_>, k: usize| {
+    let angle = |run: &OverlaidRun<'_>, k: usize| {
         let turns = run.run.counts[k] as f64 / run.run.counts_per_rev;
         360.0 * turns.rem_euclid(1.0)
     };
@@ -73,11 +73,11 @@ pub(super) fn figures(laid: &[LaidRun<'_>], y_label: &str) -> Vec<Figure> {
 }
 
 fn figure(
-    laid: &[LaidRun<'_>],
+    laid: &[OverlaidRun<'_>],
     y_label: &str,
     x_label: &str,
     bins: usize,
-    x: &dyn Fn(&LaidRun<'_>, usize) -> f64,
+    x: &dyn Fn(&OverlaidRun<'_>, usize) -> f64,
 ) -> Figure {
     // The nominal model's offsets hide what re-identification leaves.
     let models = laid.first().map_or(&[][..], |run| &run.models[1..]);
@@ -131,7 +131,7 @@ fn figure(
     }
 }
 
-fn samples(laid: &[LaidRun<'_>], x: &dyn Fn(&LaidRun<'_>, usize) -> f64) -> Vec<Sample> {
+fn samples(laid: &[OverlaidRun<'_>], x: &dyn Fn(&OverlaidRun<'_>, usize) -> f64) -> Vec<Sample> {
     let mut all = Vec::new();
     for run in laid {
         let independent = (run.run.sample_time_s / INDEPENDENT_S).min(1.0);

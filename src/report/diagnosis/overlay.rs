@@ -16,14 +16,14 @@ const SMOOTH_S: f64 = 0.06;
 const COLOURS: [usize; 3] = [6, 4, 1];
 
 /// A run beside what the models predict of it.
-pub(super) struct Beside<'a> {
+pub(super) struct RunWithModels<'a> {
     pub run: &'a Run,
     pub predicted: &'a PredictedRun,
     /// Names of the models; two where no effect is identified.
     pub models: Vec<String>,
 }
 
-impl<'a> Beside<'a> {
+impl<'a> RunWithModels<'a> {
     /// The runs that the error budget is measured on.
     pub fn all(diagnosis: &'a Diagnosis, runs: &'a [Run]) -> Vec<Self> {
         let both = diagnosis.predicted.iter().filter_map(|predicted| {
@@ -120,14 +120,14 @@ fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f6
 }
 
 /// Errors of the last model in all runs: of the speed in RPM and of the position in counts.
-pub(super) struct Spreads {
+pub(super) struct ErrorSpreads {
     speed: Spread,
     position: Spread,
 }
 
-impl Spreads {
-    pub fn of(all: &[Beside<'_>]) -> Self {
-        let last = |beside: &Beside<'_>| beside.models.len() - 1;
+impl ErrorSpreads {
+    pub fn of(all: &[RunWithModels<'_>]) -> Self {
+        let last = |beside: &RunWithModels<'_>| beside.models.len() - 1;
         let position = all.iter().map(|beside| {
             let errors = beside.predicted.gap_counts[last(beside)].clone();
             (beside.predicted, errors)
@@ -153,7 +153,7 @@ fn recorded_rpm(run: &Run) -> Vec<f64> {
 }
 
 /// Speed, position, error and command of a run, with every model.
-pub(super) fn figure(beside: &Beside<'_>, spreads: &Spreads) -> Figure {
+pub(super) fn figure(beside: &RunWithModels<'_>, spreads: &ErrorSpreads) -> Figure {
     let run = beside.run;
     let t_s = &run.t_s;
     let coarse = is_coarse(run);
@@ -197,7 +197,7 @@ pub(super) fn figure(beside: &Beside<'_>, spreads: &Spreads) -> Figure {
         panels.push(Panel::new("error (counts)", with_effects).marked(0.0, ""));
     }
     panels = (panels.into_iter())
-        .map(|panel| panel.starting_anew(restarts))
+        .map(|panel| panel.restarting_at(restarts))
         .collect();
     let command = Series::new("command", Stroke::Step, COMMAND, t_s, &run.command);
     panels.push(Panel::new(command_label(run), vec![command]).weighing(0.6));
@@ -209,7 +209,7 @@ pub(super) fn figure(beside: &Beside<'_>, spreads: &Spreads) -> Figure {
 }
 
 /// Content of the figure, and the error of each model.
-pub(super) fn caption(beside: &Beside<'_>) -> String {
+pub(super) fn caption(beside: &RunWithModels<'_>) -> String {
     let figures = beside.models.iter().enumerate();
     let figures: Vec<String> = figures
         .map(|(k, name)| format!("{name} {}", digits(beside.predicted.rms(k), 3)))

@@ -1,7 +1,7 @@
 //! Where the error lies: stage of the chain, time intervals, and residual torque against speed, angle, time and voltage.
 
-use super::laid::LaidRun;
 use super::ordered;
+use super::overlaid_run::OverlaidRun;
 use super::overlay::smooth_rpm;
 use super::words;
 use crate::diagnose::{Diagnosis, Region};
@@ -17,7 +17,7 @@ const DARKEST: f64 = 0.45;
 const LEAST: f64 = 0.001;
 
 /// The section of the page.
-pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[LaidRun<'_>]) {
+pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[OverlaidRun<'_>]) {
     page.section("Where the error lies");
     let stages = stages(diagnosis);
     if stages.bars.iter().all(|bar| bar.value < LEAST) {
@@ -62,7 +62,7 @@ fn stages(diagnosis: &Diagnosis) -> Bars {
     }
 }
 
-fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
+fn regions(page: &mut Page, regions: &[Region], laid: &[OverlaidRun<'_>]) {
     page.subsection("Time intervals with the largest residual");
     if regions.is_empty() {
         page.paragraph("No error above the noise floor remains.");
@@ -107,7 +107,7 @@ fn regions(page: &mut Page, regions: &[Region], laid: &[LaidRun<'_>]) {
     ));
 }
 
-fn intervals(laid: &LaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Figure {
+fn intervals(laid: &OverlaidRun<'_>, regions: &[(usize, &Region)], most: f64) -> Figure {
     let run = laid.run;
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let rpm = smooth_rpm(run, &counts);

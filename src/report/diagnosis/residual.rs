@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::overlay::Beside;
+use super::overlay::RunWithModels;
 use super::spread::segments;
 use crate::report::{Figure, Panel, Series, Stroke};
 
@@ -17,7 +17,7 @@ const FEWEST: usize = 16;
 const WITHIN_95: f64 = 1.96;
 
 /// Both pictures of the last model's residual; none of segments that are too short.
-pub(super) fn figures(beside: &Beside<'_>) -> Vec<Figure> {
+pub(super) fn figures(beside: &RunWithModels<'_>) -> Vec<Figure> {
     let model = beside.models.len() - 1;
     let residual = &beside.predicted.gap_counts[model];
     let of_segments: Vec<(&[f64], &[f64])> = segments(beside.predicted, residual.len())

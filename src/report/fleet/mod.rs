@@ -10,8 +10,8 @@ use super::number::{figure, percent, probability};
 use super::strip::{Dot, Strip};
 use super::{Bar, Bars, Page, Scale};
 use crate::fleet::{
-    Damaged, Document, Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Population,
-    SIGNIFICANT, Standing,
+    Damaged, Document, Drift, FEWEST_DATES, FEWEST_UNITS, Number, OUTSTANDING, Outlier, Population,
+    SIGNIFICANT,
 };
 
 /// Parameters that are drawn: those that most units have.
@@ -380,7 +380,7 @@ fn units(page: &mut Page, documents: &[Document], population: &Population) {
             unit.name.clone(),
             unit.documents.len().to_string(),
             cause_of(documents, population, k),
-            farthest[k].map_or(String::new(), |standing: &Standing| {
+            farthest[k].map_or(String::new(), |standing: &Outlier| {
                 format!(
                     "{} in {}",
                     figure(standing.z, 3),

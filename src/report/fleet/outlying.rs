@@ -2,7 +2,7 @@
 
 use super::{cause_of, name_of};
 use crate::fleet::{
-    Document, FEWEST_UNITS, OUTSTANDING, Population, Recurring, SIGNIFICANT, Standing,
+    Document, FEWEST_UNITS, OUTSTANDING, Outlier, Population, Recurring, SIGNIFICANT,
 };
 use crate::report::Page;
 use crate::report::cell::Cell;
@@ -67,7 +67,7 @@ fn row(documents: &[Document], population: &Population, unit: usize) -> Vec<Cell
         recurring => recurring,
     };
     let farthest = population.standing.iter().find(|one| one.unit == unit);
-    let number = |of: &dyn Fn(&Standing) -> String| farthest.map_or("\u{2013}".to_owned(), of);
+    let number = |of: &dyn Fn(&Outlier) -> String| farthest.map_or("\u{2013}".to_owned(), of);
     let value = |of: &dyn Fn(&crate::fleet::Interval) -> String| {
         number(&|standing| {
             let values = &population.numbers[standing.number].values;

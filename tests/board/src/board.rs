@@ -1,6 +1,6 @@
 //! The board on its bench: processor, driver, motor and encoder in one time.
 //!
-//! Time goes on in turns of at most 10 us. At the start of each the driver's pins are read, the motor
+//! Time continues in turns of at most 10 us. At the start of each the driver's pins are read, the motor
 //! has run to there, and the encoder's edges of the turn are set to their cycle from angle and speed
 //! (what the speed changes in 10 us moves an edge by less than a nanosecond's worth of the motor's
 //! turning).
@@ -24,7 +24,7 @@ const BYTE_CYCLES: u64 = 10 * CLOCK_HZ / firmware_protocol::BAUD as u64;
 pub struct Drive {
     /// Mean voltage at the motor.
     pub motor_v: f64,
-    /// The driver lets go of the motor.
+    /// The driver releases the motor.
     pub coasting: bool,
 }
 

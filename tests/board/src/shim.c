@@ -166,7 +166,7 @@ failed:
 	return NULL;
 }
 
-// The reset line. Memory stays as on the real chip; time goes on.
+// The reset line. Memory stays as on the real chip; time continues.
 void shim_reset(struct shim *shim) {
 	uint64_t cycle = shim->avr->cycle;
 	avr_reset(shim->avr);

@@ -21,7 +21,7 @@ def stratum(truth):
     return (
         label["kind"],
         label["beyond_refit_counts"] >= VISIBLE_COUNTS,
-        bench["wanders"],
+        bench["has_random_torque"],
         bench["is_stated"],
         bench["protocol"] == "step",
     )

@@ -89,7 +89,7 @@ impl Writer<'_> {
                     "(MOTOR_INERTIA_KG_M2 * speed + LOAD_INERTIA_KG_M2 * load_speed) / INERTIA_KG_M2",
                 ),
                 set("leaves", "pick((k == 0.0) & (joined > 0.0) & (slip == 0.0), 1.0, 0.0)"),
-                // A flank that would have to pull, or a clutch that would have to carry more than it can, lets go.
+                // A flank that would have to pull, or a clutch that would have to carry more than it can, releases.
                 set("alone", "pick((least > lowest) | (greatest < highest), 1.0, 0.0)"),
                 set(
                     "as_one",

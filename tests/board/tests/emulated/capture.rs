@@ -229,7 +229,7 @@ fn messages_hurt_on_the_way_to_the_board_are_sent_again() {
 }
 
 #[test]
-fn a_capture_goes_on_through_the_wrap_of_micros() {
+fn a_capture_continues_through_the_wrap_of_micros() {
     for kind in BoardKind::ALL {
         let options = LineOptions {
             micros_at_start: Some(u32::MAX - 500_000),

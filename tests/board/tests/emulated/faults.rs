@@ -156,7 +156,7 @@ fn a_sample_time_that_is_too_short_is_flagged_and_lights_pin_13() {
 }
 
 #[test]
-fn a_line_that_is_too_slow_loses_whole_frames_and_says_so() {
+fn a_line_that_is_too_slow_loses_whole_frames_and_reports_it() {
     for kind in BoardKind::ALL {
         let mut host = with_motor(kind);
         host.configure(1000, false, &[(1, 4500)])

@@ -112,7 +112,7 @@ fn the_boards_frames_are_the_crates() {
 }
 
 #[test]
-fn what_cannot_be_obeyed_is_refused_with_its_reason() {
+fn invalid_requests_are_refused_with_a_reason() {
     for board in BoardKind::ALL {
         let mut host = with_motor(board);
         let raw = |kind: u8, body: &[u8]| {
@@ -203,7 +203,7 @@ fn a_recording_takes_only_stop_alive_and_identify() {
             assert_eq!(reason.expect("a refusal"), Refusal::State);
         }
         host.say(&HostMessage::Identify);
-        host.hello().expect("HELLO in mid-run");
+        host.hello().expect("HELLO during a run");
         host.say(&HostMessage::Stop);
         let (_, end) = host.until_end(0.2).expect("END");
         let ticks = host.board.truth().ticks.len() as u32;

@@ -136,7 +136,7 @@ fn recordings_of_the_same_start_are_the_same_to_the_bit() {
 
 /// micros() counts Timer0's overflows, 1024 us each, in 32 bits: it wraps after 2^22 of them.
 #[test]
-fn time_goes_on_through_the_wrap_of_micros() {
+fn time_continues_through_the_wrap_of_micros() {
     for kind in BoardKind::ALL {
         let mut host = with_motor(kind);
         host.configure(3000, false, &[(1, 4500)])

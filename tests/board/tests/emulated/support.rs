@@ -38,7 +38,7 @@ pub fn micros(cycles: u64) -> f64 {
     cycles as f64 * 1e6 / CLOCK_HZ as f64
 }
 
-/// Holds every sample against its tick: the count is exactly the true one, and time goes on as true time
+/// Holds every sample against its tick: the count is exactly the true one, and time continues as true time
 /// does, to micros()'s steps of 4 us and the few us after the tick at which it is read.
 pub fn assert_true(samples: &[Sample], ticks: &[Tick]) {
     assert!(!samples.is_empty() && samples.len() <= ticks.len());

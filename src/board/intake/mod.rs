@@ -1,5 +1,5 @@
-//! From bytes to validated samples, without a line or a clock of its own: live capture, replay and the
-//! benches all feed it.
+//! Bytes in, validated samples out, without a line or a clock of its own: live capture, replay and the
+//! benchmarks use it.
 //!
 //! ```text
 //! bytes -> frame (COBS, CRC-16) -> message (every field in range) -> plausible? -> sample (64 bit)
@@ -9,19 +9,21 @@
 //! its device time lies `n TS` later, its counts moved no faster than an encoder can, and its command
 //! is the one that the profile has for its number. What does not fit is held back; if the next frame
 //! fits to it, both are samples and the first of them is marked with its [`Leap`] (a late board, a counter
-//! or a clock that was set anew), else it is rejected and its number counts as lost.
+//! or a clock that was set back), else it is rejected and its number counts as lost.
 //!
-//! A board that says again in mid-run who it is changes nothing; one that says something else is not
-//! believed in anything: whoever records must end.
+//! A repeated HELLO during a run changes nothing; one with other contents ends the recording: its board is another one.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, CountsUnwrapper, EndReason, FrameDecoder, Hello, MessageError,
     MicrosUnwrapper, Refusal, SampleFlags, Sequence, SequenceUnwrapper,
 };
 
+mod plausibility;
+
 use super::heard::Heard;
-use super::leap::{LONGEST_STEP_US, Leap, most_counts};
+use super::leap::{LONGEST_STEP_US, Leap};
 use super::motion::Motion;
+use plausibility::{Doubt, Fit};
 
 /// A validated sample, with counters that run on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +51,7 @@ pub struct Sample {
 /// Event of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// Who it is; in mid-run only where that is not what it said before.
+    /// Who it is; during a run only where that differs from the HELLO before.
     Hello(Hello),
     /// It took a host message.
     Ack {
@@ -100,9 +102,6 @@ pub struct Expectations {
     pub commands: Vec<(u64, i16)>,
 }
 
-/// A board that is late says so; then its time may be off by so many sample times.
-const LATE_SAMPLES: u64 = 16;
-
 /// Turns a board's bytes into events.
 #[derive(Debug, Clone)]
 pub struct Intake {
@@ -136,26 +135,6 @@ struct Suspect {
     host_us: u64,
     leap: Leap,
     doubt: Option<Doubt>,
-}
-
-/// Doubt that only the next sample resolves.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Doubt {
-    /// Behind a gap of so many microseconds, in which a counter of 16 bits can have wrapped.
-    Gap(f64),
-    /// The counter moved by so many counts to 0.
-    Reset(f64),
-}
-
-/// How a sample goes with another one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Fit {
-    /// It follows from it.
-    Follows,
-    /// It may come after it, if it is not alone.
-    Leaps(Leap),
-    /// It cannot come after it.
-    Never,
 }
 
 impl Default for Intake {
@@ -262,8 +241,8 @@ impl Intake {
         }
     }
 
-    /// A buffer on the way may give a HELLO late or twice: in mid-run one that says nothing new is passed
-    /// over, and one that says something else changes nothing here and is handed on.
+    /// A buffer on the way may give a HELLO late or twice: during a run one with the same contents is ignored,
+    /// and one with other contents changes nothing here and is handed on.
     fn take_hello(&mut self, hello: Hello, out: &mut impl FnMut(Event)) {
         match self.hello {
             Some(known) if self.recording && is_same_board(&known, &hello) => return,
@@ -304,7 +283,7 @@ impl Intake {
             return;
         }
         match self.suspect.take() {
-            // Two frames on end that fit to each other and lie ahead: the odd one out was before.
+            // Two frames in a row that fit to each other and lie ahead: the implausible one was before.
             Some(before)
                 if self.is_ahead(&before.sample)
                     && self.fit(Some(&before.sample), &sample) == Fit::Follows =>
@@ -344,8 +323,8 @@ impl Intake {
         let step = after.map_or(0.0, |after| self.moved(&held.sample, after));
         let step_us = f64::from(self.expectations.sample_time_us.max(1));
         let counts = match held.doubt {
-            Some(Doubt::Gap(gap_us)) => self.motion.may_have_gone_round(gap_us, step / step_us),
-            Some(Doubt::Reset(counts)) => Motion::goes_on_after(counts, step),
+            Some(Doubt::Gap(gap_us)) => self.motion.may_have_wrapped(gap_us, step / step_us),
+            Some(Doubt::Reset(counts)) => Motion::continues_after(counts, step),
             None => held.leap.counts,
         };
         let leap = Leap {
@@ -353,112 +332,6 @@ impl Intake {
             ..held.leap
         };
         out(Event::Sample(self.accept(held.sample, held.host_us, leap)));
-    }
-
-    /// Counts from one sample to another.
-    fn moved(&self, from: &firmware_protocol::Sample, to: &firmware_protocol::Sample) -> f64 {
-        let moved = to.counts.wrapping_sub(from.counts);
-        match self.fields.counts_16_bit {
-            true => f64::from(moved as i16),
-            false => f64::from(moved),
-        }
-    }
-
-    /// Doubts about a sample that follows from the last one.
-    fn doubt(&self, sample: &firmware_protocol::Sample) -> Option<Doubt> {
-        let last = self.wire.as_ref()?;
-        let steps = u64::from(sample.sequence.wrapping_sub(last.sequence));
-        let elapsed_us = steps * u64::from(self.expectations.sample_time_us);
-        let counts = self.moved(last, sample);
-        let most = most_counts(self.counts_per_rev, elapsed_us);
-        if self.fields.counts_16_bit && steps > 1 && most > u64::from(u16::MAX / 2) {
-            return Some(Doubt::Gap(elapsed_us as f64));
-        }
-        let is_reset = self.motion.is_reset(counts, i64::from(sample.counts));
-        (steps == 1 && is_reset).then_some(Doubt::Reset(counts))
-    }
-
-    fn is_ahead(&self, sample: &firmware_protocol::Sample) -> bool {
-        let mut sequence = self.sequence;
-        sequence.push(sample.sequence) != Sequence::Stale
-    }
-
-    /// How `sample` goes with `last`; without one, whether it can be the first.
-    fn fit(
-        &self,
-        last: Option<&firmware_protocol::Sample>,
-        sample: &firmware_protocol::Sample,
-    ) -> Fit {
-        let sample_time_us = u64::from(self.expectations.sample_time_us);
-        let mut sequence = self.sequence;
-        let number = match sequence.push(sample.sequence) {
-            Sequence::Next { number, .. } => number,
-            Sequence::Stale => return Fit::Never,
-        };
-        if self
-            .expected_command(number)
-            .is_some_and(|command_mv| command_mv != sample.command_mv)
-        {
-            return Fit::Never;
-        }
-        let Some(last) = last else {
-            // The first sample has nothing to fit to but its number.
-            return if number == 0 || sample_time_us == 0 {
-                Fit::Follows
-            } else {
-                Fit::Leaps(Leap::default())
-            };
-        };
-        let steps = u64::from(sample.sequence.wrapping_sub(last.sequence));
-        if steps == 0 || steps > u64::from(u16::MAX / 2) {
-            return Fit::Never;
-        }
-        if sample_time_us == 0 {
-            return Fit::Follows;
-        }
-        let elapsed_us = u64::from(sample.time_us.wrapping_sub(last.time_us));
-        let expected_us = steps * sample_time_us;
-        let late = sample.flags.overrun || last.flags.overrun;
-        let slack_us = expected_us / 100
-            + if late {
-                LATE_SAMPLES * sample_time_us
-            } else {
-                sample_time_us / 2
-            };
-        // Gaps of more than 71 minutes cannot be told from shorter ones.
-        let off_us = (elapsed_us as i64 - (expected_us % (1 << 32)) as i64).unsigned_abs();
-        let moved = if self.fields.counts_16_bit {
-            u64::from(
-                (sample.counts as i16)
-                    .wrapping_sub(last.counts as i16)
-                    .unsigned_abs(),
-            )
-        } else {
-            u64::from(sample.counts.wrapping_sub(last.counts).unsigned_abs())
-        };
-        let leap = Leap {
-            time: off_us > slack_us,
-            counts: moved > most_counts(self.counts_per_rev, expected_us),
-        };
-        if leap == Leap::default() {
-            Fit::Follows
-        } else {
-            Fit::Leaps(leap)
-        }
-    }
-
-    /// The command that the profile has for sample `number`, which lies ahead of the last one.
-    fn expected_command(&self, number: u64) -> Option<i16> {
-        let (mut index, mut first) = self.segment;
-        loop {
-            let (length, command_mv) = *self.expectations.commands.get(index)?;
-            let is_last = index + 1 == self.expectations.commands.len();
-            if is_last || number < first + length {
-                return Some(command_mv);
-            }
-            first += length;
-            index += 1;
-        }
     }
 
     /// Takes a sample. Its time runs on by the board's clock; where that fell back, or leapt by more than

@@ -1,4 +1,5 @@
-//! What no model foresees: load and friction that wander slowly (Ornstein-Uhlenbeck).
+//! Random torque of load and friction, a process noise that no deterministic model predicts: an Ornstein-Uhlenbeck process,
+//! stepped exactly (Gillespie 1996).
 
 use rand::Rng;
 
@@ -6,13 +7,13 @@ use crate::motor::normal;
 
 /// A stationary Gaussian process with autocorrelation exp(-t / time_s).
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Wander {
+pub(crate) struct OrnsteinUhlenbeck {
     sigma: f64,
     time_s: f64,
     value: f64,
 }
 
-impl Wander {
+impl OrnsteinUhlenbeck {
     /// Starts at a value drawn from the stationary law.
     pub(crate) fn new(sigma: f64, time_s: f64, rng: &mut impl Rng) -> Self {
         Self {
@@ -28,4 +29,11 @@ impl Wander {
         self.value = kept * self.value + self.sigma * (1.0 - kept * kept).sqrt() * normal(rng);
         self.value
     }
+}
+
+/// Random torque of load and of friction in a run (Ornstein-Uhlenbeck): sigma relative to Tf, and correlation time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RandomTorque {
+    pub(crate) sigma: f64,
+    pub(crate) time_s: f64,
 }

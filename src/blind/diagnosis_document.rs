@@ -7,11 +7,11 @@ use serde::Deserialize;
 use super::claim::{Cause, Claim, ClaimedGap, EffectSet, Estimate, Word};
 
 /// Name and number of the shape.
-pub(super) const THIRD: &str = "motorlab-diagnosis/3";
+pub(super) const DIAGNOSIS_SHAPE: &str = "motorlab-diagnosis/3";
 
 /// The keys of the document that a claim needs.
 #[derive(Deserialize)]
-pub(super) struct Third {
+pub(super) struct DiagnosisDocument {
     verdict: Word,
     probability: f64,
     effects: Vec<String>,
@@ -42,7 +42,7 @@ struct Class {
     members: Vec<String>,
 }
 
-impl Third {
+impl DiagnosisDocument {
     /// The claim: causes with the shares of the sets that contain them, `none` for the empty set.
     ///
     /// `outside_catalogue` says that something is there and that it is no effect of the catalogue: the empty set is `unknown` then.

@@ -7,18 +7,18 @@ use crate::motor::{Model, SimulationError};
 use crate::recording::Run;
 
 /// One run and its three simulations.
-pub(super) struct LaidRun<'a> {
+pub(super) struct OverlaidRun<'a> {
     pub run: &'a Run,
     /// Its name on the page.
     pub name: String,
     /// Its name in the diagnosis.
     pub id: String,
     /// The models in order; the last is missing where no effect is identified.
-    pub models: Vec<LaidModel>,
+    pub models: Vec<OverlaidModel>,
 }
 
 /// One simulation of a run.
-pub(super) struct LaidModel {
+pub(super) struct OverlaidModel {
     pub name: String,
     /// Colour in every picture.
     pub colour: usize,
@@ -34,7 +34,7 @@ const COLOURS: [usize; 3] = [6, 4, 1];
 pub(super) fn lay<'a>(
     diagnosis: &Diagnosis,
     runs: &'a [Run],
-) -> Result<Vec<LaidRun<'a>>, SimulationError> {
+) -> Result<Vec<OverlaidRun<'a>>, SimulationError> {
     let nominal = &diagnosis.nominal;
     let models = [nominal, &diagnosis.refitted, &diagnosis.model];
     let motors: Vec<_> = words::models(diagnosis).into_iter().zip(models).collect();
@@ -52,14 +52,14 @@ pub(super) fn lay<'a>(
                 let residual_nm =
                     missing_torque(run, &overlay.residual_counts, &nominal.parameters);
                 let in_unit = |torque: Option<f64>| torque.map(|torque| unit * torque);
-                Ok(LaidModel {
+                Ok(OverlaidModel {
                     name: name.clone(),
                     colour,
                     residual: residual_nm.into_iter().map(in_unit).collect(),
                     overlay,
                 })
             });
-            Ok(LaidRun {
+            Ok(OverlaidRun {
                 run,
                 name,
                 id: path(run).unwrap_or_else(|| (k + 1).to_string()),

@@ -1,4 +1,4 @@
-//! The command line as it was typed, without what it only writes: what to do next repeats it.
+//! The command line as it was typed, without its output options, for messages that propose the next command.
 
 use crate::plain::quoted;
 
@@ -13,7 +13,7 @@ const WRITING: [(&str, bool); 6] = [
 ];
 
 /// The words behind the program's name as one line to copy.
-pub(super) fn asked(words: impl Iterator<Item = String>) -> String {
+pub(super) fn without_outputs(words: impl Iterator<Item = String>) -> String {
     let mut line = "motorlab".to_owned();
     let mut words = words;
     while let Some(word) = words.next() {
@@ -37,14 +37,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_only_written_is_left_out() {
+    fn output_options_are_left_out() {
         let words = "diagnose a.csv --html why.html --json --motor=m.toml --html=x --model-out d.toml --threads 1 --good-enough 1%";
-        let line = asked(words.split(' ').map(str::to_owned));
+        let line = without_outputs(words.split(' ').map(str::to_owned));
         assert_eq!(
             line,
             "motorlab diagnose a.csv --motor=m.toml --good-enough 1%"
         );
         let spaced = ["diagnose", "my run.csv"].map(str::to_owned);
-        assert_eq!(asked(spaced.into_iter()), "motorlab diagnose 'my run.csv'");
+        assert_eq!(
+            without_outputs(spaced.into_iter()),
+            "motorlab diagnose 'my run.csv'"
+        );
     }
 }

@@ -49,7 +49,7 @@ pub const OUTSIDE: [&str; 15] = [
 
 /// An effect outside the catalogue with its parameters (all but `one_way_clutch`, a kind of coupling).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Oddity {
+pub(crate) enum Unmodelled {
     CommandDropout {
         period_s: f64,
         lost_s: f64,
@@ -113,7 +113,7 @@ pub(crate) enum Oddity {
     },
 }
 
-impl Oddity {
+impl Unmodelled {
     /// Draws the parameters of an effect of [`OUTSIDE`].
     ///
     /// # Panics
@@ -191,7 +191,7 @@ impl Oddity {
         matches!(self, Self::SpuriousCounts { .. })
     }
 
-    /// The oddity that an effect's id and parameters describe; none for a catalogue effect.
+    /// The unmodelled effect that an effect's id and parameters describe; none for a catalogue effect.
     pub(crate) fn new(effect: &Effect) -> Option<Self> {
         let v = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
         Some(match effect.id.as_str() {
@@ -261,9 +261,9 @@ impl Oddity {
     }
 }
 
-/// What an oddity sees of the motor.
+/// State of the plant that an unmodelled effect depends on.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen {
+pub(crate) struct PlantState {
     pub(crate) t_s: f64,
     pub(crate) command_v: f64,
     pub(crate) angle_rad: f64,
@@ -273,9 +273,9 @@ pub(crate) struct Seen {
     pub(crate) friction_nm: f64,
 }
 
-/// What it does to the motor until it is asked again.
+/// Action of an unmodelled effect on the plant, constant until the next update.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Deed {
+pub(crate) struct Disturbance {
     pub(crate) command_v: f64,
     pub(crate) supply_factor: f64,
     pub(crate) friction_factor: f64,
@@ -287,7 +287,7 @@ pub(crate) struct Deed {
     pub(crate) count_offset: i64,
 }
 
-impl Deed {
+impl Disturbance {
     pub(crate) fn none(command_v: f64) -> Self {
         Self {
             command_v,
@@ -302,152 +302,160 @@ impl Deed {
     }
 }
 
-/// An oddity at work, with what it remembers.
+/// An unmodelled effect during a recording, with its internal state.
 #[derive(Debug, Clone)]
-pub(crate) struct AtWork {
-    oddity: Oddity,
-    /// Energy taken in, heat, output voltage, settledness or angle jumped: one number is all any remembers.
-    memory: f64,
-    /// Until when a moment lasts, in s; infinite for one whose end is not known.
+pub(crate) struct UnmodelledState {
+    unmodelled: Unmodelled,
+    /// Energy taken in, heat, output voltage, settledness or angle jumped: each needs one number.
+    state: f64,
+    /// End of the present event in s; infinite for one whose end is not known.
     until_s: f64,
     counts: i64,
 }
 
-impl AtWork {
-    pub(crate) fn new(oddity: Oddity) -> Self {
-        let memory = match oddity {
+impl UnmodelledState {
+    pub(crate) fn new(unmodelled: Unmodelled) -> Self {
+        let state = match unmodelled {
             // It has stood for long before the run.
-            Oddity::GreaseSettling { .. } => 1.0,
+            Unmodelled::GreaseSettling { .. } => 1.0,
             _ => 0.0,
         };
         Self {
-            oddity,
-            memory,
+            unmodelled,
+            state,
             until_s: f64::NEG_INFINITY,
             counts: 0,
         }
     }
 
-    /// Whether a moment that comes `rate_hz` times a second and lasts `mean_s` (exponential) is on.
-    fn moment(&mut self, t_s: f64, dt: f64, rate_hz: f64, mean_s: f64, rng: &mut impl Rng) -> bool {
+    /// Whether an event is on that occurs `rate_hz` times a second and lasts `mean_s` on average (both exponential).
+    fn event_is_on(
+        &mut self,
+        t_s: f64,
+        dt: f64,
+        rate_hz: f64,
+        mean_s: f64,
+        rng: &mut impl Rng,
+    ) -> bool {
         if t_s >= self.until_s && rng.random_bool((rate_hz * dt).min(1.0)) {
             self.until_s = t_s - mean_s * (1.0 - rng.random_range(0.0..1.0_f64)).ln();
         }
         t_s < self.until_s
     }
 
-    /// `dt` seconds on: what it does now.
-    pub(crate) fn step(&mut self, seen: Seen, dt: f64, rng: &mut impl Rng) -> Deed {
-        let mut deed = Deed::none(seen.command_v);
-        match self.oddity {
-            Oddity::CommandDropout {
+    /// The action after `dt` further seconds.
+    pub(crate) fn step(&mut self, plant: PlantState, dt: f64, rng: &mut impl Rng) -> Disturbance {
+        let mut disturbance = Disturbance::none(plant.command_v);
+        match self.unmodelled {
+            Unmodelled::CommandDropout {
                 period_s,
                 lost_s,
                 start_s,
             } => {
-                if (seen.t_s - start_s).rem_euclid(period_s) < lost_s {
-                    deed.command_v = 0.0;
+                if (plant.t_s - start_s).rem_euclid(period_s) < lost_s {
+                    disturbance.command_v = 0.0;
                 }
             }
-            Oddity::CoarseCommand { step_v } => {
-                deed.command_v = (seen.command_v / step_v).round() * step_v;
+            Unmodelled::CoarseCommand { step_v } => {
+                disturbance.command_v = (plant.command_v / step_v).round() * step_v;
             }
-            Oddity::SupplyFlicker {
+            Unmodelled::SupplyFlicker {
                 rate_hz,
                 mean_s,
                 fraction,
             } => {
-                if self.moment(seen.t_s, dt, rate_hz, mean_s, rng) {
-                    deed.supply_factor = fraction;
+                if self.event_is_on(plant.t_s, dt, rate_hz, mean_s, rng) {
+                    disturbance.supply_factor = fraction;
                 }
             }
-            Oddity::RateLimit { volts_per_s } => {
+            Unmodelled::RateLimit { volts_per_s } => {
                 let most = volts_per_s * dt;
-                self.memory += (seen.command_v - self.memory).clamp(-most, most);
-                deed.command_v = self.memory;
+                self.state += (plant.command_v - self.state).clamp(-most, most);
+                disturbance.command_v = self.state;
             }
-            Oddity::ThermalCutout {
+            Unmodelled::ThermalCutout {
                 limit_w,
                 time_constant_s,
             } => {
                 let kept = (-dt / time_constant_s).exp();
-                self.memory = kept * self.memory + (1.0 - kept) * seen.heat_w;
-                if self.memory > limit_w {
+                self.state = kept * self.state + (1.0 - kept) * plant.heat_w;
+                if self.state > limit_w {
                     self.until_s = f64::INFINITY;
-                } else if self.memory < COOL * limit_w {
+                } else if self.state < COOL * limit_w {
                     self.until_s = f64::NEG_INFINITY;
                 }
-                deed.is_open = seen.t_s < self.until_s;
+                disturbance.is_open = plant.t_s < self.until_s;
             }
-            Oddity::BrushBounce {
+            Unmodelled::BrushBounce {
                 rate_per_rad,
                 mean_s,
             } => {
-                let rate_hz = rate_per_rad * seen.speed_rad_s.abs();
-                deed.is_open = self.moment(seen.t_s, dt, rate_hz, mean_s, rng);
+                let rate_hz = rate_per_rad * plant.speed_rad_s.abs();
+                disturbance.is_open = self.event_is_on(plant.t_s, dt, rate_hz, mean_s, rng);
             }
-            Oddity::BearingLoosening { loss, energy_j } => {
-                self.memory += (seen.friction_nm * seen.speed_rad_s).abs() * dt;
-                deed.friction_factor = 1.0 - loss * (1.0 - (-self.memory / energy_j).exp());
+            Unmodelled::BearingLoosening { loss, energy_j } => {
+                self.state += (plant.friction_nm * plant.speed_rad_s).abs() * dt;
+                disturbance.friction_factor = 1.0 - loss * (1.0 - (-self.state / energy_j).exp());
             }
-            Oddity::GreaseSettling {
+            Unmodelled::GreaseSettling {
                 extra_nm,
                 rest_s,
                 travel_rad,
             } => {
-                let freed = seen.speed_rad_s.abs() / travel_rad;
-                let rate = if seen.speed_rad_s.abs() < 0.02 {
-                    (1.0 - self.memory) / rest_s
+                let freed = plant.speed_rad_s.abs() / travel_rad;
+                let rate = if plant.speed_rad_s.abs() < 0.02 {
+                    (1.0 - self.state) / rest_s
                 } else {
-                    -self.memory * freed
+                    -self.state * freed
                 };
-                self.memory = (self.memory + rate * dt).clamp(0.0, 1.0);
-                deed.extra_friction_nm = extra_nm * self.memory;
+                self.state = (self.state + rate * dt).clamp(0.0, 1.0);
+                disturbance.extra_friction_nm = extra_nm * self.state;
             }
-            Oddity::LoadPulse {
+            Unmodelled::LoadPulse {
                 rate_hz,
                 mean_s,
                 torque_nm,
             } => {
-                if self.moment(seen.t_s, dt, rate_hz, mean_s, rng) {
-                    deed.extra_friction_nm = torque_nm;
+                if self.event_is_on(plant.t_s, dt, rate_hz, mean_s, rng) {
+                    disturbance.extra_friction_nm = torque_nm;
                 }
             }
-            Oddity::Vibration {
+            Unmodelled::Vibration {
                 torque_nm,
                 frequency_hz,
                 phase_rad,
             } => {
-                deed.load_nm = torque_nm * (TAU * frequency_hz * seen.t_s + phase_rad).sin();
+                disturbance.load_nm =
+                    torque_nm * (TAU * frequency_hz * plant.t_s + phase_rad).sin();
             }
-            Oddity::StictionPatch {
+            Unmodelled::StictionPatch {
                 extra_nm,
                 from_rad,
                 width_rad,
             } => {
-                if (seen.angle_rad - from_rad).rem_euclid(TAU) < width_rad {
-                    deed.extra_friction_nm = extra_nm;
+                if (plant.angle_rad - from_rad).rem_euclid(TAU) < width_rad {
+                    disturbance.extra_friction_nm = extra_nm;
                 }
             }
-            Oddity::BeltJump {
+            Unmodelled::BeltJump {
                 rate_hz,
                 torque_nm,
                 pitch_rad,
             } => {
-                if seen.torque_nm.abs() > torque_nm && rng.random_bool((rate_hz * dt).min(1.0)) {
-                    self.memory -= pitch_rad * seen.torque_nm.signum();
+                if plant.torque_nm.abs() > torque_nm && rng.random_bool((rate_hz * dt).min(1.0)) {
+                    self.state -= pitch_rad * plant.torque_nm.signum();
                 }
-                deed.angle_offset_rad = self.memory;
+                disturbance.angle_offset_rad = self.state;
             }
-            Oddity::SpuriousCounts { rate_hz, largest } => {
+            Unmodelled::SpuriousCounts { rate_hz, largest } => {
                 if rng.random_bool((rate_hz * dt).min(1.0)) {
                     let size = rng.random_range(3..=(largest as i64).max(3));
                     self.counts += if rng.random_bool(0.5) { size } else { -size };
                 }
-                deed.count_offset = self.counts;
+                disturbance.count_offset = self.counts;
             }
-            Oddity::ClockStall { .. } => {}
+            Unmodelled::ClockStall { .. } => {}
         }
-        deed
+        disturbance
     }
 }

@@ -1,4 +1,4 @@
-//! Names that are meant: what people call an effect or a number of the motor, and slips of the hand.
+//! Synonyms and misspellings of effects and parameters: an unknown name in, the nearest known one out (Jaro-Winkler similarity).
 
 use crate::catalogue::ids;
 
@@ -77,7 +77,7 @@ const ALIKE_FROM: f64 = 0.84;
 
 /// The one of `names` that is meant by `asked`, if any is: what it is also called, the only name that has it as a part, or else the most
 /// alike. A name far from all others is no typing error; a wrong proposal would mislead.
-pub fn meant<'a>(asked: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn nearest_name<'a>(asked: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let asked = asked.trim().to_lowercase().replace(['-', ' '], "_");
     let names: Vec<&str> = names.into_iter().collect();
     let same = names.iter().find(|name| **name == asked);
@@ -120,7 +120,7 @@ mod tests {
     use crate::catalogue::{catalogue, find};
 
     fn effect(asked: &str) -> Option<&'static str> {
-        meant(asked, catalogue().iter().map(|kind| kind.id))
+        nearest_name(asked, catalogue().iter().map(|kind| kind.id))
     }
 
     #[test]
@@ -154,7 +154,7 @@ mod tests {
         ] {
             assert_eq!(effect(asked), Some(name), "{asked}");
         }
-        let key = |asked| meant(asked, Parameters::KEYS);
+        let key = |asked| nearest_name(asked, Parameters::KEYS);
         for (asked, name) in [
             ("Kt", "torque_constant_nm_per_a"),
             ("Rm", "resistance_ohm"),

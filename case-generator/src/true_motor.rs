@@ -1,7 +1,7 @@
-//! What is hidden in a motor: neutral values mean that nothing is.
+//! The true motor: its parameters with the hidden effects. Neutral values mean no effect.
 
 use crate::motor::Motor;
-use crate::oddity::Oddity;
+use crate::unmodelled::Unmodelled;
 
 /// A ripple `amplitude sin(cycles angle + phase_rad)`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -21,7 +21,7 @@ impl Wave {
     }
 }
 
-/// How motor and load hang together, where they are two bodies.
+/// How motor and load are coupled, where they are two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Coupling {
     /// Share of the inertia on the load side.
@@ -41,7 +41,7 @@ pub(crate) struct Pulses {
     pub(crate) into_supply: bool,
 }
 
-/// What transmits the torque.
+/// Transmission of the torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Contact {
     /// Stiff flanks that touch at half the gap to either side; they push, never pull.
@@ -57,9 +57,9 @@ pub(crate) enum Contact {
     OneWay,
 }
 
-/// All that a motor hides, besides changed figures of the motor itself.
+/// The motor's own parameters and the parameters of its hidden effects.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Hidden {
+pub(crate) struct TrueMotor {
     pub(crate) motor: Motor,
     pub(crate) delay_s: f64,
     /// By how much the motor is ahead of the column of its commands.
@@ -106,12 +106,12 @@ pub(crate) struct Hidden {
     pub(crate) eccentricity: Wave,
     pub(crate) jitter_s: f64,
     pub(crate) clock_error: f64,
-    pub(crate) oddity: Option<Oddity>,
+    pub(crate) unmodelled: Option<Unmodelled>,
 }
 
-impl Hidden {
+impl TrueMotor {
     /// The plain motor.
-    pub(crate) fn nothing(motor: Motor) -> Self {
+    pub(crate) fn without_effects(motor: Motor) -> Self {
         Self {
             motor,
             delay_s: 0.0,
@@ -151,7 +151,7 @@ impl Hidden {
             eccentricity: Wave::default(),
             jitter_s: 0.0,
             clock_error: 0.0,
-            oddity: None,
+            unmodelled: None,
         }
     }
 }
