@@ -19,6 +19,9 @@ use crate::plain::shown;
 /// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
 pub const STEP_REST_S: f64 = 0.3;
 
+/// Half a period of the `square` profile in s: a gear motor is at its steady speed by then.
+const HALF_SQUARE_S: f64 = 0.5;
+
 /// Names of the built-in profiles with what they are for.
 pub const BUILT_IN: [(&str, &str); 12] = [
     ("step", "0 V for 0.3 s, then the supply (the lab's step)"),
@@ -177,9 +180,14 @@ impl Profile {
                 0.0, 1.0, -1.0, 0.0, 0.6, -0.6, 0.0, 0.35, -0.35, 0.0, 0.8, -0.45, 0.5, -1.0, 0.0,
             ]),
             "square" => {
-                let halves = (duration_s / 0.5).ceil().max(1.0) as usize;
+                let halves = (duration_s / HALF_SQUARE_S).ceil().max(1.0) as usize;
                 (0..halves)
-                    .map(|k| held(0.5, if k % 2 == 0 { supply_v } else { -supply_v }))
+                    .map(|k| {
+                        // The last ends with the profile.
+                        let left_s = duration_s - k as f64 * HALF_SQUARE_S;
+                        let level = if k % 2 == 0 { supply_v } else { -supply_v };
+                        held(left_s.min(HALF_SQUARE_S), level)
+                    })
                     .collect()
             }
             "ramp" => {
@@ -205,9 +213,10 @@ impl Profile {
         })
     }
 
-    /// Time at which the last command begins to hold for good, plus its own duration, in s.
+    /// Time at which the last command begins to hold for good, plus its own duration, in s; a sum of decimals, to the nanosecond.
     pub fn duration_s(&self) -> f64 {
-        self.segments.iter().map(|segment| segment.duration_s).sum()
+        let sum_s: f64 = self.segments.iter().map(|segment| segment.duration_s).sum();
+        (sum_s * 1e9).round() / 1e9
     }
 
     /// Largest command by size.
@@ -311,6 +320,16 @@ mod tests {
             assert!(commands[rest..].iter().all(|&command| command == 4.5));
         }
         assert!((step.duration_s() - 4.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_built_in_profile_is_as_long_as_it_is_asked_to_be() {
+        for (name, _) in BUILT_IN {
+            for duration_s in [0.2, 1.2, 4.0, 15.0] {
+                let profile = Profile::built_in(name, 4.5, duration_s).expect("built in");
+                assert_eq!(profile.duration_s(), duration_s, "{name}");
+            }
+        }
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub struct Capture {
     /// text board what its lines say]
     #[arg(long)]
     pub(super) profile: Option<String>,
-    /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file]
+    /// How long to record in s; 0 records until Ctrl-C. [default: 4, or as long as the profile's file or name says]
     #[arg(long, value_name = "SECONDS", value_parser = duration)]
     pub(super) duration: Option<f64>,
     /// Where the run goes. An existing file is not overwritten: the next free name is taken. A folder, a device or a pipe is refused.
@@ -320,7 +320,7 @@ impl Capture {
         header.insert("port".to_owned(), self.port.clone().into());
         header.insert("baud".to_owned(), i64::from(self.baud).into());
         match &self.columns {
-            Some(columns) => self.describe_text(columns, &mut header),
+            Some(columns) => self.describe_text(columns, &mut header)?,
             None => drop(header.insert("profile".to_owned(), self.profile_name().into())),
         }
         let log = RawLog::begin(file, &header).map_err(cannot)?;

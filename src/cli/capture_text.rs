@@ -69,7 +69,12 @@ impl Capture {
     }
 
     /// Puts into a raw log's header what a replay of text lines must know.
-    pub(super) fn describe_text(&self, columns: &str, header: &mut toml::Table) {
+    pub(super) fn describe_text(
+        &self,
+        columns: &str,
+        header: &mut toml::Table,
+    ) -> Result<(), Failure> {
+        let (_, duration_s) = self.text_facts(columns).played()?;
         header.insert("columns".to_owned(), columns.into());
         if let Some(profile) = &self.profile {
             header.insert("profile".to_owned(), profile.as_str().into());
@@ -77,7 +82,7 @@ impl Capture {
         let sample_time_s = self.ts.map(|us| f64::from(us) / 1e6);
         for (key, value) in [
             ("sample_time_s", sample_time_s),
-            ("duration_s", Some(self.duration.unwrap_or(DURATION_S))),
+            ("duration_s", Some(duration_s)),
             ("supply_v", self.supply),
             ("counts_per_rev", self.counts_per_rev),
         ] {
@@ -85,22 +90,26 @@ impl Capture {
                 header.insert(key.to_owned(), value.into());
             }
         }
+        Ok(())
     }
 
-    fn text_request(&self, path: &Path, names: &str) -> Result<TextRequest, Failure> {
-        let told = TextFacts {
-            columns: names,
+    fn text_facts<'a>(&'a self, columns: &'a str) -> TextFacts<'a> {
+        TextFacts {
+            columns,
             profile: self.profile.as_deref(),
             sample_time_us: self.ts,
             counts_per_rev: self.counts_per_rev,
             supply_v: self.supply,
             duration_s: self.duration,
-        };
+        }
+    }
+
+    fn text_request(&self, path: &Path, names: &str) -> Result<TextRequest, Failure> {
         Ok(TextRequest {
             baud: self.baud,
             patience: Duration::from_secs_f64(self.patience),
             usb: usb_identity(path),
-            ..told.request(&self.output, &self.port)?
+            ..self.text_facts(names).request(&self.output, &self.port)?
         })
     }
 }
@@ -117,10 +126,23 @@ pub(super) struct TextFacts<'a> {
 }
 
 impl TextFacts<'_> {
+    fn supply_v(&self) -> f64 {
+        self.supply_v.unwrap_or(Parameters::default().supply_v)
+    }
+
+    /// The profile that the sketch plays, and how long in s is recorded: without a duration as long as the profile.
+    fn played(&self) -> Result<(Option<Profile>, f64), Failure> {
+        let built_in_s = self.duration_s.filter(|s| *s > 0.0).unwrap_or(DURATION_S);
+        let named = |name| Profile::named(name, self.supply_v(), built_in_s);
+        let profile = (self.profile.map(named).transpose()).map_err(Failure::input)?;
+        let own_s = profile.as_ref().map_or(DURATION_S, Profile::duration_s);
+        Ok((profile, self.duration_s.unwrap_or(own_s)))
+    }
+
     /// A request with the nominal motor's values for what is not told.
     pub(super) fn request(&self, output: &Path, port: &str) -> Result<TextRequest, Failure> {
         let nominal = Parameters::default();
-        let supply_v = self.supply_v.unwrap_or(nominal.supply_v);
+        let supply_v = self.supply_v();
         let mut assumed = Vec::new();
         if self.counts_per_rev.is_none() {
             assumed.push(format!(
@@ -134,16 +156,7 @@ impl TextFacts<'_> {
                 nominal.supply_v
             ));
         }
-        let duration_s = self.duration_s.unwrap_or(DURATION_S);
-        let profile_s = if duration_s > 0.0 {
-            duration_s
-        } else {
-            DURATION_S
-        };
-        let profile = match self.profile {
-            Some(name) => Some(Profile::named(name, supply_v, profile_s).map_err(Failure::input)?),
-            None => None,
-        };
+        let (profile, duration_s) = self.played()?;
         Ok(TextRequest {
             columns: columns(self.columns)?,
             sample_time_us: self.sample_time_us,
@@ -158,5 +171,31 @@ impl TextFacts<'_> {
             port: port.to_owned(),
             usb: None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sketch_is_recorded_as_long_as_its_profile() {
+        let duration_s = |profile, duration_s| {
+            let facts = TextFacts {
+                columns: AUTO,
+                profile,
+                sample_time_us: None,
+                counts_per_rev: None,
+                supply_v: None,
+                duration_s,
+            };
+            let (_, duration_s) = facts.played().expect("a profile");
+            duration_s
+        };
+        assert_eq!(duration_s(None, None), 4.0);
+        assert_eq!(duration_s(Some("chirp"), None), 4.0);
+        assert_eq!(duration_s(Some("chirp,5s"), None), 5.0);
+        assert_eq!(duration_s(Some("chirp,5s"), Some(3.0)), 3.0);
+        assert_eq!(duration_s(Some("chirp,5s"), Some(0.0)), 0.0);
     }
 }

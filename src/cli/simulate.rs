@@ -36,9 +36,9 @@ pub struct Simulate {
     /// Command: a built-in profile, or a file of rows `t_s,command_v`.
     #[arg(long, default_value = "step")]
     profile: String,
-    /// How long in s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 2.0, value_parser = duration_s)]
-    duration: f64,
+    /// How long in s. [default: 2, or as long as the profile's file or name says]
+    #[arg(long, value_name = "SECONDS", value_parser = duration_s)]
+    duration: Option<f64>,
     /// Unit of the profile: volts, or amperes or newton metres of an axis that controls them.
     #[arg(long, value_enum, default_value_t = Kind::V)]
     command: Kind,
@@ -85,6 +85,8 @@ struct Document<'a> {
     velocity_rad_s: &'a [Option<f64>],
 }
 
+/// How long a simulation takes in s where neither the call nor the profile says so: the lab's step and a second of steady speed.
+const DURATION_S: f64 = 2.0;
 /// Most samples of one simulation: some 160 bytes a sample are held, and 480 MB are the most.
 const MOST_SAMPLES: f64 = 3e6;
 /// Most of one whose document is printed, which takes as much again and more.
@@ -178,7 +180,14 @@ impl Simulate {
 
     /// The run before it is simulated: times and commands.
     fn commanded(&self, motor: &Motor, prints: bool) -> Result<Run, Failure> {
-        let samples = (self.duration / self.ts).round() + 1.0;
+        let parameters = &motor.parameters;
+        let built_in_s = self.duration.unwrap_or(DURATION_S);
+        let profile = Profile::named(&self.profile, parameters.supply_v, built_in_s)
+            .map_err(Failure::input)?;
+        // A file with one row has no length.
+        let own_s = Some(profile.duration_s()).filter(|s| *s > 0.0);
+        let duration_s = self.duration.or(own_s).unwrap_or(DURATION_S);
+        let samples = (duration_s / self.ts).round() + 1.0;
         let most = if prints { MOST_PRINTED } else { MOST_SAMPLES };
         if samples > most {
             return Err(Failure::wrong(
@@ -189,9 +198,6 @@ impl Simulate {
             ));
         }
         let samples = samples as usize;
-        let parameters = &motor.parameters;
-        let profile = Profile::named(&self.profile, parameters.supply_v, self.duration)
-            .map_err(Failure::input)?;
         let mut run = Run {
             sample_time_s: self.ts,
             counts_per_rev: parameters.counts_per_rev,

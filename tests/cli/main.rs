@@ -12,4 +12,5 @@ mod hostile_names;
 mod input_limits;
 mod json_documents;
 mod output_files;
+mod profile_length;
 mod threads;

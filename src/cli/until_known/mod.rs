@@ -17,6 +17,7 @@ use super::motor_file::motor_file;
 use super::progress::{set_share, spinner};
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
+use crate::board::Profile;
 use crate::check::{Finding, Severity, check, is_fatal};
 use crate::diagnose::{Diagnosis, NominalSource, Options, diagnose};
 use crate::motor::Motor;
@@ -40,7 +41,7 @@ const MOST_NAMES: usize = 9999;
 pub(super) struct UntilKnown {
     /// Record, diagnose, and record what the diagnosis proposes, until the cause of the error is known; no longer than so many
     /// seconds of recording in all (60s), or so many recordings (4). The runs are run-1.csv, run-2.csv ... by the name
-    /// after -o. Each lasts --duration, 15 s if that is not given.
+    /// after -o. Each lasts --duration, else as long as the profile's file or name says, else 15 s.
     #[arg(long = "until-known", value_name = "SECONDSs|COUNT", value_parser = Bound::parse, group = "simulating",
         conflicts_with_all = ["columns", "reconnect", "log"])]
     bound: Option<Bound>,
@@ -110,7 +111,10 @@ pub(super) async fn until_known(
 }
 
 fn first_plan(asked: &Capture) -> Result<Plan, Failure> {
-    let duration_s = asked.duration.unwrap_or(ROUND_S);
+    let profile = asked.profile.clone().unwrap_or_else(|| FIRST.to_owned());
+    let supply_v = Motor::default().parameters.supply_v;
+    let played = Profile::named(&profile, supply_v, ROUND_S).map_err(Failure::input)?;
+    let duration_s = asked.duration.unwrap_or_else(|| played.duration_s());
     if duration_s == 0.0 {
         return Err(Failure::wrong(
             "--until-known: each recording needs an end",
@@ -118,7 +122,7 @@ fn first_plan(asked: &Capture) -> Result<Plan, Failure> {
         ));
     }
     Ok(Plan {
-        profile: asked.profile.clone().unwrap_or_else(|| FIRST.to_owned()),
+        profile,
         duration_s,
         change: None,
         why: String::new(),
