@@ -8,16 +8,21 @@ use std::ops::Range;
 use super::error::{DiagnoseError, usable};
 use super::fit::Fit;
 use super::inverse::{own_part, shares};
-use super::model::Model;
+use super::model::{Base, Model};
 use super::nested::least_squares;
 use super::pipeline::Prepared;
-use super::segments::time_constant_s;
+use super::relevance::{exceeds, noise_floor};
+use super::score::effective_observations;
+use super::segments::{Segments, time_constant_s};
 use super::settings::Settings;
 use super::settings::solver::CUTS;
 use super::without_named_samples;
 use crate::least_squares::{FirstOrderMotor, Record, columns, plain_fit, start_of};
 use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
+
+/// Electrical time constants that a winding's fit starts from, as shares of the mechanical one: of a small gear motor, and of a large motor.
+const WINDINGS: [f64; 2] = [0.03, 0.3];
 
 /// A motor that was fitted to runs.
 #[derive(Debug, Clone)]
@@ -84,12 +89,16 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
             }
         };
         let found = found.ok_or(DiagnoseError::NoFit)?;
+        let found = match is_closed_loop {
+            true => found,
+            false => with_winding(segments, &prepared.base, found),
+        };
         let is_settled = best
             .as_ref()
             .is_some_and(|(.., last)| last.all.segments.len() == prepared.all.segments.len());
         motor = found.model.motor(&found.x);
         motor.tolerance.clone_from(&given.tolerance);
-        let fitted = model.parameters.iter().map(|parameter| parameter.id.key());
+        let fitted = (found.model.parameters.iter()).map(|parameter| parameter.id.key());
         motor = with_tolerances(&motor, fitted, settings.fitted_tolerance);
         let rms = left_by(&motor, &prepared).ok_or(DiagnoseError::NoFit)?;
         best = Some((motor.clone(), rms, prepared));
@@ -117,6 +126,30 @@ pub fn nominal_fit(runs: &[Run], given: &Motor) -> Result<NominalFit, DiagnoseEr
         knows_torque: prepared.base.torque_identifiable,
         is_given,
     })
+}
+
+/// The fit with a winding (L/R free) in place of the first-order one, where that leaves more than the noise floor and materially more than
+/// the fit with a winding.
+fn with_winding(segments: &Segments, base: &Base, first_order: Fit) -> Fit {
+    let motor = first_order.model.motor(&first_order.x);
+    let has_winding = motor.parameters.inductance_h > 0.0;
+    let n_eff = effective_observations(segments, &first_order.corrected);
+    let leaves_more = |than: f64| exceeds(first_order.mean_square(), than, n_eff, &base.settings);
+    let is_described = noise_floor(segments, &first_order).is_none_or(|floor| !leaves_more(floor));
+    if base.kind != CommandKind::Voltage || has_winding || is_described {
+        return first_order;
+    }
+    let fits = WINDINGS.iter().filter_map(|share| {
+        let mut base = base.clone();
+        base.motor = motor.clone();
+        base.motor.parameters.inductance_h =
+            share * time_constant_s(&motor) * motor.parameters.resistance_ohm;
+        let model = Model::new(&base, Vec::new());
+        least_squares(segments, &model, &[model.start()])
+    });
+    fits.min_by(|a, b| a.square_sum().total_cmp(&b.square_sum()))
+        .filter(|fit| leaves_more(fit.mean_square()))
+        .unwrap_or(first_order)
 }
 
 /// Where the fit starts: of the given motor and of the plain fits to whole runs and to parts as long as segments, the one that leaves
