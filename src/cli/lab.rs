@@ -11,13 +11,13 @@ use super::foreign::unreadable;
 use super::lab_class::{ClassRequest, class};
 use super::motor_file::motor_file;
 use super::output_file::{Force, Form, Outputs};
-use super::progress::spinner;
+use super::progress::{set_share, spinner};
 use super::signals::StopSignal;
 use super::threads::Threads;
 use super::virtual_capture::{Order, record};
 use super::{Failure, Output, Status};
 use crate::hint::In;
-use crate::lab::{Lab as Handout, Source, columns, page};
+use crate::lab::{Lab as Handout, Progress, Source, columns, page};
 use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
@@ -162,10 +162,15 @@ impl Lab {
         let spinner = spinner();
         let shown = spinner.clone();
         let diagnosed = !self.no_diagnosis;
+        // A virtual board turns the motor that is simulated.
+        let is_described = self.motor.is_some() || self.runs.is_empty();
         let computing = tokio::task::spawn_blocking(move || {
-            let progress = |what: &str| shown.set_message(what.to_owned());
-            let progress: &(dyn Fn(&str) + Sync) = &progress;
-            Handout::of(motor, runs, source, diagnosed.then_some(progress))
+            let progress = Progress {
+                doing: &|what: &str| shown.set_message(what.to_owned()),
+                done: &|share| set_share(&shown, share),
+            };
+            let progress = diagnosed.then_some(progress);
+            Handout::of((motor, is_described), runs, source, progress)
         });
         let computed = tokio::select! {
             computed = computing => computed.map_err(Failure::device)?,

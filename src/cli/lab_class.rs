@@ -8,10 +8,11 @@ use serde::Serialize;
 use super::foreign::unreadable;
 use super::motor_file::motor_file;
 use super::output_file::{Form, Outputs};
-use super::progress::spinner;
+use super::progress::{set_share, spinner};
 use super::signals::StopSignal;
 use super::{Failure, Output, Status};
 use crate::hint::{In, on_one_line};
+use crate::lab::Progress;
 use crate::lab::class::{Class, Folder, Student};
 use crate::lab::class_page::page;
 use crate::motor::Motor;
@@ -165,17 +166,21 @@ async fn all(
 ) -> Result<Vec<Student>, Failure> {
     let stop = StopSignal::install().map_err(Failure::device)?;
     let mut students = Vec::new();
+    let said = spinner();
     for (k, path) in folders.iter().enumerate() {
-        let said = spinner();
         let name = name_of(path);
         let place = format!("{name} ({} of {})", k + 1, folders.len());
         said.set_message(place.clone());
         let folder = read(path, motor.clone(), output);
         let shown = said.clone();
+        let count = folders.len();
         let working = tokio::task::spawn_blocking(move || match folder {
             Ok(folder) => {
-                let progress = |what: &str| shown.set_message(format!("{place}: {what}"));
-                Student::of(folder, &progress)
+                let progress = Progress {
+                    doing: &|what: &str| shown.set_message(format!("{place}: {what}")),
+                    done: &|share| set_share(&shown, (k as f64 + share) / count as f64),
+                };
+                Student::of(folder, progress)
             }
             Err(why) => Student::unreadable(name, why),
         });
@@ -183,7 +188,6 @@ async fn all(
             student = working => student.map_err(Failure::device)?,
             () = stop.clone().asked() => break,
         };
-        said.finish_and_clear();
         let line = format!(
             "{}/{}  {}: {}",
             k + 1,
@@ -193,10 +197,11 @@ async fn all(
         );
         match output.json {
             true => output.message(&line),
-            false => output.line(&line)?,
+            false => said.suspend(|| output.line(&line))?,
         }
         students.push(student);
     }
+    said.finish_and_clear();
     Ok(students)
 }
 

@@ -37,7 +37,7 @@ mod sentence;
 mod settings;
 mod verdict;
 
-pub use design::{Isolability, Pair, Plan, isolability};
+pub use design::{Beyond, Isolability, Pair, Plan, beyond_parameters, isolability};
 pub use error::DiagnoseError;
 pub use nominal::{NominalFit, nominal_fit};
 pub use report::{

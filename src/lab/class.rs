@@ -5,15 +5,16 @@
 
 use serde::Serialize;
 
+use super::Progress;
+use super::outcome::Outcome;
 use crate::check::{Finding, Severity, check, is_fatal};
 use crate::compare::compare;
-use crate::diagnose::{Diagnosis, NominalSource, Options, Verdict, diagnose, nominal_fit};
+use crate::diagnose::{Diagnosis, NominalSource, Options, diagnose, nominal_fit};
 use crate::hint::on_one_line;
 use crate::motor::{Model, Motor};
 use crate::recording::Run;
 use crate::report::Panel;
 use crate::report::diagnosis::{bad_recording_page, overlays, page, recorded_speed};
-use crate::report::number::probability_of;
 
 /// The class whole; serialises to the shape `motorlab-class/1`.
 #[derive(Debug, Clone, Serialize)]
@@ -80,80 +81,6 @@ pub struct Figures {
     pub position_rmse_counts: Option<f64>,
 }
 
-/// The outcome of a diagnosis.
-#[derive(Debug, Clone, Serialize)]
-pub struct Outcome {
-    /// Its verdict.
-    pub verdict: Verdict,
-    /// The verdict's probability.
-    pub probability: f64,
-    /// The effects that it names.
-    pub effects: Vec<&'static str>,
-    /// The same as a sentence.
-    pub sentence: String,
-    /// Held-out prediction error of the nominal model over segments, in counts RMS.
-    pub gap_counts: f64,
-    /// The same with the identified effects.
-    pub after_counts: f64,
-    /// Noise floor.
-    pub floor_counts: f64,
-    /// The command that records the next experiment.
-    pub next: Option<String>,
-}
-
-impl Outcome {
-    fn of(found: &Diagnosis) -> Self {
-        Self {
-            verdict: found.verdict,
-            probability: found.probability,
-            effects: found.effects.clone(),
-            sentence: found.sentence.clone(),
-            gap_counts: found.gap.before,
-            after_counts: found.gap.after_effect,
-            floor_counts: found.gap.floor,
-            next: (found.next_experiment.as_ref()).map(|next| next.command.clone()),
-        }
-    }
-
-    /// The verdict as a sentence.
-    pub fn verdict_words(&self) -> String {
-        let names: Vec<String> = self.effects.iter().map(|id| id.replace('_', " ")).collect();
-        let named = names.join(" and ");
-        let p = probability_of("", self.probability);
-        match self.verdict {
-            Verdict::BadRecording => "The recording has a fatal finding.".to_owned(),
-            Verdict::NoGap => "The model describes the recordings; nothing is missing.".to_owned(),
-            Verdict::Parameters => {
-                format!("Other parameters describe the recordings; no effect is missing ({p}).")
-            }
-            Verdict::Effect => format!("Cause: {named} ({p})."),
-            Verdict::Partial => {
-                format!("Cause: {named} ({p}); a part of the error is unexplained.")
-            }
-            Verdict::Ambiguous => {
-                format!("An effect is present ({p}); the recordings do not show which.")
-            }
-            Verdict::OutsideCatalogue => "No known effect describes the error.".to_owned(),
-            Verdict::NoChange => "Nothing has changed since the reference.".to_owned(),
-        }
-    }
-
-    /// The verdict in a few words.
-    pub fn words(&self) -> String {
-        let named = self.effects.join(" and ");
-        match self.verdict {
-            Verdict::BadRecording => "fatal finding".to_owned(),
-            Verdict::NoGap => "no gap".to_owned(),
-            Verdict::Parameters => "parameter mismatch".to_owned(),
-            Verdict::Effect => named,
-            Verdict::Partial => format!("{named} and an unexplained part"),
-            Verdict::Ambiguous => "ambiguous".to_owned(),
-            Verdict::OutsideCatalogue => "outside the catalogue".to_owned(),
-            Verdict::NoChange => "no change".to_owned(),
-        }
-    }
-}
-
 /// Contents of a student's folder.
 #[derive(Debug, Clone)]
 pub struct Folder {
@@ -177,8 +104,8 @@ impl Student {
         }
     }
 
-    /// Checks, compares and diagnoses everything; `progress` is told what is being done.
-    pub fn of(folder: Folder, progress: &(dyn Fn(&str) + Sync)) -> Self {
+    /// Checks, compares and diagnoses everything.
+    pub fn of(folder: Folder, progress: Progress<'_>) -> Self {
         let Folder { name, motor, runs } = folder;
         let (motor, is_given) = match motor {
             Ok(motor) => motor,
@@ -188,10 +115,12 @@ impl Student {
             let why = "no recording (a file NAME.csv) in this folder".to_owned();
             return Self::unreadable(name, why);
         }
-        let work = Work {
+        let mut work = Work {
             motor,
             is_given,
             progress,
+            samples: runs.iter().flat_map(|(_, run)| run).map(Run::len).sum(),
+            done: 0,
         };
         let mut recordings = Vec::new();
         let mut usable = Vec::new();
@@ -200,6 +129,7 @@ impl Student {
                 Ok(run) => work.recording(file, run),
                 Err(why) => Recording::unreadable(file, why.clone()),
             };
+            work.done += run.as_ref().map_or(0, Run::len);
             if let (Ok(run), None) = (run, &recording.unusable) {
                 usable.push(run);
             }
@@ -282,7 +212,10 @@ impl Recording {
 struct Work<'a> {
     motor: Motor,
     is_given: bool,
-    progress: &'a (dyn Fn(&str) + Sync),
+    progress: Progress<'a>,
+    /// Samples of all recordings, and of those that are done. Each is diagnosed twice: alone and with all others.
+    samples: usize,
+    done: usize,
 }
 
 impl Work<'_> {
@@ -345,11 +278,69 @@ impl Work<'_> {
             }
             motor = fit.motor;
         }
+        let own: usize = runs.iter().map(Run::len).sum();
+        let done = |share: f64| {
+            let samples = self.done as f64 + share * own as f64;
+            (self.progress.done)(0.5 * samples / self.samples as f64);
+        };
         let options = Options {
             nominal_source,
-            progress: &self.progress,
+            progress: &self.progress.doing,
+            done: &done,
             ..Options::default()
         };
         diagnose(runs, &motor, &options).map_err(|why| on_one_line(&why.to_string()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::motor::{CommandKind, Drive, SimulationOptions, simulate};
+
+    fn step(volts: f64) -> Run {
+        let motor = Motor::default();
+        let t_s: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.01).collect();
+        let command = vec![volts; t_s.len()];
+        let drive = Drive {
+            t_s: &t_s,
+            command: &command,
+            kind: CommandKind::Voltage,
+        };
+        let simulated = simulate(&motor, &drive, &SimulationOptions::default());
+        Run {
+            sample_time_s: 0.01,
+            counts_per_rev: 720.0,
+            counts: simulated.expect("a run").counts,
+            command,
+            t_s,
+            ..Run::default()
+        }
+    }
+
+    /// The time that is left is estimated from the share: it rises over all diagnoses of a student, and ends where they end.
+    #[test]
+    fn the_share_that_is_done_rises_over_all_recordings() {
+        let folder = Folder {
+            name: "anna".to_owned(),
+            motor: Ok((Motor::default(), true)),
+            runs: [("a.csv", 3.0), ("b.csv", 4.5)]
+                .map(|(name, volts)| (name.to_owned(), Ok(step(volts))))
+                .into(),
+        };
+        let shares = Mutex::new(Vec::new());
+        let done = |share| shares.lock().expect("one thread").push(share);
+        let progress = Progress {
+            doing: &|_| (),
+            done: &done,
+        };
+        assert!(Student::of(folder, progress).is_sound());
+        let shares = shares.into_inner().expect("one thread");
+        assert!(shares.is_sorted(), "{shares:?}");
+        let (first, last) = (shares[0], shares[shares.len() - 1]);
+        assert!(first > 0.0 && first < 0.25, "{shares:?}");
+        assert!(last > 0.75 && last <= 1.0, "{shares:?}");
     }
 }

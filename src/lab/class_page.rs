@@ -1,6 +1,7 @@
 //! The page of a class: a row a student, then each student's recordings.
 
-use super::class::{Class, Outcome, Recording, Student};
+use super::class::{Class, Recording, Student};
+use super::outcome::Outcome;
 use crate::report::number::{figure, probability_of, time};
 use crate::report::{Cell, Page};
 

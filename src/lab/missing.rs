@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::Progress;
 use crate::check::{Finding, Severity};
-use crate::diagnose::{Cause, Diagnosis, Interval, Options, diagnose};
+use crate::diagnose::{Cause, Diagnosis, Interval, NominalSource, Options, diagnose, nominal_fit};
 use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
@@ -19,31 +20,50 @@ pub enum Missing {
 }
 
 impl Missing {
-    /// Diagnoses all recordings together, in which this was found; `progress` is told what is being done.
+    /// Diagnoses all recordings together, in which this was found, and the nominal motor. Of an axis that nobody describes the handout's
+    /// parameters are no reference: its nominal motor is fitted, as in `diagnose` of a foreign log without a motor file.
     pub fn in_simulation_of(
-        motor: &Motor,
+        (motor, is_described): (&Motor, bool),
         runs: &[Run],
         findings: &[Finding],
-        progress: &(dyn Fn(&str) + Sync),
-    ) -> Self {
+        progress: Progress<'_>,
+    ) -> (Self, Motor) {
+        let mut motor = motor.clone();
         // As in `diagnose`: with a fatal finding nothing is asserted about the motor.
         if let Some(fatal) = findings
             .iter()
             .find(|found| found.severity == Severity::Fatal)
         {
-            return Self::Undiagnosed(format!(
+            let why = format!(
                 "a finding about the recording is fatal: {}",
                 fatal.sentence()
-            ));
+            );
+            return (Self::Undiagnosed(why), motor);
+        }
+        let mut nominal_source = NominalSource::Given;
+        if !is_described {
+            (progress.doing)("fitting the nominal model");
+            let fit = match nominal_fit(runs, &motor) {
+                Ok(fit) => fit,
+                Err(why) => return (Self::Undiagnosed(why.to_string()), motor),
+            };
+            nominal_source = match fit.is_given {
+                true => NominalSource::Handout,
+                false => NominalSource::Fit,
+            };
+            motor = fit.motor;
         }
         let options = Options {
-            progress,
+            nominal_source,
+            progress: &progress.doing,
+            done: &progress.done,
             ..Options::default()
         };
-        match diagnose(runs, motor, &options) {
+        let found = match diagnose(runs, &motor, &options) {
             Ok(diagnosis) => Self::Diagnosed(Box::new(diagnosis)),
             Err(why) => Self::Undiagnosed(why.to_string()),
-        }
+        };
+        (found, motor)
     }
 
     /// The diagnosis, where there is one.

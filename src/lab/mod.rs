@@ -8,8 +8,9 @@
 //! | [`sampling`] | Part 2: encoder, sampling, difference |
 //! | [`recorded`] | Part 3: recordings against simulations |
 //! | [`missing`] | Part 3: what explains the gap between them |
-//! | [`not_shown`] | Part 3: effects that the recordings would not show |
+//! | [`not_shown`] | Part 3: effects that the diagnosis may miss |
 //! | [`answers`] | every question of the handout, answered |
+//! | [`outcome`] | what a diagnosis comes to, in words |
 //! | [`class`], [`class_page`] | many students' recordings side by side, and their page |
 //! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
 
@@ -20,6 +21,7 @@ pub mod columns;
 pub mod damping;
 pub mod missing;
 pub mod not_shown;
+pub mod outcome;
 pub mod page;
 pub mod recorded;
 pub mod sampling;
@@ -36,9 +38,22 @@ use crate::recording::Run;
 use answers::Answer;
 use damping::Damping;
 use missing::Missing;
+use not_shown::NotShown;
 use recorded::Recorded;
 use sampling::Sampling;
 use step_response::{CURVES, Curve, OrderDifference};
+
+/// Receivers of what a long computation reports: its present step, and an estimate of the share that is done.
+#[derive(Clone, Copy)]
+pub struct Progress<'a> {
+    /// What is being done.
+    pub doing: &'a (dyn Fn(&str) + Sync),
+    /// The share.
+    pub done: &'a (dyn Fn(f64) + Sync),
+}
+
+/// Share of the work that the diagnosis of Part 3 is; the rest is which effects its recordings hardly show.
+const DIAGNOSIS_SHARE: f64 = 0.9;
 
 /// Where the recordings of Part 3 come from.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -82,8 +97,8 @@ pub struct Lab {
     pub findings: Vec<Finding>,
     /// Causes of the error in Part 3.
     pub missing: Missing,
-    /// Effects that the recordings would not show at a typical magnitude; empty without a diagnosis.
-    pub not_shown: Vec<&'static str>,
+    /// Effects that the recordings hardly show, so that the diagnosis may miss them; empty without a diagnosis.
+    pub not_shown: Vec<NotShown>,
     /// Where the recordings come from.
     pub source: Source,
     /// Every question of the handout, answered.
@@ -112,16 +127,17 @@ pub enum LabError {
 }
 
 impl Lab {
-    /// Computes all three parts; `runs` come with what their reader had to say, `progress` is told what the
-    /// diagnosis of Part 3 is doing; without it there is none.
+    /// Computes all three parts of the motor, which is described by a motor file or, where `is_described` is false, the handout's in place
+    /// of an unknown one. `runs` come with what their reader had to say, `progress` receives the steps of the diagnosis of Part 3; without it
+    /// there is none.
     ///
     /// # Errors
     /// The motor or a recording cannot be simulated.
     pub fn of(
-        motor: Motor,
+        (motor, is_described): (Motor, bool),
         runs: Vec<(Run, Vec<String>)>,
         source: Source,
-        progress: Option<&(dyn Fn(&str) + Sync)>,
+        progress: Option<Progress<'_>>,
     ) -> Result<Self, LabError> {
         let p = motor.parameters;
         let curves = CURVES
@@ -159,12 +175,13 @@ impl Lab {
         let part_3: Vec<_> = (part_3.into_iter())
             .map(|recorded| recorded.checked(&findings))
             .collect();
-        let missing = match progress {
-            Some(progress) => Missing::in_simulation_of(&motor, &runs, &findings, progress),
-            None => Missing::Undiagnosed("it was not asked for".to_owned()),
+        let (missing, not_shown) = match progress {
+            Some(progress) => explained((&motor, is_described), &runs, &findings, progress),
+            None => {
+                let why = "it was not asked for".to_owned();
+                (Missing::Undiagnosed(why), Vec::new())
+            }
         };
-        let not_shown = (missing.diagnosis())
-            .map_or_else(Vec::new, |found| not_shown::not_shown(&motor, &runs, found));
         let why = (&missing, &not_shown[..]);
         let answers = answers::all(&part_1, &part_2, &part_3, why, &source);
         Ok(Self {
@@ -192,6 +209,27 @@ impl Lab {
     pub fn motor(&self) -> &Motor {
         &self.motor
     }
+}
+
+/// Causes of the error, and effects that the recordings hardly show.
+fn explained(
+    described: (&Motor, bool),
+    runs: &[Run],
+    findings: &[Finding],
+    progress: Progress<'_>,
+) -> (Missing, Vec<NotShown>) {
+    let of_diagnosis = |share| (progress.done)(DIAGNOSIS_SHARE * share);
+    let diagnosing = Progress {
+        done: &of_diagnosis,
+        ..progress
+    };
+    let (missing, motor) = Missing::in_simulation_of(described, runs, findings, diagnosing);
+    (progress.doing)("effects that the recordings hardly show");
+    let done = |share| (progress.done)(DIAGNOSIS_SHARE + (1.0 - DIAGNOSIS_SHARE) * share);
+    let not_shown = (missing.diagnosis()).map_or_else(Vec::new, |found| {
+        not_shown::not_shown(&motor, runs, found, &done)
+    });
+    (missing, not_shown)
 }
 
 /// The recordings as they are checked and diagnosed. The virtual board plays faster than time passes: when its samples arrive says

@@ -1,40 +1,37 @@
-//! Part 3: effects that the recordings would not show, had the motor them at a typical magnitude.
+//! Part 3: effects that the diagnosis of these recordings may miss, because they change them by little.
 
-use std::collections::BTreeMap;
+use serde::Serialize;
 
-use crate::board::{Profile, Segment};
-use crate::diagnose::{Diagnosis, Plan, isolability};
-use crate::motor::{CommandKind, Motor};
+use crate::diagnose::{Diagnosis, beyond_parameters};
+use crate::motor::Motor;
 use crate::recording::Run;
+use crate::report::number::figure;
 
-/// Separation from the model without effects, in standard deviations, from which an effect can be identified: its logarithmic likelihood
-/// ratio of 12.5 outweighs the prior odds of one effect of the catalogue and the free parameters.
-const IDENTIFIED_FROM: f64 = 5.0;
-/// Most samples of a recording of which this is computed: each of the catalogue's effects is simulated some times on it.
+/// Counts RMS beyond re-identified parameters from which the diagnosis is relied upon to name an effect or its class: those of the breadth
+/// table with less are mostly not named (docs/decisions).
+const RELIED_ON_FROM: f64 = 2.0;
+/// Most samples of a recording of which this is computed: each of the catalogue's effects is simulated and fitted on it.
 const MOST_SAMPLES: usize = 20_000;
 
-/// Ids of the effects that these recordings of the motor do not show together, in the order of the catalogue, beside those that the diagnosis
+/// An effect that the diagnosis may miss.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct NotShown {
+    /// Its id.
+    pub effect: &'static str,
+    /// RMS in counts by which it changes the recordings beyond re-identified parameters, at its default magnitude.
+    pub beyond_parameters_counts: f64,
+}
+
+/// Effects that these recordings of the motor hardly show together, in the order of the catalogue, beside those that the diagnosis
 /// names; none where it is not computed.
-pub fn not_shown(motor: &Motor, runs: &[Run], diagnosis: &Diagnosis) -> Vec<&'static str> {
-    let is_planned =
-        |run: &Run| run.command_kind == CommandKind::Voltage && run.len() <= MOST_SAMPLES;
-    if runs.is_empty() || !runs.iter().all(is_planned) {
+pub fn not_shown(
+    motor: &Motor,
+    runs: &[Run],
+    diagnosis: &Diagnosis,
+    done: &(dyn Fn(f64) + Sync),
+) -> Vec<NotShown> {
+    if runs.iter().any(|run| run.len() > MOST_SAMPLES) {
         return Vec::new();
-    }
-    let mut squares: BTreeMap<&'static str, f64> = BTreeMap::new();
-    let mut order = Vec::new();
-    for run in runs {
-        let mut motor = motor.clone();
-        motor.parameters.counts_per_rev = run.counts_per_rev;
-        motor.parameters.supply_v = run.supply_v.unwrap_or(motor.parameters.supply_v);
-        let Some(found) = isolability(&motor, &plan(run), &|_| ()) else {
-            return Vec::new();
-        };
-        // The first is the model without effects.
-        for (k, effect) in found.effects.iter().enumerate().skip(1) {
-            *squares.entry(effect).or_default() += found.between(k, 0).powi(2);
-        }
-        order = found.effects;
     }
     let of_classes = diagnosis
         .classes
@@ -46,52 +43,41 @@ pub fn not_shown(motor: &Motor, runs: &[Run], diagnosis: &Diagnosis) -> Vec<&'st
         .chain(of_classes)
         .copied()
         .collect();
-    let is_hidden = |effect: &&'static str| {
-        squares
-            .get(effect)
-            .is_some_and(|square| square.sqrt() < IDENTIFIED_FROM)
-    };
-    (order.into_iter())
-        .filter(|effect| is_hidden(effect) && !named.contains(effect))
+    (beyond_parameters(motor, runs, done).into_iter())
+        .filter(|one| one.rms_counts < RELIED_ON_FROM && !named.contains(&one.effect))
+        .map(|one| NotShown {
+            effect: one.effect,
+            beyond_parameters_counts: one.rms_counts,
+        })
         .collect()
 }
 
-/// The recording as a plan: its commands, one after the other.
-fn plan(run: &Run) -> Plan {
-    let mut segments: Vec<Segment> = Vec::new();
-    for (k, &command) in run.command.iter().enumerate() {
-        let next = run.t_s.get(k + 1).copied();
-        let duration_s = next.map_or(run.sample_time_s, |next| next - run.t_s[k]);
-        match segments.last_mut() {
-            Some(last) if last.command == command => last.duration_s += duration_s,
-            _ => segments.push(Segment {
-                duration_s,
-                command,
-            }),
-        }
-    }
-    Plan {
-        duration_s: segments.iter().map(|segment| segment.duration_s).sum(),
-        profile: Profile {
-            name: "recorded".to_owned(),
-            segments,
-        },
-        sample_time_s: run.sample_time_s,
-    }
-}
-
 /// In words, for the answer; empty where all effects would be shown. `reverses`: one of the recordings is driven in both directions.
-pub fn words(effects: &[&str], reverses: bool) -> String {
-    if effects.is_empty() {
-        return String::new();
-    }
-    let names: Vec<String> = effects.iter().map(|id| id.replace('_', " ")).collect();
-    let hint = match reverses {
-        true => "",
-        false => " hint: record with --profile reversing too, for more of them.",
+pub fn words(effects: &[NotShown], reverses: bool) -> String {
+    let name = |one: &NotShown| one.effect.replace('_', " ");
+    let with_figure = |one: &NotShown| {
+        let counts = figure(one.beyond_parameters_counts, 2);
+        format!("{} ({counts})", name(one))
     };
-    format!(
-        " At a typical magnitude these recordings do not show: {}.{hint}",
-        names.join(", ")
-    )
+    let (imitated, little): (Vec<&NotShown>, Vec<&NotShown>) =
+        (effects.iter()).partition(|one| one.beyond_parameters_counts == 0.0);
+    let imitated: Vec<String> = imitated.into_iter().map(name).collect();
+    let little: Vec<String> = little.into_iter().map(with_figure).collect();
+    let mut words = String::new();
+    if !imitated.is_empty() {
+        words += &format!(
+            " At their default magnitudes these recordings do not show, because re-identified parameters leave no more than the noise floor: {}.",
+            imitated.join(", ")
+        );
+    }
+    if !little.is_empty() {
+        words += &format!(
+            " The diagnosis may miss what re-identified parameters leave less than {RELIED_ON_FROM} counts RMS of above the noise floor: {}.",
+            little.join(", ")
+        );
+    }
+    if !effects.is_empty() && !reverses {
+        words += " hint: record with --profile reversing too, for more of them.";
+    }
+    words
 }

@@ -12,6 +12,8 @@ use crate::support::command::{RunFile, run};
 /// Values of a motor file, in its order: of a gear motor of 12 V, and of a small one of 6 V.
 const GEAR: [f64; 9] = [3.2, 0.75, 0.75, 0.006, 0.0018, 0.012, 0.09, 1320.0, 12.0];
 const SMALL: [f64; 9] = [5.5, 0.14, 0.14, 0.0002, 0.002, 0.0003, 0.012, 360.0, 6.0];
+/// A large winding: its electrical time constant L/R is 5 ms, a quarter of the mechanical one.
+const WOUND: [f64; 9] = [1.2, 0.35, 0.35, 0.001, 0.006, 0.002, 0.03, 1024.0, 12.0];
 /// A guess: each number a quarter too large or a fifth too small, but for what a data sheet says.
 const GUESSED: [f64; 9] = [0.8, 1.25, 1.25, 1.25, 0.8, 0.8, 0.8, 1.0, 1.0];
 /// The verdicts that are right.
@@ -57,7 +59,7 @@ fn as_log(run_file: &Path, log: &Path) {
     fs::write(log, text).expect("a log");
 }
 
-fn right(here: &Path, words: &str) {
+fn right(here: &Path, words: &str) -> Value {
     let done = run(
         here,
         &[&words.split(' ').collect::<Vec<_>>()[..], &["--json"]].concat(),
@@ -66,6 +68,7 @@ fn right(here: &Path, words: &str) {
     let found: Value = serde_json::from_str(&done.output).expect("a document");
     let verdict = found["verdict"].as_str().expect("a verdict");
     assert!(RIGHT.contains(&verdict), "{words}: {}", found["sentence"]);
+    found
 }
 
 /// Also where `lab` takes the handout's motor, which this one is not.
@@ -118,5 +121,28 @@ fn a_small_motor_is_itself() {
         "diagnose step3.log.csv step10.log.csv reversing.log.csv --counts-per-rev 360",
     );
     right_in_lab(here, LAB);
+    right_in_lab(here, &format!("{LAB} --run reversing.csv"));
+}
+
+/// Without a motor file L/R is free, as the other parameters are. Voltage and counts determine `R/L + b/J`: L/R is off by what the share of
+/// viscous friction is.
+#[test]
+fn a_motor_with_a_large_winding_is_itself() {
+    let folder = recorded(WOUND);
+    let here = folder.path();
+    for words in [
+        "diagnose step3.log.csv step10.log.csv --counts-per-rev 1024",
+        "diagnose step3.log.csv --counts-per-rev 1024",
+        "diagnose step3.csv step10.csv --nominal fit",
+        "diagnose step3.csv step10.csv reversing.csv --nominal fit",
+    ] {
+        let found = right(here, words);
+        let fitted_s = &found["identifiable"]["electrical_time_constant_s"]["value"];
+        let off = fitted_s.as_f64().expect("a number") / 0.005 - 1.0;
+        assert!(off.abs() < 0.2, "{words}: L/R is off by {off}");
+    }
+    right(here, "diagnose step3.csv step10.csv --motor guess.toml");
+    right_in_lab(here, LAB);
+    right_in_lab(here, "lab --run step3.csv");
     right_in_lab(here, &format!("{LAB} --run reversing.csv"));
 }

@@ -6,3 +6,4 @@ mod support;
 mod class;
 mod first_try;
 mod handout;
+mod steps_show;

@@ -7,13 +7,15 @@
 //!
 //! with `x` the predictions, `W` the units of the error, `J_j` the derivatives of the rival and `P_j` the precision to which its
 //! parameters are known; `rho` are the ratios of the innovation variances, where one of the two is a stochastic effect. [`isolability`]
-//! compares the effects of the catalogue before any recording, [`next_experiment`] the sets that a diagnosis leaves (T-optimality:
+//! compares the effects of the catalogue before any recording, [`beyond_parameters`] simulates them on the commands of one, [`next_experiment`] the sets that a diagnosis leaves (T-optimality:
 //! Atkinson and Fedorov 1975).
 
+mod beyond;
 mod change;
 mod isolability;
 mod next;
 mod planned;
 
+pub use beyond::{Beyond, beyond_parameters};
 pub use isolability::{Isolability, Pair, Plan, isolability};
 pub(crate) use next::next_experiment;

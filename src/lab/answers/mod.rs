@@ -10,6 +10,7 @@ mod step_response;
 use serde::Serialize;
 
 use super::missing::Missing;
+use super::not_shown::NotShown;
 use super::recorded::Recorded;
 use super::sampling::Sampling;
 use super::{Source, StepResponses};
@@ -52,7 +53,7 @@ pub fn all(
     part_1: &StepResponses,
     part_2: &Sampling,
     part_3: &[Recorded],
-    (missing, not_shown): (&Missing, &[&str]),
+    (missing, not_shown): (&Missing, &[NotShown]),
     source: &Source,
 ) -> Vec<Answer> {
     vec![

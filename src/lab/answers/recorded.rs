@@ -1,10 +1,10 @@
 //! Answers of Part 3.
 
 use super::{Answer, NO_USABLE_RECORDING, not_usable, usable};
-use crate::diagnose::{Diagnosis, Settings, Verdict};
+use crate::diagnose::{Diagnosis, NominalSource, Settings, Verdict};
 use crate::lab::Source;
 use crate::lab::missing::Missing;
-use crate::lab::not_shown;
+use crate::lab::not_shown::{self, NotShown};
 use crate::lab::recorded::{MODELS, Recorded, WITH_EFFECTS};
 use crate::lab::sampling::SAMPLE_TIMES_S;
 use crate::recording::Run;
@@ -101,7 +101,7 @@ fn reverses(run: &Run) -> bool {
 pub(super) fn missing(
     runs: &[Recorded],
     missing: &Missing,
-    not_shown: &[&str],
+    not_shown: &[NotShown],
     source: &Source,
 ) -> Answer {
     let usable = usable(runs);
@@ -156,13 +156,18 @@ pub(super) fn missing(
     let short = match missing {
         Missing::Diagnosed(diagnosis) => {
             because.extend(diagnosed(diagnosis));
-            let measures = match diagnosis.verdict {
+            // The motor was fitted: its parameters are not the handout's.
+            let verdict = match (diagnosis.verdict, diagnosis.nominal_source) {
+                (Verdict::NoGap, NominalSource::Fit) if !open.is_empty() => Verdict::Parameters,
+                (verdict, _) => verdict,
+            };
+            let measures = match verdict {
                 Verdict::NoGap => String::new(),
                 _ => two_measures(diagnosis) + " ",
             };
             format!(
                 "{} {measures}The diagnosis: {}{}",
-                seen.answer(diagnosis.verdict, &diagnosis.effects, diagnosis.probability),
+                seen.answer(verdict, &diagnosis.effects, diagnosis.probability),
                 diagnosis.sentence,
                 not_shown::words(not_shown, usable.iter().any(|one| reverses(&one.run)))
             )
@@ -262,8 +267,13 @@ impl ExcessDeviation {
 /// The figures of the diagnosis in sentences; the causes are a table of their own.
 fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     let gap = &diagnosis.gap;
+    let whose = match diagnosis.nominal_source {
+        NominalSource::Given => "the motor file's",
+        NominalSource::Handout => "the handout's",
+        NominalSource::Fit => "fitted",
+    };
     let mut sentences = vec![format!(
-        "Held-out RMS error ({}): {} counts with the motor file's parameters, {} with re-identified parameters, {} with the identified effects; noise floor {}.",
+        "Held-out RMS error ({}): {} counts with {whose} parameters, {} with re-identified parameters, {} with the identified effects; noise floor {}.",
         gap.held_out,
         figure(gap.before, 3),
         figure(gap.after_parameters, 3),

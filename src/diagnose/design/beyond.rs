@@ -1,0 +1,118 @@
+//! How much each effect changes recordings beyond what re-identified parameters make up for.
+//!
+//! The commands of the recordings are simulated with the motor and one effect of the catalogue, and the parameters are re-identified from
+//! these counts as from recorded ones: what that leaves above its noise floor is the part of the effect that no parameters imitate.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::diagnose::inverse::{own_part, shares};
+use crate::diagnose::model::Model;
+use crate::diagnose::nested::least_squares;
+use crate::diagnose::pipeline::Prepared;
+use crate::diagnose::relevance::noise_floor;
+use crate::diagnose::settings::Settings;
+use crate::motor::catalogue::{EffectKind, catalogue};
+use crate::motor::{ActiveEffect, Drive, Motor, SimulationOptions, simulate};
+use crate::recording::Run;
+
+/// An effect, and what it changes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Beyond {
+    /// The effect, at the magnitude that a virtual board has where it names none.
+    pub effect: &'static str,
+    /// RMS in counts, above the noise floor, that re-identified parameters leave.
+    pub rms_counts: f64,
+}
+
+/// Of each effect that the motor file lacks and that can be simulated, in the order of the catalogue. `done` receives the share that is done.
+pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync)) -> Vec<Beyond> {
+    let settings = Settings::default();
+    let lacking = |kind: &&EffectKind| motor.effects.get(kind.id).is_none();
+    let kinds: Vec<&EffectKind> = catalogue().iter().filter(lacking).collect();
+    let made = AtomicUsize::new(0);
+    kinds
+        .par_iter()
+        .map(|kind| {
+            let rms_counts = left(motor, kind, runs, &settings)?;
+            let effect = kind.id;
+            Some(Beyond { effect, rms_counts })
+        })
+        .inspect(|_| done((made.fetch_add(1, Ordering::Relaxed) + 1) as f64 / kinds.len() as f64))
+        .flatten_iter()
+        .collect()
+}
+
+/// What re-identified parameters leave of recordings with an effect; `None` where it cannot be simulated.
+fn left(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> Option<f64> {
+    let mut with = motor.clone();
+    let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters).ok()?;
+    with.effects.set(effect);
+    let simulated = runs.iter().map(|run| simulated(&with, run));
+    let simulated: Vec<Run> = simulated.collect::<Option<_>>()?;
+    let prepared = Prepared::new(&simulated, motor, settings, false).ok()?;
+    let (segments, _) = prepared.searched();
+    let model = Model::new(&prepared.base, Vec::new());
+    let mut starts = vec![model.start()];
+    let own = own_part(segments).map(|own| model.start_with(shares(&prepared.base, own)));
+    starts.extend(own);
+    let fit = least_squares(segments, &model, &starts)?;
+    let floor = noise_floor(segments, &fit)?;
+    Some((fit.mean_square() - floor).max(0.0).sqrt())
+}
+
+/// The commands of a run, played by a motor.
+fn simulated(motor: &Motor, run: &Run) -> Option<Run> {
+    let mut motor = run.known.applied_to(motor);
+    motor.parameters.counts_per_rev = run.counts_per_rev;
+    motor.parameters.supply_v = run.supply_v.unwrap_or(motor.parameters.supply_v);
+    let drive = Drive {
+        t_s: &run.t_s,
+        command: &run.command,
+        kind: run.command_kind,
+    };
+    let found = simulate(&motor, &drive, &SimulationOptions::default()).ok()?;
+    Some(Run {
+        sample_time_s: run.sample_time_s,
+        counts_per_rev: run.counts_per_rev,
+        supply_v: run.supply_v,
+        command_kind: run.command_kind,
+        t_s: run.t_s.clone(),
+        command: run.command.clone(),
+        known: run.known.clone(),
+        counts: found.counts,
+        ..Run::default()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::Profile;
+
+    /// A step to one voltage: a drop of voltage is a motor of other friction there, a compliance is not.
+    #[test]
+    fn parameters_imitate_a_voltage_drop_and_no_compliance() {
+        let motor = Motor::default();
+        let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
+        let profile = Profile::built_in("step", 4.5, 1.8).expect("built in");
+        let run = Run {
+            sample_time_s: 0.003,
+            counts_per_rev: 720.0,
+            supply_v: Some(4.5),
+            command: profile.commands(0.003, t_s.len()),
+            counts: vec![0; t_s.len()],
+            t_s,
+            ..Run::default()
+        };
+        let found = beyond_parameters(&motor, &[run], &|_| ());
+        assert_eq!(found.len(), catalogue().len());
+        let of = |effect: &str| {
+            let of = found.iter().find(|one| one.effect == effect);
+            of.expect("an effect").rms_counts
+        };
+        assert!(of("voltage_drop") < 0.1, "{found:?}");
+        assert!(of("compliance") > 0.3, "{found:?}");
+    }
+}
