@@ -29,7 +29,7 @@ pub fn page(found: &Isolability, command: &str) -> String {
     page.verbatim(command);
     page.drawing(
         &heatmap(found),
-        "Separation D of each effect from each other one in standard deviations, from the pair's less favourable side. Dark: a recording of this profile does not separate them. The row and column of none: whether the effect is visible at all.",
+        "Separation D of each effect from each other one in standard deviations, from the pair's less favourable side. Full colour: a recording of this profile does not separate them. The row and column of none: whether the effect is visible at all.",
     );
     let rows = |pairs: &[Pair], is_pair: bool| -> Vec<Vec<String>> {
         let row = |pair: &Pair| match is_pair {

@@ -1,5 +1,7 @@
 //! Units that stand out: a recurring effect, or a parameter that is an outlier.
 
+use std::path::Path;
+
 use super::{cause_of, name_of};
 use crate::fleet::{
     Document, FEWEST_UNITS, OUTSTANDING, Outlier, Population, Recurring, SIGNIFICANT,
@@ -75,11 +77,19 @@ fn row(documents: &[Document], population: &Population, unit: usize) -> Vec<Cell
             own.map_or(String::new(), |(_, value)| of(value))
         })
     };
-    let recordings = own.documents.iter().enumerate();
-    let recordings = recordings.map(|(k, place)| {
+    let date = |place: &usize| -> Option<String> {
+        let started = documents[*place].started()?;
+        Some(started.chars().take(DATE).collect())
+    };
+    let dates: Vec<Option<String>> = own.documents.iter().map(date).collect();
+    let recordings = own.documents.iter().zip(&dates).map(|(place, date)| {
         let document = &documents[*place];
-        let name = document.started().unwrap_or_else(|| (k + 1).to_string());
-        (name.chars().take(DATE).collect(), document.page.clone())
+        // Several of one day, and those without a date, are named by their files.
+        let is_only = dates.iter().filter(|other| *other == date).count() == 1;
+        let own = date.clone().filter(|_| is_only);
+        let file = Path::new(&document.document).file_stem();
+        let name = own.or(file.map(|name| name.to_string_lossy().into_owned()));
+        (name.unwrap_or_default(), document.page.clone())
     });
     vec![
         Cell::Text(own.name.clone()),
