@@ -3,6 +3,7 @@
 //! Before the jump the shaft rests or turns steadily; a straight line through those positions says where it would be afterwards,
 //! and how surely (linear regression's prediction). Motion beyond it is the response to the jump.
 
+use super::gap_in_time::pauses;
 use crate::recording::Run;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
@@ -39,24 +40,33 @@ pub(super) struct Jump {
 }
 
 /// Every jump of a run from rest or steady turning, and at most so many steps after it (`most_after`). Counts that are uncertain by so
-/// many samples (`slack`) are ahead only where they were before.
+/// many samples (`slack`) are ahead only where they were before. The command in a pause is not known, so that line and answer end
+/// at one.
 pub(super) fn jumps(run: &Run, slack: usize, most_after: usize) -> Vec<Jump> {
     let sizes = run.command.iter().map(|u| u.abs());
     let largest = sizes.fold(0.0_f64, f64::max);
     let apart = |a: usize, b: usize| (run.command[a] - run.command[b]).abs();
     let same = |a: usize, b: usize| apart(a, b) <= HOLDS * largest;
+    let pauses: Vec<usize> = pauses(run).iter().map(|pause| pause.before).collect();
+    // The samples around one that no pause divides.
+    let undivided = |at: usize| {
+        let next = pauses.partition_point(|before| *before < at);
+        let from = next.checked_sub(1).map_or(0, |last| pauses[last] + 1);
+        from..pauses.get(next).map_or(run.len(), |before| before + 1)
+    };
     (1..run.len())
         .filter(|&at| largest > 0.0 && apart(at, at - 1) >= JUMPS * largest)
         .filter_map(|at| {
-            let held_before = (at.saturating_sub(MOST_LATE + MOST_LINE)..at)
+            let whole = undivided(at);
+            let held_before = (at.saturating_sub(MOST_LATE + MOST_LINE).max(whole.start)..at)
                 .rev()
                 .take_while(|&k| same(k, at - 1))
                 .count();
-            let held_after = (at..run.len().min(at + most_after))
+            let held_after = (at..whole.end.min(at + most_after))
                 .take_while(|&k| same(k, at))
                 .count();
             // A command is in force until the sample after it.
-            let end = (at + held_after).min(run.len() - 1);
+            let end = (at + held_after).min(whole.end - 1);
             let line = held_before.checked_sub(MOST_LATE)?;
             let is_long_enough = line >= LEAST_LINE && end - at >= LEAST_AFTER;
             is_long_enough.then(|| answer(run, at, line, end, slack))?
@@ -106,4 +116,34 @@ fn answer(run: &Run, at: usize, line: usize, end: usize, slack: usize) -> Option
         ahead: (beyond(at - slack), error(time_s(at - slack)) + bend),
         speed_counts_s: gone.signum() * speed,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rest, then 10 counts a sample from the sample 50 on; a pause of 20 samples before this sample.
+    fn run(pause: usize) -> Run {
+        let t = |k: usize| (if k < pause { k } else { k + 20 }) as f64;
+        Run {
+            counts_per_rev: 100.0,
+            t_s: (0..120).map(|k| 0.01 * t(k)).collect(),
+            command: (0..120).map(|k| if k < 50 { 0.0 } else { 6.0 }).collect(),
+            counts: (0..120)
+                .map(|k| (10.0 * (t(k) - t(50))).max(0.0) as i64)
+                .collect(),
+            ..Run::default()
+        }
+    }
+
+    #[test]
+    fn what_a_pause_divides_is_no_jump_and_no_answer() {
+        // In the jump, right after it, and so soon before it that no line is left.
+        for pause in [50, 51, 53, 40] {
+            assert!(jumps(&run(pause), 0, MOST_AFTER).is_empty(), "{pause}");
+        }
+        let answer = |pause: usize| jumps(&run(pause), 0, MOST_AFTER)[0].answer.len();
+        assert_eq!(answer(20), answer(120));
+        assert_eq!(answer(70), answer(120) - (110 - 69));
+    }
 }
