@@ -57,8 +57,8 @@ mod words;
 mod zero_speeds;
 
 pub use finding::{Finding, Kind, Severity, fatal_of, is_fatal};
-pub(crate) use named_samples::misread_or_stale;
 pub use named_samples::samples_named_by_check;
+pub(crate) use named_samples::{misread_or_stale, off_under_command};
 use subject::Subject;
 pub(crate) use too_short::FEWEST_SAMPLES;
 pub(crate) use zero_speeds::{SPEED_ZERO, ZeroSpeeds};

@@ -1,9 +1,10 @@
 //! The samples that findings name: no model of the motor has to explain them.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use super::misread_position::misread_positions;
-use super::off_under_command::off_intervals;
+use super::off_under_command::{Off, off_intervals};
 use super::stale_rows::stale_rows;
 use super::subject::has;
 use crate::recording::Run;
@@ -17,12 +18,17 @@ pub fn samples_named_by_check(run: &Run) -> Vec<usize> {
         return Vec::new();
     }
     let mut named: BTreeSet<usize> = misread_or_stale(run).into_iter().collect();
-    if has(run, "command") {
-        for off in off_intervals(run) {
-            named.extend(off.from..=off.to);
-        }
-    }
+    named.extend(off_under_command(run).into_iter().flatten());
     named.into_iter().collect()
+}
+
+/// Samples in which the drive was off under its command, run-out included; intervals in their order.
+pub(crate) fn off_under_command(run: &Run) -> Vec<Range<usize>> {
+    if !has(run, "position") || !has(run, "command") {
+        return Vec::new();
+    }
+    let of = |off: &Off| off.from..off.to + 1;
+    off_intervals(run).iter().map(of).collect()
 }
 
 /// Numbers of the samples whose position was misread or is that of an earlier row, in their order: single rows, which a fit leaves out.

@@ -13,16 +13,14 @@ use super::nested::least_squares;
 use super::pipeline::Prepared;
 use super::relevance::{exceeds, noise_floor};
 use super::score::effective_observations;
-use super::segments::{Segments, time_constant_s};
+use super::segments::{Segments, driven, time_constant_s};
 use super::settings::Settings;
-use super::settings::solver::CUTS;
+use super::settings::solver::{CUTS, WINDINGS};
 use super::without_named_samples;
+use crate::check::off_under_command;
 use crate::least_squares::{FirstOrderMotor, Record, columns, plain_fit, start_of};
 use crate::motor::{CommandKind, Motor};
 use crate::recording::Run;
-
-/// Electrical time constants that a winding's fit starts from, as shares of the mechanical one: of a small gear motor, and of a large motor.
-const WINDINGS: [f64; 2] = [0.03, 0.3];
 
 /// A motor that was fitted to runs.
 #[derive(Debug, Clone)]
@@ -197,11 +195,15 @@ fn start(
         .ok_or(DiagnoseError::NoFit)
 }
 
-/// Parts of a run of about so many seconds, each of so many samples at least.
+/// Parts of a run of about so many seconds, each of so many samples at least, without those in which the drive was off.
 fn cut(run: &Run, length_s: f64, least: usize) -> impl Iterator<Item = Range<usize>> + use<> {
-    let n = run.t_s.len();
-    let count = ((n as f64 * run.sample_time_s / length_s) as usize).clamp(1, (n / least).max(1));
-    (0..count).map(move |k| k * n / count..(k + 1) * n / count)
+    let sample_time_s = run.sample_time_s;
+    let parts = driven(run.t_s.len(), &off_under_command(run), least);
+    parts.into_iter().flat_map(move |part| {
+        let n = part.len();
+        let count = ((n as f64 * sample_time_s / length_s) as usize).clamp(1, (n / least).max(1));
+        (0..count).map(move |k| part.start + k * n / count..part.start + (k + 1) * n / count)
+    })
 }
 
 /// A motor with this relative tolerance of some parameters.

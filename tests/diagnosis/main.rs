@@ -9,6 +9,7 @@ mod figures;
 mod hold_out;
 mod more_data;
 mod musts;
+mod off_under_command;
 mod perfect_motors;
 mod plain_fit;
 mod quick;

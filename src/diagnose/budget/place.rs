@@ -4,7 +4,7 @@ use crate::diagnose::report::{Regime, Region};
 use crate::diagnose::segments::{Segments, regimes};
 use crate::diagnose::settings::conventions::{LEAST_REGION, MOST_REGIONS};
 
-/// The intervals with the largest shares; all together have 1. `floor` in counts RMS. The segments are those of whole runs.
+/// The intervals with the largest shares; all together have 1. `floor` in counts RMS. Samples of no segment are in none.
 pub(crate) fn regions(
     segments: &Segments,
     name: &dyn Fn(usize) -> String,
@@ -12,25 +12,25 @@ pub(crate) fn regions(
     floor: f64,
 ) -> Vec<Region> {
     let mut found = Vec::new();
-    let mut at = 0;
     for (number, run) in segments.runs.iter().enumerate() {
         let regimes = regimes(run);
-        let mut from = 0;
-        for k in 1..=regimes.len() {
-            if k < regimes.len() && regimes[k] == regimes[from] {
-                continue;
-            }
-            let squares: f64 = residual[at + from..at + k].iter().map(|r| r * r).sum();
+        let own = segments.segments.iter().filter(|own| own.run == number);
+        let errors: Vec<(usize, f64)> = own
+            .flat_map(|own| (own.from..own.to).zip(residual[own.range()].iter().copied()))
+            .collect();
+        let goes_on =
+            |a: &(usize, f64), b: &(usize, f64)| b.0 == a.0 + 1 && regimes[b.0] == regimes[a.0];
+        for interval in errors.chunk_by(goes_on) {
+            let (from, to) = (interval[0].0, interval[interval.len() - 1].0);
+            let squares: f64 = interval.iter().map(|(_, r)| r * r).sum();
             found.push(Region {
                 run: name(number),
                 from_s: run.t_s[from],
-                to_s: run.t_s[k - 1],
+                to_s: run.t_s[to],
                 regime: regimes[from],
-                share: (squares - floor * floor * (k - from) as f64).max(0.0),
+                share: (squares - floor * floor * interval.len() as f64).max(0.0),
             });
-            from = k;
         }
-        at += regimes.len();
     }
     let total: f64 = found.iter().map(|region| region.share).sum();
     if total <= 0.0 {

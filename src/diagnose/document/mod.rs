@@ -4,6 +4,8 @@ mod causes;
 
 pub(crate) use causes::weighed;
 
+use std::ops::Range;
+
 use super::budget::{Shares, cross_validated, median, regions, travel};
 use super::command_units::CommandUnits;
 use super::error::name_of;
@@ -24,6 +26,7 @@ use super::settings::conventions::{HELD_OUT_FROM, NEXT_FROM, SEARCH_SHARE};
 use super::verdict::{BudgetShares, Weighed, identified, inclusion, joint, verdict};
 use super::{Options, design, relevance, sentence};
 use crate::motor::catalogue::{Stage, catalogue, find};
+use crate::recording::Run;
 use causes::{alternatives, at_bound, base_parameters, causes, classes, outside, sets};
 
 /// Measured quantity.
@@ -236,6 +239,7 @@ pub(super) fn document(
     diagnosis.note = sentence::note(
         &diagnosis,
         &outside(reported, settings),
+        &left_out(prepared, held, options),
         options.is_doubtful,
         segments.runs.iter().any(|run| run.is_closed_loop),
         settings,
@@ -244,6 +248,28 @@ pub(super) fn document(
     let said = diagnosis.parts.iter().filter(|part| !part.is_empty());
     diagnosis.sentence = said.cloned().collect::<Vec<_>>().join(" ");
     Some(diagnosis)
+}
+
+/// Intervals of the diagnosed and the held-out runs in which the drive was off under its command.
+fn left_out(
+    prepared: &Prepared,
+    held: Option<&Segments>,
+    options: &Options<'_>,
+) -> Vec<sentence::LeftOut> {
+    let of = |runs: &[Run], segments: &Segments| -> Vec<sentence::LeftOut> {
+        let pairs = segments.runs.iter().zip(runs).enumerate();
+        pairs
+            .flat_map(|(k, (recording, run))| {
+                let name = name_of(k, run);
+                let at = |sample: usize| recording.t_s[sample];
+                let interval = |off: &Range<usize>| (name.clone(), at(off.start), at(off.end - 1));
+                recording.off.iter().map(interval).collect::<Vec<_>>()
+            })
+            .collect()
+    };
+    let mut intervals = of(&prepared.runs, &prepared.all);
+    intervals.extend(held.map_or_else(Vec::new, |held| of(options.held_out, held)));
+    intervals
 }
 
 /// Error in counts RMS of a perfect model on recordings with a fit's random effects; none where it has none, and where the likelihood, which

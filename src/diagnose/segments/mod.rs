@@ -12,10 +12,12 @@ mod regimes;
 mod subset;
 mod work;
 
-pub(crate) use recording::Recording;
+pub(crate) use recording::{Recording, driven};
 pub(crate) use regimes::regimes;
 pub(crate) use subset::Subset;
 pub(crate) use work::Work;
+
+use std::ops::Range;
 
 use crate::motor::{CommandKind, Motor, Parameters};
 use crate::recording::Run;
@@ -43,7 +45,7 @@ impl Segment {
     }
 
     /// Its samples among those of all segments.
-    pub fn range(&self) -> std::ops::Range<usize> {
+    pub fn range(&self) -> Range<usize> {
         self.at..self.at + self.len()
     }
 }
@@ -83,7 +85,6 @@ impl Segments {
         let mut segments = Vec::new();
         let mut len = 0;
         for (number, run) in recordings.iter_mut().enumerate() {
-            let n = run.t_s.len();
             // In closed loop a motor that does not answer to its command predicts best in the long run; a short segment is an equation
             // error (Ljung 1999, section 13.4).
             let least = match run.is_closed_loop {
@@ -92,17 +93,21 @@ impl Segments {
                     ((length_s / run.sample_time_s).round() as usize).max(settings.segment_samples)
                 }
             };
-            let restarts = cuts(run, (n / least).max(1));
-            for (j, &from) in restarts.iter().enumerate() {
-                let to = restarts.get(j + 1).copied().unwrap_or(n);
-                segments.push(Segment {
-                    run: number,
-                    from,
-                    to,
-                    at: len,
-                    start_speed_sd: run.start(from).1,
-                });
-                len += to - from;
+            let mut restarts = Vec::new();
+            for part in run.driven() {
+                let begins = cuts(run, &part, (part.len() / least).max(1));
+                let ends = begins.iter().skip(1).copied().chain([part.end]);
+                for (&from, to) in begins.iter().zip(ends) {
+                    segments.push(Segment {
+                        run: number,
+                        from,
+                        to,
+                        at: len,
+                        start_speed_sd: run.start(from).1,
+                    });
+                    len += to - from;
+                }
+                restarts.extend(begins);
             }
             run.restart(restarts);
         }
@@ -188,13 +193,13 @@ impl Segments {
     }
 }
 
-/// Where a run is cut into so many segments: at even places, but not where the speed bends, if the shaft moves evenly nearby.
-fn cuts(run: &Recording, count: usize) -> Vec<usize> {
-    let n = run.t_s.len();
+/// Where a part of a run is cut into so many segments: at even places, but not where the speed bends, if the shaft moves evenly nearby.
+fn cuts(run: &Recording, part: &Range<usize>, count: usize) -> Vec<usize> {
+    let n = part.len();
     let reach = n / count / CUT_REACH;
     let is_better = |k: &usize| run.moving[*k] && !run.bends(*k);
     let cut = |j: usize| {
-        let even = j * n / count;
+        let even = part.start + j * n / count;
         let mut near = (1..=reach).flat_map(|by| [even - by, even + by]);
         match j > 0 && run.bends(even) {
             true => near.find(is_better).unwrap_or(even),

@@ -1,9 +1,11 @@
 //! One run prepared for fitting: its columns, smoothed speed, and the simulator that starts where it starts.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use super::feedback::answers_to_motion;
 use crate::check::host_clock::host_clock;
+use crate::check::off_under_command;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::settings::Settings;
 use crate::diagnose::settings::conventions::MOVED_COUNTS;
@@ -56,6 +58,8 @@ pub(crate) struct Recording {
     pub continuous: Simulator,
     /// Samples at which the simulation starts anew.
     pub restarts: Vec<usize>,
+    /// Intervals in which the drive was off under its command: no segment has them, and the command is 0 in them.
+    pub off: Vec<Range<usize>>,
     pub settings: Settings,
 }
 
@@ -72,7 +76,15 @@ impl Recording {
             .copied()
             .unwrap_or(run.sample_time_s);
         let (speed, moving) = motion(&run.t_s, &counts, sample_time_s, settings.speed_window_s());
-        let command = run.driving_command();
+        let mut command = run.driving_command();
+        let mut off = off_under_command(run);
+        let whole = 0..run.t_s.len();
+        if driven(whole.end, &off, settings.segment_samples).first() == Some(&whole) {
+            off.clear();
+        }
+        for samples in &off {
+            command.to_mut()[samples.clone()].fill(0.0);
+        }
         let drive = Drive {
             t_s: &run.t_s,
             command: &command,
@@ -105,8 +117,14 @@ impl Recording {
             continuous: simulator.clone(),
             simulator,
             restarts: Vec::new(),
+            off,
             settings: *settings,
         })
+    }
+
+    /// The samples between the intervals in which the drive was off, in parts that segments are made of.
+    pub fn driven(&self) -> Vec<Range<usize>> {
+        driven(self.t_s.len(), &self.off, self.settings.segment_samples)
     }
 
     /// Restarts the simulation at these samples, the first of which begins it, from the states measured there.
@@ -248,6 +266,18 @@ impl Recording {
             speed_rad_s: speed * self.rad,
         };
         (reset, sd)
+    }
+}
+
+/// The parts of so many samples between intervals that are in their order; all samples where there is no such part.
+pub(crate) fn driven(samples: usize, off: &[Range<usize>], least: usize) -> Vec<Range<usize>> {
+    let begins = std::iter::once(0).chain(off.iter().map(|off| off.end));
+    let ends = off.iter().map(|off| off.start).chain([samples]);
+    let parts = begins.zip(ends).map(|(from, to)| from..to);
+    let long: Vec<Range<usize>> = parts.filter(|part| part.len() >= least.max(1)).collect();
+    match long.is_empty() {
+        true => std::iter::once(0..samples).collect(),
+        false => long,
     }
 }
 

@@ -259,6 +259,7 @@ impl Cut {
                 .starting(first.angle_rad, first.speed_rad_s),
             simulator,
             restarts,
+            off: Vec::new(),
             first_counts: whole.first_counts,
             sample_time_s: whole.sample_time_s,
             rad: whole.rad,

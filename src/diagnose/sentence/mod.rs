@@ -112,15 +112,42 @@ fn largest_regime(said: &Diagnosis) -> Option<(Regime, f64)> {
     super::budget::largest_regime(&said.unexplained.regions)
 }
 
+/// Samples that nothing is fitted to: run, first time and last time in s.
+pub(crate) type LeftOut = (String, f64, f64);
+
+/// Time intervals that are printed.
+const INTERVALS: usize = 3;
+
+/// Intervals in which the drive was off under its command.
+fn left_out(intervals: &[LeftOut]) -> String {
+    let printed = intervals.iter().take(INTERVALS);
+    let printed: Vec<String> = printed
+        .map(|(run, from_s, to_s)| format!("{} to {} s of {run}", three(*from_s), three(*to_s)))
+        .collect();
+    let more = match intervals.len().saturating_sub(INTERVALS) {
+        0 => String::new(),
+        more => format!(" ({more} more: motorlab check --verbose)"),
+    };
+    format!(
+        "Left out: {}{more}, where the shaft stands still under a command that turned it before (off_under_command): the drive was off, \
+         or the shaft was held.",
+        listed(&printed, "and")
+    )
+}
+
 /// Reservations: a closed loop, base parameters outside their tolerance, parameters at a bound, the score that was used, the source of the nominal motor.
 pub(crate) fn note(
     said: &Diagnosis,
     outside: &[(&'static str, f64)],
+    off: &[LeftOut],
     is_doubtful: bool,
     is_closed_loop: bool,
     settings: &Settings,
 ) -> String {
     let mut notes: Vec<String> = Vec::new();
+    if !off.is_empty() {
+        notes.push(left_out(off));
+    }
     if is_closed_loop {
         notes.push(format!(
             "Closed loop: the command answers to the measured position. Segments are {} s long, so that the prediction error is close to an equation error.",

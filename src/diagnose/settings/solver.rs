@@ -33,6 +33,8 @@ pub(crate) const DIFFERENCE_RANGE: f64 = 10.0;
 pub(crate) const FORMULA_STEP: f64 = 1e-5;
 /// Most times that runs are cut anew for the nominal fit: the fitted time constant sets the length of segments.
 pub(crate) const CUTS: usize = 3;
+/// Electrical time constants that a winding's fit starts from, as shares of the mechanical one: of a small gear motor, and of a large motor.
+pub(crate) const WINDINGS: [f64; 2] = [0.03, 0.3];
 
 // Priors (`model`), scores, intervals.
 /// Most steps to the likeliest way in which base parameters are off, and the last gain in nats.

@@ -71,14 +71,20 @@ impl Spread {
     }
 }
 
-/// First and last sample of each segment, the last one excluded.
+/// First and last sample of each segment, the last one excluded. Between two segments there may be samples of none, without an error.
 pub(super) fn segments(
     predicted: &PredictedRun,
     count: usize,
 ) -> impl Iterator<Item = (usize, usize)> {
     let starts = predicted.starts.iter().copied();
     let ends = predicted.starts.iter().skip(1).copied().chain([count]);
-    starts.zip(ends).filter(|(from, to)| from < to)
+    let errors = &predicted.gap_counts[0];
+    let is_within = |k: &usize| errors.get(*k).is_none_or(|error| error.is_finite());
+    let trimmed = move |(from, to): (usize, usize)| {
+        let last = (from..to).rev().find(is_within);
+        (from, last.map_or(from, |last| last + 1))
+    };
+    starts.zip(ends).map(trimmed).filter(|(from, to)| from < to)
 }
 
 #[cfg(test)]
