@@ -1,4 +1,4 @@
-//! A line without what programs print around its numbers: the brackets of a list or a tuple, the bars of a table, the marks of a frame,
+//! A line without what programs print around its numbers: the brackets of a list, a tuple or an object, the bars of a table, the marks of a frame,
 //! the prefix of ESP-IDF's log, the colours of a terminal. A rule between names and rows is an empty line.
 
 use std::borrow::Cow;
@@ -18,6 +18,7 @@ pub(super) fn bare(line: &[u8]) -> Cow<'_, [u8]> {
         Some(b'-' | b'=' | b'+' | b'|' | b':' | b'_') if is_rule(text) => Cow::Borrowed(b""),
         Some(b'|') => between(text, b"|", b"|"),
         Some(b'/') => between(text, b"/*", b"*/"),
+        Some(b'{') => braced(text),
         Some(b'(' | b'[') => listed(text),
         Some(b'a' | b'n') => {
             let list = [&b"array("[..], b"np.array("]
@@ -45,6 +46,21 @@ fn between<'a>(text: &'a [u8], begins: &[u8], ends: &[u8]) -> Cow<'a, [u8]> {
         .strip_prefix(begins)
         .and_then(|text| text.strip_suffix(ends));
     Cow::Borrowed(inner.unwrap_or(text))
+}
+
+/// `{0, 3, 255},` of C, `{t: 0, pos: 3}` of JavaScript. With quotes inside it is JSON.
+fn braced(text: &[u8]) -> Cow<'_, [u8]> {
+    let is_between = |byte: &u8| matches!(byte, b',' | b';' | b' ');
+    let end = text.iter().rposition(|byte| !is_between(byte));
+    let inner = text[..end.map_or(0, |at| at + 1)]
+        .strip_prefix(b"{")
+        .and_then(|text| text.strip_suffix(b"}"));
+    let is_bare = |inner: &&[u8]| {
+        !inner
+            .iter()
+            .any(|byte| matches!(byte, b'{' | b'}' | b'"' | b'\'' | b'|'))
+    };
+    Cow::Borrowed(inner.filter(is_bare).unwrap_or(text))
 }
 
 /// `(0, 3, 255)`, `[10, 0, 0],`, `[[0. 0. 0.]`: one row of a list. Brackets inside are names or units.
@@ -112,6 +128,10 @@ mod tests {
             (" [0.01 0.1 0. ]]", "0.01 0.1 0."),
             ("array([[0. , 0.1],", "0. , 0.1"),
             ("/*0,3,255*/", "0,3,255"),
+            ("{0, 3, 255},", "0, 3, 255"),
+            ("{t: 0, pos: 3}", "t: 0, pos: 3"),
+            ("{\"t\": 0}", "{\"t\": 0}"),
+            ("{TIMEPLOT|DATA|pos|T|3}", "{TIMEPLOT|DATA|pos|T|3}"),
             ("| time_ms | pwm |", " time_ms | pwm "),
             ("|---|---|", ""),
             ("------ ------", ""),

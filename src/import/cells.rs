@@ -175,7 +175,11 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
 
 /// A cell as a finite number. `column` is for the message.
 pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f64, RowProblem> {
-    let parsed = match std::str::from_utf8(cell) {
+    let text = std::str::from_utf8(cell).map(|text| match ungrouped(text) {
+        Some(text) => Cow::Owned(text),
+        None => Cow::Borrowed(text),
+    });
+    let parsed = match text.as_deref() {
         Ok(text) if decimal_comma && text.contains(',') && !text.contains('.') => {
             text.replace(',', ".").parse::<f64>()
         }
@@ -198,6 +202,26 @@ pub(super) fn number(cell: &[u8], decimal_comma: bool, column: &str) -> Result<f
             found: shortened(&decode(cell)),
         }),
     }
+}
+
+/// Marks between groups of three digits that stand nowhere else in a number: the apostrophe, and blanks that break no line.
+const GROUP_MARKS: [char; 5] = ['\'', '\u{2019}', '\u{a0}', '\u{202f}', '\u{2009}'];
+
+/// A number without such marks: `1'234'567.5`.
+fn ungrouped(text: &str) -> Option<String> {
+    let may_have = |byte: u8| byte == b'\'' || !byte.is_ascii();
+    if !text.bytes().any(may_have) || !text.contains(GROUP_MARKS) {
+        return None;
+    }
+    let digits = text.strip_prefix(['-', '\u{2212}']).unwrap_or(text);
+    let whole = digits.split(['.', ',']).next().unwrap_or_default();
+    let mut groups = whole.split(GROUP_MARKS);
+    let is_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_first = groups
+        .next()
+        .is_some_and(|first| (1..=3).contains(&first.len()) && is_digits(first));
+    let is_grouped = is_first && groups.all(|group| group.len() == 3 && is_digits(group));
+    is_grouped.then(|| text.replace(GROUP_MARKS, ""))
 }
 
 /// Groups of three digits in a number.
@@ -314,6 +338,11 @@ mod tests {
     fn only_finite_numbers_are_numbers() {
         assert_eq!(number(b"-1.5e3", false, "x"), Ok(-1500.0));
         assert_eq!(number(b"-1,5", true, "x"), Ok(-1.5));
+        assert_eq!(number(b"-1'234'567.5", false, "x"), Ok(-1_234_567.5));
+        assert_eq!(
+            number("12\u{202f}345,5".as_bytes(), true, "x"),
+            Ok(12_345.5)
+        );
         for bad in [
             "",
             "NaN",
@@ -323,6 +352,8 @@ mod tests {
             "1,5",
             "0x10",
             "1 2",
+            "1'23",
+            "'123",
             "\u{fffd}",
         ] {
             let error = number(bad.as_bytes(), false, "speed").expect_err(bad);

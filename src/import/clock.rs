@@ -3,12 +3,15 @@
 //! A clock that counts from an origin is the time as it stands. Two kinds of column are not:
 //! - the time since the row before (`dt`): the rows' times are its running sum;
 //! - a coarse clock, whose steps are longer than the sample time, so that several rows share a reading `r`: a row lies one sample
-//!   time after the row before, but not outside `[r, r + resolution]`, the interval that the reading allows.
+//!   time after the row before, but not outside `[r, r + resolution]`, the interval that the reading allows. The first row's is the
+//!   origin, and a log begins somewhere within its first reading: where the second one comes early, all intervals are that much earlier.
 
 use super::straight::Unwrapped;
 
 /// Least step of a row of a coarse clock, as a share of the sample time: time rises from row to row.
 const LEAST_STEP: f64 = 0.01;
+/// Readings of a coarse clock that are farther apart than so many of its steps have a pause between them.
+const PAUSE_STEPS: f64 = 1.5;
 
 /// Quantity of a clock's column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,6 +34,8 @@ pub(super) enum Counts {
 pub(super) struct RowClock {
     straight: Unwrapped,
     before: Option<Before>,
+    /// By how much the first row of a coarse clock lies after its reading, in s; from the second reading on.
+    late_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -49,6 +54,7 @@ impl RowClock {
 
     /// Time in s of the row `seq`, whose clock reads `reading_s`; and the state after it.
     pub fn time_s(self, reading_s: f64, seq: u64, counts: Counts) -> (f64, Self) {
+        let mut late_s = self.late_s;
         let time_s = match (counts, self.before) {
             (Counts::SinceOrigin, _) | (_, None) => reading_s,
             (Counts::SinceRowBefore, Some(before)) => before.time_s + reading_s,
@@ -61,8 +67,18 @@ impl RowClock {
                 Some(before),
             ) => {
                 let rows = seq.saturating_sub(before.seq) as f64;
-                (before.time_s + rows * sample_time_s)
-                    .clamp(reading_s, reading_s + resolution_s)
+                let next_s = before.time_s + rows * sample_time_s;
+                if late_s.is_none() && reading_s > before.reading_s {
+                    let goes_on = reading_s - before.reading_s <= PAUSE_STEPS * resolution_s;
+                    late_s = Some(if goes_on {
+                        (reading_s - next_s).max(0.0)
+                    } else {
+                        0.0
+                    });
+                }
+                let from_s = reading_s - late_s.unwrap_or(0.0);
+                next_s
+                    .clamp(from_s, from_s + resolution_s)
                     .max(before.time_s + LEAST_STEP * sample_time_s)
             }
         };
@@ -71,7 +87,12 @@ impl RowClock {
             reading_s,
             time_s,
         });
-        (time_s, Self { before, ..self })
+        let after = Self {
+            before,
+            late_s,
+            ..self
+        };
+        (time_s, after)
     }
 }
 
@@ -97,6 +118,9 @@ mod tests {
         };
         let found = times(&[0.0, 0.0, 1.0, 1.0, 7.0, 7.0, 8.0], counts);
         assert_eq!(found, [0.0, 0.5, 1.0, 1.5, 7.0, 7.5, 8.0]);
+        // A log that begins with the last row of a reading.
+        let found = times(&[0.0, 1.0, 1.0, 2.0, 2.0, 9.0], counts);
+        assert_eq!(found, [0.0, 0.5, 1.0, 1.5, 2.0, 8.5]);
         // Readings that share three rows at a sample time of half a step: time rises all the same.
         let found = times(&[0.0, 0.0, 0.0, 0.0, 1.0], counts);
         assert!(found.windows(2).all(|pair| pair[1] > pair[0]), "{found:?}");

@@ -1,9 +1,9 @@
 //! Time stamps as people and terminals write them: `12:34:56.789`, `2026-04-13 19:03:12`, `13.04.2026 19:03:12`,
-//! `4/13/2026 7:03:12 PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120`; IEC 61131's `T#1s250ms`, and a
-//! time with its unit, `12.5 ms`.
+//! `4/13/2026 7:03:12 PM`, RFC 3339; `12:34:56:789` of controllers; minutes and seconds, `0:57.120` and `0:57`; IEC 61131's
+//! `T#1s250ms`, and a time with its unit, `12.5 ms`.
 //!
 //! Terminals put them before each line: the Arduino IDE `12:34:56.789 -> `, PlatformIO `12:34:56.789 > `, minicom
-//! `[2026-04-13 19:03:12.345] `.
+//! `[2026-04-13 19:03:12.345] `, Tera Term `[Mon Apr 13 19:03:12.345 2026] `, others `(19:03:12.345) ` or a tab after it.
 
 /// Seconds in a day: a time of day starts again at 0 there.
 pub(super) const DAY_S: f64 = 86_400.0;
@@ -18,6 +18,8 @@ pub(super) struct Stamp {
     pub s: f64,
     /// It has no date.
     pub is_of_day: bool,
+    /// `12:34`, read as minutes and seconds: hours and minutes are written so too.
+    pub is_either: bool,
 }
 
 /// A cell that is a time stamp and nothing else.
@@ -25,25 +27,36 @@ pub(super) fn stamp(cell: &[u8]) -> Option<Stamp> {
     let cell = cell.trim_ascii();
     // Every one begins with a digit, or a letter of a time literal.
     let first = *cell.first()?;
-    if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') {
+    let is_ctime = || ctime(cell).is_some();
+    if !first.is_ascii_digit() && !matches!(first, b'T' | b't' | b'L' | b'-') && !is_ctime() {
         return None;
     }
     match begins(cell) {
         Some((stamp, b"")) => Some(stamp),
-        _ => (minutes(cell).or_else(|| duration(cell))).map(|s| Stamp {
-            s,
-            is_of_day: false,
+        _ => minutes(cell).or_else(|| {
+            let s = duration(cell)?;
+            Some(Stamp {
+                s,
+                is_of_day: false,
+                is_either: false,
+            })
         }),
     }
 }
 
-/// `0:57.120`: minutes and seconds, with a fraction, since `12:34` is a time of day as well.
-fn minutes(cell: &[u8]) -> Option<f64> {
+/// Hours of a day.
+const HOURS: i64 = 24;
+
+/// `0:57.120` and `0:57`: minutes and seconds.
+fn minutes(cell: &[u8]) -> Option<Stamp> {
     let (minutes, rest) = number(cell, 1, 3)?;
     let (seconds, rest) = number(rest.strip_prefix(b":")?, 2, 2)?;
     let (fraction, after) = fraction(rest);
-    (seconds < 60 && after.is_empty() && !rest.is_empty())
-        .then(|| (60 * minutes + seconds) as f64 + fraction)
+    (seconds < 60 && after.is_empty()).then(|| Stamp {
+        s: (60 * minutes + seconds) as f64 + fraction,
+        is_of_day: false,
+        is_either: rest.is_empty() && minutes < HOURS,
+    })
 }
 
 /// `T#1s250ms`, `TIME#5ms`, or one number with its unit.
@@ -98,22 +111,50 @@ pub(super) fn before_line(line: &[u8]) -> Option<(&[u8], &[u8])> {
     let line = line.trim_ascii_start();
     // Every stamp has a time of day.
     memchr::memchr(b':', &line[..line.len().min(LONGEST_BEFORE_TIME)])?;
-    let (inside, is_bracketed) = match line.strip_prefix(b"[") {
-        Some(inside) => (inside, true),
-        None => (line, false),
+    let (inside, closes) = match line.first() {
+        Some(b'[') => (&line[1..], Some(b"]")),
+        Some(b'(') => (&line[1..], Some(b")")),
+        _ => (line, None),
     };
     let (_, rest) = begins(inside)?;
     let stamp = &inside[..inside.len() - rest.len()];
-    if is_bracketed {
-        return Some((stamp, rest.strip_prefix(b"]")?.trim_ascii_start()));
+    if let Some(closes) = closes {
+        return Some((stamp, rest.strip_prefix(closes)?.trim_ascii_start()));
+    }
+    // A tab is the terminal's where others divide the cells; one comma may be a decimal one.
+    if let Some(content) = rest.strip_prefix(b"\t") {
+        let has = |marks: &[u8]| content.iter().filter(|byte| marks.contains(byte)).count();
+        let is_divided = has(b",") > 1 || has(b";:=") > 0;
+        return (is_divided && has(b"\t") == 0).then_some((stamp, content));
     }
     let arrow = rest.trim_ascii_start();
     let content = arrow.strip_prefix(b"->").or(arrow.strip_prefix(b">"))?;
     Some((stamp, content.trim_ascii_start()))
 }
 
+/// `Mon Apr 13 19:03:12.345 2026` of C's `ctime`, and what follows it.
+fn ctime(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    const MONTHS: &[u8; 36] = b"JanFebMarAprMayJunJulAugSepOctNovDec";
+    let (weekday, rest) = text.split_at_checked(3)?;
+    let (month, rest) = rest.strip_prefix(b" ")?.split_at_checked(3)?;
+    let month = MONTHS.chunks(3).position(|name| name == month)? + 1;
+    let (day, rest) = number(rest.strip_prefix(b" ")?.trim_ascii_start(), 1, 2)?;
+    let (of_day, rest) = begins(rest.strip_prefix(b" ")?)?;
+    let (year, rest) = number(rest.strip_prefix(b" ")?, 4, 4)?;
+    let days = days_since_1970(year, month as i64, day)?;
+    let stamp = Stamp {
+        s: (days * DAY_S as i64) as f64 + of_day.s,
+        is_of_day: false,
+        is_either: false,
+    };
+    (weekday.iter().all(u8::is_ascii_alphabetic) && of_day.is_of_day).then_some((stamp, rest))
+}
+
 /// The time stamp at the beginning, and what follows it.
 fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
+    if text.first().is_some_and(u8::is_ascii_alphabetic) {
+        return ctime(text);
+    }
     let (days, text, is_of_day) = match date(text) {
         Some((days, rest)) => {
             let time = rest.strip_prefix(b"T").or(rest.strip_prefix(b" "))?;
@@ -132,7 +173,12 @@ fn begins(text: &[u8]) -> Option<(Stamp, &[u8])> {
     let (east_s, rest) = if is_of_day { (0, rest) } else { zone(rest) };
     let whole = days * DAY_S as i64 + 3600 * hours + 60 * minutes + seconds - east_s;
     let s = whole as f64 + fraction;
-    Some((Stamp { s, is_of_day }, rest))
+    let stamp = Stamp {
+        s,
+        is_of_day,
+        is_either: false,
+    };
+    Some((stamp, rest))
 }
 
 /// Hours after `AM` or `PM`, which may follow.
@@ -151,7 +197,7 @@ fn of_half_day(hours: i64, text: &[u8]) -> Option<(i64, &[u8])> {
         .then_some((hours % 12 + from, rest))
 }
 
-/// `2026-04-13`, `2026/04/13`, `13.04.2026` or `4/13/2026` as days since 1970, in the Gregorian calendar.
+/// `2026-04-13`, `2026/04/13`, `13.04.2026` or `4/13/2026` as days since 1970.
 fn date(text: &[u8]) -> Option<(i64, &[u8])> {
     let (first, rest) = number(text, 1, 4)?;
     let between = *rest
@@ -165,13 +211,18 @@ fn date(text: &[u8]) -> Option<(i64, &[u8])> {
         (_, b'/') => (third, first, second),
         _ => return None,
     };
+    Some((days_since_1970(year, month, day)?, rest))
+}
+
+/// Days since 1970 in the Gregorian calendar.
+fn days_since_1970(year: i64, month: i64, day: i64) -> Option<i64> {
     if year < 1000 {
         return None;
     }
     let month = time::Month::try_from(u8::try_from(month).ok()?).ok()?;
     let date = time::Date::from_calendar_date(year as i32, month, u8::try_from(day).ok()?).ok()?;
     let days = date.to_julian_day() - time::OffsetDateTime::UNIX_EPOCH.date().to_julian_day();
-    Some((i64::from(days), rest))
+    Some(i64::from(days))
 }
 
 /// A whole number of so many digits.
@@ -252,7 +303,10 @@ mod tests {
             ("12:34:56:789", 45_296.789, true),
             ("12:34:56;789", 45_296.789, true),
             ("0:57.120", 57.12, false),
+            ("Mon Apr 13 19:03:12.5 2026", 1_776_106_992.5, false),
             ("75:03,5", 4503.5, false),
+            ("0:57", 57.0, false),
+            ("12:34", 754.0, false),
             ("T#1s250ms", 1.25, false),
             ("TIME#-2m_5ms", -120.005, false),
             ("12,5 ms", 0.0125, false),
@@ -261,10 +315,11 @@ mod tests {
             let found = stamp(text.as_bytes()).unwrap_or_else(|| panic!("{text}"));
             assert!((found.s - s).abs() < 1e-6, "{text}: {}", found.s);
             assert_eq!(found.is_of_day, is_of_day, "{text}");
+            assert_eq!(found.is_either, ["0:57", "12:34"].contains(&text), "{text}");
         }
         for none in [
             "",
-            "12:34",
+            "12:60",
             "12.5",
             "24:00:00",
             "12:60:00",
@@ -295,6 +350,18 @@ mod tests {
                 "[2026-04-13 19:03:12.345] 5",
                 Some(("2026-04-13 19:03:12.345", "5")),
             ),
+            ("(12:34:56.789) 5", Some(("12:34:56.789", "5"))),
+            (
+                "[Mon Apr 13 19:03:12.345 2026] 5",
+                Some(("Mon Apr 13 19:03:12.345 2026", "5")),
+            ),
+            (
+                "2026-04-13 19:03:12.345\t255,12,3",
+                Some(("2026-04-13 19:03:12.345", "255,12,3")),
+            ),
+            ("12:34:56.789\t255,12", None),
+            ("12:34:56.789\t255\t12", None),
+            ("12:34:56.789\t255", None),
             ("12:34:56.789,255", None),
             ("12:34:56.789 255", None),
             ("255,12", None),

@@ -49,6 +49,7 @@ pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
         "ms" => 1e-3,
         "us" => 1e-6,
         "ns" => 1e-9,
+        "100ns" => 1e-7,
         "min" => 60.0,
         "h" => 3600.0,
         "d" => 86_400.0,
@@ -56,7 +57,7 @@ pub(super) fn time_s(unit: &str) -> Result<f64, MapError> {
             return Err(unknown(
                 "[time]",
                 unit,
-                "s, ms, us, ns, min, h, d, stamp (12:34:56.789, 2026-04-13 19:03:12)",
+                "s, ms, us, ns, 100ns, min, h, d, stamp (12:34:56.789, 2026-04-13 19:03:12)",
             ));
         }
     })

@@ -130,6 +130,48 @@ fn a_pause_stays_where_a_coarse_clock_has_it() {
 }
 
 #[test]
+fn a_log_that_begins_within_a_reading_has_no_gap_after_it() {
+    let truth = Truth::steps(0.01, 600);
+    // 12:00:00 to 12:00:07: the first reading has 37 rows.
+    let stamp = |k: usize| format!("12:00:{:02}", (k + 63) / 100);
+    let elapsed = |k: usize| format!("0:{:02}", (k + 63) / 100);
+    for (name, clock) in [
+        ("Zeit", &stamp as &dyn Fn(usize) -> String),
+        ("time", &elapsed),
+    ] {
+        let (file, said) = imported("log.csv", &clocked(&truth, name, &[clock]), &COUNTS);
+        assert!(said.contains("100 rows share each reading"), "{said}");
+        near(&file.column("t_s"), &truth.times(), 1e-6);
+    }
+}
+
+#[test]
+fn minutes_and_seconds_without_a_fraction() {
+    let truth = Truth::steps(1.0, 200);
+    let minutes = |k: usize| format!("{}:{:02}", (k + 3570) / 60, (k + 3570) % 60);
+    let hours = |k: usize| format!("0:{:02}:{:02}", (k + 5) / 60, (k + 5) % 60);
+    for clock in [&minutes as &dyn Fn(usize) -> String, &hours] {
+        let (file, said) = imported("log.csv", &clocked(&truth, "time", &[clock]), &COUNTS);
+        assert!(said.contains("time stamps, a row every 1 s"), "{said}");
+        near(&file.column("t_s"), &truth.times(), 1e-9);
+    }
+    // Of a spreadsheet that shows no seconds: hours and minutes, or minutes and seconds.
+    let truth = Truth::steps(0.01, 600);
+    let either = |k: usize| format!("12:{:02}", 34 + k / 150);
+    let said = asked("log.csv", &clocked(&truth, "time", &[&either]), &COUNTS);
+    assert!(
+        said.contains("minutes and seconds or hours and minutes"),
+        "{said}"
+    );
+    // A ratio is no clock.
+    let ratio = |_: usize| "1:50".to_owned();
+    let seconds = |k: usize| format!("{:.2}", truth.t_s(k));
+    let text = clocked(&truth, "gear,x", &[&ratio, &seconds]);
+    let (file, _) = imported("log.csv", &text, &COUNTS);
+    near(&file.column("t_s"), &truth.times(), 1e-9);
+}
+
+#[test]
 fn rows_that_arrive_in_bunches_are_asked_about() {
     let truth = Truth::steps(0.002, 1000);
     // The host's clock, of rows that arrive in bunches of three to eleven.

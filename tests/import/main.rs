@@ -8,6 +8,7 @@ mod direct;
 mod formats;
 mod forms;
 mod inferred;
+mod instruments;
 mod lines;
 mod mapped;
 mod options;

@@ -132,9 +132,63 @@ fn number(value: &Value) -> Option<f64> {
     }
 }
 
+/// Names before a number in brackets, as Python prints it.
+const TYPES: [&str; 4] = ["np.", "numpy.", "Decimal", "array"];
+/// Characters of such a name.
+const LONGEST_TYPE: usize = 40;
+
+/// `np.float64(0.5)` is 0.5, and `array([1, 2])` is a list.
+fn without_types(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    // Of each bracket that is open, whether it follows the name of a type.
+    let mut open: Vec<bool> = Vec::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let name = TYPES
+            .iter()
+            .find(|name| rest.starts_with(**name))
+            .and_then(|_| {
+                let is_name = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '_');
+                let mut letters = rest.char_indices().take(LONGEST_TYPE);
+                letters
+                    .find(|(_, c)| !is_name(*c))
+                    .filter(|(_, c)| *c == '(')
+            });
+        if let Some((end, _)) = name {
+            open.push(true);
+            rest = &rest[end + 1..];
+            continue;
+        }
+        let is_of_type = match first {
+            '(' => {
+                open.push(false);
+                false
+            }
+            ')' => open.pop().unwrap_or(false),
+            _ => false,
+        };
+        if !is_of_type {
+            plain.push(first);
+        }
+        rest = &rest[first.len_utf8()..];
+        // NumPy prints 5.0 as `5.`.
+        let is_number = plain
+            .as_bytes()
+            .iter()
+            .rev()
+            .nth(1)
+            .is_some_and(u8::is_ascii_digit);
+        if first == '.' && is_number && !rest.starts_with(|c: char| c.is_alphanumeric()) {
+            plain.push('0');
+        }
+    }
+    plain
+}
+
 /// JSON, or else what Python prints: single quotes, tuples, `None`.
 fn parse(text: &str) -> Option<Value> {
     serde_json::from_str(text).ok().or_else(|| {
+        let text = without_types(text);
         let json = (text.replace('\'', "\"").replace('(', "[").replace(')', "]"))
             .replace("None", "null")
             .replace("NaN", "null")
@@ -241,6 +295,8 @@ mod tests {
         for json in [
             "{\"t\": 0, \"u\": 5}\n{\"t\": 10, \"u\": 6}\n{\"t\": 20, \"u\": 7}\n",
             "{'t': 0, 'u': 5}\n{'t': 10, 'u': 6}\n{'t': 20, 'u': 7}\n",
+            "{'t': 0, 'u': np.float64(5.0)}\n{'t': 10, 'u': np.int64(6)}\n{'t': 20, 'u': Decimal('7')}\n",
+            "{'t': array([0, 10, 20]), 'u': np.array([5., 6., 7.0])}",
             "[{\"t\": 0, \"u\": 5}, {\"t\": 10, \"u\": 6},\n {\"t\": 20, \"u\": \"7\"}]",
             "{\"t\": [0, 10, 20], \"u\": [5, 6, 7]}",
             "{\"t\": {\"0\": 0, \"1\": 10, \"2\": 20}, \"u\": {\"0\": 5, \"1\": 6, \"2\": 7}}",

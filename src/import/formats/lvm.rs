@@ -1,8 +1,9 @@
 //! LabVIEW's measurement file (LVM): a header of keys, `***End_of_Header***`, a line of names from `X_Value` on, rows. With
-//! `X_Columns No` the times are `X0 + k Delta_X`.
+//! `X_Columns No` the times are `X0 + k Delta_X`; with `Multi` an `X_Value` stands before each signal.
 
 use super::super::cells::{Cells, Separator, number};
 use super::super::table::{Table, TableColumn};
+use super::pairs::{Signal, table};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Lvm;
@@ -75,36 +76,70 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         .first()
         .map(|segment| segment.x.clone())
         .unwrap_or_default();
-    if x == "Multi" {
-        return Err(MULTI);
-    }
-    let Some(first) = segments.first() else {
+    if segments.is_empty() {
         return Err(FORM.nothing(""));
+    }
+    Ok(match x.as_str() {
+        "Multi" => table(time(), names_of(&segments[0], 2), &signals(&segments)),
+        _ => of_one_x(&segments, x == "No"),
+    })
+}
+
+fn time() -> TableColumn {
+    TableColumn {
+        name: "time".to_owned(),
+        unit: Some("s".to_owned()),
+    }
+}
+
+/// Names and units of the signals, which are every `step`th column from the second on. Units stand in the signals' columns, or one after
+/// the other.
+fn names_of(segment: &Segment, step: usize) -> Vec<TableColumn> {
+    let signals: Vec<usize> = (1..segment.names.len()).step_by(step).collect();
+    let is_dense = segment.units.iter().filter(|unit| !unit.is_empty()).count() == signals.len()
+        && segment
+            .units
+            .iter()
+            .take(signals.len())
+            .all(|unit| !unit.is_empty());
+    let unit = |(k, at): (usize, usize)| {
+        let unit = segment.units.get(if is_dense { k } else { at - 1 });
+        unit.cloned().filter(|unit| !unit.is_empty())
     };
-    let mut columns: Vec<(TableColumn, Vec<f64>)> = (first.names.iter().enumerate())
-        .map(|(at, name)| {
-            let unit = match at {
-                0 => Some("s".to_owned()),
-                at => first
-                    .units
-                    .get(at - 1)
-                    .cloned()
-                    .filter(|unit| !unit.is_empty()),
-            };
-            let name = if at == 0 {
-                "time".to_owned()
-            } else {
-                name.clone()
-            };
-            (TableColumn { name, unit }, Vec::new())
-        })
-        .collect();
+    let named = |(k, &at): (usize, &usize)| TableColumn {
+        name: segment.names[at].clone(),
+        unit: unit((k, at)),
+    };
+    signals.iter().enumerate().map(named).collect()
+}
+
+/// The signals of each segment, each with its own X.
+fn signals(segments: &[Segment]) -> Vec<Vec<Signal>> {
+    let count = segments.first().map_or(0, |first| first.names.len() / 2);
+    let signal = |segment: &Segment, at: usize| -> Signal {
+        let sample = |row: &Vec<f64>| Some((*row.get(2 * at)?, *row.get(2 * at + 1)?));
+        let is_whole = |(x, y): &(f64, f64)| x.is_finite() && y.is_finite();
+        segment
+            .rows
+            .iter()
+            .filter_map(sample)
+            .filter(is_whole)
+            .collect()
+    };
+    let of_segment = |segment: &Segment| (0..count).map(|at| signal(segment, at)).collect();
+    segments.iter().map(of_segment).collect()
+}
+
+/// Segments with one X for all signals, or none, where the rows are a sample time apart (`is_counted`).
+fn of_one_x(segments: &[Segment], is_counted: bool) -> Table {
+    let names = std::iter::once(time()).chain(names_of(&segments[0], 1));
+    let mut columns: Vec<(TableColumn, Vec<f64>)> = names.map(|name| (name, Vec::new())).collect();
     let mut runs = Vec::new();
     for (number, segment) in segments.iter().enumerate() {
         for (row, cells) in segment.rows.iter().enumerate() {
             for (at, (_, column)) in columns.iter_mut().enumerate() {
-                column.push(match (at, x.as_str()) {
-                    (0, "No") => segment.x0 + row as f64 * segment.delta_x,
+                column.push(match at {
+                    0 if is_counted => segment.x0 + row as f64 * segment.delta_x,
                     _ => cells.get(at).copied().unwrap_or(f64::NAN),
                 });
             }
@@ -112,16 +147,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         }
     }
     let table = Table::whole(columns);
-    Ok(match segments.len() {
+    match segments.len() {
         1 => table,
         _ => table.in_runs("segment", runs),
-    })
+    }
 }
-
-const MULTI: FormatError = FormatError::NotRead {
-    what: "an LVM file with an X column for each signal",
-    remedy: "in LabVIEW's Write To Measurement File choose One column only as X value columns; or save each signal with its time as CSV",
-};
 
 #[cfg(test)]
 mod tests {
@@ -153,5 +183,29 @@ mod tests {
             found,
             "\"time\",\"U\",\"n\",\"segment\"\n1,6,0,1\n1.01,6,8,1\n1,1,2,2\n"
         );
+    }
+
+    /// As LabVIEW writes it: units above the signals, not above their X; the second signal at half the rate, its column shorter.
+    #[test]
+    fn each_signal_has_its_own_x() {
+        let segment = "Channels\t2\t\t\t\nY_Unit_Label\tV\t\trpm\t\nX0\t0\t\t0\t\n***End_of_Header***\t\t\t\t\n\
+                       X_Value\tU\tX_Value\tn\tComment\n";
+        let multi = |rows: &str| HEADER.replace("XS", "Multi") + segment + rows;
+        let read = |log: &str| {
+            let mut text = String::new();
+            let table = read(log.as_bytes()).expect("a table");
+            let units: Vec<_> = table.columns.iter().map(|one| one.unit.clone()).collect();
+            let of_signals = ["s", "V", "rpm"].map(|unit| Some(unit.to_owned()));
+            assert_eq!(units, of_signals);
+            table.text().read_to_string(&mut text).expect("memory");
+            text
+        };
+        let log = multi("0,0\t6,0\t0,0\t1,5\n0,1\t7,0\t0,2\t2,5\n0,2\t8,0\t\t\n");
+        let two_rates = "\"time\",\"U\",\"n\"\n0,6,1.5\n0.1,7,\n0.2,8,2.5\n";
+        assert_eq!(read(&log), two_rates);
+        assert_eq!(read(&log.replace("V\t\trpm", "V\trpm\t")), two_rates);
+        let log = multi("0,0\t6,0\t0,0\t1,5\n") + segment + "0,0\t7,0\t0,0\t2,5\n";
+        let two_runs = "\"time\",\"U\",\"n\",\"segment\"\n0,6,1.5,1\n0,7,2.5,2\n";
+        assert_eq!(read(&log), two_runs);
     }
 }

@@ -7,6 +7,7 @@ mod bytes;
 mod cdr;
 #[cfg(feature = "formats")]
 mod contained;
+mod decimals;
 mod documents;
 mod error;
 #[cfg(feature = "formats")]
@@ -31,6 +32,7 @@ mod printed;
 mod ros_types;
 #[cfg(feature = "formats")]
 mod rosbag;
+mod scope;
 mod series;
 mod signals;
 mod sysid;
@@ -76,6 +78,10 @@ pub enum Form {
     Teleplot,
     /// A pair of columns for each signal.
     Pairs,
+    /// Cells with unquoted decimal commas between commas.
+    Decimals,
+    /// An oscilloscope's samples, with their start and their increment.
+    Scope,
     /// A signal a line.
     Lists,
     /// A matrix as MATLAB prints it.
@@ -126,12 +132,14 @@ impl Form {
     fn of_text(beginning: &[u8]) -> Option<Self> {
         let text = beginning.strip_prefix(b"\xef\xbb\xbf").unwrap_or(beginning);
         type Is = fn(&[u8]) -> bool;
-        let forms: [(Is, Self); 10] = [
+        let forms: [(Is, Self); 12] = [
             (|text| text.starts_with(lvm::MAGIC), Self::Lvm),
             (json::is_json, Self::Json),
             (teleplot::is_teleplot, Self::Teleplot),
             (lists::is_lists, Self::Lists),
             (printed::is_printed, Self::Printed),
+            (decimals::is_decimals, Self::Decimals),
+            (scope::is_scope, Self::Scope),
             (pairs::is_pairs, Self::Pairs),
             (documents::is_documents, Self::Documents),
             (line_protocol::is_line_protocol, Self::LineProtocol),
@@ -167,6 +175,8 @@ impl Form {
             Self::Lvm => "an LVM file of LabVIEW",
             Self::Teleplot => "a log of Teleplot's lines",
             Self::Pairs => "a table with two columns for each signal",
+            Self::Scope => "an oscilloscope's export",
+            Self::Decimals => "a table with decimal commas between commas",
             Self::Lists => "a table with a signal in each line",
             Self::Printed => "a matrix as MATLAB prints it",
             Self::Documents => "a log of documents, a key a line",
@@ -187,6 +197,8 @@ impl Form {
             | Self::Lvm
             | Self::Teleplot
             | Self::Pairs
+            | Self::Scope
+            | Self::Decimals
             | Self::Lists
             | Self::Printed
             | Self::Documents
@@ -200,6 +212,8 @@ impl Form {
             Self::Lvm => lvm::read(bytes),
             Self::Teleplot => teleplot::read(bytes),
             Self::Pairs => pairs::read(bytes),
+            Self::Scope => scope::read(bytes),
+            Self::Decimals => decimals::read(bytes),
             Self::Lists => lists::read(bytes),
             Self::Printed => printed::read(bytes),
             Self::Documents => documents::read(bytes),

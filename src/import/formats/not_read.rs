@@ -54,6 +54,26 @@ const KNOWN: &[Known] = &[
         "unpack it with unzstd",
     ),
     (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "unpack it"),
+    (
+        b"<?xml",
+        "XML",
+        "in Python, with the path of its rows: pandas.read_xml(FILE, xpath='//row').to_csv('log.csv', index=False)",
+    ),
+    (
+        b"<html",
+        "a page of HTML",
+        "in Python: pandas.read_html(FILE)[0].to_csv('log.csv', index=False)",
+    ),
+    (
+        b"<!DOCTYPE html",
+        "a page of HTML",
+        "in Python: pandas.read_html(FILE)[0].to_csv('log.csv', index=False)",
+    ),
+    (
+        b"<table",
+        "a table of HTML",
+        "in Python: pandas.read_html(FILE)[0].to_csv('log.csv', index=False)",
+    ),
     (b"%PDF-", "a PDF", "look for the table that it was made of"),
     (
         b"\x80\x04\x95",

@@ -4,7 +4,7 @@
 //! A name over a pair stands above its X. TwinCAT has a line `Name,A,Name,B` instead, and such lines of `Unit` and `SampleTime[ms]`.
 
 use super::super::cells::{Cells, Separator, number};
-use super::super::table::{Table, TableColumn};
+use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
 const FORM: Form = Form::Pairs;
@@ -126,7 +126,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
     let header = header(&text).ok_or_else(|| FORM.nothing(""))?;
     let count = header.names.len();
     let decimal_comma = header.separator != Separator::Byte(b',');
-    let mut series: Vec<Vec<(f64, f64)>> = vec![Vec::new(); count];
+    let mut series: Vec<Signal> = vec![Vec::new(); count];
     let mut cells = Cells::default();
     let mut values = 0;
     for line in text.lines().skip(header.lines) {
@@ -143,23 +143,65 @@ pub(super) fn read(bytes: &[u8]) -> Result<Table, FormatError> {
         }
     }
     let (factor, time) = time_column(&header, &series[0]);
+    for (x, _) in series.iter_mut().flatten() {
+        *x *= factor;
+    }
     let named = |at: usize| TableColumn {
         name: header.names[at].clone(),
         unit: header.units[at].clone(),
     };
-    let xs = |at: usize| series[at].iter().map(|(x, _)| x * factor);
-    let is_one_x = (1..count).all(|at| xs(at).eq(xs(0)));
-    if is_one_x {
-        let values = (0..count).map(|at| (named(at), series[at].iter().map(|(_, y)| *y).collect()));
-        let columns = std::iter::once((time, xs(0).collect())).chain(values);
-        return Ok(Table::whole(columns.collect()));
+    Ok(table(time, (0..count).map(named).collect(), &[series]))
+}
+
+/// X and Y of each sample of a signal.
+pub(super) type Signal = Vec<(f64, f64)>;
+
+/// The table of signals, each segment a run: one X where all signals have the same, else a row for each X of any signal.
+pub(super) fn table(time: TableColumn, names: Vec<TableColumn>, segments: &[Vec<Signal>]) -> Table {
+    let is_one_x = |signals: &Vec<Signal>| {
+        let xs = |signal: &Signal| signal.iter().map(|(x, _)| *x).collect::<Vec<f64>>();
+        signals.windows(2).all(|two| xs(&two[0]) == xs(&two[1]))
+    };
+    let columns: Vec<TableColumn> = std::iter::once(time).chain(names).collect();
+    let mut words: Vec<String> = Vec::new();
+    let table = if segments.iter().all(is_one_x) {
+        let mut numbers: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];
+        for (number, signals) in segments.iter().enumerate() {
+            for (at, signal) in signals.iter().enumerate() {
+                numbers[at + 1].extend(signal.iter().map(|(_, y)| *y));
+                if at == 0 {
+                    numbers[0].extend(signal.iter().map(|(x, _)| *x));
+                }
+            }
+            words.resize(numbers[0].len(), (number + 1).to_string());
+        }
+        Table::whole(columns.into_iter().zip(numbers).collect())
+    } else {
+        let mut cells: Vec<Cell> = Vec::new();
+        let mut rows = 0_u32;
+        for (number, signals) in segments.iter().enumerate() {
+            let mut samples: Vec<(f64, u16, f64)> = Vec::new();
+            for (at, signal) in signals.iter().enumerate() {
+                samples.extend(signal.iter().map(|(x, y)| (*x, at as u16 + 1, *y)));
+            }
+            samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let mut before = f64::NAN;
+            for (x, at, y) in samples {
+                if x != before {
+                    rows += 1;
+                    cells.push((rows - 1, 0, x));
+                    before = x;
+                }
+                cells.push((rows - 1, at, y));
+            }
+            words.resize(rows as usize, (number + 1).to_string());
+        }
+        Table::sparse(columns, rows as usize, cells)
+    };
+    match segments.len() {
+        1 => table,
+        _ => table.in_runs("segment", words),
     }
-    let mut samples: Vec<(f64, u16, f64)> = Vec::with_capacity(values);
-    for (at, series) in series.iter().enumerate() {
-        samples.extend(series.iter().map(|(x, y)| (x * factor, at as u16 + 1, *y)));
-    }
-    let columns = std::iter::once(time).chain((0..count).map(named)).collect();
-    Ok(Table::by_time(columns, samples))
 }
 
 /// The factor of the X column, and its name and unit. With a sample time in ms X is in ms, counts the samples, or is in 100 ns.

@@ -1,8 +1,12 @@
 //! Where the times are, in which unit, and what kind of clock tells them.
 
+use super::super::cells::shortened;
 use super::super::clock::{Counts, RowClock};
 use super::super::map_file::TimeSection;
-use super::super::stamp::DAY_S;
+use super::clock_units::{
+    CLOCK_WRAP, CLOCK_WRAP_16, in_seconds, is_days, unit_of_clock, unit_since_epoch,
+    wraps_at_16_bits,
+};
 use super::column::Column;
 use super::decide::{Decision, short};
 use super::readings::Readings;
@@ -10,13 +14,6 @@ use super::said::number_and_rest;
 use super::unclear::Unclear;
 use super::units::{Role, unit_of};
 
-/// Sample times in s of motors' logs: 5 kHz to a row a second, which shows no motor's start. A clock that goes on by 20 counts ms then,
-/// since 20 us and 20 s are none; from 200 to 900 it may count us or ms.
-const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
-/// Days since 1900 from 1982 to 2064.
-const SPREADSHEET_DAYS: (f64, f64) = (30_000.0, 60_000.0);
-/// `micros()` and `millis()` begin again at 0 here.
-const CLOCK_WRAP: f64 = 4_294_967_296.0;
 /// A sample time that is said differs from that of the log's clock by more than this share: jitter and rounding are less.
 const CONTRADICTS: f64 = 0.05;
 /// A clock whose name tells only a unit falls once in so many rows at most, where a board begins anew.
@@ -89,7 +86,7 @@ impl Decision<'_> {
         section.wrap = clock.wrap;
         let every = format!("a row every {} s", short(clock.step_s));
         let mut words = match (unit, clock.fraction) {
-            ("stamp", None) => format!("{name}, time stamps"),
+            ("stamp", None) => format!("{name}, time stamps, {every}"),
             (_, Some((rest, rest_unit))) => {
                 section.fraction = Some(self.column_ref(rest));
                 section.fraction_unit = Some(rest_unit.to_owned());
@@ -167,11 +164,23 @@ impl Decision<'_> {
             Readings::NearOne => median(readings.clone()),
             _ => median(readings.windows(2).map(|pair| pair[1] - pair[0]).collect()),
         };
+        if let Readings::Coarse { rows, .. } = kind
+            && column.is_minutes_or_hours()
+        {
+            let why = format!(
+                "{name} may be minutes and seconds or hours and minutes, and {} rows share each reading; the time from row to row, \
+                 {}ms if these are seconds",
+                short(rows.round()),
+                short(1000.0 * usual)
+            );
+            return Err(("SAMPLETIME".to_owned(), why));
+        }
         let is_interval = is_said || self.is_interval(at);
         let unit = match column.is_stamps() {
             true => Some("stamp"),
-            false => (said_unit.or(self.says[at].unit))
+            false => (said_unit.or(self.says[at].unit.filter(|unit| is_of_time(unit))))
                 .or_else(|| is_days(column, usual).then_some("d"))
+                .or_else(|| unit_since_epoch(column, usual))
                 .or_else(|| unit_of_clock(usual)),
         };
         let counts = |unit_s: f64| match kind {
@@ -221,12 +230,16 @@ impl Decision<'_> {
         let (counts, shared) = counts(unit_s)?;
         let is_counter =
             column.is_whole() && counts != Counts::SinceRowBefore && matches!(unit, "ms" | "us");
+        let wrap = match wraps_at_16_bits(&readings, usual) {
+            true => CLOCK_WRAP_16,
+            false => CLOCK_WRAP,
+        };
         Ok(Clock {
             at,
             unit,
             fraction: None,
             counts,
-            wrap: is_counter.then_some(CLOCK_WRAP),
+            wrap: is_counter.then_some(wrap),
             shared,
             step_s: usual * unit_s,
         })
@@ -315,11 +328,22 @@ impl Decision<'_> {
         if let Some(at) = named.max_by_key(rank) {
             return Ok(at);
         }
-        if let Some(at) = all().find(|&at| self.column(at).is_stamps()) {
+        // A ratio, 1:50, is written as a time too.
+        let is_stamped =
+            |at: &usize| self.column(*at).is_stamps() && Readings::of(&self.readings(*at)).go_on();
+        if let Some(at) = all().find(is_stamped) {
             return Ok(at);
         }
         if let Some(pair) = self.pair(None) {
             return Ok(pair.at);
+        }
+        // `Ticks` of .NET, which may be counts by name.
+        let is_epoch = |at: &usize| {
+            let column = self.column(*at);
+            column.is_clock() && unit_since_epoch(column, column.median_step()).is_some()
+        };
+        if let Some(at) = all().find(is_epoch) {
+            return Ok(at);
         }
         let is_free = |at: &usize| self.says[*at].role.is_none();
         let (numbers, rising): (Vec<usize>, Vec<usize>) = all()
@@ -334,6 +358,13 @@ impl Decision<'_> {
         };
         if let Some(at) = all().find(is_interval) {
             return Ok(at);
+        }
+        if let Some(stated) = self.stated_sample_time().filter(|_| rising.is_empty()) {
+            let why = format!(
+                "no column is a clock, and a line above the rows says `{}`; of a clock: COLUMN:UNIT",
+                shortened(&stated.line)
+            );
+            return Err((as_time(stated.sample_time_s), why));
         }
         let why = match (rising.as_slice(), numbers.as_slice()) {
             ([], [number, ..]) => {
@@ -373,56 +404,7 @@ fn as_time(seconds: f64) -> String {
     format!("{}ms", short(1000.0 * seconds))
 }
 
-/// Seconds in a unit of time.
-pub(super) fn in_seconds(unit: &str) -> f64 {
-    match unit {
-        "ms" => 1e-3,
-        "us" => 1e-6,
-        "ns" => 1e-9,
-        "min" => 60.0,
-        "d" => DAY_S,
-        _ => 1.0,
-    }
-}
-
-/// Whether readings are a spreadsheet's: days since 1900, some decades on, in steps that are samples.
-fn is_days(column: &Column, step: f64) -> bool {
-    let (first, last) = SPREADSHEET_DAYS;
-    let (least_s, most_s) = SAMPLE_TIMES_S;
-    column.lowest() >= first
-        && column.highest() <= last
-        && (least_s..=most_s).contains(&(step * DAY_S))
-}
-
-/// The unit in which a clock that goes on by `step` a row gives a sample time that motors are sampled with: no two do.
-fn unit_of_clock(step: f64) -> Option<&'static str> {
-    let (least_s, most_s) = SAMPLE_TIMES_S;
-    let holds = |unit: &&str| (least_s..=most_s).contains(&(step * in_seconds(unit)));
-    let mut found = ["s", "ms", "us", "ns"].into_iter().filter(holds);
-    found.next().filter(|_| found.next().is_none())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_unit_of_a_clock_is_decided_only_where_one_fits() {
-        for (step, unit) in [
-            (0.003, Some("s")),
-            (0.1, Some("s")),
-            (0.25, None),
-            (250.0, None),
-            (1.0, Some("ms")),
-            (20.0, Some("ms")),
-            (5000.0, Some("us")),
-            (250_000.0, None),
-            (1e7, Some("ns")),
-            (1e10, None),
-            (0.0, None),
-            (f64::NAN, None),
-        ] {
-            assert_eq!(unit_of_clock(step), unit, "{step}");
-        }
-    }
+/// Whether a unit is one of time.
+fn is_of_time(unit: &str) -> bool {
+    unit_of(Role::Time, unit).is_some()
 }

@@ -9,6 +9,9 @@ const NUMBERS: f64 = 0.9;
 /// More digits after the point than a print has by choice: a float's own.
 const MOST_DIGITS: usize = 9;
 
+/// A stamp below this many seconds is of the first minute, or of the first hour after midnight.
+const MINUTE_S: f64 = 60.0;
+
 /// Different words of a column that are few.
 const FEW_WORDS: usize = 8;
 
@@ -25,6 +28,8 @@ pub(super) struct Column {
     pub stamp_s: Vec<f64>,
     pub empty: usize,
     pub stamps: usize,
+    /// Of these, minutes and seconds that may be hours and minutes.
+    either: usize,
     pub has_comma: bool,
     word_cells: usize,
     /// The different words in it, as far as they are few, and which of them each row has.
@@ -61,7 +66,10 @@ impl Column {
                 self.digits = self.digits.max(if has_power { usize::MAX } else { digits });
             }
             Err(_) if cell.is_empty() => self.empty += 1,
-            Err(_) if stamped.is_some() => self.stamps += 1,
+            Err(_) if stamped.is_some() => {
+                self.stamps += 1;
+                self.either += usize::from(stamped.is_some_and(|stamp| stamp.is_either));
+            }
             Err(_) => self.word_cells += 1,
         }
         let word = match parsed {
@@ -94,6 +102,12 @@ impl Column {
 
     pub fn is_stamps(&self) -> bool {
         self.stamps > 0 && self.stamps as f64 >= NUMBERS * (self.numbers.len() - self.empty) as f64
+    }
+
+    /// Whether its time stamps may be hours and minutes as well as minutes and seconds: they do not begin at 0, and stay below 24.
+    pub fn is_minutes_or_hours(&self) -> bool {
+        let first = self.stamp_s.iter().find(|s| s.is_finite());
+        self.is_stamps() && self.either == self.stamps && first.is_some_and(|s| *s >= MINUTE_S)
     }
 
     pub fn is_whole(&self) -> bool {

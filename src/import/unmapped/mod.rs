@@ -5,6 +5,7 @@
 
 mod centred;
 mod clock;
+mod clock_units;
 mod column;
 mod command;
 mod decide;
@@ -24,6 +25,7 @@ mod said;
 mod seconds;
 mod speed;
 mod speed_rule;
+mod stated;
 mod sum;
 mod survey;
 mod table;

@@ -32,6 +32,8 @@ pub(super) const POSITIONS: &[&str] = &[
     "angle",
     "theta",
     "phi",
+    "φ",
+    "θ",
     "winkel",
     "zähler",
     "zaehler",
@@ -61,6 +63,7 @@ pub(super) const SPEEDS: &[&str] = &[
     "vel",
     "velocity",
     "omega",
+    "ω",
     "rpm",
     "rps",
     "dps",
@@ -73,6 +76,8 @@ pub(super) const SPEEDS: &[&str] = &[
     "tach",
     "tacho",
 ];
+/// Of an encoder's pulses.
+pub(super) const FREQUENCIES: &[&str] = &["freq", "frequency", "frequenz"];
 pub(super) const COMMANDS: &[&str] = &[
     "pwm",
     "duty",

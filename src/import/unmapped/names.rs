@@ -4,8 +4,8 @@
 //! The words tell the quantity; a unit stands in brackets or at the end.
 
 use super::name_words::{
-    COMMANDS, CURRENTS, ENDS, FIELD_VOLTAGES, INCREMENTS, INPUTS, INTERVALS, LOOPS, OUTPUTS,
-    POSITIONS, REFERENCES, SPEEDS, SUPPLIES, TIMES,
+    COMMANDS, CURRENTS, ENDS, FIELD_VOLTAGES, FREQUENCIES, INCREMENTS, INPUTS, INTERVALS, LOOPS,
+    OUTPUTS, POSITIONS, REFERENCES, SPEEDS, SUPPLIES, TIMES,
 };
 use super::units::{Role, unit_of};
 
@@ -29,6 +29,8 @@ pub(super) struct NameSays {
     pub is_electrical: bool,
 }
 
+/// Full drive in per mille.
+const PER_MILLE: f64 = 1000.0;
 /// Least number in a name that is a full scale and not the number of a motor.
 const LEAST_FULL: f64 = 50.0;
 
@@ -61,7 +63,7 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         Some(Role::Supply)
     } else if has(CURRENTS) && !has(SPEEDS) && !has(POSITIONS) {
         Some(Role::Current)
-    } else if has(SPEEDS) || (has(POSITIONS) && is_per_time(&words)) {
+    } else if has(SPEEDS) || (has(POSITIONS) && (is_per_time(&words) || is_frequency(&words))) {
         // `speed_cmd` is what a controller was to reach.
         let is_asked = has(&["cmd", "command", "u"]);
         Some(if is_asked {
@@ -105,14 +107,32 @@ pub(super) fn says(name: &str, unit_line: Option<&str>) -> NameSays {
         .or(is_read_and_reset.then_some("counts"));
     found.times = times(&words);
     // Ten times a unit is another one, and so is the electrical rpm.
-    found.unit = (found.unit).filter(|_| found.times.is_none() && !found.is_electrical);
-    if role == Role::Command {
+    found.unit = (found.unit)
+        .filter(|_| found.times.is_none() && !found.is_electrical && !is_frequency(&words));
+    if role == Role::Command && is_per_mille(name, unit_line) {
+        (found.unit, found.full) = (Some("pwm"), Some(PER_MILLE));
+    } else if role == Role::Command {
         found.full = words.iter().find_map(|word| {
             let digits = word.strip_suffix("max").unwrap_or(word);
             digits.parse().ok().filter(|full| *full >= LEAST_FULL)
         });
     }
     found
+}
+
+/// Whether a name or the unit below it says per mille.
+fn is_per_mille(name: &str, unit_line: Option<&str>) -> bool {
+    let texts = [Some(name), unit_line].into_iter().flatten();
+    texts.map(str::to_lowercase).any(|text| {
+        ["‰", "permille", "promille", "per_mille"]
+            .into_iter()
+            .any(|word| text.contains(word))
+    })
+}
+
+/// Whether the words say a frequency, which is that of an encoder's pulses or of the shaft's turns.
+pub(super) fn is_frequency(words: &[String]) -> bool {
+    (words.iter()).any(|word| FREQUENCIES.contains(&word.as_str()))
 }
 
 /// Whether the words are those of an electrical speed: `erpm`, `eRPM`, `Motor Electrical Speed`.
@@ -272,7 +292,8 @@ fn words(name: &str) -> Vec<String> {
     let name = name
         .replace(['µ', 'μ'], "u")
         .replace('°', "deg")
-        .replace('%', " percent ");
+        .replace('%', " percent ")
+        .replace('¹', "1");
     let mut words: Vec<String> = vec![String::new()];
     let mut before = ' ';
     for c in name.chars() {
@@ -401,6 +422,11 @@ mod tests {
             ("Istdrehzahl [U/min]", Speed, Some("rpm")),
             ("Motorstrom [A]", Current, Some("A")),
             ("commande", Command, None),
+            ("n in min⁻¹", Speed, Some("rpm")),
+            ("n [min^-1]", Speed, Some("rpm")),
+            ("ω/(rad·s⁻¹)", Speed, Some("rad/s")),
+            ("φ [°]", Position, Some("deg")),
+            ("encoder_freq_hz", Speed, None),
             ("erpm", Speed, None),
             ("eRPM[0]", Speed, None),
             ("Motor Electrical Speed (RPM)", Speed, None),
@@ -421,6 +447,18 @@ mod tests {
         assert_eq!(says("left_duty_255", None).full, Some(255.0));
         assert_eq!(says("pwm_counts_885max", None).full, Some(885.0));
         assert_eq!(says("pwm2", None).full, None);
+        for (name, unit) in [
+            ("duty_permille", None),
+            ("PWM [‰]", None),
+            ("duty", Some("‰")),
+        ] {
+            let found = says(name, unit);
+            assert_eq!(
+                (found.unit, found.full),
+                (Some("pwm"), Some(1000.0)),
+                "{name}"
+            );
+        }
         let found = says("position_counts_8192_per_rev", None);
         assert_eq!(found.counts_per_rev, Some(8192.0));
         assert_eq!(found.unit, Some("counts"));

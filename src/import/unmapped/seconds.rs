@@ -2,7 +2,8 @@
 //! seconds. The whole seconds may be time stamps.
 
 use super::super::clock::Counts;
-use super::clock::{Clock, in_seconds, median};
+use super::clock::{Clock, median};
+use super::clock_units::in_seconds;
 use super::decide::Decision;
 use super::readings::Readings;
 use super::units::Role;

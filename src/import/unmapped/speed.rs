@@ -7,6 +7,7 @@ use super::super::map_file::SpeedSection;
 use super::decide::{Decision, short};
 use super::grid::step_of;
 use super::motion::{FINEST, ODRIVE, WHOLE, whole};
+use super::names::is_frequency;
 use super::said::expected;
 use super::speed_rule::{Row, SpeedOf, rule};
 use super::units::{EITHER_PER_S, Role};
@@ -40,7 +41,8 @@ impl Decision<'_> {
         let Some(unit) = named.filter(|_| !is_either).or_else(by_steps) else {
             let flag = self.flag_name(at);
             let is_word = |of: &str| self.says[at].words.iter().any(|word| word == of);
-            let usual = match (is_word("omega"), is_word(ODRIVE)) {
+            let usual = match (is_word("omega") || is_word("ω"), is_word(ODRIVE)) {
+                _ if is_frequency(&self.says[at].words) => "counts/s",
                 (true, _) => "rad/s",
                 (_, true) => "rev/s",
                 _ => "rpm",

@@ -26,6 +26,8 @@ pub(super) struct Survey {
     pub columns: Vec<Column>,
     /// Comment lines among and before the rows, without the mark.
     pub comments: Vec<String>,
+    /// Other lines above the rows.
+    pub banner: Vec<String>,
     pub rows: usize,
     /// The column by whose words the runs are told.
     pub split_by: Option<String>,
@@ -89,6 +91,8 @@ pub(super) fn survey(head: &[u8], is_whole: bool) -> Result<Survey, Vec<String>>
     let Some(layout) = layout(&table) else {
         return Err(first_lines);
     };
+    let above = table[..layout.first].iter().rev().take(COMMENTS);
+    found.banner = above.map(|(_, line)| decode(line).into_owned()).collect();
     if mark != "#" {
         found.file.comment = Some(mark.to_owned());
     }

@@ -52,6 +52,7 @@ const TIME_UNITS: &[Spelling] = &[
     ("nanosecs", "ns"),
     ("nanosecond", "ns"),
     ("nanoseconds", "ns"),
+    ("100ns", "100ns"),
     ("min", "min"),
     ("minute", "min"),
     ("minutes", "min"),
@@ -122,8 +123,10 @@ const SPEED_UNITS: &[Spelling] = &[
     ("rps", EITHER_PER_S),
     ("hz", "rev/s"),
     ("rads", "rad/s"),
+    ("rads1", "rad/s"),
     ("radsec", "rad/s"),
     ("degs", "deg/s"),
+    ("degs1", "deg/s"),
     ("degsec", "deg/s"),
     ("dps", "deg/s"),
     ("countss", "counts/s"),
@@ -198,7 +201,8 @@ pub(super) fn unit_of(role: Role, text: &str) -> Option<&'static str> {
         .trim()
         .replace(['µ', 'μ'], "u")
         .replace('°', "deg")
-        .replace('%', "percent");
+        .replace('%', "percent")
+        .replace('¹', "1");
     let letters: String = (text.to_lowercase().replace("per", "\u{0}").chars())
         .filter(|c| c.is_alphanumeric())
         .collect();

@@ -1,0 +1,113 @@
+//! Units of clocks, as far as their readings tell them: by the step from row to row, by times of this century, by where a counter wraps.
+
+use super::super::stamp::DAY_S;
+use super::column::Column;
+
+/// Sample times in s of motors' logs: 5 kHz to a row a second, which shows no motor's start. A clock that goes on by 20 counts ms then,
+/// since 20 us and 20 s are none; from 200 to 900 it may count us or ms.
+const SAMPLE_TIMES_S: (f64, f64) = (2e-4, 0.9);
+/// Days since 1900 from 1982 to 2064.
+const SPREADSHEET_DAYS: (f64, f64) = (30_000.0, 60_000.0);
+/// `micros()` and `millis()` begin again at 0 here.
+pub(super) const CLOCK_WRAP: f64 = 4_294_967_296.0;
+/// The same in a variable of 16 bits, signed or not...
+pub(super) const CLOCK_WRAP_16: f64 = 65_536.0;
+/// ...where each fall is one step of a row, of at most so many usual ones, less a wrap: a new start falls to 0 from anywhere.
+const WRAPPED_STEPS: f64 = 2.5;
+/// The years 2000 to 2100 in s since 1970.
+const THIS_CENTURY_S: (f64, f64) = (946_684_800.0, 4_102_444_800.0);
+/// Units of times of this century: the first of the count (1970; 1601 of Windows; the year 1 of .NET) in s since 1970, and the unit.
+const EPOCHS: [(f64, &str); 5] = [
+    (0.0, "ms"),
+    (0.0, "us"),
+    (0.0, "ns"),
+    (-11_644_473_600.0, "100ns"),
+    (-62_135_596_800.0, "100ns"),
+];
+/// Seconds in a unit of time.
+pub(super) fn in_seconds(unit: &str) -> f64 {
+    match unit {
+        "ms" => 1e-3,
+        "us" => 1e-6,
+        "ns" => 1e-9,
+        "100ns" => 1e-7,
+        "min" => 60.0,
+        "d" => DAY_S,
+        _ => 1.0,
+    }
+}
+
+/// The unit in which readings are times of this century, and their steps those of motors' logs.
+pub(super) fn unit_since_epoch(column: &Column, step: f64) -> Option<&'static str> {
+    let (from_s, to_s) = THIS_CENTURY_S;
+    let is_in = |(epoch_s, unit): &(f64, &str)| {
+        let since_s = |reading: f64| reading * in_seconds(unit) + epoch_s;
+        let is_usual = (SAMPLE_TIMES_S.0..=SAMPLE_TIMES_S.1).contains(&(step * in_seconds(unit)));
+        is_usual && since_s(column.lowest()) >= from_s && since_s(column.highest()) <= to_s
+    };
+    EPOCHS.into_iter().find(is_in).map(|(_, unit)| unit)
+}
+
+/// Whether a clock falls, and only where a counter of 16 bits wraps.
+pub(super) fn wraps_at_16_bits(readings: &[f64], step: f64) -> bool {
+    let falls = || {
+        let steps = readings.windows(2).map(|pair| pair[1] - pair[0]);
+        steps.filter(|step| *step < 0.0)
+    };
+    let is_wrap = |fall: f64| {
+        let went_on = fall + CLOCK_WRAP_16;
+        went_on > 0.0 && went_on <= WRAPPED_STEPS * step
+    };
+    falls().next().is_some() && falls().all(is_wrap)
+}
+
+/// Whether readings are a spreadsheet's: days since 1900, some decades on, in steps that are samples.
+pub(super) fn is_days(column: &Column, step: f64) -> bool {
+    let (first, last) = SPREADSHEET_DAYS;
+    let (least_s, most_s) = SAMPLE_TIMES_S;
+    column.lowest() >= first
+        && column.highest() <= last
+        && (least_s..=most_s).contains(&(step * DAY_S))
+}
+
+/// The unit in which a clock that goes on by `step` a row gives a sample time that motors are sampled with: no two do.
+pub(super) fn unit_of_clock(step: f64) -> Option<&'static str> {
+    let (least_s, most_s) = SAMPLE_TIMES_S;
+    let holds = |unit: &&str| (least_s..=most_s).contains(&(step * in_seconds(unit)));
+    let mut found = ["s", "ms", "us", "ns"].into_iter().filter(holds);
+    found.next().filter(|_| found.next().is_none())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_of_16_bits_is_told_from_a_new_start() {
+        let wrapped = [65_520.0, 65_530.0, 4.0, 14.0];
+        assert!(wraps_at_16_bits(&wrapped, 10.0));
+        assert!(wraps_at_16_bits(&[32_760.0, -32_766.0, -32_756.0], 10.0));
+        assert!(!wraps_at_16_bits(&[50_000.0, 50_010.0, 0.0, 10.0], 10.0));
+        assert!(!wraps_at_16_bits(&[0.0, 10.0, 20.0], 10.0));
+    }
+
+    #[test]
+    fn the_unit_of_a_clock_is_decided_only_where_one_fits() {
+        for (step, unit) in [
+            (0.003, Some("s")),
+            (0.1, Some("s")),
+            (0.25, None),
+            (250.0, None),
+            (1.0, Some("ms")),
+            (20.0, Some("ms")),
+            (5000.0, Some("us")),
+            (250_000.0, None),
+            (1e7, Some("ns")),
+            (1e10, None),
+            (0.0, None),
+            (f64::NAN, None),
+        ] {
+            assert_eq!(unit_of_clock(step), unit, "{step}");
+        }
+    }
+}
