@@ -90,10 +90,10 @@ impl Covariance {
         }
     }
 
-    /// Updates with a measurement of the angle whose innovation has the variance `s`; returns the gain.
-    pub fn update(&mut self, s: f64) -> [f64; 3] {
+    /// Updates with a measurement of the angle whose innovation has this reciprocal variance; returns the gain.
+    pub fn update(&mut self, per_variance: f64) -> [f64; 3] {
         let by = [self.xx, self.xv, self.xd];
-        let gain = by.map(|p| p / s);
+        let gain = by.map(|p| p * per_variance);
         self.xx -= gain[0] * by[0];
         self.xv -= gain[0] * by[1];
         self.xd -= gain[0] * by[2];

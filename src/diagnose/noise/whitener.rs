@@ -69,8 +69,8 @@ impl Whitener {
                 let late = run.speed[k] * plant.jitter_s;
                 let weight = segments.weight[segment.at + k - segment.from];
                 let s = p.xx + ROUNDING_VARIANCE / weight + late * late * ROUNDING_VARIANCE;
-                step.gain = p.update(s);
                 step.scale = 1.0 / s.sqrt();
+                step.gain = p.update(step.scale * step.scale);
                 log_det += s.ln();
                 steps.push(step);
             }

@@ -112,7 +112,6 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
     };
     let couples = [ids::BACKLASH, ids::COMPLIANCE];
     let is_timed = kind.stage == Stage::Timing || kind.id == ids::TRANSPORT_DELAY;
-    let repeats = (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase));
     let is_aliased = segments.runs.iter().any(|run| run.is_aliased);
     let is_integrated = segments.runs.iter().all(|run| run.is_integrated);
     // Differences by direction are not identifiable from one.
@@ -121,7 +120,7 @@ fn is_admissible(segments: &Segments, base: &Base, fit: &Fit, kind: &EffectKind)
         || (is_by_direction && !turns_both_ways(segments, base.settings.unexplained_share))
         || (couples.contains(&kind.id) && couples.iter().any(|id| is_present(id)))
         || (base.is_host_timed && is_timed)
-        || (is_aliased && repeats)
+        || (is_aliased && repeats(kind))
         || (is_integrated && kind.id == ids::MISSED_COUNTS);
     !is_excluded
 }
@@ -137,10 +136,27 @@ fn turns_both_ways(segments: &Segments, immaterial: f64) -> bool {
     forward.min(back) > immaterial * forward.max(back)
 }
 
+/// Effects that may be added to a fit, but those that free a base parameter and those that repeat with the angle, from each of their starts.
+pub(super) fn members(segments: &Segments, base: &Base, fit: &Fit) -> Vec<Member> {
+    let kinds = (catalogue().iter().enumerate())
+        .filter(|(_, kind)| is_admissible(segments, base, fit, kind))
+        .filter(|(_, kind)| base.frees(kind.id).is_none() && !repeats(kind));
+    kinds
+        .flat_map(|(index, kind)| {
+            let grid = grid(kind, base).into_iter();
+            grid.map(move |values| Member { index, values })
+        })
+        .collect()
+}
+
+/// Whether an effect repeats with the angle.
+fn repeats(kind: &EffectKind) -> bool {
+    (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase))
+}
+
 /// Every effect that may be added to a fit, from each of its starts.
 pub(crate) fn candidates(segments: &Segments, base: &Base, fit: &Fit) -> Vec<Candidate> {
     let motor = fit.model.motor(&fit.x);
-    let mut members = Vec::new();
     let mut out = Vec::new();
     for (index, kind) in catalogue().iter().enumerate() {
         if !is_admissible(segments, base, fit, kind) {
@@ -153,22 +169,17 @@ pub(crate) fn candidates(segments: &Segments, base: &Base, fit: &Fit) -> Vec<Can
                 member: Member { index, values },
                 shape: Shape::Widens(place, freed_width(base, index, number).powi(-2)),
             }));
-            continue;
-        }
-        if (kind.parameters.iter()).any(|p| matches!(p.prior, Prior::Phase)) {
+        } else if repeats(kind) {
             let before = base.reference.as_ref().and_then(|then| then.effect(index));
             if before.is_none() {
                 out.extend(periodic::candidates(segments, base, fit, index));
             }
-            continue;
         }
-        let grid = grid(kind, base).into_iter();
-        members.extend(grid.map(|values| Member { index, values }));
     }
     let Some(without) = predict(segments, &motor) else {
         return out;
     };
-    let simulated: Vec<Candidate> = (members.into_par_iter())
+    let simulated: Vec<Candidate> = (members(segments, base, fit).into_par_iter())
         .filter_map(|member| {
             let mut with = motor.clone();
             let effect = ActiveEffect::new(member.id(), &member.values).ok()?;

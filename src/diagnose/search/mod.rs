@@ -15,7 +15,7 @@ pub(crate) use pool::{Judge, Scored};
 
 use nalgebra::DVector;
 
-use candidates::grid;
+use candidates::{grid, members};
 use gram::{Screen, Screened, distinct};
 use periodic::with_wave;
 use pool::Pool;
@@ -338,8 +338,8 @@ impl Pool<'_> {
     fn fit_stochastic(&mut self, from: &Fit) {
         let base = self.base;
         let mut taken = Vec::new();
-        for candidate in candidates(self.segments, base, from) {
-            let members = from.model.members.iter().cloned().chain([candidate.member]);
+        for member in members(self.segments, base, from) {
+            let members = from.model.members.iter().cloned().chain([member]);
             let model = Model::new(base, members.collect());
             if model.is_random() && !taken.contains(&model.ids()) {
                 taken.push(model.ids());
