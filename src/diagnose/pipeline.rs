@@ -164,11 +164,10 @@ pub(crate) fn searched(
     let coarse = coarse.as_ref().map_or(&segments, |subset| &subset.segments);
     let begun = if is_relevant { &none } else { &refitted };
     // How many rounds there are is known at the end: each is reported as a part of what is left.
-    let left = Cell::new(1.0 - REFITTED_SHARE);
-    done(REFITTED_SHARE);
+    let share = Cell::new(REFITTED_SHARE);
     let progress = |what: &str| {
-        done(1.0 - left.get());
-        left.set(left.get() * LEFT_AFTER_ROUND);
+        done(share.get());
+        share.set(1.0 - (1.0 - share.get()) * LEFT_AFTER_ROUND);
         progress(what);
     };
     let found = search(

@@ -46,7 +46,7 @@ use step_response::{CURVES, Curve, OrderDifference};
 /// Receivers of what a long computation reports: its present step, and an estimate of the share that is done.
 #[derive(Clone, Copy)]
 pub struct Progress<'a> {
-    /// What is being done.
+    /// The present activity.
     pub doing: &'a (dyn Fn(&str) + Sync),
     /// The share.
     pub done: &'a (dyn Fn(f64) + Sync),

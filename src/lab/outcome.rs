@@ -1,4 +1,4 @@
-//! What a diagnosis comes to: its verdict, effects and errors, and the verdict in words.
+//! The result of a diagnosis: its verdict, effects and errors, and the verdict in words.
 
 use serde::Serialize;
 

@@ -8,7 +8,7 @@ use motorlab::recording::Run;
 const SAMPLE_TIME_S: f64 = 0.01;
 const SAMPLES: usize = 1200;
 
-/// A run of the motor itself, whose driver is off in some samples while the command goes on.
+/// A run of the motor itself, whose driver is off in some samples while the command continues.
 fn run(motor: &Motor, is_off: impl Fn(usize) -> bool) -> Run {
     let level = |k: usize| [0.0, 4.5, -3.5, 4.0, 2.5][(k / 100) % 5];
     let t_s: Vec<f64> = (0..SAMPLES).map(|k| SAMPLE_TIME_S * k as f64).collect();

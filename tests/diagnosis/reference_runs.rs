@@ -206,7 +206,7 @@ fn the_command_says_both_values_in_every_form() {
     let done = run(directory.path(), &arguments(&["--repeats", "now.csv"]));
     assert_eq!(done.status, Some(2), "{}", done.messages);
     assert!(
-        done.messages.contains("two runs at least"),
+        done.messages.contains("expected two runs or more"),
         "{}",
         done.messages
     );

@@ -44,7 +44,7 @@ pub fn beyond_parameters(motor: &Motor, runs: &[Run], done: &(dyn Fn(f64) + Sync
         .collect()
 }
 
-/// What re-identified parameters leave of recordings with an effect; `None` where it cannot be simulated.
+/// Error that re-identified parameters leave of recordings with an effect; `None` where it cannot be simulated.
 fn left(motor: &Motor, kind: &EffectKind, runs: &[Run], settings: &Settings) -> Option<f64> {
     let mut with = motor.clone();
     let effect = ActiveEffect::from_keys(kind.id, [], &motor.parameters).ok()?;
