@@ -134,7 +134,9 @@ fn with_winding(segments: &Segments, base: &Base, first_order: Fit) -> Fit {
     let n_eff = effective_observations(segments, &first_order.corrected);
     let leaves_more = |than: f64| exceeds(first_order.mean_square(), than, n_eff, &base.settings);
     let is_described = noise_floor(segments, &first_order).is_none_or(|floor| !leaves_more(floor));
-    if base.kind != CommandKind::Voltage || has_winding || is_described {
+    // A logged speed may be filtered, which a winding imitates.
+    let is_of_speeds = segments.runs.iter().any(|run| run.is_integrated);
+    if base.kind != CommandKind::Voltage || has_winding || is_of_speeds || is_described {
         return first_order;
     }
     let fits = WINDINGS.iter().filter_map(|share| {

@@ -140,7 +140,7 @@ fn a_folder_without_folders_is_refused() {
     let empty = class(keep.path(), &[]);
     assert_eq!(empty.status, Some(2));
     assert!(
-        empty.messages.contains("one folder a student"),
+        empty.messages.contains("one folder per student"),
         "{}",
         empty.messages
     );
