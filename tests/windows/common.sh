@@ -31,7 +31,7 @@ set_up_wine() {
     trap 'wineserver -k >/dev/null 2>&1; rm -rf "$work"' EXIT
     # One server for all calls: one that goes down 3 s after the last program may still answer the next, which then ends with status 1.
     mkdir -p "$WINEPREFIX"
-    wineserver -p
+    setsid wineserver -p >/dev/null 2>&1
     timeout "$longest" wine wineboot -i >/dev/null 2>&1
     [ -d "$WINEPREFIX/drive_c/windows" ] || { echo "wine makes no drive C" >&2; exit 1; }
 }
