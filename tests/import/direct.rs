@@ -106,7 +106,9 @@ fn flags_of_a_log_are_refused_with_run_files() {
     let finished = run(directory.path(), &["check", "run.csv", "--supply", "12"]);
     assert_eq!(finished.status, Some(2), "{}", finished.messages);
     assert!(
-        finished.messages.contains("--supply: it says what is what"),
+        finished
+            .messages
+            .contains("--supply: it describes a log of another program"),
         "{}",
         finished.messages
     );

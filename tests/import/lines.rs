@@ -322,5 +322,8 @@ fn a_command_may_be_a_sum_of_columns_held_to_a_limit() {
         &text,
         &["--command", "pos_rad:V", "--command-limit", "1"],
     );
-    assert!(refused.contains("is a sum of columns"), "{refused}");
+    assert!(
+        refused.contains("--command is no sum of columns"),
+        "{refused}"
+    );
 }

@@ -316,7 +316,7 @@ fn what_cannot_be_imported_is_said_with_place_and_way_out() {
         (
             b"T_ms,n\n0,1\n",
             whole.clone(),
-            &["line 1 names no column `t_ms`", "is it `T_ms`?"],
+            &["line 1 names no column `t_ms`", "did you mean `T_ms`?"],
         ),
         (b"t_ms,n\n", whole.clone(), &["has no rows"]),
         (b"", whole.clone(), &["has no rows"]),
