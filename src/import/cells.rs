@@ -288,6 +288,15 @@ pub(super) fn shortened(text: &str) -> String {
     found.escape_debug().to_string()
 }
 
+/// The cells of one line.
+pub(super) fn texts(line: &str, separator: Separator) -> Vec<String> {
+    let mut cells = Cells::default();
+    cells.split(line.as_bytes(), separator);
+    (0..cells.len())
+        .map(|at| cells.text(at).into_owned())
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -72,7 +72,7 @@ pub fn words(effects: &[NotShown], reverses: bool) -> String {
     }
     if !little.is_empty() {
         words += &format!(
-            " The diagnosis may miss what re-identified parameters leave less than {RELIED_ON_FROM} counts RMS of above the noise floor: {}.",
+            " The diagnosis may miss these, which change the recordings by less than {RELIED_ON_FROM} counts RMS beyond re-identified parameters: {}.",
             little.join(", ")
         );
     }

@@ -18,9 +18,9 @@ pub(crate) fn regions(
         let errors: Vec<(usize, f64)> = own
             .flat_map(|own| (own.from..own.to).zip(residual[own.range()].iter().copied()))
             .collect();
-        let goes_on =
+        let continues =
             |a: &(usize, f64), b: &(usize, f64)| b.0 == a.0 + 1 && regimes[b.0] == regimes[a.0];
-        for interval in errors.chunk_by(goes_on) {
+        for interval in errors.chunk_by(continues) {
             let (from, to) = (interval[0].0, interval[interval.len() - 1].0);
             let squares: f64 = interval.iter().map(|(_, r)| r * r).sum();
             found.push(Region {

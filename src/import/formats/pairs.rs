@@ -3,7 +3,7 @@
 //!
 //! A name over a pair stands above its X. TwinCAT has a line `Name,A,Name,B` instead, and such lines of `Unit` and `SampleTime[ms]`.
 
-use super::super::cells::{Cells, Separator, number};
+use super::super::cells::{Cells, Separator, number, texts};
 use super::super::table::{Cell, Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
@@ -25,14 +25,6 @@ struct Header {
     /// Names of X columns.
     x: String,
     sample_time_ms: Option<f64>,
-}
-
-fn texts(line: &str, separator: Separator) -> Vec<String> {
-    let mut cells = Cells::default();
-    cells.split(line.as_bytes(), separator);
-    (0..cells.len())
-        .map(|at| cells.text(at).into_owned())
-        .collect()
 }
 
 fn header(text: &str) -> Option<Header> {

@@ -1,7 +1,7 @@
 //! Oscilloscopes that write no times: above the rows stands when the record starts, and the time from sample to sample. Rigol's
 //! `X,CH1,CH2,Start,Increment` with `Sequence,Volt,Volt,-6.0e-3,1.0e-5` below it, and `CH1V,CH2V,t0 = -5.0e-2,tInc = 1.0e-6`.
 
-use super::super::cells::{Cells, Separator, number};
+use super::super::cells::{Cells, Separator, number, texts};
 use super::super::table::{Table, TableColumn};
 use super::{Form, FormatError, MOST_VALUES};
 
@@ -24,14 +24,6 @@ struct Header {
     /// A column of times.
     has_time: bool,
     signals: Vec<(usize, TableColumn)>,
-}
-
-fn texts(line: &str, separator: Separator) -> Vec<String> {
-    let mut cells = Cells::default();
-    cells.split(line.as_bytes(), separator);
-    (0..cells.len())
-        .map(|at| cells.text(at).into_owned())
-        .collect()
 }
 
 fn header(text: &str) -> Option<Header> {
