@@ -1,57 +1,57 @@
-//! The numbers of a motor's data sheet as parameters of the model.
+//! Model parameters from a motor's data sheet.
 //!
-//! At the nominal voltage `V` a data sheet states the motor stalled and without load. With the current `I = V / R` of the stalled
-//! motor, `T = Kt I` and `V = R I_0 + Kb w_0` (any text on DC motors, such as Franklin, Powell and Emami-Naeini, Feedback Control of
-//! Dynamic Systems, section 2.3). Its friction is that of the current without load, `Kt I_0`, and does not depend on speed: the data
-//! sheet tells no more of it.
+//! At the nominal voltage `V` a data sheet states stall and no-load values. With the stall current `I = V / R`, `T =
+//! Kt I` and `V = R I_0 + Kb w_0` (any text on DC motors, such as Franklin, Powell and Emami-Naeini, Feedback Control
+//! of Dynamic Systems, section 2.3). Friction is that of the no-load current, `Kt I_0`, taken as Coulomb friction: a
+//! data sheet does not determine its dependence on speed.
 
 use serde::Deserialize;
 
 use crate::motor::Parameters;
 
-/// Numbers of a data sheet in SI, of the shaft that the encoder counts.
+/// Values of a data sheet in SI units, of the shaft that the encoder counts.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 pub struct DataSheet {
     /// Nominal voltage in V.
     pub voltage_v: f64,
-    /// Speed without load in rad/s.
+    /// No-load speed in rad/s.
     pub no_load_speed_rad_s: f64,
-    /// Current without load in A.
+    /// No-load current in A.
     pub no_load_current_a: f64,
-    /// Torque of the stalled motor in N m.
+    /// Stall torque in N m.
     pub stall_torque_nm: f64,
-    /// Current of the stalled motor in A.
+    /// Stall current in A.
     pub stall_current_a: f64,
     /// Inertia of rotor, gear and load in kg m^2.
     pub inertia_kg_m2: f64,
     /// Inductance of the winding in H.
     pub inductance_h: f64,
-    /// Counts of a revolution, all four edges counted.
+    /// Counts per revolution, all four edges counted.
     pub counts_per_rev: f64,
     /// Supply of the driver in V.
     pub supply_v: f64,
 }
 
-/// Why a data sheet describes no motor.
+/// Errors in the values of a data sheet.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DataSheetError {
-    /// A number that has to be above 0.
+    /// A value that must be above 0.
     #[error(
         "{what}: it has to be above 0\nhint: take the number from the data sheet, without a sign"
     )]
     NotPositive {
-        /// Which.
+        /// The value.
         what: &'static str,
     },
-    /// A motor without load takes less current than a stalled one.
+    /// The no-load current is below the stall current.
     #[error(
         "the current without load, {no_load_a} A, is not below that of the stalled motor, {stall_a} A\n\
          hint: data sheets often state one in mA"
     )]
     Currents {
-        /// Without load in A.
+        /// No-load current in A.
         no_load_a: f64,
-        /// Stalled in A.
+        /// Stall current in A.
         stall_a: f64,
     },
 }
@@ -60,7 +60,7 @@ impl DataSheet {
     /// The parameters.
     ///
     /// # Errors
-    /// A number is none that a motor has.
+    /// A value is not possible for a motor.
     pub fn parameters(&self) -> Result<Parameters, DataSheetError> {
         let positive = [
             ("nominal voltage", self.voltage_v),

@@ -1,14 +1,14 @@
-//! Errors and what to do about them. Every error is one text: what is wrong and where, then on a line of its own
-//! `hint: ` and what to do, where something can be done.
+//! Errors with hints: one text of what is wrong and where, then on a separate line `hint: ` and a remedy, where there
+//! is one.
 
 use std::error::Error;
 use std::fmt::{self, Display};
 use std::io;
 
-/// Between an error and what to do about it.
+/// Separator between an error and its hint.
 const HINT: &str = "\nhint: ";
 
-/// An error without its hint, and the hint.
+/// Splits an error into message and hint.
 pub fn parted(error: &str) -> (&str, Option<&str>) {
     match error.split_once(HINT) {
         Some((what, hint)) => (what, Some(hint)),
@@ -24,7 +24,7 @@ pub fn on_one_line(error: &str) -> String {
     }
 }
 
-/// An error in words that cannot be made without a hint.
+/// An error that always has a hint.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Hinted {
     what: String,
@@ -32,7 +32,7 @@ pub struct Hinted {
 }
 
 impl Hinted {
-    /// The error (what is wrong and where) and the hint (what to do).
+    /// The error (what is wrong and where) and the hint (the remedy).
     pub fn new(what: impl Into<String>, hint: impl Into<String>) -> Self {
         Self {
             what: what.into(),
@@ -49,7 +49,8 @@ impl Display for Hinted {
 
 impl Error for Hinted {}
 
-/// An error with what it is about before it: a file, a flag, or what was tried. The hint is the error's own, or the system's.
+/// An error with its context: a file, a flag, or the failed action. The hint is the error's, or that of the system
+/// error.
 #[derive(Debug)]
 pub struct In<E> {
     place: String,
@@ -78,7 +79,7 @@ impl<E: Error + 'static> Error for In<E> {
     }
 }
 
-/// Hint for an error of the system, where it does not depend on the program.
+/// Hint for a system error that does not depend on the program.
 pub fn of_system(error: &io::Error) -> Option<&'static str> {
     Some(match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {

@@ -6,28 +6,28 @@
 //! | room | what happens there |
 //! | --- | --- |
 //! | [`board`] | serial ports, the reader thread, the board's clock, the virtual board |
-//! | [`recording`] | a run: its file, the crash-safe writer, the one velocity rule |
-//! | [`import`] | other programs' logs into run files, by their names or a mapping file |
+//! | [`recording`] | a run: its file, the crash-safe writer, the velocity estimate |
+//! | [`import`] | other programs' logs as run files, by column names or a mapping file |
 //! | [`motor`] | parameters, the signal chain, the simulator |
-//! | [`data_sheet`] | the numbers of a motor's data sheet as parameters |
-//! | [`effects`] | the catalogue as people read it, and the experiment that shows each effect |
-//! | [`check`] | faults of a recording itself, before anything is concluded from it |
-//! | [`compare`] | recorded against simulated |
-//! | [`least_squares`] | the plain fit of a first-order motor to recordings |
+//! | [`data_sheet`] | model parameters from a motor's data sheet |
+//! | [`effects`] | the catalogue for readers, and the experiment that shows each effect |
+//! | [`check`] | faults of a recording, found before any diagnosis |
+//! | [`compare`] | recorded runs against their simulation |
+//! | [`least_squares`] | the fit of a first-order motor to recordings |
 //! | [`diagnose`] | error budget, identified effects, held-out error |
 //! | [`lab`] | the lab handout: its parts computed, its questions answered |
 //! | [`blind`] | verdicts on sealed cases: commitments, the ledger, the score |
-//! | [`fleet`] | many diagnoses as tables, and each unit against the population |
+//! | [`fleet`] | many diagnoses as tables, and each unit compared with the population |
 //! | [`export`] | a motor or a run in other programs' formats |
 //! | [`report`] | plots, HTML, the terminal |
-//! | [`hint`] | errors with what to do about them |
-//! | [`plain`] | text from files and devices made harmless for its readers |
-//! | [`platform`] | files and clocks where there is an operating system, and where there is none |
-//! | [`cli`] | one file a subcommand: arguments and printing only |
+//! | [`hint`] | errors with hints |
+//! | [`plain`] | text from files and devices without control characters |
+//! | [`platform`] | files and clocks of an operating system or a browser |
+//! | [`cli`] | one file per subcommand: arguments and printing only |
 //!
-//! Arrows point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `least_squares`, `motor` and
-//! `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate
-//! `motor-chain`, beneath all of them, so that it is compiled once. Numbers cross rooms in SI.
+//! Dependencies point one way: `cli` uses `report`, `diagnose` and `compare`; those use `check`, `least_squares`,
+//! `motor` and `recording`; those use `board` and the `firmware_protocol` crate. `motor` is the crate `motor-chain`,
+//! separate so that it is compiled once. Numbers between modules are in SI units.
 
 #[cfg(not(target_family = "wasm"))]
 pub mod blind;

@@ -1,4 +1,4 @@
-//! The `motorlab` command: parse, run, exit status.
+//! The `motorlab` command.
 
 use std::process::ExitCode;
 

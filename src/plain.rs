@@ -1,11 +1,11 @@
-//! Text from files and devices made harmless wherever people read it, and short enough to be read.
+//! Text from files and devices without control characters, and of limited length, for output.
 
 use std::borrow::Cow;
 use std::path::Path;
 
 use serde::Serialize;
 
-/// Whether a character steers a terminal, turns the direction of reading, or cannot be seen.
+/// Whether a character controls a terminal, changes the writing direction, or is invisible.
 pub fn is_harmful(c: char) -> bool {
     (c.is_control() && !matches!(c, '\n' | '\t'))
         || matches!(c,
@@ -13,7 +13,7 @@ pub fn is_harmful(c: char) -> bool {
             | '\u{FEFF}' | '\u{FFFE}' | '\u{FFFF}')
 }
 
-/// The text with every such character as `�`; line ends and tabs stay.
+/// The text with every such character replaced by `�`; line ends and tabs stay.
 pub fn plain(text: &str) -> Cow<'_, str> {
     if !text.contains(is_harmful) {
         return Cow::Borrowed(text);
@@ -21,7 +21,8 @@ pub fn plain(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.replace(is_harmful, "\u{FFFD}"))
 }
 
-/// The text on one line: line ends and tabs are `�` too. For names of files, boards and keys, which have none.
+/// The text on one line: line ends and tabs are replaced as well. For names of files, boards and keys, which have
+/// none.
 pub fn one_line(text: &str) -> Cow<'_, str> {
     let breaks = |c: char| is_harmful(c) || matches!(c, '\n' | '\t');
     if !text.contains(breaks) {
@@ -30,12 +31,12 @@ pub fn one_line(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.replace(breaks, "\u{FFFD}"))
 }
 
-/// A path as people are shown it.
+/// A path for output.
 pub fn shown(path: impl AsRef<Path>) -> String {
     one_line(&path.as_ref().to_string_lossy()).into_owned()
 }
 
-/// Every text of a TOML document on one line, keys included: a header's lines are its keys and nothing else.
+/// A TOML document with every text on one line, keys included, so that no text adds a line to a header.
 pub fn one_line_table(table: &toml::Table) -> toml::Table {
     let pair =
         |(key, value): (&String, &toml::Value)| (one_line(key).into_owned(), one_line_value(value));
@@ -51,7 +52,7 @@ fn one_line_value(value: &toml::Value) -> toml::Value {
     }
 }
 
-/// The text on one line, as text and nothing else wherever Markdown is shown: no table, link, image, tag, list or heading.
+/// The text on one line, escaped for Markdown: no table, link, image, tag, list or heading.
 pub fn markdown_text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for (k, c) in one_line(text).chars().enumerate() {
@@ -67,7 +68,7 @@ pub fn markdown_text(text: &str) -> String {
     out
 }
 
-/// The text with at most so many characters: of a longer one the beginning and the end, and how much is left out.
+/// The text clipped to this many characters: beginning, end, and the number of characters left out.
 pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     let length = text.chars().count();
     if length <= most {
@@ -82,10 +83,10 @@ pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     ))
 }
 
-/// The JSON document of a value; what would steer the terminal that shows it is escaped, and means the same.
+/// The value as JSON; control characters are escaped as `\u`, with the same meaning.
 ///
 /// # Errors
-/// The value is none that JSON can hold.
+/// The value cannot be serialized as JSON.
 pub fn plain_json(document: &impl Serialize) -> serde_json::Result<String> {
     let text = serde_json::to_string_pretty(document)?;
     if !text.contains(is_harmful) {
@@ -98,7 +99,7 @@ pub fn plain_json(document: &impl Serialize) -> serde_json::Result<String> {
     Ok(escaped.collect())
 }
 
-/// A word of a command line, in quotes where this system's shell would take it apart: PowerShell on Windows.
+/// A word of a command line, quoted where this system's shell needs it: PowerShell on Windows.
 pub fn quoted(word: &str) -> String {
     if cfg!(windows) {
         powershell_quoted(word)
@@ -107,7 +108,7 @@ pub fn quoted(word: &str) -> String {
     }
 }
 
-/// A comma makes two words in PowerShell, a leading `@` or `~` something else; a backslash is one.
+/// In PowerShell a comma separates words, a leading `@` or `~` has a meaning, and a backslash has none.
 fn powershell_quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "_./:@%+=-\\".contains(c);
     if !word.is_empty() && !word.starts_with('@') && word.chars().all(is_plain) {

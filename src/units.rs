@@ -1,25 +1,25 @@
-//! Conversions between SI and the units that people read.
+//! Conversions between SI and other units, for input and output.
 //!
-//! Inside motorlab every number is SI; these are used where one is read in or shown.
+//! Inside motorlab every number is in SI units.
 
 use std::f64::consts::TAU;
 
-/// Revolutions per minute of a speed in rad/s: `60 / 2 pi` times it.
+/// Speed in revolutions per minute: `60 / 2 pi` times that in rad/s.
 pub fn rpm_from_rad_s(speed_rad_s: f64) -> f64 {
     speed_rad_s * 60.0 / TAU
 }
 
-/// Speed in rad/s of one in revolutions per minute.
+/// Speed in rad/s from revolutions per minute.
 pub fn rad_s_from_rpm(speed_rpm: f64) -> f64 {
     speed_rpm * TAU / 60.0
 }
 
-/// Angle in rad that one encoder count stands for.
+/// Angle in rad of one encoder count.
 pub fn rad_per_count(counts_per_rev: f64) -> f64 {
     TAU / counts_per_rev
 }
 
-/// Variance in counts^2 of what is rounded to whole counts, where it falls anywhere between two (Widrow and Kollar, Quantization
+/// Variance in counts^2 of quantization to whole counts, uniformly distributed (Widrow and Kollar, Quantization
 /// Noise, 2008).
 pub const ROUNDING_VARIANCE: f64 = 1.0 / 12.0;
 

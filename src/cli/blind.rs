@@ -150,7 +150,6 @@ impl Blind {
     }
 }
 
-/// Output of `make` and `seal`.
 #[derive(Debug, Serialize)]
 struct Sealed<'a> {
     shape: &'static str,
@@ -222,7 +221,7 @@ impl Make {
 impl Seal {
     fn run(&self, output: &Output) -> Result<Status, Failure> {
         let truth = Truth::from_words(&self.label).map_err(Failure::input)?;
-        // A file that no diagnosis could read must not be sealed.
+        // A file that no diagnosis can read must not be sealed.
         for path in self.runs.iter().chain(&self.unseen) {
             read_run(path).map_err(Failure::input)?;
         }
@@ -256,7 +255,6 @@ impl Seal {
     }
 }
 
-/// Output of `run`.
 #[derive(Debug, Serialize)]
 struct JudgedSet<'a> {
     shape: &'static str,
@@ -380,7 +378,7 @@ impl Score {
     }
 }
 
-/// The labels' file as said, or beside the set.
+/// The labels' file as given, or beside the set.
 fn labels_path(directory: &Path, said: Option<&Path>) -> PathBuf {
     said.map_or_else(
         || {
@@ -400,7 +398,7 @@ fn failure(error: BlindError) -> Failure {
     }
 }
 
-/// A flag that Ctrl-C sets; holds as long as the runtime is kept.
+/// A flag that Ctrl-C sets, as long as the runtime lives.
 fn stop_flag() -> io::Result<(Arc<AtomicBool>, tokio::runtime::Runtime)> {
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(1)

@@ -31,7 +31,7 @@ use crate::recording::{
     next_free_name, refuse_no_file,
 };
 
-/// How long a built-in profile takes in s.
+/// Default duration of a built-in profile in s.
 pub(super) const DURATION_S: f64 = 4.0;
 
 /// Record a run from a board, or from a virtual one.
@@ -89,7 +89,7 @@ pub struct Capture {
     threads: Threads,
 }
 
-/// Sample time in microseconds unless another is asked for.
+/// Default sample time in microseconds.
 const SAMPLE_TIME_US: u32 = 3000;
 
 fn after_help() -> String {
@@ -134,7 +134,7 @@ impl Capture {
             Some(bound) => runtime.block_on(until_known(self, bound, output)),
             None => runtime.block_on(self.record(output)),
         };
-        // Nothing may keep the process: the run is in its file.
+        // Nothing may keep the process alive: the run is in its file.
         runtime.shutdown_background();
         result
     }
@@ -190,7 +190,7 @@ impl Capture {
                 Ok(captured) => {
                     return report(output, &captured, self.duration != Some(0.0), &segments);
                 }
-                // It came back and is gone again.
+                // The board came back and is gone again.
                 Err(error) if !segments.is_empty() => output.message(&error.to_string()),
                 Err(error) => return Err(board_failure(error)),
             }
@@ -204,8 +204,7 @@ impl Capture {
         }
     }
 
-    /// Records from a board that has said who it is. The inner error is the board's: another attempt
-    /// may do better.
+    /// Records from a board that has identified itself. The inner error is the board's and may be retried.
     async fn record_from(
         &self,
         mut board: Board,
@@ -217,7 +216,7 @@ impl Capture {
         let mut request = self.request(&board, path)?;
         request.further = segments.header();
         if !segments.is_empty() {
-            // It may have come back under another name.
+            // The board may have come back under another name.
             request.port = path.display().to_string();
         }
         say_free_name(output, &request.output);
@@ -235,7 +234,7 @@ impl Capture {
         }
     }
 
-    /// Asked to stop while no board is there: the last segment is all there will be.
+    /// Ends a recording that is stopped while the board is missing: the last segment is complete.
     fn gone(&self, mut segments: Segments, output: &Output) -> Result<Status, Failure> {
         match segments.take_last() {
             Some(last) => {
@@ -254,7 +253,6 @@ impl Capture {
         }
     }
 
-    /// Display of a running recording.
     pub(super) fn display(
         &self,
         live: &SharedLive,
@@ -281,7 +279,7 @@ impl Capture {
         Ok(Display::Line(ProgressLine::show(live)))
     }
 
-    /// The virtual board, if one is asked for.
+    /// The virtual board, if the port names one.
     fn plug_in(&self, output: &Output) -> Result<Option<VirtualBoard>, Failure> {
         let Some(text) = self.port.strip_prefix(PREFIX) else {
             return nearly(&self.port).map_or(Ok(None), Err);
@@ -292,7 +290,7 @@ impl Capture {
         spec.plug_in(&self.port).map(Some).map_err(Failure::input)
     }
 
-    /// Begins the raw log, if one is asked for, and notes it with the segments.
+    /// Creates the raw log, if requested, and adds it to the segments.
     pub(super) fn begin_log(
         &self,
         segments: &mut Segments,
@@ -337,7 +335,7 @@ impl Capture {
         let supply_v = self.supply.unwrap_or(f64::from(hello.supply_mv) / 1000.0);
         let sample_time_us = self.ts.unwrap_or(SAMPLE_TIME_US);
         let sample_time_s = f64::from(sample_time_us) * 1e-6;
-        // Without an end, a built-in profile takes as long as one of the default length.
+        // Without an end, a built-in profile has its default length.
         let profile_s = self.duration.filter(|&s| s > 0.0).unwrap_or(DURATION_S);
         let profile =
             Profile::named(self.profile_name(), supply_v, profile_s).map_err(Failure::input)?;
@@ -363,14 +361,14 @@ impl Capture {
     }
 }
 
-/// Display of a recording; it stops when dropped.
+/// Display of a recording; dropping it ends it.
 #[allow(dead_code, reason = "held for what their dropping does")]
 pub(super) enum Display {
     Live(LiveView),
     Line(ProgressLine),
 }
 
-/// An existing file is not overwritten, and that is said before the recording.
+/// An existing file is not overwritten, and the message comes before the recording.
 pub(super) fn say_free_name(output: &Output, asked: &Path) {
     let free = next_free_name(asked);
     if free != asked {

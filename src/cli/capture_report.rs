@@ -9,9 +9,8 @@ use crate::hint::{Hinted, parted};
 use crate::plain::shown;
 use crate::recording::{Captured, Ending};
 
-/// Says what a recording came to; the exit status that it leads to. `until_end`: an end was asked for,
-/// so that stopping before it falls short. `before`: segments that an unplugged
-/// board ended.
+/// Prints the result of a recording and returns the exit status. `until_end`: an end was requested, so that an
+/// earlier stop falls short. `before`: earlier segments, ended by an unplugged board.
 pub(super) fn report(
     output: &Output,
     captured: &Captured,
@@ -131,7 +130,7 @@ pub(super) fn report(
     })
 }
 
-/// Error of a recording that did not end as it should.
+/// Error of a recording that ended irregularly.
 pub(super) fn trouble(ending: Ending) -> Option<Hinted> {
     let (what, hint) = match ending {
         Ending::Complete | Ending::Stopped => return None,

@@ -13,7 +13,7 @@ use crate::board::{BoardError, LineReader, Location, Profile, usb_identity};
 use crate::motor::Parameters;
 use crate::recording::{SharedLive, TextError, TextRequest, capture_text};
 
-/// `--columns` for a sketch that states its columns.
+/// Value of `--columns` for a sketch that states its columns.
 pub(super) const AUTO: &str = "auto";
 
 /// Reads `--columns`.
@@ -24,7 +24,7 @@ pub(super) fn columns(names: &str) -> Result<Option<Columns>, Failure> {
     Columns::parse(names).map(Some).map_err(Failure::input)
 }
 
-/// The exit status of a recording of text lines that failed.
+/// Failure and exit status of a recording of text lines.
 pub(super) fn text_failure(error: TextError) -> Failure {
     match error {
         TextError::Capture(error) => capture_failure(error),
@@ -68,7 +68,7 @@ impl Capture {
         Ok(status)
     }
 
-    /// Puts into a raw log's header what a replay of text lines must know.
+    /// Adds to a raw log's header what a replay of text lines needs.
     pub(super) fn describe_text(
         &self,
         columns: &str,
@@ -114,7 +114,7 @@ impl Capture {
     }
 }
 
-/// Facts about a sketch's text lines, from options or a raw log's header.
+/// Properties of a sketch's text lines, from options or a raw log's header.
 #[derive(Debug)]
 pub(super) struct TextFacts<'a> {
     pub columns: &'a str,
@@ -130,7 +130,7 @@ impl TextFacts<'_> {
         self.supply_v.unwrap_or(Parameters::default().supply_v)
     }
 
-    /// The profile that the sketch plays, and how long in s is recorded: without a duration as long as the profile.
+    /// The profile that the sketch plays, and the duration in s: that of the profile unless one is given.
     fn played(&self) -> Result<(Option<Profile>, f64), Failure> {
         let built_in_s = self.duration_s.filter(|s| *s > 0.0).unwrap_or(DURATION_S);
         let named = |name| Profile::named(name, self.supply_v(), built_in_s);
@@ -139,7 +139,7 @@ impl TextFacts<'_> {
         Ok((profile, self.duration_s.unwrap_or(own_s)))
     }
 
-    /// A request with the nominal motor's values for what is not told.
+    /// A request with the nominal motor's values where none are given.
     pub(super) fn request(&self, output: &Path, port: &str) -> Result<TextRequest, Failure> {
         let nominal = Parameters::default();
         let supply_v = self.supply_v();

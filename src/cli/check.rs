@@ -1,4 +1,4 @@
-//! `motorlab check`: what is wrong with a recording itself.
+//! `motorlab check`: findings about recordings.
 
 use std::path::PathBuf;
 
@@ -40,7 +40,6 @@ const EXAMPLE: &str = "Examples:
 The exit status is 1 with a fatal finding: no diagnosis is valid before it is corrected.
 Warnings and notes leave it at 0. A kind that several runs have is told once; --verbose tells all. Every kind of finding: docs/reference/check.md.";
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Document<'a> {
     shape: &'static str,

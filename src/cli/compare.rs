@@ -1,4 +1,4 @@
-//! `motorlab compare`: recorded runs laid over their simulation.
+//! `motorlab compare`: recorded runs and their simulation.
 
 use std::path::PathBuf;
 
@@ -53,7 +53,7 @@ pub struct Compare {
     log: Flags,
 }
 
-/// Columns of the figures that a line of several runs has on a terminal, and their names there.
+/// Figures in the row of a run on a terminal, and their column names.
 const SHORT: [(usize, &str); 6] = [
     (0, "run"),
     (1, "TS (s)"),
@@ -63,7 +63,7 @@ const SHORT: [(usize, &str); 6] = [
     (7, "speed (RPM RMS)"),
 ];
 
-/// Runs with their simulations, and what is found in the runs themselves.
+/// Runs with their simulations and findings.
 struct Found {
     runs: Vec<Run>,
     overlays: Vec<Overlay>,
@@ -151,7 +151,7 @@ impl Compare {
         Ok(())
     }
 
-    /// One run whole; of several a line each and the picture of the worst.
+    /// A single run in full; several runs in a row each, with the plot of the worst.
     fn show(&self, found: &Found, output: &Output) -> Result<(), Failure> {
         let Found {
             runs,

@@ -1,4 +1,4 @@
-//! Completions of a word: names inside one word, such as the effect in `virtual:?effect=`. Every shell's script asks here.
+//! Completions within a word, such as the effect in `virtual:?effect=`; called by every shell's script.
 
 use super::names::{SHARES, TIMES, parameters_of};
 use super::schema::documents;
@@ -8,7 +8,7 @@ use crate::board::text_lines::Column;
 use crate::motor::Parameters;
 use crate::motor::catalogue::{Stage, catalogue, find};
 
-/// Words that begin as `word` does and can stand behind the word `before`; none where only the command line's own grammar knows.
+/// Words that begin with `word` and may follow `before`; none where only the parser's grammar knows.
 pub(super) fn completing(before: &str, word: &str) -> Vec<String> {
     let Some((stem, names)) = proposed(before, word) else {
         return Vec::new();
@@ -17,7 +17,7 @@ pub(super) fn completing(before: &str, word: &str) -> Vec<String> {
     words.filter(|known| known.starts_with(word)).collect()
 }
 
-/// The part of a word that stays, and what may follow it.
+/// The fixed part of a word, and its possible continuations.
 fn proposed<'a>(before: &str, word: &'a str) -> Option<(&'a str, Vec<String>)> {
     let behind = |sign: char| word.rfind(sign).map(|at| &word[..=at]);
     let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
@@ -50,7 +50,7 @@ fn ids() -> impl Iterator<Item = String> {
     catalogue().iter().map(|kind| kind.id.to_owned())
 }
 
-/// Of a virtual board's word: keys, of the effect that it names too, or effects.
+/// For a virtual board: keys, including those of its effect, or effects.
 fn of_a_board(word: &str) -> (&str, Vec<String>) {
     const EFFECT: &str = "effect=";
     if word == "virtual:" {
@@ -67,7 +67,6 @@ fn of_a_board(word: &str) -> (&str, Vec<String>) {
     (&word[..stem], keys(effect).collect())
 }
 
-/// Keys of a virtual board with this effect, each with its sign.
 fn keys(effect: &str) -> impl Iterator<Item = String> {
     let of_effect = find(effect).map_or_else(Vec::new, |(_, kind)| parameters_of(kind));
     let board = BOARD_KEYS.iter().map(|(key, _)| *key);

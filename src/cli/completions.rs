@@ -37,7 +37,7 @@ impl Completions {
     }
 }
 
-/// The script without the options that no help has: the generator for bash proposes them too.
+/// The script without hidden options, which the generator for bash would propose.
 fn without_hidden(script: &str) -> String {
     const PROPOSED: &str = "opts=\"";
     let command = CommandLine::command();
@@ -55,8 +55,8 @@ fn without_hidden(script: &str) -> String {
     script.lines().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Completions that the generated script does not know come from the program. bash is told of what stands behind the last character at which it
-/// breaks words, but for a word in quotes.
+/// Completions that the program supplies. bash passes the part of a word after its last word break, except for a
+/// quoted word.
 const IN_BASH: &str = r#"
 _motorlab_names() {
     local typed=${COMP_LINE:0:COMP_POINT} word before quoted= kept= candidate i
@@ -85,7 +85,7 @@ else
     complete -F _motorlab_or_names -o bashdefault -o default motorlab
 fi"#;
 
-/// The same for fish: of these options, and where no option stands before the word.
+/// The same for fish, for these options, and where no option precedes the word.
 const IN_FISH: &str = r#"
 function __motorlab_names
     set -l before (commandline -opc)
@@ -96,7 +96,7 @@ complete -c motorlab -l columns -r -a '(__motorlab_names)'
 complete -c motorlab -l board -r -a '(__motorlab_names)'
 complete -c motorlab -a '(__motorlab_names)'"#;
 
-/// The same for zsh, under the name that zsh calls: what is generated has another.
+/// The same for zsh, under the name that zsh calls: the generated function has another.
 fn in_zsh(script: &str) -> String {
     const ASKED: &str = r#"_motorlab() {
     local -a found
@@ -114,7 +114,7 @@ _motorlab_generated() {"#;
 
 const ASKED_BY_POWERSHELL: &str = "    param($wordToComplete, $commandAst, $cursorPosition)\n";
 
-/// The same for PowerShell: the word before is the last one that ends before the cursor.
+/// The same for PowerShell: the previous word is the last one that ends before the cursor.
 const IN_POWERSHELL: &str = r#"    param($wordToComplete, $commandAst, $cursorPosition)
 
     $before = @($commandAst.CommandElements | Where-Object { $_.Extent.EndOffset -lt $cursorPosition })

@@ -1,4 +1,4 @@
-//! `motorlab.toml` beside the runs: flags that every command there takes unless it is told otherwise.
+//! `motorlab.toml` beside the runs: default flags of every command that takes them.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -16,23 +16,22 @@ use crate::plain::{one_line, shown};
 
 /// Name of the file.
 pub(super) const NAME: &str = "motorlab.toml";
-/// Most bytes of it: some 20 keys with a line each are below 4 kB.
+/// Largest size in bytes: some 20 keys of one line each are below 4 kB.
 const MOST_BYTES: u64 = 1 << 16;
-/// Arguments that are runs, logs or a folder of them: the file is looked for beside the first.
+/// Arguments with runs, logs or a folder of them: the file is searched beside the first.
 const RUNS: [&str; 4] = ["runs", "run", "log", "class"];
-/// A command whose `--log` is a file that it writes.
+/// The command whose `--log` is an output file.
 const WRITES_LOG: &str = "capture";
-/// A key that is shorter than its flag.
+/// A key with a shorter name than its flag.
 const COUNTS: (&str, &str) = ("counts", "counts-per-rev");
-/// An argument that says everything about a log by itself.
+/// An argument that replaces all flags about a log.
 const MAPPING: &str = "map";
 
-/// Flags that the file added to a command line.
 #[derive(Debug, Default)]
 pub(super) struct ConfiguredFlags {
     /// The flags, such as `--supply`.
     pub flags: Vec<String>,
-    /// The line that says so.
+    /// The message about them.
     pub said: Option<String>,
 }
 
@@ -41,9 +40,9 @@ struct Entry {
     key: String,
     /// The flag without its dashes.
     long: String,
-    /// The value as it is written in the file.
+    /// The value as written in the file.
     written: String,
-    /// The value as the flag takes it; `None` where the flag is not to be given.
+    /// The value for the flag; `None` to omit the flag.
     value: Option<String>,
 }
 
@@ -57,7 +56,7 @@ impl Entry {
     }
 }
 
-/// All flags that the file may hold, in the order in which they are said.
+/// All flags that the file may contain, in the order of the message.
 fn known() -> Command {
     let motor = Arg::new("motor").long("motor").value_name("FILE");
     let flags = super::import_flags::Flags::augment_args(Command::new(NAME).no_binary_name(true));
@@ -75,7 +74,7 @@ fn is_switch(argument: &Arg) -> bool {
     matches!(argument.get_action(), ArgAction::SetTrue)
 }
 
-/// The keys in the order in which they are said.
+/// The keys in the order of the message.
 fn keys(known: &Command) -> Vec<(String, &Arg)> {
     let mut keys: Vec<(String, &Arg)> = (known.get_arguments())
         .filter_map(|argument| Some((key_of(argument.get_long()?), argument)))
@@ -88,8 +87,8 @@ fn keys(known: &Command) -> Vec<(String, &Arg)> {
     keys
 }
 
-/// Adds to these arguments what the file says and they do not. Without a file, with `--no-config`, or where the
-/// arguments are no command line, nothing is added.
+/// Adds the file's flags to these arguments unless they are given. Nothing is added without a file, with
+/// `--no-config`, or to arguments that do not parse.
 pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<ConfiguredFlags, Failure> {
     let mut command = CommandLine::command();
     let Ok(matches) = command.try_get_matches_from_mut(arguments.iter()) else {
@@ -137,7 +136,7 @@ pub(super) fn configure(arguments: &mut Vec<OsString>) -> Result<ConfiguredFlags
     })
 }
 
-/// A flag that the others of this call leave no place for: they are explicit and win.
+/// A flag that conflicts with explicit ones, which take precedence.
 fn is_out_of_place(kind: ErrorKind) -> bool {
     matches!(
         kind,
@@ -145,7 +144,6 @@ fn is_out_of_place(kind: ErrorKind) -> bool {
     )
 }
 
-/// The subcommand that runs, and its arguments.
 fn leaf<'a>(command: &'a Command, matches: &'a ArgMatches) -> (&'a Command, &'a ArgMatches) {
     let Some((name, inner)) = matches.subcommand() else {
         return (command, matches);
@@ -156,7 +154,7 @@ fn leaf<'a>(command: &'a Command, matches: &'a ArgMatches) -> (&'a Command, &'a 
     }
 }
 
-/// The argument of this command that takes the entry, where the call does not give it itself.
+/// The argument of this command for the entry, unless the call already has it.
 fn taken_by<'a>(leaf: &'a Command, given: &ArgMatches, entry: &Entry) -> Option<&'a Arg> {
     let explicit = |id: &str| {
         let is_there = given.try_contains_id(id).is_ok();
@@ -168,7 +166,7 @@ fn taken_by<'a>(leaf: &'a Command, given: &ArgMatches, entry: &Entry) -> Option<
     let argument = leaf
         .get_arguments()
         .find(|argument| argument.get_long() == Some(entry.long.as_str()))?;
-    // A column of a measured supply is one of a log.
+    // A column of a measured supply belongs to a log.
     let is_of_log = leaf
         .get_arguments()
         .any(|argument| argument.get_id() == "position");
@@ -212,7 +210,7 @@ fn is_same(these: &[Entry], those: &[Entry]) -> bool {
     pairs(these) == pairs(those)
 }
 
-/// Where the file may lie: beside each run that is given, else in the working directory.
+/// Folders that may contain the file: that of each run, else the working directory.
 fn places(leaf: &Command, given: &ArgMatches) -> Vec<PathBuf> {
     let mut folders: Vec<PathBuf> = Vec::new();
     for id in RUNS {
@@ -238,7 +236,7 @@ fn places(leaf: &Command, given: &ArgMatches) -> Vec<PathBuf> {
     folders.iter().map(|folder| folder.join(NAME)).collect()
 }
 
-/// The file's text; `None` where there is no such file.
+/// The file's text; `None` without a file.
 fn text(path: &Path) -> Result<Option<String>, Failure> {
     let failed = |what: String| {
         Failure::wrong(
@@ -249,7 +247,7 @@ fn text(path: &Path) -> Result<Option<String>, Failure> {
     };
     match path.metadata() {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
-        // The folder of a run that cannot be read has an error of its own.
+        // A folder of a run that cannot be read is reported with that run.
         Err(_) => return Ok(None),
         Ok(found) if !found.is_file() => return Err(failed("it is no file".to_owned())),
         Ok(_) => {}
@@ -266,7 +264,7 @@ fn text(path: &Path) -> Result<Option<String>, Failure> {
         .map_err(|_| failed("it is no UTF-8 text".to_owned()))
 }
 
-/// The entries of the file, each of a known key and with a value that its flag takes.
+/// The entries of the file, with known keys and values that their flags accept.
 fn entries(path: &Path, text: &str) -> Result<Vec<Entry>, Failure> {
     let failed = |what: String, hint: &str| {
         Failure::wrong(format!("{}: {what}", shown(path)), hint).at(path)
@@ -341,7 +339,7 @@ fn entry(key: &str, argument: &Arg, value: &toml::Value, path: &Path) -> Option<
     })
 }
 
-/// The key that an unknown one is like, or all keys.
+/// The key most similar to an unknown one, or all keys.
 fn known_key(unknown: &str, keys: &[(String, &Arg)]) -> String {
     let plain = unknown.to_lowercase().replace('-', "_");
     let near = (keys.iter()).find(|(key, argument)| {
@@ -357,7 +355,7 @@ fn known_key(unknown: &str, keys: &[(String, &Arg)]) -> String {
     }
 }
 
-/// A value that the flag does not take.
+/// Error of a value that the flag does not accept.
 fn refused(path: &Path, entry: &Entry, error: &clap::Error) -> Failure {
     let why = std::error::Error::source(error).map(ToString::to_string);
     let why = why.unwrap_or_else(|| {

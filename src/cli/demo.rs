@@ -1,4 +1,4 @@
-//! `motorlab demo`: everything once, without hardware.
+//! `motorlab demo`: the whole workflow without hardware.
 
 use std::path::{Path, PathBuf};
 use std::process::Command as Process;
@@ -44,7 +44,6 @@ pub struct Demo {
     force: Force,
 }
 
-/// Size of the drawings beside the page.
 const PICTURE: Size = Size {
     width: 860,
     height: 760,
@@ -59,7 +58,7 @@ struct Take {
     duration_s: f64,
 }
 
-/// The handout's step at both of its sample times: rest, step and a good second of steady speed.
+/// The handout's step at both of its sample times: rest, step, and more than a second of steady speed.
 const STEPS: [Take; 2] = [
     Take {
         name: "step30.csv",
@@ -74,17 +73,16 @@ const STEPS: [Take; 2] = [
         duration_s: 1.8,
     },
 ];
-/// Diagnosed run: both signs and several sizes.
+/// The diagnosed run: several levels of both signs.
 const GAP: Take = Take {
     name: "gap.csv",
     sample_time_us: 10_000,
     profile: "reversing",
     duration_s: 6.0,
 };
-/// Default effect of that run's board: a common driver's drop, a sixth of the supply.
+/// Default effect of that run's board: the voltage drop of a common driver, a sixth of the supply.
 const GAP_EFFECT: &str = "effect=voltage_drop&drop_v=0.8";
 
-/// Recorded runs: the steps, and the run with a gap.
 struct Recorded {
     steps: Vec<PathBuf>,
     gap: PathBuf,
@@ -109,7 +107,7 @@ impl Demo {
         self.show(&recorded, &outputs, output)
     }
 
-    /// Refuses before the recording what could not be replaced after it.
+    /// Refuses, before the recording, output files that could not be replaced after it.
     fn check(&self, outputs: &Outputs) -> Result<(), Failure> {
         outputs.may_replace(&self.output.join("index.html"), None)?;
         for take in STEPS.iter().chain([&GAP]) {
@@ -120,7 +118,7 @@ impl Demo {
         Ok(())
     }
 
-    /// The board of the run with a gap: faster than time passes, and with an effect.
+    /// The board of the run with a gap: faster than real time, with an effect.
     fn gap_board(&self) -> String {
         let asked = self.board.trim_start_matches('?');
         let keys = match asked {
@@ -265,7 +263,7 @@ impl Demo {
     }
 }
 
-/// Where a virtual board's run is recorded until it is whole; what an earlier call that was killed left there goes.
+/// Temporary name of a virtual board's run until it is complete; a leftover of a killed call is removed.
 pub(super) fn begin(file: &Path) -> Result<PathBuf, Failure> {
     let mut name = std::ffi::OsString::from(".motorlab-");
     name.push(file.file_name().unwrap_or_default());
@@ -278,7 +276,7 @@ pub(super) fn begin(file: &Path) -> Result<PathBuf, Failure> {
     }
 }
 
-/// A virtual board's run, which is whole now, takes the place of that of an earlier call.
+/// Moves the completed run of a virtual board over that of an earlier call.
 pub(super) fn take_place(
     part: &Path,
     file: PathBuf,
@@ -291,7 +289,7 @@ pub(super) fn take_place(
     Ok(file)
 }
 
-/// Opens a page with the desktop's opener; where there is none, the page has been named anyway.
+/// Opens a page with the desktop's opener; without one, the message with its path suffices.
 fn open(html: &Path, output: &Output) {
     let opener = if cfg!(target_os = "macos") {
         "open"

@@ -52,16 +52,14 @@ pub struct Design {
     threads: Threads,
 }
 
-/// Duration of a built-in profile in s.
 const DURATION_S: f64 = 4.0;
 /// Most samples of a plan.
 const MOST_SAMPLES: f64 = 200_000.0;
-/// Longest diagnosis that is read, in bytes.
+/// Longest diagnosis read, in bytes.
 const MOST_BYTES: u64 = 1 << 26;
-/// Earlier versions of the document, whose next experiment has the same keys.
+/// Earlier versions of the document in which the next experiment has the same keys.
 const EARLIER_SHAPES: [&str; 2] = ["motorlab-diagnosis/1", "motorlab-diagnosis/2"];
 
-/// The part of a diagnosis that is read.
 #[derive(Debug, Deserialize)]
 struct Diagnosed {
     shape: String,
@@ -123,7 +121,7 @@ impl Design {
         Ok(Status::Done)
     }
 
-    /// The command that records the plan.
+    /// The command line that records the plan.
     fn capture(&self) -> String {
         let duration = self.duration.map(|s| format!(" --duration {s}"));
         format!(
@@ -170,7 +168,7 @@ fn show(found: &Isolability, output: &Output) -> Result<(), Failure> {
     list(output, "not separable", pairs)
 }
 
-/// A digit of a column's number; no leading zero.
+/// A digit of a column's number, without leading zeros.
 fn mark_of(column: usize, place: usize) -> char {
     match (column / place % 10, column < place && place > 1) {
         (_, true) => ' ',
@@ -189,7 +187,7 @@ fn list(output: &Output, what: &str, items: Vec<String>) -> Result<(), Failure> 
     Ok(())
 }
 
-/// The next experiment in words.
+/// The next experiment as text.
 fn next_line(next: &NextExperiment) -> String {
     let what = match next.tells_apart.as_slice() {
         [one] => format!("shows whether {one} is present"),

@@ -85,7 +85,6 @@ pub struct Diagnose {
     log: Flags,
 }
 
-/// Reads numbers of the method.
 fn settings(path: &Path) -> Result<Settings, Failure> {
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::input(In::new(shown(path), error)))?;
@@ -97,7 +96,7 @@ fn settings(path: &Path) -> Result<Settings, Failure> {
     })
 }
 
-/// Where the nominal model comes from.
+/// Source of the nominal model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Nominal {
     /// The motor file, or the lab handout's motor.
@@ -121,7 +120,7 @@ impl Diagnose {
         self.refuse_fitted_twice()?;
         let repeats = self.repeating()?;
         let mut runs = self.read(&self.runs, output)?;
-        // Runs in which nothing moves determine nothing, whatever moves in those that are held out.
+        // Held-out motion does not make runs without motion usable.
         let held_from = runs.len();
         runs.extend(self.read(&self.hold_out, output)?);
         let reference_from = runs.len();
@@ -155,7 +154,7 @@ impl Diagnose {
             }
             return bad_recording(findings, &facts, output);
         }
-        // The motor file, or the fit in its place, is that of the reference where there is one.
+        // With reference runs, the motor file or its fit applies to the reference.
         let first = if reference.is_empty() {
             &runs
         } else {
@@ -202,7 +201,7 @@ impl Diagnose {
         let mut diagnosis = found.map_err(Failure::input)?;
         diagnosis.data = findings;
         let known = &diagnosis.identifiable;
-        // A motor driven by voltage has torques only where the motor file or a known load says one.
+        // With a voltage command, torques are known only from the motor file or a known load.
         diagnosis.model.resistance_assumed =
             known.si.is_none() && known.electrical_time_constant_s.is_some();
         diagnosis.rewrite_next(|next| self.next_after(next));
@@ -239,7 +238,7 @@ impl Diagnose {
 }
 
 impl Diagnose {
-    /// The next step, where this call has already done the one that the sentence proposes.
+    /// The next step, unless this call has just done the proposed one.
     fn next_after(&self, next: &str) -> Option<String> {
         let before = &next[..next.find("Next, ")?];
         let path = match (&self.model_out, &self.html) {
@@ -257,7 +256,7 @@ impl Diagnose {
         ))
     }
 
-    /// A run that is fitted shows nothing when it is held out too.
+    /// A run that is fitted cannot be held out as well.
     fn refuse_fitted_twice(&self) -> Result<(), Failure> {
         let place = |path: &PathBuf| path.canonicalize().unwrap_or_else(|_| path.clone());
         let fitted: Vec<PathBuf> = self.runs.iter().map(place).collect();
@@ -295,7 +294,7 @@ impl Diagnose {
         Ok(runs)
     }
 
-    /// Numbers of the runs that are said to repeat each other.
+    /// Indices of the runs declared as repetitions.
     fn repeating(&self) -> Result<Vec<Vec<usize>>, Failure> {
         let number = |path: &PathBuf| {
             let found = self.runs.iter().position(|run| run == path);
@@ -319,7 +318,7 @@ impl Diagnose {
         groups.collect()
     }
 
-    /// Whether the nominal motor is fitted to the runs: as asked, else where a foreign log comes without a motor file.
+    /// Whether the nominal motor is fitted to the runs: on request, or for a foreign log without a motor file.
     fn is_fitted(&self, runs: &[Run]) -> bool {
         match self.nominal {
             Some(nominal) => nominal == Nominal::Fit,
@@ -328,7 +327,7 @@ impl Diagnose {
     }
 }
 
-/// Runs that repeat each other.
+/// Runs declared as repetitions.
 #[derive(Debug, Clone)]
 struct Repeating(Vec<PathBuf>);
 
@@ -345,7 +344,7 @@ fn repeating(text: &str) -> Result<Repeating, String> {
     }
 }
 
-/// Counts, or a share with a per cent sign.
+/// Counts, or a share in percent.
 fn good_enough(text: &str) -> Result<GoodEnough, String> {
     let (number, is_share) = match text.strip_suffix('%') {
         Some(number) => (number, true),
@@ -361,7 +360,7 @@ fn good_enough(text: &str) -> Result<GoodEnough, String> {
     }
 }
 
-/// Residuals of the nominal fit, of the motor that it starts from and of a shaft at rest.
+/// Residuals of the nominal fit, of its initial motor, and of a shaft at rest.
 fn words_of(fit: &NominalFit) -> String {
     let given = match fit.given_left_counts {
         Some(left) => format!("{left:.2} before the fit"),
@@ -377,7 +376,7 @@ fn words_of(fit: &NominalFit) -> String {
     )
 }
 
-/// Ends a diagnosis before anything is fitted: a finding about the recording is fatal.
+/// Ends a diagnosis before the fit because of a fatal finding.
 fn bad_recording(
     findings: Vec<Finding>,
     facts: &[RunFacts],
@@ -392,7 +391,7 @@ fn bad_recording(
     Ok(Status::FellShort)
 }
 
-/// A copy of a run that is fitted is no test of the fit either, whatever its name.
+/// Copies of a fitted run cannot be held out either, whatever their name.
 fn refuse_copies(fitted: &[Run], held_out: &[Run]) -> Result<(), Failure> {
     let is_copy = |a: &Run, b: &Run| {
         let n = a.len().min(b.len());

@@ -13,15 +13,15 @@ use crate::report::diagnosis::{
 use crate::report::number::{figure, percent, probability};
 use crate::report::table::Table;
 
-/// Causes, sets and time intervals that are listed.
+/// Most causes, sets and time intervals listed.
 const LISTED: usize = 5;
-/// Effects of at least this inclusion probability are listed in any case.
+/// Least inclusion probability of effects that are always listed.
 const LISTED_FROM: f64 = 0.5;
 /// Width of a bar in characters.
 const BAR: usize = 24;
 
-/// Writes the sentence, the error budget, causes, sets, identifiable parameters, recorded over simulated, where the error lies and the
-/// next experiment; `recorded` are the runs that the budget is measured on.
+/// Prints sentence, error budget, causes, sets, identifiable parameters, recorded and simulated runs, the location of
+/// the error and the next experiment; `recorded` are the runs of the budget.
 pub(super) fn show(
     diagnosis: &Diagnosis,
     recorded: &[Run],
@@ -73,7 +73,7 @@ pub(super) fn show(
     next(diagnosis, output)
 }
 
-/// Writes how the search went, all sets with their scores, and what the scores rest on.
+/// Prints the search, all sets with their scores, and the terms of the scores.
 pub(super) fn explain(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     output.line("\nSEARCH (log score in nats; screened: expected gain of an effect from one starting value, before it is fitted)")?;
     for step in &diagnosis.steps {
@@ -181,7 +181,7 @@ fn identifiable(diagnosis: &Diagnosis, output: &Output) -> Result<(), Failure> {
     output.line(&format!("  {}", torque_words(diagnosis)))
 }
 
-/// The error of each run, and the speed of the one with the largest error.
+/// The error of each run, and the speed of the run with the largest error.
 fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> Result<(), Failure> {
     let overlays = overlays(diagnosis, recorded);
     let largest = (overlays.iter()).max_by(|a, b| a.nominal_rms.total_cmp(&b.nominal_rms));
@@ -198,7 +198,7 @@ fn over_simulated(diagnosis: &Diagnosis, recorded: &[Run], output: &Output) -> R
     Ok(())
 }
 
-/// The stage of the identified effects; the stages of their classes' members where they differ.
+/// The stage of the identified effects; several if the members of their classes differ.
 fn stage_words(diagnosis: &Diagnosis, stage: &str) -> String {
     if diagnosis.classes.is_empty() {
         return format!("stage of the cause: {stage}");

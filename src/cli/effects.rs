@@ -35,7 +35,6 @@ const EXAMPLE: &str = "Examples:
 In the profile that is named the effect shows at its default strength: no motor without it makes
 the same run, whatever its gain, time constant and friction. docs/reference/effects.md is the same list.";
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Document {
     shape: &'static str,

@@ -67,7 +67,6 @@ const PAGES: &[(&str, &str)] = pages![
     "clock_error",
 ];
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Document {
     shape: &'static str,
@@ -76,7 +75,6 @@ struct Document {
     sections: Vec<Section>,
 }
 
-/// One section of a page.
 #[derive(Debug, Serialize)]
 struct Section {
     heading: String,
@@ -112,7 +110,7 @@ fn unknown(name: &str) -> Failure {
     Failure::wrong(format!("there is no effect '{name}'"), hint)
 }
 
-/// Sections below the headings of second order.
+/// Sections at headings of second level.
 fn sections(page: &str) -> Vec<Section> {
     let parts = page.split("\n## ").skip(1);
     parts
@@ -124,7 +122,7 @@ fn sections(page: &str) -> Vec<Section> {
         .collect()
 }
 
-/// Markdown for a terminal: pictures and fences left out, code indented, links as their text.
+/// Markdown for a terminal: without pictures and fences, code indented, links as text.
 fn plain_text(markdown: &str) -> String {
     let mut in_code = false;
     let mut out = String::new();
@@ -146,7 +144,6 @@ fn plain_text(markdown: &str) -> String {
     out
 }
 
-/// Links as their text.
 fn without_targets(line: &str) -> String {
     let mut parts = line.split("](");
     let mut out = parts.next().unwrap_or_default().to_owned();

@@ -144,7 +144,7 @@ struct Target {
 }
 
 impl MotorFile {
-    /// The motor file, if one is named.
+    /// The motor file, if one is given.
     pub(super) fn path(&self) -> &Option<PathBuf> {
         &self.motor
     }
@@ -202,7 +202,7 @@ impl Matlab {
         wrote("matlab", &files, Some(&motor), output)
     }
 
-    /// Every run is read before the first file is written.
+    /// Reads every run before the first file is written.
     fn read_runs(&self, output: &Output) -> Result<Vec<Run>, Failure> {
         let mut runs = Vec::new();
         for path in &self.runs {
@@ -271,7 +271,7 @@ impl Json {
 }
 
 impl Target {
-    /// The file, which is refused before the work if it could not be written after it.
+    /// The output file, refused before the work if it could not be written after it.
     fn outputs(&self, motor: &MotorFile) -> Result<Outputs, Failure> {
         let outputs = self.force.outputs("export", &motor.motor);
         outputs.check(&self.output)?;
@@ -305,7 +305,7 @@ impl Target {
     }
 }
 
-/// The document of an export: files, and what of the motor is assumed.
+/// The JSON document of an export: files, and assumed parameters of the motor.
 pub(super) fn document(format: &str, files: Vec<&Path>, motor: Option<&Motor>) -> Value {
     let mut document = json!({
         "shape": "motorlab-export/1",
@@ -319,7 +319,6 @@ pub(super) fn document(format: &str, files: Vec<&Path>, motor: Option<&Motor>) -
     document
 }
 
-/// Says which files have been written.
 fn wrote(
     format: &str,
     files: &[PathBuf],

@@ -12,8 +12,8 @@ use crate::export::actuator::{Target, check, divided};
 use crate::motor::Motor;
 use crate::plain::shown;
 
-/// Shortest and longest step of another program, in s: below, inner steps are shorter than any motor's own times; above, a command
-/// would be held longer than any controller does.
+/// Shortest and longest step of the calling program in s: below, inner steps are shorter than any time constant of a
+/// motor; above, a command is held longer than by any controller.
 const STEPS_S: (f64, f64) = (1e-6, 1.0);
 
 /// Which motor, for steps of which length, and where it goes.
@@ -48,7 +48,6 @@ fn step(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Form of a target's comments.
 fn form(target: Target) -> Form {
     match target {
         Target::C => Form::C,
@@ -77,8 +76,8 @@ impl ActuatorFile {
     }
 }
 
-/// Says which files have been written, with which effects, and which effects are not part of an actuator. Without a file the text is
-/// printed.
+/// Prints the written files, their effects, and those that are not part of an actuator. Without an output file the
+/// text goes to standard output.
 pub(super) fn wrote_actuator(
     format: &str,
     files: &[&PathBuf],

@@ -1,4 +1,4 @@
-//! `motorlab export parquet` and `export mcap`: a run for programs that plot and analyse.
+//! `motorlab export parquet` and `export mcap`: a run for plotting and analysis programs.
 
 use std::path::PathBuf;
 
@@ -27,7 +27,6 @@ pub(super) struct RunFile {
 }
 
 impl RunFile {
-    /// Writes the run as a Parquet file.
     #[cfg(feature = "parquet")]
     pub(super) fn parquet(&self, output: &Output) -> Result<PathBuf, Failure> {
         self.write(output, "parquet", |run, content| {
@@ -35,13 +34,12 @@ impl RunFile {
         })
     }
 
-    /// Writes the run as a Parquet file.
+    /// As above, in a build without the feature.
     #[cfg(not(feature = "parquet"))]
     pub(super) fn parquet(&self, _: &Output) -> Result<PathBuf, Failure> {
         Err(not_built("parquet"))
     }
 
-    /// Writes the run as an MCAP file.
     #[cfg(feature = "mcap")]
     pub(super) fn mcap(&self, output: &Output) -> Result<PathBuf, Failure> {
         self.write(output, "mcap", |run, content| {
@@ -50,7 +48,7 @@ impl RunFile {
         })
     }
 
-    /// Writes the run as an MCAP file.
+    /// As above, in a build without the feature.
     #[cfg(not(feature = "mcap"))]
     pub(super) fn mcap(&self, _: &Output) -> Result<PathBuf, Failure> {
         Err(not_built("mcap"))
@@ -83,7 +81,7 @@ impl RunFile {
     }
 }
 
-/// Formats that not everyone needs are features of the build.
+/// Large formats are features of the build.
 #[cfg(not(all(feature = "parquet", feature = "mcap")))]
 pub(super) fn not_built(feature: &str) -> Failure {
     Failure::wrong(

@@ -1,4 +1,4 @@
-//! Exit statuses and the one form in which a failure is said.
+//! Exit statuses, and the form of error messages.
 
 use std::error::Error;
 use std::fmt;
@@ -16,17 +16,17 @@ use crate::motor::MotorFileError;
 use crate::plain::clipped;
 use crate::recording::{ReadError, WriteError};
 
-/// Characters of an error and of each cause that are shown: some lines of a terminal.
+/// Most characters printed of an error and of each cause: some lines of a terminal.
 const MOST_CHARACTERS: usize = 1200;
 
-/// Exit status of the command.
+/// Exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
-    /// Done.
+    /// Success.
     Done = 0,
-    /// Done, but what was asked for fell short: samples lost, gap above `--fail-above`.
+    /// Success with a shortfall: samples lost, gap above `--fail-above`.
     FellShort = 1,
-    /// Wrong use or bad input.
+    /// Wrong use or invalid input.
     BadInput = 2,
     /// The device or the file system failed.
     DeviceFailed = 3,
@@ -38,7 +38,7 @@ impl From<Status> for ExitCode {
     }
 }
 
-/// An error with the exit status that it leads to.
+/// An error with its exit status.
 #[derive(Debug)]
 pub struct Failure {
     /// Exit status.
@@ -60,17 +60,17 @@ impl Failure {
         }
     }
 
-    /// Wrong use or bad input, status 2: an error whose text has its hint.
+    /// Wrong use or invalid input, status 2: an error whose text has its hint.
     pub fn input(error: impl Error + Send + Sync + 'static) -> Self {
         Self::input_of(Box::new(error))
     }
 
-    /// Wrong use or bad input of several kinds, status 2: an error whose text has its hint.
+    /// Wrong use or invalid input of several kinds, status 2: an error whose text has its hint.
     pub fn input_of(error: Box<dyn Error + Send + Sync>) -> Self {
         Self::new(Status::BadInput, "bad_input", error)
     }
 
-    /// Wrong use or bad input in words, status 2: what is wrong and where, and what to do.
+    /// Wrong use or invalid input, status 2, as text and hint.
     pub fn wrong(what: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::input(Hinted::new(what, hint))
     }
@@ -80,29 +80,29 @@ impl Failure {
         Self::new(Status::DeviceFailed, "device_failed", Box::new(error))
     }
 
-    /// The device failed, in words: what and where, and what to do.
+    /// The device failed, status 3, as text and hint.
     pub fn failed(what: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::device(Hinted::new(what, hint))
     }
 
-    /// With another kind than the exit status has by itself.
+    /// Replaces the kind that follows from the exit status.
     pub(super) fn of_kind(self, kind: &'static str) -> Self {
         Self { kind, ..self }
     }
 
-    /// With the file that it is about.
+    /// Adds the file.
     pub fn at(self, path: &Path) -> Self {
         let file = Some(path.display().to_string());
         Self { file, ..self }
     }
 
-    /// With the row or line of that file, where one is to blame.
+    /// Adds the row or line of the file, if known.
     pub(super) fn in_row(self, row: Option<u64>) -> Self {
         Self { row, ..self }
     }
 
-    /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. File and row are
-    /// null where it is about none; the remedy is the message's hint, null where nothing can be done.
+    /// The failure as a document: `{"error": {"kind", "message", "file", "row", "remedy"}}`. Unknown file and row are
+    /// null; the remedy is the message's hint, or null.
     pub fn document(&self) -> Value {
         let said = self.to_string();
         let message = said.strip_prefix("error: ").unwrap_or(&said);
@@ -117,7 +117,7 @@ impl Failure {
         }})
     }
 
-    /// File and line of the first error of the chain that knows them.
+    /// File and line of the first error in the chain that has them.
     fn place(&self) -> (Option<String>, Option<u64>) {
         let mut next: Option<&(dyn Error + 'static)> = Some(self.error.as_ref());
         let known = |path: &Path| Some(path.display().to_string());
@@ -156,7 +156,7 @@ impl Failure {
                 return (known(path), None);
             }
             match error.downcast_ref() {
-                // As many rows are whole.
+                // The number of complete rows before it.
                 Some(
                     WriteError::Altered { path, rows, .. } | WriteError::Append { path, rows, .. },
                 ) => return (known(path), Some(*rows)),
@@ -173,7 +173,7 @@ impl Failure {
     }
 }
 
-/// Line of a motor file, where one is to blame.
+/// Line of an error in a motor file.
 fn line_of(error: &MotorFileError) -> Option<u64> {
     match error {
         MotorFileError::Syntax { line, .. }
@@ -196,7 +196,7 @@ impl fmt::Display for Failure {
         while let Some(error) = cause {
             let text = error.to_string();
             let (because, its_hint) = parted(&text);
-            // Many an error has its cause in its own words.
+            // Many errors already contain the text of their cause.
             if !said.contains(because) {
                 write!(f, "\n  because: {}", clipped(because, MOST_CHARACTERS))?;
                 said.push_str(because);

@@ -1,4 +1,4 @@
-//! Findings about recordings in words, as several subcommands say them.
+//! Findings about recordings as text, for several subcommands.
 
 use std::error::Error;
 use std::fs::File;
@@ -12,8 +12,8 @@ use crate::plain::{one_line, shown};
 use crate::recording::{Run, read_run_from};
 use crate::report::number::figure;
 
-/// Findings in words, the most severe first. In short a kind of the same severity is told once, with the runs that have it too;
-/// at length each is told with its figures.
+/// Findings as text, the most severe first. Short: one per kind and severity, with the other runs that have it; long:
+/// each with its figures.
 pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
     if at_length {
         return findings
@@ -57,10 +57,10 @@ pub(super) fn listed(findings: &[Finding], at_length: bool) -> Vec<String> {
         .collect()
 }
 
-/// Runs that are named beside the first that has a finding.
+/// Most further runs named with a finding.
 const MOST_RUNS: usize = 3;
 
-/// Message and remedy, and below them severity and place.
+/// Message and remedy, then severity and place.
 fn short(finding: &Finding) -> String {
     format!(
         "{}\n  {} ({}), {}, {:.3} to {:.3} s",
@@ -73,7 +73,6 @@ fn short(finding: &Finding) -> String {
     )
 }
 
-/// By which figures.
 fn figures(finding: &Finding) -> String {
     let figures: Vec<String> = (finding.evidence.iter())
         .map(|(name, value)| format!("{name} = {}", figure(*value, 4)))
@@ -81,12 +80,12 @@ fn figures(finding: &Finding) -> String {
     figures.join(", ")
 }
 
-/// Checks runs and says what was found, each kind once.
+/// Checks runs and prints the findings, each kind once.
 pub(super) fn check_and_say(runs: &[Run], motor: Option<&Motor>, output: &Output) -> Vec<Finding> {
     said(check(runs, motor), output)
 }
 
-/// Says findings, each kind once.
+/// Prints findings, each kind once.
 pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
     for text in listed(&findings, false) {
         output.message(&text);
@@ -94,13 +93,13 @@ pub(super) fn said(findings: Vec<Finding>, output: &Output) -> Vec<Finding> {
     findings
 }
 
-/// Longest part of a file that was just written that is looked at, in bytes: some 80,000 samples, four minutes at 3 ms. A recording of
-/// hours is not held in memory at its end.
+/// Longest part of a written file that is checked, in bytes: some 80,000 samples, four minutes at 3 ms, so that a
+/// recording of hours is not loaded into memory.
 const LOOKED_AT_BYTES: u64 = 4 << 20;
 
-/// The same of run files that were just written, and whether one of them contradicts itself: something fatal, other than that it is
-/// short or that nothing was commanded, which a recording may be meant to be. A file that cannot be read back (empty, or ended by an error
-/// that has been said) has no findings.
+/// As [`check_and_say`] for files that were just written. The flag: one of them has a fatal finding other than too
+/// short or a constant command, which may be intended. A file that cannot be read back (empty, or ended by a reported
+/// error) has no findings.
 pub(super) fn check_written(paths: &[&Path], output: &Output) -> (Vec<Finding>, bool) {
     let runs: Vec<Run> = paths
         .iter()
@@ -114,7 +113,7 @@ pub(super) fn check_written(paths: &[&Path], output: &Output) -> (Vec<Finding>, 
     (findings, contradicts)
 }
 
-/// The beginning of a run file, up to the last whole row of it.
+/// The beginning of a run file, up to its last complete row.
 fn beginning(path: &Path, output: &Output) -> Result<Run, Box<dyn Error>> {
     let file = File::open(path)?;
     let is_longer = file.metadata()?.len() > LOOKED_AT_BYTES;

@@ -1,4 +1,4 @@
-//! `motorlab firmware`: the sketch for the board, out of this program.
+//! `motorlab firmware`: writes the built-in sketch for the board.
 
 use std::fs;
 use std::io;
@@ -42,7 +42,8 @@ impl Firmware {
     }
 }
 
-/// Writes the sketch's folder into `folder`. Changed files stay unless `force`: settings.h is for changing.
+/// Writes the sketch's folder into `folder`. Changed files are kept unless `force`, as settings.h is meant to be
+/// edited.
 pub(super) fn write_sketch(folder: &Path, force: bool) -> Result<PathBuf, Failure> {
     let sketch = folder.join("motorlab");
     let failed = |path: &Path, error: io::Error| {

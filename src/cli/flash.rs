@@ -1,6 +1,6 @@
-//! `motorlab flash`: the sketch onto the board, by the tools that Arduino users have.
+//! `motorlab flash`: uploads the sketch to the board with the usual Arduino tools.
 //!
-//! arduino-cli compiles and uploads. avrdude uploads what is compiled already (`--hex`).
+//! arduino-cli compiles and uploads; avrdude uploads a compiled sketch (`--hex`).
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -51,7 +51,7 @@ impl ArduinoBoard {
         }
     }
 
-    /// Processor and boot loader, as avrdude names them.
+    /// Processor and boot loader in avrdude's names.
     fn avrdude(self) -> (&'static str, &'static str) {
         match self {
             Self::Uno => ("atmega328p", "arduino"),
@@ -59,7 +59,7 @@ impl ArduinoBoard {
         }
     }
 
-    /// The board with these ids: those of Arduino's own USB chips.
+    /// The board with these USB ids: those of Arduino's own USB chips.
     fn of_usb(vid: u16, pid: u16) -> Option<Self> {
         match (vid, pid) {
             (0x2341 | 0x2A03, 0x0001 | 0x0043 | 0x0243) => Some(Self::Uno),
@@ -115,7 +115,7 @@ impl Flash {
         Ok(Status::Done)
     }
 
-    /// The tool, how it is called, and the folder that must live until it has ended.
+    /// The tool, its command line, and the temporary folder that must outlive it.
     fn command(&self) -> Result<(&'static str, Command, Option<BuiltIn>), Failure> {
         let board = self.board()?;
         if let Some(hex) = &self.hex {
@@ -170,7 +170,7 @@ impl Flash {
         })
     }
 
-    /// Runs the tool; what it says goes to standard error, as all messages.
+    /// Runs the tool; its output goes to standard error, as all messages.
     fn upload(&self, mut command: Command) -> Result<(), String> {
         let output = command
             .stdin(Stdio::null())
@@ -192,7 +192,7 @@ fn advice(tool: &str) -> &'static str {
     }
 }
 
-/// The built-in sketch in a folder of its own, which goes when this goes.
+/// The built-in sketch in a temporary folder, removed on drop.
 struct BuiltIn {
     folder: PathBuf,
     sketch: PathBuf,
@@ -208,12 +208,12 @@ impl BuiltIn {
 
 impl Drop for BuiltIn {
     fn drop(&mut self) {
-        // Left-over files in the temporary folder do no harm.
+        // Leftovers in the temporary folder are harmless.
         let _ = std::fs::remove_dir_all(&self.folder);
     }
 }
 
-/// Where a program is, by the PATH.
+/// Path of a program, by the PATH.
 fn on_path(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
     std::env::split_paths(&path)

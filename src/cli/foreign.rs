@@ -1,4 +1,4 @@
-//! A log of another program where a run file is wanted: it is imported on the way, where nothing has to be asked.
+//! A log of another program in place of a run file: it is imported on the way, if it is unambiguous.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -18,10 +18,10 @@ use crate::import::{Form, Kind, Said, Source, Unclear, import, understand};
 use crate::plain::{quoted, shown};
 use crate::recording::{ReadError, ReadNote, ReadProblem, Run, read_run, read_run_from};
 
-/// Bytes of the file that are looked at.
+/// Bytes of the file that are examined.
 const LOOKED_AT_BYTES: u64 = 1 << 18;
 
-/// Not a run file, but a log that can become one.
+/// A log that has to be imported first.
 #[derive(Debug, Error)]
 #[error(
     "{}; this is a log of another program\nhint: import it first{blanks}, then take {run}:\n  {line}",
@@ -35,7 +35,7 @@ struct ForeignLog {
     run: String,
 }
 
-/// Neither a run file nor a log that can become one.
+/// Neither a run file nor a log that can be imported.
 #[derive(Debug, Error)]
 #[error("{}: it is no run file of motorlab: {what}", shown(path))]
 struct NoRun {
@@ -46,7 +46,7 @@ struct NoRun {
 /// Runs, with the notes of their reading.
 pub(super) type RunsRead = Vec<(Run, Vec<ReadNote>)>;
 
-/// Reads a run file, or the runs of a log of another program, of which `flags` say what it does not say itself.
+/// Reads a run file, or imports a log of another program with `flags` for what it does not state.
 pub(super) fn read_runs(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
     let error = match read_run(path) {
         Ok(found) => return Ok(vec![found]),
@@ -59,7 +59,7 @@ pub(super) fn read_runs(path: &Path, flags: &Flags, output: &Output) -> Result<R
     }
 }
 
-/// Refuses flags for logs of other programs where all files are runs; those of the configuration file wait for the next log.
+/// Refuses flags for foreign logs if all files are runs; those of the configuration file are kept for the next log.
 pub(super) fn refuse_unused(flags: &Flags, runs: &[Run], output: &Output) -> Result<(), Failure> {
     let given = flags.said().flags();
     let explicit = |(flag, _): &&(&str, String)| {
@@ -89,7 +89,7 @@ fn no_run(path: &Path, what: String) -> Failure {
     Failure::input(failure).at(&path)
 }
 
-/// Imports a log into a folder that goes with its runs.
+/// Imports a log into a temporary folder and reads the runs.
 fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Failure> {
     let name = name_of(path);
     let mut source = Source::new(Box::new(FileProgress::new(open(path)?, &name)), &name)
@@ -121,7 +121,7 @@ fn imported(path: &Path, flags: &Flags, output: &Output) -> Result<RunsRead, Fai
     imported.runs.iter().map(|run| of_run(&run.path)).collect()
 }
 
-/// The command line of this call without the flags that say what is what in a log: they are added to it anew.
+/// The command line of this call without the flags about a log, which are added again.
 fn command_line() -> String {
     let known = Flags::augment_args(clap::Command::new("log"));
     let takes_value = |word: &str| {
@@ -151,7 +151,7 @@ fn command_line() -> String {
     line
 }
 
-/// Why a run file cannot be read; of a foreign log with the way to import it.
+/// Error of a run file that cannot be read; for a foreign log with the command that imports it.
 pub fn unreadable(path: &Path, error: ReadError) -> Failure {
     match import_line(path, &error.problem) {
         Found::NoLog(what) => no_run(path, what),
@@ -165,17 +165,17 @@ pub fn unreadable(path: &Path, error: ReadError) -> Failure {
     }
 }
 
-/// Form of a file that cannot be read as a run.
+/// Kind of a file that cannot be read as a run.
 enum Found {
-    /// A run file with something wrong in it, or what cannot be read at all.
+    /// A damaged run file, or an unreadable file.
     Run,
-    /// A log of another program: the command line that imports it, and what is open in it.
+    /// A log of another program: the command line that imports it, and its open parts.
     Log(String, &'static str),
-    /// Neither, and what it is.
+    /// Neither, with its description.
     NoLog(String),
 }
 
-/// Tells a log of another program from a run file with something wrong in it.
+/// Distinguishes a foreign log from a damaged run file.
 fn kind(path: &Path, problem: &ReadProblem) -> Kind {
     match head(path, problem) {
         Some(head) => Kind::of(&head, &name_of(path)),
@@ -187,7 +187,7 @@ fn name_of(path: &Path) -> Cow<'_, str> {
     path.file_name().unwrap_or_default().to_string_lossy()
 }
 
-/// The beginning of a file that is no run; `None` where it cannot be read, or is a run that is too long.
+/// The beginning of a file that is not a run; `None` if it cannot be read, or is a run that is too long.
 fn head(path: &Path, problem: &ReadProblem) -> Option<Vec<u8>> {
     if matches!(
         problem,

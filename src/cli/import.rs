@@ -1,4 +1,4 @@
-//! `motorlab import`: turn a log that another program wrote into a run file.
+//! `motorlab import`: converts a log of another program to a run file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -59,7 +59,6 @@ What the log does not say is asked for in one message, with the finished command
 mapping file: docs/reference/import.md. Rows that cannot be used are named by their line and kept in
 run.rejected.csv; the exit status is then 1, and where the run contradicts itself (motorlab check).";
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Document<'a> {
     shape: &'static str,
@@ -162,7 +161,7 @@ impl Import {
         })
     }
 
-    /// The mapping file, and what flags say instead of it.
+    /// The mapping file with the flags that replace its entries.
     fn mapping_file(&self, path: &Path) -> Result<Ready, Failure> {
         let text = Map::text(path).map_err(Failure::input)?;
         let in_file = |error| Failure::input(Map::in_file(path, error));
@@ -177,9 +176,9 @@ impl Import {
         Ok(Ready { map, toml: text })
     }
 
-    /// The command line so far, for the message about what is missing.
+    /// The command line so far, for the message about missing facts.
     fn line(&self) -> String {
-        // A name that begins with a dash would be taken for a flag.
+        // A path with a leading dash would be parsed as a flag.
         let path = |path: &Path| match path.display().to_string() {
             text if text.starts_with('-') && text != "-" => quoted(&format!("./{text}")),
             text => quoted(&text),
@@ -211,7 +210,7 @@ impl Import {
     }
 }
 
-/// Where the run of a log goes by itself.
+/// Default name of a log's run.
 pub(super) fn run_name(log: &Path) -> PathBuf {
     let name = match log.file_name() {
         Some(name) if log.as_os_str() != "-" => Path::new(name),
@@ -224,7 +223,7 @@ pub(super) fn run_name(log: &Path) -> PathBuf {
     name.with_extension("run.csv")
 }
 
-/// Opens a log. A folder is none; of a ROS 2 bag the message names the file in it.
+/// Opens a log. For a folder of a ROS 2 bag the error names the file in it.
 pub(super) fn open(path: &Path) -> Result<File, Failure> {
     let failed = |error: io::Error| Failure::input(In::new(shown(path), error));
     let file = File::open(path).map_err(failed)?;

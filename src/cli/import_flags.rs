@@ -1,4 +1,4 @@
-//! The flags with which everything about a log can be said.
+//! Flags that describe the columns of a log.
 
 use clap::Args;
 
@@ -93,7 +93,6 @@ impl Flags {
         }
     }
 
-    /// Whether any of them is given.
     pub fn is_given(&self) -> bool {
         self.said() != Said::default()
     }

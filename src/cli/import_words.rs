@@ -6,7 +6,7 @@ use super::Output;
 use crate::import::{Imported, Understood};
 use crate::plain::{one_line, shown};
 
-/// How the log was understood.
+/// The interpretation of the log's columns.
 pub(super) fn say_understood(
     output: &Output,
     name: &str,
@@ -28,7 +28,7 @@ pub(super) fn say_understood(
     }
 }
 
-/// Result of the log.
+/// The result of the import.
 pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
     for run in &imported.runs {
         let (shortest_s, longest_s) = run.steps_s;
@@ -43,7 +43,7 @@ pub(super) fn say(output: &Output, name: &str, imported: &Imported) {
     say_rows(output, name, imported, imported.rejected.as_deref());
 }
 
-/// Result of its rows. The bad ones are in the file `rejected`, where it is kept.
+/// The rows of the result. The rejected ones are in the file `rejected`, if it is kept.
 pub(super) fn say_rows(output: &Output, name: &str, imported: &Imported, rejected: Option<&Path>) {
     if imported.rows_without_position > 0 {
         output.message(&format!(

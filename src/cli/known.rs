@@ -1,4 +1,4 @@
-//! `--with RUN:KEY=VALUE`: what is known to differ in a run, said on the command line.
+//! `--with RUN:KEY=VALUE`: known differences of a run, on the command line.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ fn difference(text: &str) -> Result<Difference, String> {
     let expected =
         "expected RUN:KEY=VALUE\nhint: such as --with disc.csv:inertia_added_kg_m2=0.001";
     let (name, value) = text.rsplit_once('=').ok_or(expected)?;
-    // The last colon: a path may have one of its own.
+    // The last colon: the path may contain another.
     let (run, key) = name.rsplit_once(':').ok_or(expected)?;
     let value = value
         .parse()
@@ -42,7 +42,7 @@ fn difference(text: &str) -> Result<Difference, String> {
 }
 
 impl With {
-    /// Applies the facts about the file at this path to its run.
+    /// Applies the known differences of the file at this path to its run.
     pub(super) fn apply(&self, path: &Path, run: &mut Run) -> Result<(), Failure> {
         for said in self.with.iter().filter(|said| path == Path::new(&said.run)) {
             run.known
@@ -52,7 +52,7 @@ impl With {
         Ok(())
     }
 
-    /// Refuses facts about a file that is not among these.
+    /// Refuses differences for a file that is not among these.
     pub(super) fn refuse_others<'a>(
         &self,
         mut paths: impl Iterator<Item = &'a Path> + Clone,

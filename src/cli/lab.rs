@@ -54,14 +54,13 @@ pub struct Lab {
     force: Force,
 }
 
-/// The handout's sample times in us, with the names of the virtual board's runs.
+/// The handout's sample times in us, with the file names of the virtual board's runs.
 const SAMPLE_TIMES: [(u32, &str); 2] =
     [(30_000, "virtual-step30.csv"), (3_000, "virtual-step3.csv")];
-/// The results as JSON, which say for the tables beside them who wrote them.
+/// The results as JSON: it carries the mark of the program for the tables beside it.
 const WITNESS: &str = "lab.json";
-/// How long the virtual board is recorded in s: rest, step and a good second of steady speed.
+/// Duration of a recording of the virtual board in s: rest, step, and more than a second of steady speed.
 const DURATION_S: f64 = 1.8;
-/// Size of the drawings of recordings.
 const RECORDED: Size = Size {
     width: 860,
     height: 760,
@@ -120,12 +119,11 @@ impl Lab {
         })
     }
 
-    /// Folder of what is written.
     fn folder(&self) -> &Path {
         self.output.as_deref().unwrap_or(Path::new("lab"))
     }
 
-    /// The virtual board's word: this motor, as fast as possible, and what `--board` says.
+    /// The virtual board's port: this motor, as fast as possible, and the keys of `--board`.
     fn virtual_board(&self) -> String {
         let mut word = "speed=max".to_owned();
         if let Some(path) = &self.motor {
@@ -142,7 +140,7 @@ impl Lab {
         word
     }
 
-    /// Records where nothing was given, and computes; `None` after Ctrl-C.
+    /// Records if no runs are given, then computes; `None` after Ctrl-C.
     async fn work(
         &self,
         motor: Motor,
@@ -162,7 +160,7 @@ impl Lab {
         let spinner = spinner();
         let shown = spinner.clone();
         let diagnosed = !self.no_diagnosis;
-        // A virtual board turns the motor that is simulated.
+        // A virtual board has the simulated motor.
         let is_described = self.motor.is_some() || self.runs.is_empty();
         let computing = tokio::task::spawn_blocking(move || {
             let progress = Progress {
@@ -180,7 +178,6 @@ impl Lab {
         computed.map(Some).map_err(Failure::input)
     }
 
-    /// Records both sample times from the virtual board; `None` after Ctrl-C.
     async fn record_all(
         &self,
         stop: &StopSignal,
@@ -216,7 +213,7 @@ impl Lab {
         Ok(Some(paths))
     }
 
-    /// Writes the page and the same as SVG, CSV and JSON; the paths, the page first.
+    /// Writes the page, and its content as SVG, CSV and JSON; returns the paths, the page first.
     fn write(&self, lab: &Handout, outputs: &Outputs) -> Result<Vec<PathBuf>, Failure> {
         let mut files = Files::new(self.folder(), outputs);
         files.text("index.html", &page::page(lab))?;
@@ -237,7 +234,7 @@ impl Lab {
             let gaps = page::residuals(recorded);
             files.drawing(&format!("{name}-gaps.svg"), &gaps, Size::SMALL)?;
         }
-        // Last: until then, the one of an earlier time says whose the tables are.
+        // Last: until then, the earlier JSON identifies the tables as outputs of this command.
         let json = serde_json::to_string_pretty(lab).map_err(Failure::input)?;
         files.text(WITNESS, &json)?;
         Ok(files.written)
@@ -267,7 +264,7 @@ impl Lab {
     }
 }
 
-/// The runs with what their reader has to say.
+/// The runs with the reader's notes.
 fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)>, Failure> {
     let mut runs = Vec::new();
     for path in paths {
@@ -281,7 +278,7 @@ fn read_all(paths: &[PathBuf], output: &Output) -> Result<Vec<(Run, Vec<String>)
     Ok(runs)
 }
 
-/// Files written into one folder; those of an earlier time are replaced.
+/// Files written into one folder; earlier outputs are replaced.
 struct Files<'a> {
     outputs: &'a Outputs,
     folder: &'a Path,
@@ -302,7 +299,7 @@ impl<'a> Files<'a> {
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("json") => self.outputs.write_silently(&path, text, Form::Json)?,
             Some("html" | "svg") => self.outputs.write_silently(&path, text, Form::Markup)?,
-            // A table has no comments: the results beside it say who wrote them all.
+            // A table has no comments: the JSON beside it carries the mark.
             _ => {
                 let witness = self.folder.join(WITNESS);
                 self.outputs

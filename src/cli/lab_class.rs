@@ -1,4 +1,4 @@
-//! `motorlab lab --class FOLDER`: one page over the recordings of a class, a folder a student.
+//! `motorlab lab --class FOLDER`: one page over the recordings of a class, one folder per student.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,21 +19,20 @@ use crate::motor::Motor;
 use crate::plain::shown;
 use crate::recording::{Run, read_run};
 
-/// A student's own motor file.
+/// A student's motor file.
 const MOTOR: &str = "motor.toml";
 
-/// Runs that the call names.
+/// Arguments of the call.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ClassRequest<'a> {
     /// The class's folder.
     pub folder: &'a Path,
-    /// The motor of all who have no file of their own.
+    /// The motor of all students without a file.
     pub motor: Option<&'a PathBuf>,
     /// Folder of the page.
     pub to: &'a Path,
 }
 
-/// The document of `--json`.
 #[derive(Serialize)]
 struct Document<'a> {
     #[serde(flatten)]
@@ -41,7 +40,7 @@ struct Document<'a> {
     files: [PathBuf; 2],
 }
 
-/// Reads, works and writes the page; what is not usable is said and makes the exit status 1.
+/// Reads, diagnoses and writes the page; unusable recordings are reported and give exit status 1.
 pub(super) fn class(
     asked: ClassRequest<'_>,
     outputs: &Outputs,
@@ -102,7 +101,7 @@ fn make(folder: &Path) -> Result<(), Failure> {
         .map_err(|error| Failure::device(In::new(format!("cannot make {}", shown(folder)), error)))
 }
 
-/// A page for each recording, in a folder for each student.
+/// A page for each recording, in a folder per student.
 fn write_pages(class: &mut Class, to: &Path, outputs: &Outputs) -> Result<(), Failure> {
     for student in &mut class.students {
         for recording in &mut student.recordings {
@@ -118,7 +117,6 @@ fn write_pages(class: &mut Class, to: &Path, outputs: &Outputs) -> Result<(), Fa
     Ok(())
 }
 
-/// The folders of the class by name; hidden ones, and the one that the page goes to, are none.
 /// Hint for `--class`.
 const ONE_FOLDER_A_STUDENT: &str = "--class takes a folder that has one folder per student";
 
@@ -158,7 +156,7 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Student after student; those who are done where Ctrl-C came.
+/// All students; those that are done if Ctrl-C is pressed.
 async fn all(
     folders: &[PathBuf],
     motor: Option<Motor>,
@@ -205,7 +203,7 @@ async fn all(
     Ok(students)
 }
 
-/// Content of a folder: files `NAME.csv`, and perhaps a motor file.
+/// Content of a student's folder: files `NAME.csv`, and possibly a motor file.
 fn read(path: &Path, motor: Option<Motor>, output: &Output) -> Result<Folder, String> {
     let mut files: Vec<PathBuf> = Vec::new();
     for entry in fs::read_dir(path).map_err(|error| format!("cannot be read: {error}"))? {

@@ -6,21 +6,21 @@ use std::path::Path;
 use crate::motor::is_alike;
 use crate::plain::shown;
 
-/// How an error of the system for a missing file or folder ends, on Unix and Windows.
+/// How a system error for a missing file or folder ends, on Unix and Windows.
 const ENDS: [&str; 2] = ["(os error 2)", "(os error 3)"];
-/// Words that messages have before a path.
+/// Words before a path in messages.
 const VERBS: [&str; 4] = [
     "cannot read the profile ",
     "cannot create ",
     "cannot write ",
     "cannot read ",
 ];
-/// Names that are shown: what fits a line.
+/// Most names listed: one line.
 const MOST_SHOWN: usize = 3;
-/// Entries of a folder that are looked at.
+/// Most entries of a folder that are examined.
 const MOST_ENTRIES: usize = 10_000;
 
-/// The hint of a message that ends with a missing file, which is `known` or stands before the error in the message.
+/// The hint of a message that ends with a missing file, which is `known` or precedes the error in the message.
 pub(super) fn hint(message: &str, known: Option<&str>) -> Option<String> {
     let at = ENDS.iter().find_map(|end| message.find(end))?;
     let path = match known {
@@ -31,7 +31,7 @@ pub(super) fn hint(message: &str, known: Option<&str>) -> Option<String> {
     (!path.exists()).then(|| beside(path))
 }
 
-/// The path that stands before `: No such file or directory`.
+/// The path before `: No such file or directory`.
 fn named(message: &str) -> Option<&str> {
     let first = message.lines().next()?;
     let first = first.strip_prefix("error: ").unwrap_or(first);
@@ -42,7 +42,6 @@ fn named(message: &str) -> Option<&str> {
     first.split(": ").next().filter(|path| !path.is_empty())
 }
 
-/// The folder that does not exist, or the files of a similar name or the same kind.
 fn beside(path: &Path) -> String {
     let mut folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

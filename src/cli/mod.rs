@@ -1,8 +1,7 @@
-//! The command line: one file a subcommand, arguments and printing only.
+//! The command line: one file per subcommand, arguments and printing only.
 //!
-//! Every subcommand is a struct of arguments with `run(&self, &Output) -> Result<Status, Failure>`.
-//! With `--json` one JSON document goes to standard output and nothing else; messages and progress
-//! go to standard error.
+//! Every subcommand is a struct of arguments with `run(&self, &Output) -> Result<Status, Failure>`. With `--json`
+//! exactly one JSON document goes to standard output; messages and progress go to standard error.
 
 mod blind;
 mod capture;
@@ -127,20 +126,20 @@ enum Command {
     Man(man::Man),
 }
 
-/// How a subcommand is to print. A reader that has gone (`| head`) is no error of ours.
+/// Output settings of a subcommand. A closed pipe (`| head`) is no error.
 #[derive(Debug)]
 pub struct Output {
     /// One JSON document instead of text.
     pub json: bool,
-    /// The command line as it was typed, without what it only writes.
+    /// The command line as typed, without output options.
     pub asked: String,
     /// Flags that the configuration file gave.
     pub configured: Vec<String>,
-    /// Parameters that motor files left to the handout, for the document: file, and keys with the values that stand in.
+    /// Parameters that motor files leave to the handout, for the document: file, and keys with their values.
     filled: Mutex<BTreeMap<String, BTreeMap<&'static str, f64>>>,
 }
 
-/// A document, and what motor files left to the handout.
+/// A document with the values that motor files leave to the handout.
 #[derive(Serialize)]
 struct WithHandoutValues<'a, T> {
     #[serde(flatten)]
@@ -163,7 +162,7 @@ impl Output {
         self.write(&self.in_json(document)?)
     }
 
-    /// A JSON document as text, with the key `handout_values` where a motor file lacks numbers.
+    /// A JSON document as text, with the key `handout_values` if a motor file lacks values.
     fn in_json(&self, document: &impl Serialize) -> Result<String, Failure> {
         match self.filled.lock() {
             Ok(filled) if !filled.is_empty() => plain_json(&WithHandoutValues {
@@ -175,19 +174,20 @@ impl Output {
         .map_err(Failure::input)
     }
 
-    /// Remembers for the document which numbers of this motor file are the handout's; whether that is news.
+    /// Records the values that this motor file leaves to the handout; returns whether they are new.
     fn filled(&self, path: &Path, values: &[(&'static str, f64)]) -> bool {
         let values = values.iter().copied().collect();
         let filled = self.filled.lock();
         filled.is_ok_and(|mut filled| filled.insert(path.display().to_string(), values).is_none())
     }
 
-    /// Text for people and a line end, on standard output. Control characters from files and devices are removed, except the colours of a picture.
+    /// A line of text on standard output. Control characters from files and devices are removed, except the colours
+    /// of a plot.
     pub fn line(&self, text: &str) -> Result<(), Failure> {
         self.write(&for_people(text))
     }
 
-    /// A picture that this program drew, colours included.
+    /// A plot of this program on standard output, colours included.
     pub fn picture(&self, text: &str) -> Result<(), Failure> {
         self.write(text)
     }
@@ -200,7 +200,7 @@ impl Output {
         }
     }
 
-    /// A message for people, on standard error; one that cannot be said is not. Control characters from files and devices are removed.
+    /// A message on standard error; a write error is ignored. Control characters from files and devices are removed.
     pub fn message(&self, text: &str) {
         let text = for_people(text);
         let _ = progress::past_drawn(|| writeln!(io::stderr().lock(), "{text}"));
@@ -208,14 +208,14 @@ impl Output {
 }
 
 impl Output {
-    /// Says the failure, on standard error and with `--json` as a document; its exit status.
+    /// Prints the failure on standard error, with `--json` also as a document, and returns its exit status.
     fn end(&self, failure: &Failure) -> Status {
         self.message(&failure.to_string());
         self.failed(failure);
         failure.status
     }
 
-    /// With `--json`, the failure as a document; a reader that has gone does not want it.
+    /// With `--json`, prints the failure as a document; a closed pipe is ignored.
     fn failed(&self, failure: &Failure) {
         if self.json {
             let text = plain_json(&failure.document());
@@ -224,8 +224,8 @@ impl Output {
     }
 }
 
-/// A text for people: what was typed for this call, such as the name of a file, is on one line in it, and nothing steers the terminal.
-/// The one place through which messages and lines pass.
+/// Text for output: arguments of this call, such as file names, are on one line in it, and control characters are
+/// removed. All messages and lines pass through here.
 fn for_people(text: &str) -> String {
     let typed = std::env::args_os().skip(1);
     let text = typed.fold(text.to_owned(), |text, argument| {
@@ -234,8 +234,8 @@ fn for_people(text: &str) -> String {
     plain(&text).into_owned()
 }
 
-/// The text with an argument's line ends and tabs as `one_line` has them, also where only a part of the argument is in it: each is known
-/// by the characters beside it.
+/// The text with an argument's line ends and tabs replaced as by `one_line`, also where it contains only a part of
+/// the argument, which is found by the neighbouring characters.
 fn typed_on_one_line(text: String, argument: &str) -> String {
     let letters: Vec<char> = argument.chars().collect();
     (0..letters.len())
@@ -253,7 +253,8 @@ impl CommandLine {
         Self::run_these(std::env::args_os().collect()).into()
     }
 
-    /// Parses these arguments, the program's own name first, and runs the subcommand. Wrong use is said as any other failure.
+    /// Parses these arguments, the program's name first, and runs the subcommand. Wrong use is reported as any other
+    /// failure.
     pub fn run_these(mut arguments: Vec<OsString>) -> Status {
         if arguments.len() < 2 {
             let output = Output::new(false, String::new());
@@ -282,16 +283,15 @@ impl CommandLine {
             Err(wrong) => wrong,
         };
         if !wrong.use_stderr() {
-            // Help and version, which were asked for.
+            // Help and version, as requested.
             let _ = wrong.print();
             return Status::Done;
         }
         output.end(&Self::wrong_use(&arguments, wrong))
     }
 
-    /// Errors of the arguments, one per line.
     fn wrong_use(arguments: &[OsString], wrong: clap::Error) -> Failure {
-        // Asked again with every argument as it is shown: the parser repeats them.
+        // Parsed again with escaped arguments, because the parser quotes them.
         let shown =
             (arguments.iter()).map(|argument| one_line(&argument.to_string_lossy()).into_owned());
         let mut wrong = Self::try_parse_from(shown).err().unwrap_or(wrong);
@@ -299,7 +299,7 @@ impl CommandLine {
         Failure::input(wrong_use::hinted(&wrong, arguments)).of_kind("wrong_use")
     }
 
-    /// Runs the subcommand; a failure is said on standard error and becomes the exit status.
+    /// Runs the subcommand; a failure is printed on standard error and returned as exit status.
     fn run(self, output: &Output) -> Status {
         if output.json {
             progress::hide();
@@ -341,7 +341,7 @@ impl CommandLine {
 mod tests {
     use super::*;
 
-    /// The arguments are those that are given, not those of the process: Python's are others.
+    /// The given arguments are used, not those of the process: Python's differ.
     #[test]
     fn wrong_use_is_of_the_arguments_that_are_given() {
         let arguments = ["motorlab", "diag\nnos"].map(OsString::from);

@@ -1,4 +1,4 @@
-//! `motorlab motor`: a motor file to begin with, and what a motor file comes to.
+//! `motorlab motor`: a motor file as a template, or a motor file with all defaults.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -34,7 +34,6 @@ pub struct MotorFile {
     force: Force,
 }
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Document<'a> {
     shape: &'static str,

@@ -1,4 +1,4 @@
-//! `--motor` and the handout's models: what several subcommands ask of the motor in the same words.
+//! `--motor` and the handout's models: options shared by several subcommands.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,6 @@ use super::motor_file::motor_file;
 use super::{Failure, Output};
 use crate::motor::{Model, Motor};
 
-/// Which motor, and which of the handout's models of it.
 #[derive(Debug, Clone, Args)]
 pub(super) struct MotorChoice {
     /// Motor file; without it the lab handout's motor.
@@ -35,18 +34,17 @@ enum Order {
 }
 
 impl MotorChoice {
-    /// The motor file, where one is named.
     pub(super) fn file(&self) -> Option<&PathBuf> {
         self.motor.as_ref()
     }
 
-    /// The motor with the friction asked for left out, and which one where none is given.
+    /// The motor without the excluded friction, and a message if it is the default one.
     pub(super) fn motor(&self, output: &Output) -> Result<Motor, Failure> {
         self.say_default(output);
         self.motor_without_message(output)
     }
 
-    /// Says that the handout's motor is simulated where none is given.
+    /// Prints that the handout's motor is simulated if none is given.
     pub(super) fn say_default(&self, output: &Output) {
         if self.motor.is_none() {
             output.message("no --motor: the lab handout's motor is simulated");
@@ -68,12 +66,10 @@ impl MotorChoice {
         Ok(motor)
     }
 
-    /// Whether a motor file was named.
     pub(super) fn is_given(&self) -> bool {
         self.motor.is_some()
     }
 
-    /// The order of the model.
     pub(super) fn model(&self) -> Model {
         match self.model {
             Order::FirstOrder => Model::FirstOrder,
@@ -81,7 +77,6 @@ impl MotorChoice {
         }
     }
 
-    /// In words, for titles.
     pub(super) fn words(&self) -> &'static str {
         match (self.model, self.no_friction, self.no_coulomb) {
             (Order::FirstOrder, true, _) => "first order, no friction",

@@ -1,4 +1,4 @@
-//! Reading a motor file that somebody wrote: what it leaves out is the lab handout's, and that is said.
+//! Reading of a motor file: missing values are the lab handout's, which is reported.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use super::{Failure, Output};
 use crate::motor::{Motor, Parameters, read_motor_and_lacking};
 use crate::plain::shown;
 
-/// Reads a motor file and says which numbers are the handout's because the file lacks them: in a message, and in the
-/// document that the command prints.
+/// Reads a motor file and reports the values that are the handout's because the file lacks them: in a message, and in
+/// the document of the command.
 pub(super) fn motor_file(path: &Path, output: &Output) -> Result<Motor, Failure> {
     let (motor, lacking) =
         read_motor_and_lacking(path).map_err(|error| Failure::input(error).at(path))?;
@@ -15,7 +15,7 @@ pub(super) fn motor_file(path: &Path, output: &Output) -> Result<Motor, Failure>
     Ok(motor)
 }
 
-/// Names the parameters that this file leaves to the handout.
+/// Reports the parameters that this file leaves to the handout.
 pub(super) fn say(path: &Path, lacking: &[&'static str], output: &Output) {
     if lacking.is_empty() {
         return;

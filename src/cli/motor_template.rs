@@ -1,4 +1,4 @@
-//! A motor file to begin with: every key with its unit and the lab handout's number, every effect commented out.
+//! Template of a motor file: every key with its unit and the lab handout's value, every effect commented out.
 
 use std::fmt::Write as _;
 
@@ -37,10 +37,9 @@ const KEYS: [(&str, &str); Parameters::KEYS.len()] = [
     ("supply_v", "V: driver supply, the largest command"),
 ];
 
-/// Relative tolerance in the examples: what catalogues give for small motors.
+/// Relative tolerance in the examples: the usual one in catalogues of small motors.
 const EXAMPLE_TOLERANCE: f64 = 0.1;
 
-/// The text of the file.
 pub(super) fn template() -> String {
     let handout = Parameters::default();
     let mut text = String::from(

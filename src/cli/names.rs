@@ -1,4 +1,4 @@
-//! `motorlab names`: every name that can stand in an argument, for people and for the shell's completion.
+//! `motorlab names`: names for arguments, also for shell completion.
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
@@ -11,9 +11,9 @@ use crate::board::text_lines::Column;
 use crate::motor::Parameters;
 use crate::motor::catalogue::{EffectKind, catalogue};
 
-/// Shares of the supply that stand behind a profile's name: those that `diagnose` asks for.
+/// Shares of the supply proposed after a profile's name: those that `diagnose` requests.
 pub(super) const SHARES: [&str; 6] = ["0.1", "0.15", "0.2", "0.3", "0.4", "0.5"];
-/// Durations that stand behind it.
+/// Durations proposed after it.
 pub(super) const TIMES: [&str; 4] = ["4s", "8s", "15s", "30s"];
 
 /// List the names of profiles, columns, effects with their parameters, and keys of a virtual board.
@@ -47,7 +47,6 @@ enum Kind {
     Keys,
 }
 
-/// The document of `--json`.
 #[derive(Debug, Serialize)]
 struct Document {
     shape: &'static str,
@@ -61,12 +60,11 @@ struct Document {
     keys: Vec<Named>,
 }
 
-/// A name with what it is.
 #[derive(Debug, Serialize)]
 struct Named {
     name: &'static str,
     what: String,
-    /// Of an effect.
+    /// For an effect.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     parameters: Vec<&'static str>,
 }
@@ -81,7 +79,6 @@ impl Named {
     }
 }
 
-/// Keys of an effect's parameters.
 pub(super) fn parameters_of(kind: &EffectKind) -> Vec<&'static str> {
     kind.parameters
         .iter()

@@ -1,8 +1,7 @@
-//! Numbers of flags, each compared with the one table of plausible ranges.
+//! Numeric flags, checked against the one table of plausible ranges.
 
 use crate::motor::plausible::{self, Range, Shown};
 
-/// A number in this range, or why it is none.
 pub(super) fn number_in(text: &str, range: Range) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if range.holds(value) => Ok(value),

@@ -1,7 +1,7 @@
-//! Files that are written because somebody named them: whole or not at all, and never over anything else.
+//! Output files: written completely or not at all, and never over foreign files.
 //!
-//! A file goes to a temporary one beside it, is synced, and is renamed. One that is there already is replaced
-//! only if the same subcommand wrote it, which it says in a comment of its own format, or with `--force`.
+//! Content goes to a temporary file in the same folder, is synced, and renamed. An existing file is replaced only if
+//! the same subcommand wrote it, which a comment in the file's format states, or with `--force`.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -13,12 +13,12 @@ use super::{Failure, Output, config};
 use crate::hint::of_system;
 use crate::plain::shown;
 
-/// Bytes at the head of a file in which a mark is looked for: more than any format's own header.
+/// Bytes at the head of a file that are searched for the mark: more than any format's header.
 const HEAD_BYTES: u64 = 4096;
-/// Bytes at the end of a file in which a mark is looked for: more than a Parquet file's footer.
+/// Bytes at the end that are searched: more than a Parquet file's footer.
 const TAIL_BYTES: u64 = 65_536;
 
-/// `--force`, in the same words for every subcommand that writes such files.
+/// `--force`, shared by every subcommand that writes such files.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct Force {
     /// Replace output files that this command did not write (inputs and links never).
@@ -26,7 +26,7 @@ pub(super) struct Force {
     force: bool,
 }
 
-/// Comments in which a format can say who wrote the file.
+/// Comment syntax for the mark of the writing command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     /// HTML, SVG, XML and Markdown.
@@ -51,18 +51,16 @@ pub(super) struct Outputs {
     inputs: Vec<PathBuf>,
 }
 
-/// Mark in a file of the command that wrote it.
+/// Mark of the command that wrote a file.
 pub(super) fn mark(command: &str) -> String {
     format!("written by motorlab {command}")
 }
 
 impl Force {
-    /// Whether the flag is given.
     pub(super) fn is_given(self) -> bool {
         self.force
     }
 
-    /// The output files of a call of `command` that reads `inputs`.
     pub(super) fn outputs<'a>(
         self,
         command: &str,
@@ -77,10 +75,10 @@ impl Force {
 }
 
 impl Outputs {
-    /// Refuses before the work what could not be written after it.
+    /// Refuses, before the work, outputs that could not be written after it.
     ///
     /// # Errors
-    /// A file that must stay, a folder that is not there or cannot be written, or one name for two files.
+    /// A file that must not be replaced, a missing or read-only folder, or one name for two files.
     pub(super) fn check<'a>(
         &self,
         paths: impl IntoIterator<Item = &'a PathBuf>,
@@ -97,8 +95,8 @@ impl Outputs {
         Ok(())
     }
 
-    /// Refuses to replace a file that is no earlier output. `witness` is a file of the same folder that can bear
-    /// the mark for one whose format has no place for it.
+    /// Refuses to replace a file that is not an earlier output. `witness` is a file of the same folder that carries
+    /// the mark for a format without comments.
     pub(super) fn may_replace(&self, path: &Path, witness: Option<&Path>) -> Result<(), Failure> {
         if path.file_name().is_some_and(|name| name == config::NAME) {
             return Err(refused(
@@ -148,7 +146,7 @@ impl Outputs {
         ))
     }
 
-    /// Writes a file with its mark, and says so.
+    /// Writes a file with its mark, and reports it.
     pub(super) fn write(
         &self,
         path: &Path,
@@ -171,7 +169,7 @@ impl Outputs {
         self.write_bytes(path, self.marked(content, form)?.as_bytes(), None)
     }
 
-    /// Writes a file whose writer put the mark into it, or which `witness` stands for.
+    /// Writes a file that already contains the mark, or has a `witness`.
     pub(super) fn write_bytes(
         &self,
         path: &Path,
@@ -203,7 +201,7 @@ impl Outputs {
     }
 }
 
-/// Puts a whole file in its place: what was there stays until the new one is on the disk.
+/// Replaces a file atomically: the old one stays until the new one is on disk.
 pub(super) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut part = part_of(path)?;
     part.write_all(content)?;
@@ -212,13 +210,13 @@ pub(super) fn whole(path: &Path, content: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Beginning of the name of a file that is being written, before the name that it will have.
+/// Prefix of a temporary file's name, before the final name.
 const PART: &str = ".motorlab-";
-/// Characters of that name: a name has room for 255 bytes.
+/// Characters of the final name in it: a name has room for 255 bytes.
 const NAMED: usize = 40;
 
-/// A new file beside `path`, for what will be there. A process that is killed leaves such a file behind; whoever writes the same file
-/// next takes it away, which nobody holds any more.
+/// A temporary file in the folder of `path`. A leftover of a killed process is removed by the next writer of the same
+/// file, if its lock is free.
 fn part_of(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     let name: String = path
         .file_name()
@@ -231,16 +229,16 @@ fn part_of(path: &Path) -> io::Result<tempfile::NamedTempFile> {
     remove_abandoned(folder_of(path), &prefix);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
-    // As for any new file: the process's mask takes away what others may not do.
+    // As for any new file: the process's umask restricts the permissions.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let part = builder.tempfile_in(folder_of(path))?;
-    // Where a file system has no locks, nothing is ever taken for abandoned.
+    // Without file locks nothing is considered abandoned.
     let _ = part.as_file().try_lock();
     Ok(part)
 }
 
-/// Takes away the files whose writers died. A file that cannot be read stays.
+/// Removes temporary files whose writers died. A file that cannot be read stays.
 fn remove_abandoned(folder: &Path, prefix: &str) {
     let Ok(entries) = fs::read_dir(folder) else {
         return;
@@ -259,12 +257,11 @@ fn remove_abandoned(folder: &Path, prefix: &str) {
     }
 }
 
-/// The end of a name that was drawn for a part: six letters and digits.
+/// Whether this is the random end of a temporary file's name: six letters and digits.
 fn is_drawn(end: &str) -> bool {
     end.len() == 6 && end.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
 
-/// The folder that a file lies in.
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -272,7 +269,7 @@ fn folder_of(path: &Path) -> &Path {
     }
 }
 
-/// Whether both names lead to one file, by a link or by another way of writing its path.
+/// Whether both names refer to one file, by a link or another spelling of its path.
 fn is_same(input: &Path, path: &Path, found: &Metadata) -> bool {
     #[cfg(unix)]
     {
@@ -288,7 +285,7 @@ fn is_same(input: &Path, path: &Path, found: &Metadata) -> bool {
     }
 }
 
-/// Whether the mark stands at the head or at the end of a file.
+/// Whether the mark is at the head or at the end of a file.
 fn has_mark(path: &Path, mark: &[u8]) -> io::Result<bool> {
     let mut file = File::open(path)?;
     let length = file.metadata()?.len();

@@ -1,6 +1,5 @@
 //! Text of `motorlab` and `motorlab --help`: the commands of the tour first, the others by their purpose.
 
-/// Output without arguments.
 pub(super) const SHORT_HELP: &str = "motorlab records a DC motor over serial, simulates it, compares the two, and says which effect explains the error.
 
   motorlab demo                     all of it, without hardware
@@ -11,7 +10,7 @@ pub(super) const SHORT_HELP: &str = "motorlab records a DC motor over serial, si
 
 All commands: motorlab --help. One command: motorlab COMMAND --help.";
 
-/// Help of the program; the parser fills in the braces.
+/// Template of the program's help; the parser fills in the braces.
 pub(super) const TEMPLATE: &str = "{about-with-newline}
 {usage-heading} {usage}
 
@@ -68,7 +67,7 @@ mod tests {
     use crate::cli::CommandLine;
     use clap::{CommandFactory, Parser};
 
-    /// A command that is added or renamed is in the help, once.
+    /// Every command is in the help exactly once.
     #[test]
     fn the_help_lists_every_command_once() {
         let command = CommandLine::command();

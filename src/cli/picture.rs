@@ -1,10 +1,10 @@
-//! Pictures on the terminal and in files, in the same words for every subcommand.
+//! Plots on the terminal and in files, for every subcommand.
 
 use std::io::IsTerminal;
 
 use crate::report::{Panel, terminal};
 
-/// A panel as text, as wide as the terminal (80 columns where there is none), for standard output.
+/// A panel as text, as wide as the terminal (80 columns without one), for standard output.
 pub(super) fn on_terminal(panel: &Panel, x_label: &str) -> String {
     let columns = std::env::var("COLUMNS")
         .ok()

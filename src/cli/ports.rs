@@ -1,4 +1,4 @@
-//! `motorlab ports`: which serial ports there are, and which looks like a lab board.
+//! `motorlab ports`: the serial ports, and those of possible lab boards.
 
 use clap::Args;
 use serde_json::json;

@@ -1,4 +1,4 @@
-//! Lines on the terminal: of a recording while it runs, on a thread of its own, and of a computation that takes long.
+//! Progress on the terminal: of a recording, in a separate thread, and of a long computation.
 
 use std::fmt;
 use std::fs::File;
@@ -13,33 +13,33 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle, W
 use crate::recording::{Live, SharedLive};
 use crate::units::rpm_from_rad_s;
 
-/// How often the line is drawn.
+/// Refresh period.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Characters of the picture.
+/// Characters of the plot.
 const WIDTH: usize = 32;
 
-/// A computation that ends earlier shows no progress.
+/// Delay before progress is shown.
 const DELAY: Duration = Duration::from_secs(2);
 
-/// Parts that a computation is counted in where only the share that is done is known.
+/// Steps of a computation of which only the share is known.
 const PARTS: f64 = 1000.0;
 
-/// Least share that is done from which the time that is left is estimated.
+/// Least share from which the remaining time is estimated.
 const ESTIMATED_FROM: f64 = 0.03;
 
-/// Whether no computation draws its progress: with `--json`.
+/// Whether progress of computations is hidden: with `--json`.
 static IS_HIDDEN: AtomicBool = AtomicBool::new(false);
 
-/// The computation on the terminal, which gives way to messages.
+/// The progress on the terminal, which is suspended for messages.
 static DRAWN: Mutex<Option<WeakProgressBar>> = Mutex::new(None);
 
-/// Draws no progress of computations from now on.
 pub(super) fn hide() {
     IS_HIDDEN.store(true, Ordering::Relaxed);
 }
 
-/// Progress of a long computation: what, how far, how long still. On standard error if that is a terminal, after a delay.
+/// Progress of a long computation: activity, share, remaining time. On standard error if that is a terminal, after a
+/// delay.
 pub(super) fn spinner() -> ProgressBar {
     let style = ProgressStyle::with_template("{spinner} {msg}{far}");
     after_delay(
@@ -51,7 +51,7 @@ pub(super) fn spinner() -> ProgressBar {
     )
 }
 
-/// The same of a number of items, with a bar.
+/// The same for a number of items, with a bar.
 pub(super) fn bar(items: usize, what: &'static str) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:32} {pos} of {len} {msg}{far}");
     after_delay(
@@ -65,12 +65,11 @@ pub(super) fn bar(items: usize, what: &'static str) -> ProgressBar {
     )
 }
 
-/// Sets the share of a computation that is done.
 pub(super) fn set_share(bar: &ProgressBar, share: f64) {
     bar.set_position((share.clamp(0.0, 1.0) * PARTS) as u64);
 }
 
-/// Writes to the terminal past what is drawn there.
+/// Writes to the terminal while the progress is suspended.
 pub(super) fn past_drawn<R>(write: impl FnOnce() -> R) -> R {
     let drawn = DRAWN.lock().unwrap_or_else(PoisonError::into_inner);
     match drawn.as_ref().and_then(WeakProgressBar::upgrade) {
@@ -100,7 +99,7 @@ fn after_delay(bar: ProgressBar) -> ProgressBar {
     bar
 }
 
-/// The share that is done and an estimate of the time that is left, or the time so far where neither is known.
+/// The share and the estimated remaining time, or the elapsed time if neither is known.
 fn far(state: &ProgressState, to: &mut dyn fmt::Write) {
     let share = state.pos() as f64 / state.len().unwrap_or(1).max(1) as f64;
     let _ = to.write_str(&words(share, state.elapsed()));
@@ -120,7 +119,7 @@ fn words(share: f64, elapsed: Duration) -> String {
     format!(", {:.0} %, about {left} left", 100.0 * share)
 }
 
-/// A file that is read, with its progress.
+/// A file that is read with progress.
 pub(super) struct FileProgress {
     file: File,
     read: u64,
@@ -129,11 +128,10 @@ pub(super) struct FileProgress {
 }
 
 impl FileProgress {
-    /// Of a file of this name.
     pub fn new(file: File, name: &str) -> Self {
         let bar = spinner();
         bar.set_message(format!("reading {name}"));
-        // Of a pipe the length is 0, and only the time so far is known.
+        // A pipe has length 0; only the elapsed time is known.
         let length = file.metadata().map_or(0, |found| found.len());
         Self {
             file,
@@ -161,7 +159,7 @@ impl Drop for FileProgress {
     }
 }
 
-/// The line; dropping it wipes the line away. A terminal that blocks blocks this thread alone.
+/// The line; dropping it erases the line. A blocked terminal blocks this thread only.
 pub(super) struct ProgressLine(Option<Arc<AtomicBool>>);
 
 impl ProgressLine {
@@ -195,7 +193,7 @@ impl Drop for ProgressLine {
     fn drop(&mut self) {
         if let Some(over) = &self.0 {
             over.store(true, Ordering::Relaxed);
-            // Long enough for an unblocked terminal, and not a moment longer for a blocked one.
+            // Long enough for an unblocked terminal; a blocked one is not waited for.
             thread::sleep(EVERY + Duration::from_millis(20));
         }
     }
@@ -227,7 +225,7 @@ fn mean_rpm(speeds: impl Iterator<Item = f64>) -> f64 {
     rpm_from_rad_s(sum / f64::from(count.max(1)))
 }
 
-/// The speed of the recent samples, oldest left: eight heights from the slowest to the fastest.
+/// The speed of the recent samples, the oldest at the left: eight heights from the slowest to the fastest.
 fn picture(live: &Live) -> String {
     const HEIGHTS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let count = live.recent.len();

@@ -1,4 +1,5 @@
-//! A board that comes back: known by its USB identity or, where it has none, by the port's name and by its HELLO; never by the name alone, which another board may have taken.
+//! A board that is plugged in again: identified by its USB identity or, without one, by the port's name and its
+//! HELLO; never by the name alone, which another board may have taken.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -11,13 +12,13 @@ use crate::hint::Hinted;
 use crate::plain::shown;
 use crate::recording::Captured;
 
-/// How often it is looked for.
+/// Period of the search.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
-/// How long a board that has come back may take to say who it is.
+/// Time limit for the HELLO of a board that has come back.
 const PATIENCE: Duration = Duration::from_secs(6);
 
-/// Identity of a board that survives an unplug.
+/// Identity of a board across unplugging.
 #[derive(Debug, Clone)]
 pub(super) struct BoardIdentity {
     location: Location,
@@ -27,7 +28,6 @@ pub(super) struct BoardIdentity {
 }
 
 impl BoardIdentity {
-    /// The board that said `hello` at `location`.
     pub(super) fn of(location: &Location, usb: Option<UsbIdentity>, hello: &Hello) -> Self {
         Self {
             location: location.clone(),
@@ -37,8 +37,8 @@ impl BoardIdentity {
         }
     }
 
-    /// Where the board may be now: the port with its USB identity, under whatever name. A port without
-    /// one is looked for where it was.
+    /// The possible location of the board: the port with its USB identity, under any name. A port without one is
+    /// searched at its old location.
     fn candidate(&self, ports: &[PortEntry]) -> Option<Location> {
         match &self.usb {
             Some(usb) => ports
@@ -53,7 +53,7 @@ impl BoardIdentity {
         }
     }
 
-    /// Waits until the same board is back; says where. Another board in its place is left alone.
+    /// Waits for the same board and returns its location. Other boards are left alone.
     pub(super) async fn wait_for_board(&self, baud: u32, output: &Output) -> Location {
         let mut told: Option<String> = None;
         loop {
@@ -80,7 +80,7 @@ impl BoardIdentity {
         }
     }
 
-    /// Whether the board at `path` is the same; if it is another one, which.
+    /// Whether the board at `path` is the same; the identity of another one as error.
     async fn look_at(&self, location: &Location, baud: u32) -> Result<(), Option<String>> {
         let options = BoardOptions {
             baud,
@@ -97,7 +97,7 @@ impl BoardIdentity {
     }
 }
 
-/// The recordings that ended because the board was unplugged, and the raw logs beside all of them.
+/// The recordings that ended because the board was unplugged, and all raw logs.
 #[derive(Debug, Default)]
 pub(super) struct Segments {
     ended: Vec<Captured>,
@@ -109,12 +109,11 @@ impl Segments {
         self.ended.push(captured);
     }
 
-    /// Remembers a raw log until the end of the recording that it lies beside.
+    /// Keeps a raw log until the end of its recording.
     pub(super) fn add_log(&mut self, path: PathBuf, failure: LogFailure) {
         self.logs.push((path, failure));
     }
 
-    /// Errors of raw logs that could not be completed.
     pub(super) fn failed_logs(&self) -> Vec<Hinted> {
         let failed = self
             .logs
@@ -133,12 +132,12 @@ impl Segments {
             .collect()
     }
 
-    /// The latest one, which then is none of these any more.
+    /// Removes and returns the latest segment.
     pub(super) fn take_last(&mut self) -> Option<Captured> {
         self.ended.pop()
     }
 
-    /// Header keys of the next one; nothing of the first.
+    /// Header keys of the next segment; empty for the first.
     pub(super) fn header(&self) -> toml::Table {
         let mut header = toml::Table::new();
         if let Some(last) = self.ended.last() {
@@ -190,7 +189,7 @@ mod tests {
             name: "uno".to_owned(),
             counts_per_rev: 720,
         };
-        // It came back as ttyACM1, and another one has taken ttyACM0.
+        // It came back as ttyACM1, and another board has taken ttyACM0.
         let ports = [
             port("/dev/ttyACM0", "999"),
             port("/dev/ttyACM1", "75330303"),

@@ -30,7 +30,7 @@ use crate::recording::{
     replay_text,
 };
 
-/// Most events of a log that is played as a device: it is held in memory.
+/// Most events of a log that is played as a device, which holds it in memory.
 #[cfg(unix)]
 const MOST_PLAYED: usize = 4_000_000;
 
@@ -74,7 +74,7 @@ pub struct Replay {
     columns: Option<String>,
 }
 
-/// How long a log says that it should be: 0 is without an end.
+/// Duration in a log's header: 0 is unlimited.
 const ANY_DURATION_S: plausible::Range = plausible::Range {
     lo: 0.0,
     ..plausible::DURATION_S
@@ -135,7 +135,7 @@ impl Replay {
         Ok(status)
     }
 
-    /// Plays it into a run file: frames, or text lines where the log or `--columns` says so.
+    /// Replays into a run file: frames, or text lines if the log or `--columns` says so.
     fn play(
         &self,
         log: &mut rawlog::Reader<BufReader<File>>,
@@ -183,7 +183,7 @@ impl Replay {
         };
         let sample_time_s = number("sample_time_s", plausible::SAMPLE_TIME_S)?;
         let duration_s = match number("duration_s", ANY_DURATION_S)? {
-            // As long as the log is, where it does not say how long it should be.
+            // Without a duration in its header, the log is replayed to its end.
             None => Some(0.0),
             stated => stated,
         };
@@ -260,7 +260,7 @@ impl Replay {
             output.line(&shown(device.path()))?;
         }
         while !stop.is_asked() && !device.is_gone() {
-            // Only to look whether the log has come to its hang-up.
+            // Polls whether the log has reached its hang-up.
             let _ = tokio::time::timeout(Duration::from_millis(200), stop.clone().asked()).await;
         }
         Ok(Status::Done)

@@ -1,11 +1,11 @@
-//! `--resistance OHM`: the one measurement that turns volts into torques.
+//! `--resistance OHM`: the measured resistance, which determines torques from voltages.
 
 use clap::Args;
 
 use crate::motor::Motor;
 use crate::motor::plausible;
 
-/// A resistance that an ohmmeter has measured.
+/// A resistance measured with an ohmmeter.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct Resistance {
     /// Resistance of the winding, measured with an ohmmeter: torques, inertia and currents become those of it. Speed per volt, time
@@ -23,7 +23,6 @@ fn ohm(text: &str) -> Result<f64, String> {
 }
 
 impl Resistance {
-    /// The motor with this resistance, or as it is where none is given.
     pub(super) fn of(self, motor: Motor) -> Motor {
         match self.resistance {
             Some(ohm) => motor.with_resistance(ohm),

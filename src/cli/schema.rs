@@ -18,7 +18,7 @@ pub struct Schema {
     name: Option<String>,
 }
 
-/// Every document of `--json`, in the order of the alphabet; the files are those of `docs/json`.
+/// Every document of `--json` in alphabetical order; the files are those of `docs/json`.
 const DOCUMENTS: [(&str, &str); 28] = [
     ("blind-run", include_str!("../../docs/json/blind-run.json")),
     (
@@ -77,19 +77,16 @@ const DOCUMENTS: [(&str, &str); 28] = [
     ),
 ];
 
-/// Names of the documents.
 pub(super) fn documents() -> impl Iterator<Item = &'static str> {
     DOCUMENTS.iter().map(|(name, _)| *name)
 }
 
-/// For `--json` without a name.
 #[derive(Debug, Serialize)]
 struct List {
     shape: &'static str,
     documents: Vec<Entry>,
 }
 
-/// One document of the list.
 #[derive(Debug, Serialize)]
 struct Entry {
     name: &'static str,

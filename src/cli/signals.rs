@@ -1,16 +1,16 @@
-//! Being asked to stop: Ctrl-C and what else ends a program; and the signals that must not kill a recorder.
+//! Termination requests (Ctrl-C and others), and signals that must not kill a recorder.
 
 use std::io;
 
 use tokio::sync::watch;
 
-/// Becomes true when the user asks to stop.
+/// Becomes true on a termination request.
 #[derive(Debug, Clone)]
 pub(super) struct StopSignal(watch::Receiver<bool>);
 
 impl StopSignal {
-    /// Watches from now on; call inside a tokio runtime. A write beyond the limit on file sizes becomes
-    /// an ordinary error. (A closed pipe already is one: the Rust runtime ignores SIGPIPE.)
+    /// Watches from now on; call inside a tokio runtime. A write beyond the limit on file sizes becomes an ordinary
+    /// error. (The Rust runtime already ignores SIGPIPE.)
     pub(super) fn install() -> io::Result<Self> {
         let (sender, receiver) = watch::channel(false);
         let mut asked = StopSource::install()?;
@@ -25,14 +25,13 @@ impl StopSignal {
         Ok(Self(receiver))
     }
 
-    /// Resolves when the user asks to stop.
+    /// Resolves on a termination request.
     pub(super) async fn asked(mut self) {
         if self.0.wait_for(|asked| *asked).await.is_err() {
             std::future::pending::<()>().await;
         }
     }
 
-    /// Whether the user has asked to stop.
     pub(super) fn is_asked(&self) -> bool {
         *self.0.borrow()
     }
@@ -82,7 +81,7 @@ use tokio::signal::windows::{
     CtrlBreak, CtrlC, CtrlClose, CtrlShutdown, ctrl_break, ctrl_c, ctrl_close, ctrl_shutdown,
 };
 
-/// Ctrl-C, Ctrl-Break, the window closed and the computer shut down; Windows gives the last two 5 s.
+/// Ctrl-C, Ctrl-Break, closing of the window and shutdown; Windows allows 5 s for the last two.
 #[cfg(windows)]
 struct StopSource {
     interrupt: CtrlC,

@@ -68,7 +68,6 @@ enum Kind {
     Nm,
 }
 
-/// A simulation in columns, for `--json`.
 #[derive(Debug, Serialize)]
 struct Document<'a> {
     shape: &'static str,
@@ -85,11 +84,11 @@ struct Document<'a> {
     velocity_rad_s: &'a [Option<f64>],
 }
 
-/// How long a simulation takes in s where neither the call nor the profile says so: the lab's step and a second of steady speed.
+/// Default duration in s: the lab's step and a second of steady speed.
 const DURATION_S: f64 = 2.0;
-/// Most samples of one simulation: some 160 bytes a sample are held, and 480 MB are the most.
+/// Most samples of a simulation: 160 bytes each, 480 MB in all.
 const MOST_SAMPLES: f64 = 3e6;
-/// Most of one whose document is printed, which takes as much again and more.
+/// Most samples with a printed document, which takes more than as much again.
 const MOST_PRINTED: f64 = 1e6;
 
 impl Simulate {
@@ -178,13 +177,13 @@ impl Simulate {
         Ok(Status::Done)
     }
 
-    /// The run before it is simulated: times and commands.
+    /// The run before its simulation: times and commands.
     fn commanded(&self, motor: &Motor, prints: bool) -> Result<Run, Failure> {
         let parameters = &motor.parameters;
         let built_in_s = self.duration.unwrap_or(DURATION_S);
         let profile = Profile::named(&self.profile, parameters.supply_v, built_in_s)
             .map_err(Failure::input)?;
-        // A file with one row has no length.
+        // A file with one row has no duration.
         let own_s = Some(profile.duration_s()).filter(|s| *s > 0.0);
         let duration_s = self.duration.or(own_s).unwrap_or(DURATION_S);
         let samples = (duration_s / self.ts).round() + 1.0;

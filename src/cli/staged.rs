@@ -1,23 +1,23 @@
-//! Runs that replace others by `--force`: written whole beside them, then moved into their places.
+//! Runs that replace others with `--force`: written completely, then moved into place.
 
 use std::path::{Path, PathBuf};
 
 use super::Failure;
 use super::output_file::{Force, Outputs};
 
-/// Runs that are written in a folder of their own beside the runs that they replace.
+/// Runs in a temporary folder beside the runs that they replace.
 pub(super) struct Staged {
-    /// Goes with what is left in it.
+    /// Removed with its remaining content on drop.
     directory: tempfile::TempDir,
     run: PathBuf,
     beside: PathBuf,
 }
 
 impl Staged {
-    /// `None` without `--force`, and where there is no such run.
+    /// `None` without `--force`, or without an existing run.
     ///
     /// # Errors
-    /// An input or a link, and a folder that cannot be written.
+    /// The existing file is an input or a link, or the folder cannot be written.
     pub(super) fn of(
         force: Force,
         outputs: &Outputs,
@@ -42,12 +42,12 @@ impl Staged {
         }))
     }
 
-    /// Where the run is written first.
+    /// Temporary path of the run.
     pub(super) fn run(&self) -> &PathBuf {
         &self.run
     }
 
-    /// Moves files into their places, which their paths then say.
+    /// Moves files into place and updates their paths.
     pub(super) fn take_place<'a>(
         &self,
         outputs: &Outputs,

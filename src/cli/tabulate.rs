@@ -41,7 +41,7 @@ pub struct Tabulate {
     force: Force,
 }
 
-/// Hint for a document that is no diagnosis.
+/// Hint for a document that is not a diagnosis.
 const WRITE_AGAIN: &str = "`motorlab diagnose RUN --json > DOCUMENT` writes a diagnosis";
 
 const EXAMPLE: &str = "Examples:
@@ -52,7 +52,6 @@ A unit is what the run's header calls it (`unit`, else the serial number of the 
 name without the date in it. Documents that are no diagnosis are named and ignored, with exit status 1.
 Columns: docs/many-recordings.md.";
 
-/// For `--json`.
 #[derive(Debug, Serialize)]
 struct Summary<'a> {
     shape: &'static str,
@@ -125,7 +124,7 @@ impl Tabulate {
         })
     }
 
-    /// The documents, those of folders in the order of their names.
+    /// The documents; those of folders in the order of their names.
     fn all(&self) -> Result<Vec<PathBuf>, Failure> {
         let mut all = Vec::new();
         for path in &self.documents {
@@ -170,7 +169,7 @@ impl Tabulate {
         }
     }
 
-    /// The first table has the mark in every row; another may have no row.
+    /// The first table has the mark in every row; the others may have no rows.
     fn witness<'a>(&'a self, path: &Path) -> Option<&'a Path> {
         self.output.as_deref().filter(|output| *output != path)
     }
@@ -234,7 +233,7 @@ impl Tabulate {
     }
 }
 
-/// The page of a document, `NAME.html` beside `NAME.json`, as a path from the fleet page.
+/// The page of a document, `NAME.html` beside `NAME.json`, relative to the fleet page.
 fn page_of(document: &str, fleet: &Path) -> Option<String> {
     let page = Path::new(document)
         .with_extension("html")
@@ -255,7 +254,6 @@ fn page_of(document: &str, fleet: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Vec<_>>().join("/"))
 }
 
-/// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Csv,

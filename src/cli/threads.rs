@@ -1,14 +1,14 @@
-//! `--threads`: how many threads compute.
+//! `--threads`: number of threads of a computation.
 
 use clap::Args;
 
 use super::Failure;
 use crate::hint::In;
 
-/// Most threads that may be asked for: more than any computer has cores.
+/// Most threads: more than any computer has cores.
 const MOST_THREADS: u16 = 4096;
 
-/// `--threads`, in the same words for every subcommand that computes.
+/// `--threads`, shared by every subcommand that computes.
 #[derive(Debug, Clone, Copy, Args)]
 pub(super) struct Threads {
     /// Number of threads; use 1 on a shared machine. The answer does not depend on it, to the last bit. [default: one per core]
@@ -17,12 +17,12 @@ pub(super) struct Threads {
 }
 
 impl Threads {
-    /// Has so many threads compute from now on; before anything is computed.
+    /// Sets the number of threads; call before any computation.
     pub(super) fn set(self) -> Result<(), Failure> {
         let Some(threads) = self.count() else {
             return Ok(());
         };
-        // The pool of a process is made once, by whoever computes first.
+        // The process's thread pool is created once, by its first user.
         let built = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global();
@@ -36,7 +36,6 @@ impl Threads {
         }
     }
 
-    /// How many were asked for.
     pub(super) fn count(self) -> Option<usize> {
         self.threads.map(usize::from)
     }

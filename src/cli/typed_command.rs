@@ -1,8 +1,8 @@
-//! The command line as it was typed, without its output options, for messages that propose the next command.
+//! The command line as typed, without output options, for messages that propose the next command.
 
 use crate::plain::quoted;
 
-/// Flags of `diagnose` that change no figure, and whether a word follows.
+/// Flags of `diagnose` that change no figure, and whether a value follows.
 const WRITING: [(&str, bool); 6] = [
     ("--json", false),
     ("--explain", false),
@@ -12,7 +12,7 @@ const WRITING: [(&str, bool); 6] = [
     ("--threads", true),
 ];
 
-/// The words behind the program's name as one line to copy.
+/// The words after the program's name as one command line.
 pub(super) fn without_outputs(words: impl Iterator<Item = String>) -> String {
     let mut line = "motorlab".to_owned();
     let mut words = words;

@@ -1,4 +1,4 @@
-//! `motorlab virtual`: a board without hardware, for any program that opens serial ports.
+//! `motorlab virtual`: a board without hardware, for programs that open serial ports.
 
 #[cfg(unix)]
 use std::time::Duration;
@@ -35,7 +35,7 @@ fn after_help() -> String {
     )
 }
 
-/// Windows has no serial port that a program can be.
+/// On Windows a program cannot provide a serial port.
 pub(super) fn needs_unix(instead: &str) -> Failure {
     Failure::wrong(
         "a serial port for other programs needs a pseudo-terminal, which Windows does not have",
@@ -76,7 +76,7 @@ impl Virtual {
             let stop = StopSignal::install().map_err(Failure::device)?;
             while !stop.is_asked() && !board.is_gone() {
                 let asked = stop.clone().asked();
-                // Only to look whether the board has unplugged itself.
+                // Polls whether the board has unplugged itself.
                 let _ = tokio::time::timeout(Duration::from_millis(200), asked).await;
             }
             Ok(Status::Done)

@@ -1,4 +1,4 @@
-//! A run from a virtual board in one call, for the subcommands that bring their own recordings.
+//! A run from a virtual board in one call, for subcommands with their own recordings.
 
 use std::path::Path;
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::recording::{CaptureRequest, Captured, Ending, SharedLive, capture};
 /// Settings of the recording, besides the board.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Order<'a> {
-    /// The subcommand that records: the run says so, and the same one may replace it.
+    /// The recording subcommand: the run's header names it, and it may replace the run.
     pub command: &'static str,
     /// Text after `virtual:`.
     pub board: &'a str,
@@ -24,11 +24,11 @@ pub(super) struct Order<'a> {
     pub profile: &'a str,
     /// How long in s.
     pub duration_s: f64,
-    /// Where the run goes; the next free name is taken.
+    /// Path of the run; the next free name is taken.
     pub output: &'a Path,
 }
 
-/// Records from a virtual board within this process, as `capture virtual:` does. `None` after Ctrl-C.
+/// Records from a virtual board in this process, as `capture virtual:` does. `None` after Ctrl-C.
 pub(super) async fn record(
     order: Order<'_>,
     stop: StopSignal,

@@ -1,7 +1,7 @@
-//! `virtual:?effect=backlash&gap_rad=0.02&seed=7`: a virtual board and its motor in one word.
+//! `virtual:?effect=backlash&gap_rad=0.02&seed=7`: a virtual board and its motor as a port name.
 //!
-//! Keys after `effect=ID` are that effect's parameters; the others are the motor file, its parameters,
-//! and how the board and its line behave.
+//! Keys after `effect=ID` are that effect's parameters; the others are the motor file, its parameters, and properties
+//! of the board and its line.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use crate::recording::CommandKind;
 /// Prefix of such a word.
 pub(super) const PREFIX: &str = "virtual:";
 
-/// Proposal for a port that is nearly a virtual board's name.
+/// Correction of a port that is almost a virtual board's name.
 pub(super) fn nearly(port: &str) -> Option<Failure> {
     let rest = port.strip_prefix("virtual")?;
     let is_word = rest.is_empty() || rest.starts_with(['?', '=', '/']);
@@ -33,7 +33,7 @@ pub(super) fn nearly(port: &str) -> Option<Failure> {
     })
 }
 
-/// Keys of the board and its line, with what they do.
+/// Keys of the board and its line, with their meaning.
 pub(super) const BOARD_KEYS: [(&str, &str); 18] = [
     ("motor", "motor file"),
     (
@@ -64,12 +64,12 @@ pub(super) const BOARD_KEYS: [(&str, &str); 18] = [
     ("hang_up_after", "bytes after which the board is unplugged"),
 ];
 
-/// A virtual board that is not plugged in yet.
+/// A specification of a virtual board.
 #[derive(Debug, Clone)]
 pub(super) struct VirtualSpec {
     /// The motor on the bench.
     pub motor: Motor,
-    /// Its file, if there is one, and the keys that the file lacks.
+    /// Its motor file, if there is one, and the keys missing in it.
     file: Option<(PathBuf, Vec<&'static str>)>,
     /// Seed of its random effects.
     pub seed: u64,
@@ -77,7 +77,6 @@ pub(super) struct VirtualSpec {
     pub options: VirtualBoardOptions,
 }
 
-/// Error in the word.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum SpecError {
     #[error(
@@ -115,7 +114,7 @@ fn hint(nearest: &Option<&'static str>) -> String {
 }
 
 impl VirtualSpec {
-    /// Reads what stands after `virtual:`.
+    /// Parses the text after `virtual:`.
     pub(super) fn parse(text: &str) -> Result<Self, SpecError> {
         let pairs = pairs(text.strip_prefix('?').unwrap_or(text))?;
         let mut spec = Self {
@@ -124,7 +123,7 @@ impl VirtualSpec {
             seed: 0,
             options: VirtualBoardOptions::default(),
         };
-        // The file first: other keys change what it says.
+        // The file first: other keys override its values.
         if let Some((_, path)) = pairs.iter().find(|(key, _)| key == "motor") {
             let path = PathBuf::from(path);
             let (motor, lacking) = crate::motor::read_motor_and_lacking(&path)?;
@@ -205,7 +204,7 @@ impl VirtualSpec {
         Ok(())
     }
 
-    /// The same, once what its motor file lacks is said.
+    /// The same, after reporting the missing values of its motor file.
     pub(super) fn said(self, output: &Output) -> Self {
         if let Some((path, lacking)) = &self.file {
             motor_file::say(path, lacking, output);
@@ -219,7 +218,7 @@ impl VirtualSpec {
         Ok(VirtualBoard::in_process(name, plant, self.options)?)
     }
 
-    /// Plugs the board in at a port that any program may open.
+    /// Plugs the board in at a port for other programs.
     #[cfg(unix)]
     pub(super) fn offer(self) -> Result<VirtualBoard, SpecError> {
         let plant = Plant::new(&self.motor, CommandKind::Voltage, self.seed)?;
@@ -227,7 +226,7 @@ impl VirtualSpec {
     }
 }
 
-/// The known key that is most like `key`; the parameters of the effect named before it come first.
+/// The known key most similar to `key`; the parameters of the effect before it come first.
 fn nearest_key(key: &str, effect: Option<&EffectKind>) -> Option<&'static str> {
     let of_effect = effect.map_or(&[][..], |kind| kind.parameters);
     let others = BOARD_KEYS.iter().map(|(name, _)| *name).chain(["effect"]);
@@ -248,7 +247,7 @@ fn number(key: &str, value: &str) -> Result<f64, SpecError> {
     number.ok_or_else(|| wrong(key, value, "a number"))
 }
 
-/// Half the rate of a right clock to half as much again: ten times what any resonator is off by, and no clock that stands.
+/// Largest rate error of a clock: ten times that of any resonator.
 const MOST_PPM: f64 = 500_000.0;
 
 fn clock_ppm(key: &str, value: &str) -> Result<f64, SpecError> {
@@ -289,7 +288,7 @@ fn pace(value: &str) -> Result<Pace, SpecError> {
     }
 }
 
-/// Splits `a=1&b=2`, with `%xx` taken as in a URL.
+/// Splits `a=1&b=2` and decodes `%xx` as in a URL.
 fn pairs(text: &str) -> Result<Vec<(String, String)>, SpecError> {
     text.split('&')
         .filter(|pair| !pair.is_empty())

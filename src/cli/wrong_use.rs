@@ -1,4 +1,4 @@
-//! Hints for wrong use of the command line: synonyms of commands and options, and where a missing argument comes from.
+//! Hints for wrong use of the command line: synonyms of commands and options, and sources of missing arguments.
 
 use std::ffi::OsString;
 
@@ -10,7 +10,7 @@ use super::CommandLine;
 use crate::hint::{Hinted, parted};
 use crate::motor::is_alike;
 
-/// Synonyms of subcommands, with the command here.
+/// Synonyms of subcommands, with the command.
 const COMMANDS: &[(&[&str], &str)] = &[
     (
         &["record", "log", "acquire", "measure", "read"],
@@ -56,7 +56,7 @@ const WRITTEN: &[&str] = &[
 ];
 /// Synonyms of the option for a recording.
 const RECORDINGS: &[&str] = &["run", "runs", "recording", "recordings", "log", "input"];
-/// Options by which subcommands take recordings that do not stand alone.
+/// The option by which subcommands take recordings.
 const TAKES_RECORDINGS: &str = "--run";
 
 /// Synonyms of options, the option, and a remark.
@@ -101,7 +101,7 @@ const OPTIONS: &[(&[&str], &str, &str)] = &[
     ),
 ];
 
-/// Arguments that a command needs, and where they come from.
+/// Required arguments, and where they come from.
 const NEEDED: &[(&str, &str)] = &[
     (
         "<PORT>",
@@ -113,7 +113,7 @@ const NEEDED: &[(&str, &str)] = &[
     ),
 ];
 
-/// The parser's error with its tip, or what else helps, as the hint.
+/// The parser's error with its tip, or another hint.
 pub(super) fn hinted(error: &Error, arguments: &[OsString]) -> Hinted {
     let text = error.to_string();
     let text = text.trim_start_matches("error: ");
@@ -126,7 +126,7 @@ pub(super) fn hinted(error: &Error, arguments: &[OsString]) -> Hinted {
             None => what = what + "\n" + line,
         }
     }
-    // A parser of a value has a hint of its own.
+    // A value's parser has a hint of its own.
     let (what, of_value) = parted(what.trim_start());
     let needed = NEEDED.iter().find(|(name, _)| {
         error.kind() == ErrorKind::MissingRequiredArgument && what.contains(name)
@@ -137,7 +137,6 @@ pub(super) fn hinted(error: &Error, arguments: &[OsString]) -> Hinted {
     Hinted::new(what, hint.unwrap_or_else(|| help_of(arguments)))
 }
 
-/// The help of the subcommand that the arguments name.
 fn help_of(arguments: &[OsString]) -> String {
     let mut command = CommandLine::command();
     let mut name = command.get_name().to_owned();
@@ -156,7 +155,7 @@ fn help_of(arguments: &[OsString]) -> String {
     format!("`{name} --help` lists its {listed}")
 }
 
-/// Puts what is meant in place of the parser's guesses.
+/// Replaces the parser's guesses by the intended option.
 pub(super) fn improve(error: &mut Error) {
     match error.kind() {
         ErrorKind::InvalidSubcommand => {
@@ -172,7 +171,7 @@ pub(super) fn improve(error: &mut Error) {
         }
         ErrorKind::UnknownArgument => {
             let asked = text(error, ContextKind::InvalidArg);
-            // How a value may begin with a dash helps nobody who mistyped an option.
+            // How a value may begin with a dash is no help for a mistyped option.
             error.remove(ContextKind::Suggested);
             keep_near(error, &asked, ContextKind::SuggestedArg);
             if let Some(tip) = tip_of_option(error, &asked) {
@@ -207,7 +206,7 @@ fn say(error: &mut Error, tip: String) {
     );
 }
 
-/// Leaves of the parser's proposals those that are near.
+/// Keeps the parser's proposals that are similar.
 fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
     let plain = |text: &str| text.trim_start_matches('-').to_lowercase();
     let asked = plain(asked);
@@ -225,7 +224,7 @@ fn keep_near(error: &mut Error, asked: &str, kind: ContextKind) {
     }
 }
 
-/// The subcommand that the arguments are of.
+/// The subcommand of the arguments.
 fn asked_for(error: &Error) -> Option<Command> {
     let Some(ContextValue::StyledStr(usage)) = error.get(ContextKind::Usage) else {
         return None;
@@ -238,7 +237,6 @@ fn asked_for(error: &Error) -> Option<Command> {
     Some(asked.clone().bin_name(name))
 }
 
-/// Proposal for an option, if the subcommand has it.
 fn tip_of_option(error: &Error, typed: &str) -> Option<String> {
     let asked = asked_for(error)?;
     let has = |option: &str| {

@@ -1,29 +1,28 @@
-//! The figures of a comparison.
+//! Error figures of a comparison.
 //!
-//! With recorded counts `n_k` (from their first) and the simulated position `x_k` in counts, not
-//! rounded, the residual is `r_k = n_k + 1/2 - x_k - phi`: the encoder shows `floor(x + phi)`, where
-//! `phi` in [0, 1) says where inside a count the shaft started, which no recording can tell. `phi` is
-//! the one that leaves least, and cannot hide more than half a count either way. A perfect model leaves
-//! the rounding alone, evenly spread over one count: 1/sqrt(12) = 0.289 counts RMS.
+//! With recorded counts `n_k` (relative to the first) and the simulated position `x_k` in counts, not quantized, the
+//! residual is `r_k = n_k + 1/2 - x_k - phi`: the encoder reads `floor(x + phi)`, where the initial fraction of a
+//! count `phi` in [0, 1) cannot be observed. `phi` minimizes the residual; its influence is at most half a count. A
+//! perfect model leaves the quantization error, uniform over one count: 1/sqrt(12) = 0.289 counts RMS.
 
 use crate::recording::velocity_rad_s;
 
-/// Quantization error of a perfect model, RMS: the standard deviation of an even spread over
-/// one count, 1/sqrt(12).
+/// Quantization error of a perfect model, RMS: the standard deviation of a uniform distribution over one count,
+/// 1/sqrt(12).
 pub const FLOOR_COUNTS: f64 = 0.288_675_134_594_812_9;
 
-/// Position of a run beside that of its simulation, both from the first sample.
+/// Recorded and simulated position of a run, both relative to the first sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
-    /// Where inside a count the shaft started, in [0, 1).
+    /// Initial fraction of a count, in [0, 1).
     pub start_fraction: f64,
-    /// Recorded less simulated in counts, plus half a count of rounding.
+    /// Recorded minus simulated position in counts, plus half a count of quantization.
     pub residual_counts: Vec<f64>,
     /// The simulated encoder: `floor(x + phi)`, from 0.
     pub simulated_counts: Vec<i64>,
 }
 
-/// Lays the recorded counts beside the simulated position (in counts, not rounded, from 0).
+/// Aligns the recorded counts with the simulated position (in counts, not quantized, from 0).
 pub fn align(recorded: &[i64], simulated: &[f64]) -> Alignment {
     let first = recorded.first().copied().unwrap_or(0);
     let raw: Vec<f64> = recorded
@@ -43,7 +42,7 @@ pub fn align(recorded: &[i64], simulated: &[f64]) -> Alignment {
     }
 }
 
-/// Root mean square; 0 of nothing.
+/// Root mean square; 0 for an empty sequence.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = values
         .into_iter()
@@ -55,12 +54,12 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     }
 }
 
-/// Spread of a column, as a share of its size, that is no more than rounding: sums of millions of numbers of 53 bits.
+/// Relative spread of a column that is no more than floating-point error: sums of millions of numbers of 53 bits.
 const ROUNDING: f64 = 1e-9;
 
-/// RMS of the difference of two columns and the same relative to how much the first one varies,
-/// `||a - b|| / ||a - mean(a)||` (MATLAB's NRMSE cost); rows that either lacks are left out. Nothing is relative to a recording
-/// that does not vary: then the second one is not a number.
+/// RMS of the difference of two columns, and the same relative to the variation of the first, `||a - b|| / ||a -
+/// mean(a)||` (MATLAB's NRMSE cost); rows without both values are left out. The second figure is NaN if the first
+/// column is constant.
 pub fn root_mean_square_errors(a: &[Option<f64>], b: &[Option<f64>]) -> (f64, f64) {
     let pairs: Vec<(f64, f64)> = a.iter().zip(b).filter_map(|(a, b)| a.zip(*b)).collect();
     let mean = pairs.iter().map(|pair| pair.0).sum::<f64>() / pairs.len().max(1) as f64;
@@ -76,7 +75,7 @@ pub fn root_mean_square_errors(a: &[Option<f64>], b: &[Option<f64>]) -> (f64, f6
     )
 }
 
-/// Speed in rad/s that one count in one sample stands for.
+/// Speed in rad/s of one count per sample.
 pub fn speed_of_one_count(counts_per_rev: f64, sample_time_s: f64) -> f64 {
     velocity_rad_s(1.0, 1, counts_per_rev, sample_time_s)
 }
@@ -87,7 +86,7 @@ mod tests {
 
     #[test]
     fn a_perfect_model_leaves_the_rounding() {
-        // A shaft that turns evenly by an irrational number of counts a sample, started anywhere.
+        // Steady motion by an irrational number of counts a sample, from any initial fraction.
         for start in [0.0, 0.123, 0.5, 0.987] {
             let x: Vec<f64> = (0..100_000)
                 .map(|k| f64::from(k) * 0.618_033_988_75)

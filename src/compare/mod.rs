@@ -1,7 +1,7 @@
-//! Recorded against simulated: the overlay and its figures.
+//! Comparison of recorded runs with their simulation: the overlay and its error figures.
 //!
-//! The simulation runs in open loop from rest through the whole run with the recorded command, so that
-//! every error adds up in the position as it would on the bench.
+//! The simulation runs in open loop from rest through the whole run with the recorded command, so that errors
+//! accumulate in the position.
 
 mod metrics;
 mod torque;
@@ -18,20 +18,20 @@ pub use metrics::{
     Alignment, FLOOR_COUNTS, align, rms, root_mean_square_errors, speed_of_one_count,
 };
 
-/// One run beside its simulation, in columns of the run's length.
+/// One run with its simulation, in columns of the run's length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Overlay {
     /// The figures.
     pub figures: RunFigures,
-    /// Recorded speed by the difference rule in rad/s.
+    /// Recorded speed by finite differences in rad/s.
     pub recorded_speed_rad_s: Vec<Option<f64>>,
-    /// Simulated speed by the same rule in rad/s.
+    /// Simulated speed by the same differences in rad/s.
     pub simulated_speed_rad_s: Vec<Option<f64>>,
-    /// Simulated position in counts, not rounded, on the recording's origin.
+    /// Simulated position in counts, not quantized, relative to the recording's first.
     pub simulated_position_counts: Vec<f64>,
-    /// Recorded less simulated position in counts.
+    /// Recorded minus simulated position in counts.
     pub residual_counts: Vec<f64>,
-    /// The motor's true speed in the simulation, in rad/s: without encoder, sampling and difference.
+    /// The motor's true speed in the simulation, in rad/s: without encoder, sampling and differences.
     pub true_speed_rad_s: Vec<f64>,
 }
 
@@ -50,24 +50,24 @@ pub struct RunFigures {
     pub position_rmse_counts: f64,
     /// Largest difference of position in counts.
     pub position_largest_counts: f64,
-    /// Speed by the same difference rule on both sides, RMS of the difference in RPM.
+    /// Speed by finite differences on both sides, RMS of the difference in RPM.
     pub velocity_rmse_rpm: f64,
-    /// The same relative to how much the recorded speed varies.
+    /// The same relative to the variation of the recorded speed.
     pub velocity_nrmse: Option<f64>,
     /// Quantization error of a perfect model in counts RMS.
     pub floor_counts: f64,
-    /// Where inside a count the shaft is taken to have started.
+    /// Estimated initial fraction of a count.
     pub start_fraction: f64,
-    /// Remarks of the reader about the file.
+    /// Notes of the reader about the file.
     pub notes: Vec<String>,
 }
 
-/// All runs of one comparison; serialises to the shape `motorlab-comparison/1`.
+/// All runs of one comparison; serialized as `motorlab-comparison/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// Name of the shape.
+    /// Name of the document's shape.
     pub shape: &'static str,
-    /// One entry a run.
+    /// One entry per run.
     pub runs: Vec<RunFigures>,
 }
 
@@ -99,7 +99,7 @@ pub fn lost_samples(run: &Run) -> u64 {
         .fold(0, u64::saturating_add)
 }
 
-/// Simulates the run's command with the motor and lays the two over each other.
+/// Simulates the run's command with the motor and compares the two.
 ///
 /// # Errors
 /// The motor cannot be simulated with this command.

@@ -1,21 +1,21 @@
-//! The torque that a model lacks, read off its position gap.
+//! Residual torque: the torque that a model lacks, estimated from its position error.
 //!
-//! Where recorded and simulated shaft turn the same way, their difference `r` in rad obeys the linear part of
-//! the motor's equation, `J r'' + (b + Kt Kb / R) r' = T`, with `T` the torque that the model does not have
-//! (without `Kt Kb / R` where the current or the torque is commanded). `r'` and `r''` are those of a parabola
-//! through the samples around each one (Savitzky and Golay 1964), on the times that were recorded.
+//! Where recorded and simulated shaft turn in the same direction, their difference `r` in rad obeys the linear part
+//! of the motor's equation, `J r'' + (b + Kt Kb / R) r' = T`, with the residual torque `T` (without `Kt Kb / R` where
+//! the current or the torque is commanded). `r'` and `r''` are those of a parabola fitted to the neighbouring samples
+//! (Savitzky and Golay 1964), at the recorded times.
 
 use crate::motor::Parameters;
 use crate::recording::{CommandKind, Run};
 use crate::units::rad_per_count;
 
-/// Half width in s of the window that a parabola is laid through.
+/// Half width in s of the window of the parabola.
 const HALF_S: f64 = 0.045;
-/// Samples on either side of the middle, at least.
+/// Fewest samples on either side.
 const FEWEST: usize = 2;
 
-/// The torque in N m that a model with these parameters lacks at each sample of a run, from its position gap in
-/// counts; `None` near the ends and where the shaft rests.
+/// The residual torque in N m at each sample of a run, from the position error in counts of a model with these
+/// parameters; `None` near the ends and where the shaft rests.
 pub fn missing_torque(run: &Run, gap_counts: &[f64], parameters: &Parameters) -> Vec<Option<f64>> {
     let p = parameters;
     let damping = p.viscous_friction_nm_s_per_rad
@@ -39,7 +39,7 @@ pub fn missing_torque(run: &Run, gap_counts: &[f64], parameters: &Parameters) ->
         .collect()
 }
 
-/// First and second derivative at `middle` of the parabola that fits the points best.
+/// First and second derivative at `middle` of the least-squares parabola.
 fn parabola(t: &[f64], middle: f64, y: &[f64]) -> Option<(f64, f64)> {
     let span = (t.last()? - t.first()?).max(f64::MIN_POSITIVE);
     let (mut powers, mut sums) = ([0.0; 5], [0.0; 3]);

@@ -1,40 +1,41 @@
-//! The experiment that shows an effect at its default strength, and the effects that no experiment identifies.
+//! The experiment in which an effect is visible at its default strength, and the effects that no experiment
+//! identifies.
 
 use crate::motor::catalogue::ids;
 use serde::Serialize;
 
 use crate::motor::catalogue::EffectKind;
 
-/// A recording to be made.
+/// A planned recording.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Experiment {
-    /// A built-in profile, as `capture --profile` takes it.
+    /// A built-in profile, as for `capture --profile`.
     pub profile: &'static str,
-    /// How long in s.
+    /// Duration in s.
     pub duration_s: f64,
     /// Sample time in s.
     pub sample_time_s: f64,
 }
 
-/// Levels and reversals of several sizes with rests between, in a quarter of a minute: most effects show in it.
+/// Levels and reversals of several sizes with rests between, 15 s: most effects are visible in it.
 const USUAL: Experiment = at_3_ms("reversing", 15.0);
 
-/// Effects that show better elsewhere.
+/// Effects with another experiment.
 const OTHERS: [(&str, Experiment); 9] = [
-    // Its levels have to pass through the dead zone slowly.
+    // Slow passage through the dead zone.
     (ids::DEAD_ZONE, at_3_ms("ramp@0.5", 15.0)),
     (ids::ASYMMETRIC_DEAD_ZONE, at_3_ms("ramp@0.5", 15.0)),
-    // A shaft that hardly turns, and starts and stops often.
+    // Low speed with frequent starts and stops.
     (ids::STRIBECK, at_3_ms("ramp@0.5", 15.0)),
     (ids::STATIC_FRICTION, at_3_ms("ramp@0.3", 20.0)),
-    // Slow reversals: the play is a large share of the way.
+    // Slow reversals: the play is a large share of the travel.
     (ids::BACKLASH, at_3_ms("ramp@0.4", 20.0)),
-    // Heat takes tens of seconds.
+    // Heating takes tens of seconds.
     (ids::WINDING_HEATING, at_3_ms("brakes", 60.0)),
     (ids::MAGNET_WEAKENING, at_3_ms("brakes", 60.0)),
     // Only the hardest reversals make it slip.
     (ids::SLIPPING_CLUTCH, at_3_ms("square", 15.0)),
-    // Half a sample's travel is most at top speed.
+    // The travel in half a sample is largest at top speed.
     (ids::SAMPLE_JITTER, at_3_ms("square", 15.0)),
 ];
 
@@ -71,20 +72,19 @@ const fn at_3_ms(profile: &'static str, duration_s: f64) -> Experiment {
     }
 }
 
-/// The experiment that shows this effect at its default strength.
+/// The experiment in which this effect is visible at its default strength.
 pub fn experiment(kind: &EffectKind) -> Experiment {
     let own = OTHERS.iter().find(|(id, _)| *id == kind.id);
     own.map_or(USUAL, |(_, experiment)| *experiment)
 }
 
-/// Why no experiment with voltage in and counts out separates this effect from parameters of the motor file; `None`
-/// where one does.
+/// Why no experiment with voltage input and counts output separates this effect from parameters of the motor file;
+/// `None` if one does.
 pub fn not_identifiable(kind: &EffectKind) -> Option<&'static str> {
     let found = UNIDENTIFIABLE.iter().find(|(id, _)| *id == kind.id);
     found.map(|(_, why)| *why)
 }
 
-/// Every id that has a row here.
 #[cfg(test)]
 pub(super) fn ids() -> impl Iterator<Item = &'static str> {
     let others = OTHERS.iter().map(|(id, _)| *id);

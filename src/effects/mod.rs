@@ -1,7 +1,7 @@
-//! The catalogue of effects as people read it: description, values for a motor, and the experiment that shows it.
+//! The catalogue of effects for readers: description, values for a motor, and an experiment for each.
 //!
-//! Equation, ranges and what an effect is confused with are the catalogue's (`motor::catalogue`). Here is what belongs
-//! to recordings: [`experiment`] names the profile in which the default strength shows, and [`not_identifiable`] says which effects
+//! Equation, ranges and similar effects are the catalogue's (`motor::catalogue`). This module adds recordings:
+//! [`experiment`] names the profile in which the default strength is visible, [`not_identifiable`] the effects that
 //! no recording separates from parameters of the motor file. `tests/effects/shown.rs` measures both.
 
 mod experiment;
@@ -18,47 +18,47 @@ use crate::motor::catalogue::{EffectKind, EffectParameter, Prior, Stage, catalog
 pub struct Number {
     /// Key in a motor file.
     pub key: &'static str,
-    /// Unit; empty for a pure number.
+    /// Unit; empty for a dimensionless value.
     pub unit: &'static str,
     /// Smallest plausible value.
     pub lo: f64,
     /// Largest plausible value.
     pub hi: f64,
-    /// The only plausible values, where there are few.
+    /// The plausible values, if they are discrete.
     pub one_of: Option<&'static [f64]>,
-    /// The value where a file or a virtual board leaves the key out.
+    /// The value if a file or a virtual board omits the key.
     pub default: f64,
 }
 
 /// One effect, for one motor.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
-    /// Its name in files.
+    /// Its id in files.
     pub effect: &'static str,
     /// Its stage.
     pub stage: Stage,
-    /// One line of description.
+    /// Description in one line.
     pub summary: &'static str,
     /// Its equation.
     pub equation: &'static str,
-    /// Where that is from.
+    /// Source of the equation.
     pub source: &'static str,
-    /// Whether two runs with the same command differ by it.
+    /// Whether it differs between two runs with the same command.
     pub random: bool,
     /// Its parameters.
     pub parameters: Vec<Number>,
-    /// Commands that show it.
+    /// Commands that excite it.
     pub excited_by: &'static str,
     /// Effects and parameters of the motor file with a similar response.
     pub confused_with: &'static [&'static str],
-    /// The experiment in which its default strength shows.
+    /// The experiment in which its default strength is visible.
     pub experiment: Experiment,
-    /// Why no experiment parts it from the motor file's own numbers, where none does.
+    /// Why no experiment separates it from parameters of the motor file; `None` if one does.
     #[serde(rename = "twin")]
     pub not_identifiable: Option<&'static str>,
 }
 
-/// Every effect for this motor, in the order in which a signal meets it.
+/// Every effect for this motor, in the order of the signal chain.
 pub fn entries(parameters: &Parameters) -> Vec<Entry> {
     let entry = |kind: &'static EffectKind| {
         let experiment = experiment(kind);
@@ -95,10 +95,10 @@ fn number(p: &EffectParameter, parameters: &Parameters, sample_time_s: f64) -> N
     }
 }
 
-/// Significant digits that are worth reading.
+/// Significant digits of printed values.
 const DIGITS: i32 = 4;
 
-/// A number with no more digits than are worth reading.
+/// A value rounded to the printed digits.
 pub fn rounded(value: f64) -> f64 {
     if value == 0.0 {
         return value;

@@ -1,4 +1,4 @@
-//! JSON (`motorlab-motor/1`): every parameter and effect with its unit and equation, nothing left out.
+//! JSON (`motorlab-motor/1`): every parameter and effect with its unit and equation.
 
 use serde_json::{Map, Value, json};
 

@@ -1,12 +1,12 @@
-//! Parameters that a simulator of rigid bodies supports: constant coefficients, and which effects change only them.
+//! Parameters for rigid-body simulators: constant coefficients, and the effects that change only them.
 //!
-//! Without the inductance the current follows the voltage, and the motor's torque on its shaft is
-//! `Kt (g u - Kb w) / R - b w - Tf sgn(w)`, with the supply's gain `g`.
+//! Without inductance the motor's torque on its shaft is `Kt (g u - Kb w) / R - b w - Tf sgn(w)`, with the supply's
+//! gain `g`.
 
 use crate::motor::catalogue::ids;
 use crate::motor::{ActiveEffect, Motor, Parameters};
 
-/// Why a motor cannot be written in a format.
+/// Errors of an export.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ExportError {
     /// Effects of the model that the format has no element for.
@@ -31,18 +31,18 @@ fn listed(effects: &[(&'static str, &'static str)]) -> String {
     named.join(", ")
 }
 
-/// A motor with the effects folded in that only change a coefficient.
+/// A motor after folding in the effects that only change a coefficient.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linear {
-    /// Parameters, replaced ones included.
+    /// Parameters, with replaced values.
     pub parameters: Parameters,
     /// Voltage at the motor over voltage commanded.
     pub gain: f64,
     /// Largest current in A, if it is limited.
     pub current_limit_a: Option<f64>,
-    /// Effects that have gone into the numbers above.
+    /// Effects folded into these values.
     pub folded: Vec<&'static str>,
-    /// Effects that the format has no element for: id and equation.
+    /// Effects that the format cannot express: id and equation.
     pub left_out: Vec<(&'static str, &'static str)>,
 }
 
@@ -50,7 +50,7 @@ impl Linear {
     /// Folds those effects of `motor` whose id is in `expressed` into coefficients; the others are left out.
     ///
     /// # Errors
-    /// [`ExportError::Inexpressible`] where effects would be left out and `leave_out` does not allow it.
+    /// [`ExportError::Inexpressible`] if effects would be left out without `leave_out`.
     pub fn of(
         motor: &Motor,
         format: &'static str,
@@ -82,7 +82,7 @@ impl Linear {
         }
     }
 
-    /// Takes one effect into the coefficients; whether there is one for it.
+    /// Folds one effect into the coefficients; returns whether it has one.
     fn fold(&mut self, effect: &ActiveEffect) -> bool {
         let value = effect.values[0];
         match effect.kind().id {
@@ -96,7 +96,7 @@ impl Linear {
         true
     }
 
-    /// Lines for a comment: what has been folded in, what the file lacks.
+    /// Lines of a comment: folded and missing effects.
     pub fn remarks(&self) -> Vec<String> {
         let mut lines = Vec::new();
         if !self.folded.is_empty() {

@@ -1,8 +1,8 @@
-//! A MAT-file of version 5 (`save -v6`, `save -v7` without compression), as MATLAB and Octave load it.
+//! MAT-files of version 5 (`save -v6`, `save -v7` without compression), as MATLAB and Octave load them.
 //!
-//! A header of 128 bytes, then one `miMATRIX` element a variable: array flags, dimensions, name, data;
-//! every element begins with type and length and is padded to 8 bytes. Little-endian. Written after
-//! MathWorks, "MAT-File Format", chapter 1 (Level 5).
+//! A header of 128 bytes, then one `miMATRIX` element per variable: array flags, dimensions, name, data; every
+//! element begins with type and length and is padded to 8 bytes. Little-endian. After MathWorks, "MAT-File Format",
+//! chapter 1 (Level 5).
 
 use crate::recording::Run;
 
@@ -16,13 +16,13 @@ const MI_MATRIX: u32 = 14;
 const MX_CHAR: u32 = 4;
 const MX_DOUBLE: u32 = 6;
 
-/// A MAT-file under way.
+/// A MAT-file under construction.
 #[derive(Debug, Clone)]
 pub struct MatFile {
     bytes: Vec<u8>,
 }
 
-/// Error of a value that a MAT-file cannot hold.
+/// A value that a MAT-file cannot hold.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum MatError {
     /// An element of a MAT-file of version 5 is at most 2 GiB.
@@ -37,7 +37,7 @@ pub enum MatError {
     },
 }
 
-/// Largest number of doubles in one variable, with room for its heading.
+/// Most doubles in one variable, with room for its header.
 const MOST_DOUBLES: usize = (i32::MAX as usize - 4096) / 8;
 
 impl Default for MatFile {
@@ -85,7 +85,7 @@ impl MatFile {
         self.matrix(name, MX_CHAR, [rows, units.len()], MI_UINT16, &data);
     }
 
-    /// The whole file.
+    /// The file's bytes.
     pub fn finish(self) -> Vec<u8> {
         self.bytes
     }
@@ -113,9 +113,9 @@ fn element(out: &mut Vec<u8>, kind: u32, data: &[u8]) {
     out.resize(out.len().next_multiple_of(8), 0);
 }
 
-/// A run: a column a variable under the run file's names, its sample time, resolution and header.
+/// A run: one variable per column under the run file's names, its sample time, resolution and header.
 ///
-/// Counts above 2^53 in size, which a double does not hold exactly, do not occur in 250 years of an encoder at 1 MHz.
+/// Counts above 2^53, which a double does not represent exactly, take 250 years of an encoder at 1 MHz.
 ///
 /// # Errors
 /// The run is longer than the format holds.

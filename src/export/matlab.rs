@@ -1,7 +1,6 @@
-//! `Motor_Parameters.m`: the lab handout's script of parameters, which MATLAB and Octave run.
+//! `Motor_Parameters.m`: the lab handout's parameter script for MATLAB and Octave.
 //!
-//! Effects of the model stand in a struct `effects` with their equations; the handout's Simulink diagram
-//! has no block for them.
+//! Effects are in a struct `effects` with their equations; the handout's Simulink diagram has no block for them.
 
 use std::fmt::Write;
 
@@ -11,7 +10,7 @@ use crate::motor::Motor;
 /// File name that the handout's script loads.
 pub const FILE_NAME: &str = "Motor_Parameters.m";
 
-/// The script. Numbers are written so that they read back as the same double.
+/// The script. Values read back as the same double.
 pub fn script(motor: &Motor) -> String {
     let mut out = String::from("% Motor_Parameters.m: DC motor, SI units\n");
     for line in motor.assumptions() {

@@ -1,7 +1,7 @@
-//! A run as an MCAP file for Foxglove and PlotJuggler: one JSON message a sample on the topic `/motor`.
+//! A run as an MCAP file for Foxglove and PlotJuggler: one JSON message per sample on the topic `/motor`.
 //!
-//! A message's log time is the run's start (`started` in its header, else 0) plus the sample's device
-//! time, in ns. The JSON schema goes with the file; so does the run's header, as a metadata record.
+//! The log time of a message is the run's start (`started` in its header, else 0) plus the sample's device time, in
+//! ns. The file contains the JSON schema, and the run's header as a metadata record.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -47,7 +47,7 @@ pub fn write_run(run: &Run, sink: impl Write + Seek) -> Result<(), McapError> {
         let log_time = start_ns.saturating_add((run.t_s[k] * 1e9).round() as u64);
         let message = MessageHeader {
             channel_id,
-            // MCAP's numbers have 32 bits and may begin again.
+            // MCAP's sequence numbers have 32 bits and may wrap.
             sequence: seq.map_or(k as u64, |seq| seq[k]) as u32,
             log_time,
             publish_time: log_time,
@@ -59,7 +59,6 @@ pub fn write_run(run: &Run, sink: impl Write + Seek) -> Result<(), McapError> {
     Ok(())
 }
 
-/// Start of the run in ns since 1970.
 fn start_ns(run: &Run) -> u64 {
     let started = run.header.get("started").and_then(toml::Value::as_str);
     started
@@ -102,7 +101,6 @@ fn sample(run: &Run, k: usize, speed: Option<f64>) -> Value {
     Value::Object(fields)
 }
 
-/// Schema of a message.
 fn schema(run: &Run) -> Value {
     let mut properties = Map::new();
     let mut put = |key: &str, kind: &str, what: &str| {

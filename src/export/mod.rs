@@ -1,6 +1,6 @@
 //! A motor or a run in other programs' formats.
 //!
-//! | format | what is written | of the effects it expresses |
+//! | format | what is written | effects included |
 //! | --- | --- | --- |
 //! | [`matlab`] | `Motor_Parameters.m` in the lab handout's names | all, as numbers with their equations |
 //! | [`mat5`] | a run as a MAT-file of version 5 | none: it is data |
@@ -27,7 +27,7 @@ pub use linear::{ExportError, Linear};
 
 use crate::motor::Parameters;
 
-/// A parameter of the motor file beside the lab handout's name for it.
+/// A parameter of the motor file with the lab handout's name for it.
 #[derive(Debug, Clone, Copy)]
 pub struct Named {
     /// Key in the motor file.
@@ -120,7 +120,7 @@ impl Named {
     }
 }
 
-/// The handout's equations of motion, one a line.
+/// The handout's equations of motion, one per line.
 pub const EQUATIONS: [&str; 2] = [
     "L di/dt = v - R i - Kb w",
     "J dw/dt = Kt i - b w - Tf sgn(w)",

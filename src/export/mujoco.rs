@@ -1,7 +1,7 @@
-//! MuJoCo (MJCF): a hinge with the rotor's inertia as armature, and a general actuator with its back EMF.
+//! MuJoCo (MJCF): a hinge with the rotor's inertia as armature, and a general actuator with back EMF.
 //!
-//! With `gainprm = g Kt / R` and `biasprm = 0 0 -Kt Kb / R` the actuator's torque is
-//! `Kt (g u - Kb w) / R`: the motor with L = 0. `frictionloss` is Tf, `damping` is b.
+//! With `gainprm = g Kt / R` and `biasprm = 0 0 -Kt Kb / R` the actuator's torque is `Kt (g u - Kb w) / R`: the motor
+//! with L = 0. `frictionloss` is Tf, `damping` is b.
 
 use super::actuator::output_inertia;
 use super::{ExportError, Linear};
@@ -20,7 +20,7 @@ pub const EXPRESSED: [&str; 5] = [
 /// Time step of the model, in s.
 pub const TIME_STEP_S: f64 = 0.001;
 
-/// A hinge with the output shaft's inertia alone, and an actuator whose torque MuJoCo asks a Python module for.
+/// A hinge with the output shaft's inertia, and an actuator whose torque MuJoCo gets from a Python module.
 pub fn called_model(motor: &Motor, module: &str) -> String {
     let assumed = commented(&motor.assumptions());
     format!(
@@ -55,7 +55,7 @@ pub fn called_model(motor: &Motor, module: &str) -> String {
     )
 }
 
-/// A text for an XML comment, which two hyphens would end.
+/// A text for an XML comment, which may not contain two hyphens.
 pub(super) fn spaced(text: &str) -> String {
     text.replace("--", "- -")
 }
@@ -70,7 +70,7 @@ pub(super) fn commented(lines: &[String]) -> String {
 /// The motor as an MJCF model.
 ///
 /// # Errors
-/// Effects that neither joint nor actuator has an attribute for, unless `leave_out`.
+/// Effects without an attribute of joint or actuator, unless `leave_out`.
 pub fn model(motor: &Motor, leave_out: bool) -> Result<String, ExportError> {
     let linear = Linear::of(
         motor,

@@ -1,7 +1,7 @@
 //! A run as a Parquet file: the columns of the run file under the same names, its header as metadata.
 //!
-//! Numbers are `DOUBLE` and `INT64`, flags are text. A cell that the run leaves empty is null. The
-//! header is the value of the key `motorlab-run/1` in the file's metadata, as TOML.
+//! Numbers are `DOUBLE` and `INT64`, flags are text. An empty cell is null. The header is the value of the key
+//! `motorlab-run/1` in the file's metadata, as TOML.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -16,10 +16,9 @@ use parquet::schema::types::Type;
 
 use crate::recording::{RUN_FORMAT, Run, difference_velocities};
 
-/// Rows that are written at a time.
+/// Rows per row group.
 const GROUP_ROWS: usize = 1 << 20;
 
-/// One column of the file.
 enum Column<'a> {
     Whole(Vec<i64>),
     Number(&'a [f64]),
@@ -65,7 +64,7 @@ pub fn write_run(run: &Run, sink: impl Write + Send) -> Result<(), ParquetError>
     Ok(())
 }
 
-/// The columns that the run has, in the order of the run file.
+/// The columns of the run, in the order of the run file.
 fn columns(run: &Run) -> Vec<(&'static str, Column<'_>)> {
     let speeds = run.velocity_rad_s.clone().unwrap_or_else(|| {
         let seq = run.seq.as_deref();

@@ -1,6 +1,7 @@
 //! URDF: a continuous joint with `<dynamics damping friction>`, its link's inertia, and the motor's limits.
 //!
-//! URDF knows no actuator: back EMF acts through whatever drives the joint. The damping that it would add with the terminals held at a voltage, `Kt Kb / R`, is in the comment.
+//! URDF has no actuator: back EMF acts through whatever drives the joint. Its equivalent damping at a constant
+//! voltage, `Kt Kb / R`, is in the comment.
 
 use super::mujoco::commented;
 use super::{ExportError, Linear};
@@ -13,7 +14,7 @@ pub const EXPRESSED: [&str; 3] = [ids::COULOMB_FRICTION, ids::VISCOUS_FRICTION, 
 /// The motor's shaft as a URDF robot of two links.
 ///
 /// # Errors
-/// Effects that a joint has no attribute for, unless `leave_out`.
+/// Effects without an attribute of the joint, unless `leave_out`.
 pub fn model(motor: &Motor, leave_out: bool) -> Result<String, ExportError> {
     let linear = Linear::of(motor, "URDF's joint", &EXPRESSED, leave_out)?;
     let p = &linear.parameters;
@@ -26,7 +27,7 @@ pub fn model(motor: &Motor, leave_out: bool) -> Result<String, ExportError> {
     let stall_nm = kt * p.supply_v / r;
     let back_emf = kt * kb / r;
     let fastest = ((stall_nm - p.coulomb_friction_nm) / (b + back_emf)).max(0.0);
-    // Without any damping there is no steady speed, and a continuous joint needs no limit.
+    // Without damping there is no steady speed, and a continuous joint needs no limit.
     let limit = if fastest.is_finite() {
         format!("    <limit effort=\"{stall_nm}\" velocity=\"{fastest}\"/>\n")
     } else {

@@ -1,11 +1,11 @@
-//! A date in the name of a file.
+//! Dates in file names.
 
 use time::{Date, Month};
 
 /// Length of a date as in `2026-03-01`.
 pub(super) const DATE_LENGTH: usize = 10;
 
-/// The first date as in `2026-03-01` in a text, and where it stands.
+/// The first date as in `2026-03-01` in a text, and its byte position.
 pub(super) fn date_in(text: &str) -> Option<(usize, Date)> {
     (0..text.len().checked_sub(DATE_LENGTH - 1)?).find_map(|at| {
         let part = text.get(at..at + DATE_LENGTH)?;

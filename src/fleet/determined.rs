@@ -16,8 +16,9 @@ pub(super) struct Identifiable {
 }
 
 impl Document {
-    /// With the parameters that the runs determine: where a torque is known nowhere, in units of the command, and those of the motor
-    /// as speed per volt, time constant and friction, not as shares of a model that was fitted to the same runs.
+    /// The document with the identifiable parameters: without a known torque, values are in units of the command, and
+    /// motor parameters are speed per volt, time constant and friction, not ratios to a model fitted to the same
+    /// runs.
     pub(super) fn determined(mut self) -> Self {
         for cause in &mut self.causes {
             let parameters = std::mem::take(&mut cause.parameters).into_iter();
@@ -47,7 +48,7 @@ impl Document {
         self
     }
 
-    /// Whether a parameter is relative to the motor file's.
+    /// Whether a parameter is a ratio to the motor file's value.
     pub fn is_relative(&self, name: &str) -> bool {
         self.base
             .get(name)

@@ -1,4 +1,4 @@
-//! A diagnosis as it is read again, as far as tables and pages need it: `motorlab-diagnosis/3`, and the earlier `/2`.
+//! Reader of diagnosis documents as far as tables and pages need them: `motorlab-diagnosis/3`, and the earlier `/2`.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -14,41 +14,39 @@ use super::determined::Identifiable;
 use crate::diagnose::SHAPE;
 use crate::plain::clipped;
 
-/// The earlier shape, which is still read.
 const EARLIER_SHAPE: &str = "motorlab-diagnosis/2";
-/// Longest document that is read, in bytes: some hundred times the longest that a diagnosis writes.
+/// Longest document read, in bytes: some hundred times the longest that a diagnosis writes.
 pub const MOST_BYTES: u64 = 1 << 26;
-/// Characters of another program's message that are repeated.
+/// Characters of another program's message that are quoted.
 const MOST_CHARACTERS: usize = 300;
-/// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
 
-/// A document that is no diagnosis, and why.
+/// A document that is not a valid diagnosis.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Damaged {
     /// The file.
     pub document: String,
-    /// Error in it.
+    /// The error in it.
     pub why: String,
 }
 
-/// Parts of a diagnosis that are read. Keys that it does not know are ignored.
+/// The parts of a diagnosis that are read; unknown keys are ignored.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Document {
-    /// The file that it was read from.
+    /// The file.
     #[serde(skip)]
     pub document: String,
     /// Its shape.
     pub shape: String,
-    /// The verdict, as the document has it.
+    /// The verdict, as stated in the document.
     pub verdict: String,
-    /// Probability of what the verdict names.
+    /// Probability of the verdict.
     pub probability: f64,
-    /// Effects that are identified.
+    /// Identified effects.
     pub effects: Vec<String>,
     /// The verdict in words.
     pub sentence: String,
-    /// Reservations.
+    /// Notes.
     #[serde(default)]
     pub note: String,
     /// Causes, most probable first.
@@ -56,10 +54,10 @@ pub struct Document {
     /// Sets of effects with their posterior probabilities.
     #[serde(default)]
     pub(super) sets: Vec<EffectSet>,
-    /// The error budget; none of the earlier shape.
+    /// The error budget; empty for the earlier shape.
     #[serde(default)]
     pub budget: Vec<BudgetStep>,
-    /// Unexplained error; none for the earlier shape and for a bad recording.
+    /// Unexplained error; `None` for the earlier shape and for an unusable recording.
     pub unexplained: Option<Unexplained>,
     #[serde(rename = "where")]
     place: Option<Place>,
@@ -73,11 +71,11 @@ pub struct Document {
     pub data: Vec<Finding>,
     /// Next experiment.
     pub next_experiment: Option<Next>,
-    /// How long it took in s.
+    /// Computing time in s.
     pub elapsed_s: f64,
     pub(super) nominal_source: Option<String>,
     pub(super) identifiable: Option<Identifiable>,
-    /// Its page, where there is one, from the fleet page.
+    /// Path of its page relative to the fleet page, if it has one.
     #[serde(skip)]
     pub page: Option<String>,
     /// The recordings.
@@ -88,18 +86,18 @@ pub struct Document {
 /// One cause.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Cause {
-    /// An effect; of the earlier shape several joined by `+`, `none` or `unknown`.
+    /// An effect; in the earlier shape several joined by `+`, `none` or `unknown`.
     pub effect: String,
     /// Stage of the chain.
     pub stage: Option<String>,
-    /// Probability of exactly this, as the earlier shape states it.
+    /// Probability of exactly this set, in the earlier shape.
     pub(super) probability: Option<f64>,
     /// Inclusion probability.
     pub inclusion: f64,
     /// Its parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, Interval>,
-    /// Causes that the runs do not separate from it, of the earlier shape.
+    /// Causes that the runs do not separate from it, in the earlier shape.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
     /// Class of effects that it belongs to.
@@ -108,7 +106,7 @@ pub struct Cause {
     pub class_probability: Option<f64>,
     /// Whether one of its parameters is at a bound.
     pub at_bound: Option<bool>,
-    /// Held-out evidence, of the earlier shape.
+    /// Held-out evidence, in the earlier shape.
     pub evidence: Option<Evidence>,
 }
 
@@ -143,29 +141,29 @@ pub struct Unexplained {
     pub lo95: Option<f64>,
     /// Upper end.
     pub hi95: Option<f64>,
-    /// The random load torque that would leave as much, as a share of stall.
+    /// The random load torque of equal effect, as a share of the stall torque.
     pub equivalent_torque_share: Option<f64>,
 }
 
-/// Gain of a cause on data that it was not fitted to.
+/// Gain of a cause on held-out data.
 #[derive(Debug, Clone, Copy, Deserialize)]
 pub struct Evidence {
     /// Gain in nats.
     pub gain_nats: Option<f64>,
     /// Its standard error.
     pub error_nats: Option<f64>,
-    /// Segments in which it gains.
+    /// Segments with a gain.
     #[serde(rename = "gaining_pieces")]
     pub gaining_segments: i64,
-    /// Segments in all.
+    /// Number of segments.
     #[serde(rename = "pieces")]
     pub segments: i64,
 }
 
-/// A number with its 95 % interval.
+/// A value with its 95 % interval.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Interval {
-    /// Best value.
+    /// Estimate.
     #[serde(deserialize_with = "finite_or_nan")]
     pub value: f64,
     /// Lower end.
@@ -174,13 +172,13 @@ pub struct Interval {
     /// Upper end.
     #[serde(deserialize_with = "finite_or_nan")]
     pub hi95: f64,
-    /// Unit; empty for a pure number.
+    /// Unit; empty for a dimensionless value.
     pub unit: String,
     /// The same in units of the command, where the resistance or the torque constant is assumed.
     pub(super) in_command: Option<Box<Interval>>,
 }
 
-/// A number; JSON has null for one that is not finite.
+/// A number; JSON `null` is a value that is not finite.
 fn finite_or_nan<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
 }
@@ -197,10 +195,10 @@ pub struct Gap {
     pub horizon_s: Option<f64>,
     /// Noise floor.
     pub floor: Option<f64>,
-    /// Part of a random load torque, of the earlier shape.
+    /// Contribution of a random load torque, in the earlier shape.
     #[serde(rename = "wander")]
     pub random_load: Option<f64>,
-    /// Travel of a segment.
+    /// Travel within a segment.
     pub travel: Option<f64>,
     /// The nominal model.
     pub before: Option<f64>,
@@ -208,17 +206,17 @@ pub struct Gap {
     pub after_parameters: Option<f64>,
     /// With the effects.
     pub after_effect: Option<f64>,
-    /// Share that is removed.
+    /// Share of the squared error that is removed.
     pub closed: Option<f64>,
     /// Lower end.
     pub closed_lo95: Option<f64>,
     /// Upper end.
     pub closed_hi95: Option<f64>,
-    /// The same models on the data that was fitted.
+    /// Errors of the same models on the training data.
     pub fitted: Fitted,
 }
 
-/// Errors on the data that was fitted, in counts RMS.
+/// Errors on the training data, in counts RMS.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Fitted {
     /// The nominal model.
@@ -252,11 +250,11 @@ pub struct Next {
 pub struct RunFacts {
     /// `diagnosed`, `hold_out` or `reference`.
     pub role: String,
-    /// Which motor it is of.
+    /// Motor of the recording.
     pub unit: Option<String>,
-    /// When it began.
+    /// Start time.
     pub started: Option<String>,
-    /// Samples.
+    /// Number of samples.
     pub samples: i64,
     /// Sample time in s.
     pub sample_time_s: f64,
@@ -287,7 +285,6 @@ impl Document {
         Ok(found)
     }
 
-    /// The diagnosis in a text, or why there is none.
     fn of(text: &str) -> Result<Self, String> {
         let found: Result<Self, _> = serde_json::from_str(text);
         let found = found.map_err(|error| no_diagnosis(text, &error))?;
@@ -300,7 +297,7 @@ impl Document {
         Ok(found.determined())
     }
 
-    /// Identity of the motor: from the first run's header, else the file's name without the date in it.
+    /// Identity of the motor: from the first run's header, else the file name without its date.
     pub fn unit(&self) -> String {
         let said = self.diagnosed().find_map(|run| run.unit.clone());
         said.unwrap_or_else(|| {
@@ -321,13 +318,13 @@ impl Document {
         })
     }
 
-    /// Its file's name without the ending.
+    /// File name without extension.
     pub fn name(&self) -> String {
         let stem = Path::new(&self.document).file_stem().unwrap_or_default();
         stem.to_string_lossy().into_owned()
     }
 
-    /// When the first run began: as it says itself, else the date in the file's name.
+    /// Start of the first run: from its header, else the date in the file name.
     pub fn started(&self) -> Option<String> {
         let said = self.diagnosed().find_map(|run| run.started.clone());
         said.or_else(|| {
@@ -336,7 +333,7 @@ impl Document {
         })
     }
 
-    /// The same in days since 1970, where it is a time or a date.
+    /// The same in days since 1970, if it is a time or a date.
     pub fn started_days(&self) -> Option<f64> {
         let text = self.started()?;
         let at = OffsetDateTime::parse(&text, &Rfc3339).ok().or_else(|| {
@@ -346,12 +343,12 @@ impl Document {
         Some(at.unix_timestamp() as f64 / DAY_S)
     }
 
-    /// The runs that were diagnosed.
+    /// The diagnosed runs.
     pub fn diagnosed(&self) -> impl Iterator<Item = &RunFacts> {
         self.runs.iter().filter(|run| run.role == "diagnosed")
     }
 
-    /// Stage of the chain that the verdict puts the gap in.
+    /// Stage of the chain of the verdict.
     pub fn stage(&self) -> Option<&str> {
         self.place.as_ref()?.stage.as_deref()
     }
@@ -371,7 +368,6 @@ fn wrong_shape(shape: &str) -> String {
     format!("its shape is '{shape}', not '{SHAPE}' or '{EARLIER_SHAPE}'")
 }
 
-/// Why a text is no diagnosis.
 fn no_diagnosis(text: &str, error: &serde_json::Error) -> String {
     let value: Option<serde_json::Value> = serde_json::from_str(text).ok();
     let said = value

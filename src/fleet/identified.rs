@@ -1,10 +1,10 @@
-//! Identified causes, their probabilities and parameters, of both shapes of a diagnosis.
+//! Identified causes, their probabilities and parameters, for both shapes of a diagnosis.
 
 use super::document::{BudgetStep, Cause, Document, EffectSet, Interval};
 use crate::diagnose::SHAPE;
 
 impl Document {
-    /// The causes that are identified: one an effect, in the earlier shape one for all of them.
+    /// The identified causes: one per effect, in the earlier shape one for all of them.
     pub fn identified(&self) -> impl Iterator<Item = &Cause> {
         let is_whole = |cause: &Cause| cause.effect == self.effects.join("+");
         let holds_all = |cause: &Cause| {
@@ -32,7 +32,7 @@ impl Document {
         self.identified().any(|one| std::ptr::eq(one, cause))
     }
 
-    /// Probability of exactly a cause: of its effects and no other.
+    /// Probability of exactly this set of effects.
     pub fn probability_of(&self, cause: &Cause) -> f64 {
         cause
             .probability
@@ -45,7 +45,7 @@ impl Document {
         same.fold(0.0, |sum, set| sum + set.probability)
     }
 
-    /// Probability that no effect is present; none of a bad recording.
+    /// Probability that no effect is present; `None` for an unusable recording.
     pub fn probability_of_none(&self) -> Option<f64> {
         match self.shape == SHAPE {
             true => (!self.sets.is_empty()).then(|| self.probability_of_set(&[])),
@@ -53,13 +53,13 @@ impl Document {
         }
     }
 
-    /// Probability that the earlier shape states of a cause by its name.
+    /// Probability of a cause as the earlier shape states it.
     pub fn stated_probability(&self, name: &str) -> Option<f64> {
         let found = self.causes.iter().find(|cause| cause.effect == name);
         found.and_then(|cause| cause.probability)
     }
 
-    /// The most probable set of effects, joined by `+`, with its probability; `none` of no effect.
+    /// The most probable set of effects, joined by `+` (`none` for the empty set), with its probability.
     pub fn most_probable(&self) -> Option<(String, f64)> {
         if self.shape != SHAPE {
             let first = self.causes.first()?;
@@ -92,7 +92,7 @@ impl Document {
     }
 }
 
-/// `EFFECT.KEY`, whether the key already says its effect or not.
+/// `EFFECT.KEY`, also where the key already contains the effect's name.
 pub(super) fn full_name(effect: &str, key: &str) -> String {
     if key.contains('.') {
         key.to_owned()

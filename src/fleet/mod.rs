@@ -1,7 +1,8 @@
 //! Many diagnoses side by side: their documents as flat tables, and each unit compared with the population.
 //!
-//! [`Document`] is a document `motorlab-diagnosis/2` or `/3`; [`tables`] makes rows of many of them; [`Population`]
-//! finds units with a recurring effect or an outlying parameter, and drift. Nothing is fitted here: every figure is a document's.
+//! [`Document`] reads `motorlab-diagnosis/2` and `/3`; [`tables`] makes rows of many documents; [`Population`] finds
+//! units with a recurring effect or an outlying parameter, and drift. Nothing is fitted here: every figure is from a
+//! document.
 
 mod date;
 mod determined;

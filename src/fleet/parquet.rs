@@ -1,4 +1,4 @@
-//! A table as a Parquet file: text, `DOUBLE` and `INT64`, every cell optional.
+//! Tables as Parquet files: text, `DOUBLE` and `INT64`, every cell optional.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use parquet::schema::types::Type;
 
 use super::table::{Column, Table, Values};
 
-/// Writes a table; the file's metadata says who wrote it.
+/// Writes a table; the file's metadata names the program that wrote it.
 ///
 /// # Errors
 /// `sink` fails.

@@ -6,62 +6,62 @@ use super::document::{Document, Interval};
 use super::recurring::{Recurring, recurring};
 use super::robust::{centre_and_sigma, median, trend};
 
-/// Fewest units that make a population: of fewer the spread is hardly known.
+/// Fewest units of a population: with fewer the spread is hardly determined.
 pub const FEWEST_UNITS: usize = 5;
-/// From this robust z-score on a unit is an outlier (Iglewicz and Hoaglin 1993).
+/// Least robust z-score of an outlier (Iglewicz and Hoaglin 1993).
 pub const OUTSTANDING: f64 = 3.5;
-/// Fewest dates of a unit at which a trend is tested: with fewer no order is significant.
+/// Fewest dates of a unit for a trend test: with fewer no order is significant.
 pub const FEWEST_DATES: usize = 5;
-/// Significance level of all tests for a trend together (Bonferroni).
+/// Significance level of all trend tests together (Bonferroni).
 pub const SIGNIFICANT: f64 = 0.05;
 
 /// One unit and its diagnoses.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Unit {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Places of its diagnoses among all, the earliest first; bad recordings too.
+    /// Indices of its diagnoses, the earliest first; bad recordings included.
     pub documents: Vec<usize>,
 }
 
 /// One identified parameter over all units that have it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
-    /// Its name: of a base parameter, relative to the motor file's, or `EFFECT.KEY`.
+    /// A base parameter relative to the motor file's, or `EFFECT.KEY`.
     pub name: String,
     /// Whether it is a base parameter.
     pub is_base: bool,
-    /// Unit with its value: that of the median diagnosis. The smallest first.
+    /// Unit and value of its median diagnosis, in ascending order.
     pub values: Vec<(usize, Interval)>,
-    /// Median and robust standard deviation over units; none of fewer than [`FEWEST_UNITS`].
+    /// Median and robust standard deviation over units; `None` with fewer than [`FEWEST_UNITS`].
     pub centre: Option<(f64, f64)>,
-    /// Every value with a date: unit, days since 1970, value; the earliest first.
+    /// Values with a date: unit, days since 1970, value; the earliest first.
     pub dated: Vec<(usize, f64, f64)>,
 }
 
-/// A unit that is an outlier in a parameter.
+/// A unit with an outlying parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outlier {
-    /// Its place among the units.
+    /// Index of the unit.
     pub unit: usize,
-    /// The parameter's place.
+    /// Index of the parameter.
     pub number: usize,
     /// Robust z-score.
     pub z: f64,
 }
 
-/// A parameter of a unit that has a trend.
+/// A significant trend of a parameter of a unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
-    /// Its place among the units.
+    /// Index of the unit.
     pub unit: usize,
-    /// The parameter's place.
+    /// Index of the parameter.
     pub number: usize,
-    /// How much it changes a day.
+    /// Slope per day.
     pub per_day: f64,
     /// p-value of the trend.
     pub p: f64,
-    /// Dates.
+    /// Number of dates.
     pub dates: usize,
 }
 
@@ -72,24 +72,24 @@ pub struct Population {
     pub units: Vec<Unit>,
     /// Parameters, the base parameters first.
     pub numbers: Vec<Number>,
-    /// Effects that recur in one unit's recordings, the most significant first.
+    /// Effects that recur in the recordings of one unit, the most significant first.
     pub recurring: Vec<Recurring>,
-    /// Outliers, farthest first.
+    /// Outliers, the largest z-score first.
     pub standing: Vec<Outlier>,
-    /// Drifts, most significant first.
+    /// Trends, the most significant first.
     pub drifts: Vec<Drift>,
-    /// Trends that were tested.
+    /// Number of trends tested.
     pub trends: usize,
-    /// Most dates of a unit.
+    /// Largest number of dates of a unit.
     pub most_dates: usize,
-    /// Diagnoses by verdict, most often first.
+    /// Diagnoses by verdict, the most frequent first.
     pub verdicts: Vec<(String, usize)>,
-    /// Identified effects: in how many diagnoses, of how many units; most often first.
+    /// Identified effects with the number of diagnoses and of units; the most frequent first.
     pub effects: Vec<(String, usize, usize)>,
 }
 
 impl Population {
-    /// Of these diagnoses.
+    /// The population of these diagnoses.
     pub fn of(documents: &[Document]) -> Self {
         let units = units(documents);
         let numbers = numbers(documents, &units);
@@ -107,7 +107,7 @@ impl Population {
         }
     }
 
-    /// Units that stand out: first those in whose recordings an effect recurs, then those with an outlying parameter, farthest first.
+    /// Outlying units: first those with a recurring effect, then those with an outlying parameter, by z-score.
     pub fn apart(&self) -> Vec<usize> {
         let recurring = self.recurring.iter().map(|one| one.unit);
         let mut units: Vec<usize> = Vec::new();
@@ -135,11 +135,11 @@ fn units(documents: &[Document]) -> Vec<Unit> {
     of.into_iter().map(in_order).collect()
 }
 
-/// A parameter as it was found: by unit, with the date of each diagnosis.
+/// Values of one parameter by unit, with the date of each diagnosis.
 type Found = BTreeMap<usize, Vec<(Option<f64>, Interval)>>;
 
 fn numbers(documents: &[Document], units: &[Unit]) -> Vec<Number> {
-    // By whether it is an effect's, and by name: base parameters come first.
+    // Base parameters sort before those of effects.
     let mut found: BTreeMap<(bool, String), Found> = BTreeMap::new();
     for (k, unit) in units.iter().enumerate() {
         for document in unit.documents.iter().map(|place| &documents[*place]) {
@@ -192,7 +192,7 @@ fn standing(numbers: &[Number]) -> Vec<Outlier> {
         let Some((centre, sigma)) = number.centre.filter(|(_, sigma)| *sigma > 0.0) else {
             return Vec::new();
         };
-        // A unit whose own interval holds the median is no outlier.
+        // A unit whose interval contains the median is no outlier.
         let is_apart = |number: &Interval| !(number.lo95 <= centre && centre <= number.hi95);
         let of_unit = |(unit, number): &(usize, Interval)| Outlier {
             unit: *unit,
@@ -209,7 +209,7 @@ fn standing(numbers: &[Number]) -> Vec<Outlier> {
     all
 }
 
-/// How many trends were tested, and those that are significant among so many.
+/// Number of trends tested, and the significant ones (Bonferroni).
 fn drifts(numbers: &[Number]) -> (usize, Vec<Drift>) {
     let mut asked = Vec::new();
     for (k, number) in numbers.iter().enumerate() {
@@ -233,7 +233,7 @@ fn drifts(numbers: &[Number]) -> (usize, Vec<Drift>) {
     (trends, asked)
 }
 
-/// Values of each unit over time; recordings of one moment are one point.
+/// Values of each unit over time; recordings of one date are merged.
 fn series(number: &Number) -> impl Iterator<Item = (usize, Vec<(f64, f64)>)> {
     let mut of: BTreeMap<usize, Vec<(f64, f64)>> = BTreeMap::new();
     for (unit, days, value) in &number.dated {
@@ -248,7 +248,7 @@ fn most_dates(numbers: &[Number]) -> usize {
     lengths.map(|(_, points)| points.len()).max().unwrap_or(0)
 }
 
-/// Points in the order of x; of several with one x their median.
+/// Points in ascending order of x; points of one x are replaced by their median.
 fn at_each_date(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let same = points.chunk_by(|a, b| a.0 == b.0);
     same.filter_map(|same| Some((same.first()?.0, median(same.iter().map(|point| point.1))?)))

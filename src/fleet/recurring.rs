@@ -1,7 +1,7 @@
-//! Effects that recur in the recordings of one unit: how often they are identified, against how often in the other units' recordings.
+//! Effects that recur in the recordings of one unit, compared with the other units' recordings.
 //!
-//! The count is compared with a binomial distribution whose rate is that of the other units (k + 1/2 of n + 1, Jeffreys 1946). Effects
-//! that recordings seldom separate, a class, count as one.
+//! The count is tested against a binomial distribution with the rate of the other units (k + 1/2 of n + 1, Jeffreys
+//! 1946). Effects that recordings seldom separate, a class, count as one.
 
 use std::collections::BTreeMap;
 
@@ -9,22 +9,21 @@ use super::document::Document;
 use super::population::{SIGNIFICANT, Unit};
 use crate::diagnose::class_of;
 
-/// An effect that a unit's recordings identify more often than those of the others.
+/// An effect that is identified more often in a unit's recordings than in those of the others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recurring {
-    /// The unit's place.
+    /// Index of the unit.
     pub unit: usize,
-    /// The effect; of a class the member that is named most often.
+    /// The effect; for a class its most frequent member.
     pub effect: String,
     /// Recordings that identify it.
     pub found: usize,
     /// Usable recordings of the unit.
     pub of: usize,
-    /// Probability of so many if the unit were like the others.
+    /// p-value of the count under the rate of the other units.
     pub p: f64,
 }
 
-/// Recurring effects, the most significant first.
 pub(super) fn recurring(documents: &[Document], units: &[Unit]) -> Vec<Recurring> {
     let counts: Vec<Counts> = units
         .iter()
@@ -35,7 +34,7 @@ pub(super) fn recurring(documents: &[Document], units: &[Unit]) -> Vec<Recurring
     for (group, names) in counts.iter().flat_map(|unit| &unit.found) {
         *everywhere.entry(group).or_default() += names.values().sum::<usize>();
     }
-    // Each unit is asked about each effect that any unit has.
+    // Each unit is tested for each effect of any unit.
     let tests = (units.len() * everywhere.len()) as f64;
     let mut recurring = Vec::new();
     for (unit, own) in counts.iter().enumerate() {
@@ -60,7 +59,6 @@ pub(super) fn recurring(documents: &[Document], units: &[Unit]) -> Vec<Recurring
     recurring
 }
 
-/// How often each effect is identified in the recordings of a unit, by class or effect and by name.
 struct Counts<'a> {
     usable: usize,
     found: BTreeMap<&'a str, BTreeMap<&'a str, usize>>,
@@ -90,7 +88,7 @@ impl<'a> Counts<'a> {
     }
 }
 
-/// Probability of `least` successes or more in `n` trials of this rate.
+/// Probability of at least `least` successes in `n` trials of this rate.
 fn at_least(least: usize, n: usize, rate: f64) -> f64 {
     let odds = rate / (1.0 - rate);
     let mut term = (1.0 - rate).powf(n as f64);

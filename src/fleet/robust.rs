@@ -1,14 +1,13 @@
-//! Statistics that a few bad units do not spoil.
+//! Statistics that are robust against outlying units.
 //!
-//! Median and median absolute deviation (Hampel 1974), the slope by the median over pairs (Theil 1950, Sen 1968) and the
-//! test for a trend by ranks (Mann 1945, Kendall).
+//! Median and median absolute deviation (Hampel 1974), slope as the median over pairs (Theil 1950, Sen 1968) and the
+//! rank test for a trend (Mann 1945, Kendall).
 
-/// Standard deviations of a normal distribution in one median absolute deviation.
+/// Ratio of standard deviation to median absolute deviation for a normal distribution.
 const SIGMA_OF_MAD: f64 = 1.4826;
-/// The same in one mean absolute deviation: the root of pi / 2.
+/// Ratio of standard deviation to mean absolute deviation: the root of pi / 2.
 const SIGMA_OF_MEAN: f64 = 1.2533;
 
-/// The median; of an even number the mean of the two in the middle. `None` of nothing.
 pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     values.sort_by(f64::total_cmp);
@@ -16,8 +15,8 @@ pub(super) fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(0.5 * (values[low] + values[high]))
 }
 
-/// Median and robust standard deviation. Where more than half of the values are one, their median deviation says
-/// nothing, and the mean one stands in (Iglewicz and Hoaglin 1993).
+/// Median and robust standard deviation. If more than half of the values are equal, the median deviation is 0 and the
+/// mean deviation replaces it (Iglewicz and Hoaglin 1993).
 pub(super) fn centre_and_sigma(values: &[f64]) -> Option<(f64, f64)> {
     let centre = median(values.iter().copied())?;
     let deviations = || values.iter().map(|value| (value - centre).abs());
@@ -31,7 +30,7 @@ pub(super) fn centre_and_sigma(values: &[f64]) -> Option<(f64, f64)> {
     Some((centre, sigma))
 }
 
-/// Slope of `y` over `x` by the median over all pairs, and the probability of such a trend under the null hypothesis.
+/// Slope of `y` over `x` (Theil-Sen), and the p-value of the trend.
 pub(super) fn trend(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let pairs = || {
         let later = |k: usize| points[k + 1..].iter();
@@ -50,9 +49,9 @@ pub(super) fn trend(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     let score: f64 = pairs().map(rising).sum();
     let n = points.len() as f64;
     let sigma = (n * (n - 1.0) * (2.0 * n + 5.0) / 18.0).sqrt();
-    // One is taken off for the score being whole (continuity correction).
+    // Continuity correction.
     let z = (score.abs() - 1.0).max(0.0) / sigma;
-    // Both tails of the normal distribution beyond z.
+    // Two-sided p-value.
     Some((slope, libm::erfc(z / std::f64::consts::SQRT_2)))
 }
 
@@ -67,7 +66,7 @@ mod tests {
             centre_and_sigma(&[1.0, 2.0, 3.0, 4.0, 1003.0]),
             Some((3.0, SIGMA_OF_MAD))
         );
-        // More than half are one: the mean deviation is 6 / 4.
+        // More than half are equal: the mean deviation is 6 / 4.
         assert_eq!(
             centre_and_sigma(&[1.0, 1.0, 1.0, 7.0]),
             Some((1.0, SIGMA_OF_MEAN * 1.5))

@@ -1,28 +1,28 @@
-//! A table in columns, and as CSV.
+//! Tables in columns, and as CSV.
 
 use crate::plain::one_line;
 
 /// The cells of a column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
-    /// Words.
+    /// Texts.
     Text(Vec<Option<String>>),
     /// Numbers.
     Number(Vec<Option<f64>>),
-    /// Whole numbers.
+    /// Integers.
     Whole(Vec<Option<i64>>),
 }
 
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name, with the unit where there is one.
+    /// Name, with the unit where there is one.
     pub name: &'static str,
     /// The cells.
     pub values: Values,
 }
 
-/// Columns of one length.
+/// Columns of equal length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// The columns.
@@ -31,7 +31,6 @@ pub struct Table {
     pub rows: usize,
 }
 
-/// Columns of a table under way, of rows of one kind.
 pub(super) struct Columns<'a, T> {
     rows: &'a [T],
     columns: Vec<Column>,
@@ -73,10 +72,10 @@ impl<'a, T> Columns<'a, T> {
 }
 
 impl Table {
-    /// As CSV (RFC 4180, line ends as on Unix): names first; an empty cell is one that is not there.
+    /// As CSV (RFC 4180 with Unix line ends): names first; a missing value is an empty cell.
     ///
     /// # Errors
-    /// The writer's, which memory has none of.
+    /// An error of the writer; none in memory.
     pub fn to_csv(&self) -> Result<Vec<u8>, csv::Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(self.columns.iter().map(|column| column.name))?;
@@ -92,15 +91,14 @@ impl Table {
 /// Characters with which a spreadsheet formula begins.
 const FORMULA: [char; 6] = ['=', '+', '-', '@', '\t', '\r'];
 
-/// A text of a recording that neither a spreadsheet evaluates nor a terminal obeys: a quotation mark goes before what would be a formula, and
-/// what steers or cannot be seen is replaced.
+/// Text that neither a spreadsheet evaluates nor a terminal interprets: a quotation mark precedes what would be a
+/// formula, control and invisible characters are replaced.
 fn harmless(text: &str) -> String {
     let mark = if text.starts_with(FORMULA) { "'" } else { "" };
     format!("{mark}{}", one_line(text))
 }
 
 impl Values {
-    /// A cell of a CSV file.
     fn csv_cell(&self, row: usize) -> String {
         match self {
             Self::Text(cells) => cells[row].as_deref().map(harmless).unwrap_or_default(),
@@ -108,11 +106,11 @@ impl Values {
         }
     }
 
-    /// A cell as text; empty where it is not there.
+    /// A cell as text; empty for a missing value.
     pub fn cell(&self, row: usize) -> String {
         match self {
             Self::Text(cells) => cells[row].clone(),
-            // The shortest text that is read as the same number.
+            // The shortest text that parses to the same number.
             Self::Number(cells) => cells[row].map(|value| value.to_string()),
             Self::Whole(cells) => cells[row].map(|value| value.to_string()),
         }

@@ -1,12 +1,12 @@
-//! Three tables of many diagnoses: a row per diagnosis, per cause, per parameter.
+//! Three tables of many diagnoses: one row per diagnosis, per cause, per parameter.
 //!
-//! Columns are stable: names and meanings stay, further ones come at the end, before `written_by`.
+//! Columns are stable: names and meanings do not change, and new ones are added before `written_by`.
 
 use super::document::{BudgetStep, Cause, Document, Gap, Interval, Unexplained};
 use super::identified::full_name;
 use super::table::{Columns, Table};
 
-/// Who wrote a table; the last column of each, because CSV has no place for a comment.
+/// Program that wrote a table: the last column, because CSV has no comments.
 const WRITTEN_BY: &str = concat!("written by motorlab tabulate ", env!("CARGO_PKG_VERSION"));
 
 /// The tables.
@@ -20,7 +20,7 @@ pub struct Tables {
     pub numbers: Table,
 }
 
-/// Lays diagnoses out, in their order.
+/// Tables of these diagnoses, in their order.
 pub fn tables(documents: &[Document]) -> Tables {
     Tables {
         diagnoses: diagnoses(documents),
@@ -119,7 +119,6 @@ fn some_runs(document: &Document) -> bool {
     !document.runs.is_empty()
 }
 
-/// One cause and the diagnosis that it is of.
 struct CauseRow<'a> {
     of: &'a Document,
     rank: usize,
@@ -127,7 +126,7 @@ struct CauseRow<'a> {
 }
 
 impl CauseRow<'_> {
-    /// The step of the error budget that is this effect.
+    /// The step of the error budget of this effect.
     fn step(&self) -> Option<&BudgetStep> {
         self.of.budget_step(&self.cause.effect)
     }
@@ -181,10 +180,9 @@ fn causes(documents: &[Document]) -> Table {
         .table()
 }
 
-/// One parameter and the diagnosis that it is of.
 struct NumberRow<'a> {
     of: &'a Document,
-    /// None of a base parameter.
+    /// `None` for a base parameter.
     cause: Option<&'a Cause>,
     name: String,
     number: &'a Interval,

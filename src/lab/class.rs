@@ -1,7 +1,7 @@
-//! A class: one folder a student with recordings in it, each checked, compared and diagnosed, laid side by side.
+//! A class: one folder of recordings per student, each recording checked, compared and diagnosed.
 //!
-//! Every recording is diagnosed by itself, and all usable ones of a student together, as `diagnose` does: against the student's motor
-//! file, or the one that is given for all. Unreadable recordings and those with fatal findings are listed; the others are diagnosed.
+//! Every recording is diagnosed alone, and all usable ones of a student together, against the student's motor file or
+//! the common one. Unreadable recordings and those with fatal findings are listed without a diagnosis.
 
 use serde::Serialize;
 
@@ -16,16 +16,16 @@ use crate::recording::Run;
 use crate::report::Panel;
 use crate::report::diagnosis::{bad_recording_page, overlays, page, recorded_speed};
 
-/// The class whole; serialises to the shape `motorlab-class/1`.
+/// A class; serialized as `motorlab-class/1`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Class {
-    /// Name of the shape.
+    /// Name of the document's shape.
     pub shape: &'static str,
     /// The folder.
     pub folder: String,
-    /// How many folders there are in it; fewer were looked at where the work was stopped.
+    /// Number of folders; fewer are diagnosed if the work was stopped.
     pub folders: usize,
-    /// Those that were looked at.
+    /// Students whose folders were diagnosed.
     pub students: Vec<Student>,
 }
 
@@ -40,7 +40,7 @@ pub struct Student {
     pub recordings: Vec<Recording>,
     /// Diagnosis of all usable recordings together.
     pub together: Option<Outcome>,
-    /// Why they are not diagnosed together, where they are not.
+    /// Reason, if they are not diagnosed together.
     pub undiagnosed: Option<String>,
 }
 
@@ -49,21 +49,21 @@ pub struct Student {
 pub struct Recording {
     /// The file's name.
     pub name: String,
-    /// Why it is not usable, with what to do; none where it is.
+    /// Why it is unusable, with the remedy; `None` if it is usable.
     pub unusable: Option<String>,
     /// Findings of `check`.
     pub findings: Vec<Finding>,
-    /// Its figures; none where it cannot be read.
+    /// Its figures; `None` if it cannot be read.
     pub figures: Option<Figures>,
     /// Diagnosis of this recording alone.
     pub outcome: Option<Outcome>,
-    /// Recorded speed, over that of the models where it is diagnosed; none of a file that cannot be read.
+    /// Recorded speed, with that of the models if it is diagnosed; `None` if it cannot be read.
     #[serde(skip)]
     pub picture: Option<Panel>,
     /// Its page.
     #[serde(skip)]
     pub page: Option<String>,
-    /// Where its page is, from the page of the class.
+    /// Path of its page relative to the page of the class.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub page_file: Option<String>,
 }
@@ -73,22 +73,22 @@ pub struct Recording {
 pub struct Figures {
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
-    /// How long it is in s.
+    /// Duration in s.
     pub duration_s: f64,
-    /// Recorded against simulated counts over the whole run, RMS; none where it cannot be simulated.
+    /// Recorded against simulated counts over the whole run, RMS; `None` if it cannot be simulated.
     pub position_rmse_counts: Option<f64>,
 }
 
 /// Contents of a student's folder.
 #[derive(Debug, Clone)]
 pub struct Folder {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// The motor that the recordings are compared with, and whether somebody said so.
+    /// The motor of the comparison, and whether it was given.
     pub motor: Result<(Motor, bool), String>,
-    /// Files with their runs, or why they cannot be read.
+    /// Files with their runs, or read errors.
     pub runs: Vec<(String, Result<Run, String>)>,
 }
 
@@ -104,7 +104,7 @@ impl Student {
         }
     }
 
-    /// Checks, compares and diagnoses everything.
+    /// Checks, compares and diagnoses all recordings.
     pub fn of(folder: Folder, progress: Progress<'_>) -> Self {
         let Folder { name, motor, runs } = folder;
         let (motor, is_given) = match motor {
@@ -153,18 +153,18 @@ impl Student {
         }
     }
 
-    /// Recordings that are not usable.
+    /// Unusable recordings.
     pub fn unusable(&self) -> impl Iterator<Item = &Recording> {
         let recordings = self.recordings.iter();
         recordings.filter(|recording| recording.unusable.is_some())
     }
 
-    /// Whether all of it could be read and used.
+    /// Whether all of it is readable and usable.
     pub fn is_sound(&self) -> bool {
         self.problem.is_none() && self.together.is_some() && self.unusable().next().is_none()
     }
 
-    /// Recordings to repeat and what to correct before, and the next experiment; none where nothing is open.
+    /// Recordings to repeat with their remedies, and the next experiment; empty if nothing is open.
     pub fn record_again(&self) -> Vec<String> {
         let repeat = |recording: &Recording| {
             let why = recording.unusable.as_deref().unwrap_or_default();
@@ -182,7 +182,7 @@ impl Student {
         all
     }
 
-    /// In a few words: what all recordings show, or why nothing is said.
+    /// Summary: the result of all recordings together, or why there is none.
     pub fn words(&self) -> String {
         let why = self.problem.as_ref().or(self.undiagnosed.as_ref());
         match (&self.together, why) {
@@ -208,12 +208,11 @@ impl Recording {
     }
 }
 
-/// Nominal model for the recordings of one student.
 struct Work<'a> {
     motor: Motor,
     is_given: bool,
     progress: Progress<'a>,
-    /// Samples of all recordings, and of those that are done. Each is diagnosed twice: alone and with all others.
+    /// Samples of all recordings, and of the finished ones. Each is diagnosed twice: alone and with all others.
     samples: usize,
     done: usize,
 }
@@ -261,7 +260,7 @@ impl Work<'_> {
         }
     }
 
-    /// Diagnosis of these runs: of a log of another program without a motor file, against the model that fits it.
+    /// Diagnosis of these runs; a foreign log without a motor file is diagnosed against a fitted model.
     fn diagnosed(&self, runs: &[Run]) -> Result<Diagnosis, String> {
         if is_fatal(&check(runs, self.is_given.then_some(&self.motor))) {
             return Err("the recordings contradict each other; see motorlab check".to_owned());
@@ -320,7 +319,8 @@ mod tests {
         }
     }
 
-    /// The time that is left is estimated from the share: it rises over all diagnoses of a student, and ends where they end.
+    /// The remaining time is estimated from the share, which increases over all diagnoses of a student and ends with
+    /// them.
     #[test]
     fn the_share_that_is_done_rises_over_all_recordings() {
         let folder = Folder {

@@ -1,4 +1,4 @@
-//! The page of a class: a row a student, then each student's recordings.
+//! The page of a class: a row per student, then each student's recordings.
 
 use super::class::{Class, Recording, Student};
 use super::outcome::Outcome;
@@ -8,7 +8,7 @@ use crate::report::{Cell, Page};
 /// Placeholder for a missing figure.
 const NONE: &str = "\u{2013}";
 
-/// The whole page.
+/// The page.
 pub fn page(class: &Class) -> String {
     let mut page = Page::new("Diagnoses of a class");
     page.lead(&summary(class));
@@ -92,7 +92,7 @@ fn row(student: &Student) -> Vec<Cell> {
     ]
 }
 
-/// Everything that is not usable, in one place.
+/// All unusable recordings.
 fn unusable(page: &mut Page, class: &Class) {
     let mut rows = Vec::new();
     for student in &class.students {

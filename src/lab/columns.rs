@@ -1,4 +1,4 @@
-//! The lab's figures as CSV: columns with their units in the names, all digits.
+//! Figures of the lab as CSV: units in the column names, full precision.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use super::recorded::Recorded;
 use super::sampling::Sampled;
 use crate::units::rpm_from_rad_s;
 
-/// A CSV text of columns of the same length; a missing value is an empty cell.
+/// Columns of equal length as CSV; a missing value is an empty cell.
 fn csv(columns: &[(String, Vec<Option<f64>>)]) -> String {
     let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
     let mut out = names.join(",");
@@ -52,7 +52,7 @@ pub fn step_responses(lab: &Lab) -> String {
     csv(&columns)
 }
 
-/// Part 2: one discretised response.
+/// Part 2: one discretized response.
 pub fn sampled(sampled: &Sampled) -> String {
     csv(&[
         column("t_s", sampled.t_s.iter().copied()),
@@ -62,7 +62,7 @@ pub fn sampled(sampled: &Sampled) -> String {
     ])
 }
 
-/// Part 3: one recording, its best-equipped simulation, and what every model leaves.
+/// Part 3: one recording, the simulation with the most effects, and the residuals of every model.
 pub fn recorded(recorded: &Recorded) -> String {
     let (run, overlay) = (&recorded.run, &recorded.overlay);
     let mut columns = vec![

@@ -1,12 +1,12 @@
-//! Part 1: what damps the motor, and what it costs to leave a term out.
+//! Part 1: the damping terms of the motor, and the error of leaving one out.
 //!
-//! At steady speed the stall torque is used up: `Kt V / R = (Kt Kb / R) w + b w + Tf`.
+//! At steady speed the torques balance: `Kt V / R = (Kt Kb / R) w + b w + Tf`.
 
 use serde::Serialize;
 
 use crate::motor::Parameters;
 
-/// A term of the balance of torques.
+/// A term of the torque balance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Term {
@@ -21,26 +21,26 @@ pub enum Term {
 /// One term at steady speed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {
-    /// Which.
+    /// The term.
     pub term: Term,
     /// Its torque in N m.
     pub torque_nm: f64,
     /// Its share of the stall torque.
     pub share: f64,
-    /// Steady speed in rad/s without it; `None` where nothing is left to limit the speed.
+    /// Steady speed in rad/s without it; `None` if no other term limits the speed.
     pub steady_without_rad_s: Option<f64>,
     /// Relative error of the steady speed without it.
     pub steady_error: Option<f64>,
-    /// Time constant in s without it; `None` where no damping is left.
+    /// Time constant in s without it; `None` without damping.
     pub time_constant_without_s: Option<f64>,
 }
 
-/// The balance at the supply voltage.
+/// The torque balance at the supply voltage.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Damping {
     /// Stall torque Kt V / R in N m.
     pub stall_torque_nm: f64,
-    /// Steady speed in rad/s with every term; `None` where nothing limits it.
+    /// Steady speed in rad/s with every term; `None` if unlimited.
     pub steady_rad_s: Option<f64>,
     /// Voltage below which the shaft does not move, R Tf / Kt, in V.
     pub breakaway_v: f64,
@@ -48,7 +48,7 @@ pub struct Damping {
     pub shares: Vec<Share>,
 }
 
-/// Coefficient of damping by speed, friction torque.
+/// Coefficient of viscous damping, and friction torque.
 fn balance(p: &Parameters, without: Option<Term>) -> (f64, f64) {
     let kept = |term: Term, value: f64| if without == Some(term) { 0.0 } else { value };
     let back_emf = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
@@ -65,13 +65,13 @@ fn steady(p: &Parameters, without: Option<Term>) -> Option<f64> {
 }
 
 impl Damping {
-    /// Of these parameters, at the supply voltage.
+    /// The torque balance for these parameters at the supply voltage.
     pub fn of(p: &Parameters) -> Self {
         let stall_torque_nm = p.torque_constant_nm_per_a * p.supply_v / p.resistance_ohm;
         let steady_rad_s = steady(p, None);
         let speed = steady_rad_s.unwrap_or(0.0);
         let back_emf = p.torque_constant_nm_per_a * p.back_emf_v_s_per_rad / p.resistance_ohm;
-        // A shaft that friction holds takes no more of it than the motor gives.
+        // Friction at standstill is at most the motor's torque.
         let torques = [
             (Term::BackEmf, back_emf * speed),
             (Term::Viscous, p.viscous_friction_nm_s_per_rad * speed),

@@ -1,4 +1,4 @@
-//! Part 3: effects that the simulation lacks, as [`crate::diagnose`] identifies them from all recordings together.
+//! Part 3: effects missing in the simulation, as [`crate::diagnose`] identifies them from all recordings together.
 
 use serde::Serialize;
 
@@ -13,15 +13,16 @@ use crate::report::number::figure;
 #[derive(Debug, Clone, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Missing {
-    /// They were diagnosed.
+    /// The diagnosis.
     Diagnosed(Box<Diagnosis>),
-    /// They cannot be; why not.
+    /// Reason of a missing diagnosis.
     Undiagnosed(String),
 }
 
 impl Missing {
-    /// Diagnoses all recordings together, in which this was found, and the nominal motor. Of an axis that nobody describes the handout's
-    /// parameters are no reference: its nominal motor is fitted, as in `diagnose` of a foreign log without a motor file.
+    /// Diagnoses all recordings together, with their findings and the nominal motor. For an unknown axis the
+    /// handout's parameters are no reference: its nominal motor is fitted, as in `diagnose` of a foreign log without
+    /// a motor file.
     pub fn in_simulation_of(
         (motor, is_described): (&Motor, bool),
         runs: &[Run],
@@ -29,7 +30,7 @@ impl Missing {
         progress: Progress<'_>,
     ) -> (Self, Motor) {
         let mut motor = motor.clone();
-        // As in `diagnose`: with a fatal finding nothing is asserted about the motor.
+        // As in `diagnose`: with a fatal finding there is no statement about the motor.
         if let Some(fatal) = findings
             .iter()
             .find(|found| found.severity == Severity::Fatal)
@@ -66,7 +67,7 @@ impl Missing {
         (found, motor)
     }
 
-    /// The diagnosis, where there is one.
+    /// The diagnosis, if there is one.
     pub fn diagnosis(&self) -> Option<&Diagnosis> {
         match self {
             Self::Diagnosed(diagnosis) => Some(diagnosis),

@@ -1,4 +1,4 @@
-//! The lab handout, whole: its three parts computed for a motor, its questions answered with figures.
+//! The lab handout: its three parts computed for a motor, its questions answered with figures.
 //!
 //! | file | what is computed there |
 //! | --- | --- |
@@ -7,10 +7,10 @@
 //! | [`damping`] | Part 1: what damps the motor |
 //! | [`sampling`] | Part 2: encoder, sampling, difference |
 //! | [`recorded`] | Part 3: recordings against simulations |
-//! | [`missing`] | Part 3: what explains the gap between them |
+//! | [`missing`] | Part 3: effects that explain the error |
 //! | [`not_shown`] | Part 3: effects that the diagnosis may miss |
 //! | [`answers`] | every question of the handout, answered |
-//! | [`outcome`] | what a diagnosis comes to, in words |
+//! | [`outcome`] | the result of a diagnosis as text |
 //! | [`class`], [`class_page`] | many students' recordings side by side, and their page |
 //! | [`page`], [`columns`] | the report: one HTML page, drawings; CSV |
 
@@ -43,25 +43,25 @@ use recorded::Recorded;
 use sampling::Sampling;
 use step_response::{CURVES, Curve, OrderDifference};
 
-/// Receivers of what a long computation reports: its present step, and an estimate of the share that is done.
+/// Progress of a long computation: its present step, and an estimate of the share that is done.
 #[derive(Clone, Copy)]
 pub struct Progress<'a> {
-    /// The present activity.
+    /// Receives the present activity.
     pub doing: &'a (dyn Fn(&str) + Sync),
-    /// The share.
+    /// Receives the share.
     pub done: &'a (dyn Fn(f64) + Sync),
 }
 
-/// Share of the work that the diagnosis of Part 3 is; the rest is which effects its recordings hardly show.
+/// Share of the diagnosis in the work of Part 3; the rest is the computation of effects that are hardly visible.
 const DIAGNOSIS_SHARE: f64 = 0.9;
 
-/// Where the recordings of Part 3 come from.
+/// Source of the recordings of Part 3.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
-    /// Given: somebody recorded them.
+    /// Recorded runs.
     Recorded,
-    /// From the virtual board named here: simulated, not measured.
+    /// Simulated by this virtual board.
     VirtualBoard(String),
 }
 
@@ -78,14 +78,14 @@ pub struct StepResponses {
     pub damping: Damping,
 }
 
-/// The lab whole; serialises to the shape `motorlab-lab/1`.
+/// The lab; serialized as `motorlab-lab/1`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Lab {
-    /// Name of the shape.
+    /// Name of the document's shape.
     pub shape: &'static str,
     /// The motor's parameters.
     pub parameters: Parameters,
-    /// Ids of the motor file's effects; they are part of Part 3 alone.
+    /// Ids of the motor file's effects, which only Part 3 uses.
     pub effects: Vec<&'static str>,
     /// Part 1.
     pub part_1: StepResponses,
@@ -97,9 +97,10 @@ pub struct Lab {
     pub findings: Vec<Finding>,
     /// Causes of the error in Part 3.
     pub missing: Missing,
-    /// Effects that the recordings hardly show, so that the diagnosis may miss them; empty without a diagnosis.
+    /// Effects that are hardly visible in the recordings, so that the diagnosis may miss them; empty without a
+    /// diagnosis.
     pub not_shown: Vec<NotShown>,
-    /// Where the recordings come from.
+    /// Source of the recordings.
     pub source: Source,
     /// Every question of the handout, answered.
     pub answers: Vec<Answer>,
@@ -107,7 +108,7 @@ pub struct Lab {
     motor: Motor,
 }
 
-/// Why the lab cannot be computed.
+/// Errors of the computation.
 #[derive(Debug, thiserror::Error)]
 pub enum LabError {
     /// The motor cannot be simulated.
@@ -118,7 +119,7 @@ pub enum LabError {
     Run {
         /// The recording's file.
         run: String,
-        /// Why not.
+        /// The error.
         error: SimulationError,
     },
     /// A recording without samples.
@@ -127,9 +128,9 @@ pub enum LabError {
 }
 
 impl Lab {
-    /// Computes all three parts of the motor, which is described by a motor file or, where `is_described` is false, the handout's in place
-    /// of an unknown one. `runs` come with what their reader had to say, `progress` receives the steps of the diagnosis of Part 3; without it
-    /// there is none.
+    /// Computes all three parts of the motor, which is described by a motor file or, if `is_described` is false, the
+    /// handout's in place of an unknown one. `runs` have the notes of their reader; `progress` receives the steps of
+    /// the diagnosis of Part 3, which is left out without it.
     ///
     /// # Errors
     /// The motor or a recording cannot be simulated.
@@ -200,7 +201,7 @@ impl Lab {
         })
     }
 
-    /// Whether every recording says something of the motor.
+    /// Whether every recording is usable.
     pub fn is_sound(&self) -> bool {
         self.part_3.iter().all(Recorded::is_usable)
     }
@@ -211,7 +212,7 @@ impl Lab {
     }
 }
 
-/// Causes of the error, and effects that the recordings hardly show.
+/// Causes of the error, and effects that are hardly visible.
 fn explained(
     described: (&Motor, bool),
     runs: &[Run],
@@ -232,8 +233,8 @@ fn explained(
     (missing, not_shown)
 }
 
-/// The recordings as they are checked and diagnosed. The virtual board plays faster than time passes: when its samples arrive says
-/// nothing of its clock, and is left out.
+/// The recordings as they are checked and diagnosed. A virtual board plays faster than real time, so that arrival
+/// times carry no information about its clock and are left out.
 fn as_diagnosed(recorded: &[Recorded], source: &Source) -> Vec<Run> {
     let mut runs: Vec<Run> = recorded.iter().map(|laid| laid.run.clone()).collect();
     if matches!(source, Source::VirtualBoard(_)) {

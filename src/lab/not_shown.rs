@@ -1,4 +1,4 @@
-//! Part 3: effects that the diagnosis of these recordings may miss, because they change them by little.
+//! Part 3: effects that the diagnosis of these recordings may miss, because they change them little.
 
 use serde::Serialize;
 
@@ -7,10 +7,10 @@ use crate::motor::Motor;
 use crate::recording::Run;
 use crate::report::number::figure;
 
-/// Counts RMS beyond re-identified parameters from which the diagnosis is relied upon to name an effect or its class: those of the breadth
-/// table with less are mostly not named (docs/decisions).
+/// Counts RMS beyond re-identified parameters above which a diagnosis reliably names an effect or its class: below,
+/// most are not named in the breadth table (docs/decisions).
 const RELIED_ON_FROM: f64 = 2.0;
-/// Most samples of a recording of which this is computed: each of the catalogue's effects is simulated and fitted on it.
+/// Most samples used for it: each of the catalogue's effects is simulated and fitted on them.
 const MOST_SAMPLES: usize = 20_000;
 
 /// An effect that the diagnosis may miss.
@@ -18,12 +18,12 @@ const MOST_SAMPLES: usize = 20_000;
 pub struct NotShown {
     /// Its id.
     pub effect: &'static str,
-    /// RMS in counts by which it changes the recordings beyond re-identified parameters, at its default magnitude.
+    /// RMS change of the recordings in counts beyond re-identified parameters, at its default magnitude.
     pub beyond_parameters_counts: f64,
 }
 
-/// Effects that these recordings of the motor hardly show together, in the order of the catalogue, beside those that the diagnosis
-/// names; none where it is not computed.
+/// Effects that are hardly visible in these recordings together, in the order of the catalogue, without those that
+/// the diagnosis names; empty if it is not computed.
 pub fn not_shown(
     motor: &Motor,
     runs: &[Run],
@@ -52,7 +52,8 @@ pub fn not_shown(
         .collect()
 }
 
-/// In words, for the answer; empty where all effects would be shown. `reverses`: one of the recordings is driven in both directions.
+/// Text for the answer; empty if all effects are visible. `reverses`: one of the recordings has commands in both
+/// directions.
 pub fn words(effects: &[NotShown], reverses: bool) -> String {
     let name = |one: &NotShown| one.effect.replace('_', " ");
     let with_figure = |one: &NotShown| {

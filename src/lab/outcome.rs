@@ -1,11 +1,11 @@
-//! The result of a diagnosis: its verdict, effects and errors, and the verdict in words.
+//! The result of a diagnosis: verdict, effects and errors, and the verdict as text.
 
 use serde::Serialize;
 
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::number::probability_of;
 
-/// The outcome of a diagnosis.
+/// The result of a diagnosis.
 #[derive(Debug, Clone, Serialize)]
 pub struct Outcome {
     /// Its verdict.
@@ -14,7 +14,7 @@ pub struct Outcome {
     pub probability: f64,
     /// The effects that it names.
     pub effects: Vec<&'static str>,
-    /// The same as a sentence.
+    /// The verdict as a sentence.
     pub sentence: String,
     /// Held-out prediction error of the nominal model over segments, in counts RMS.
     pub gap_counts: f64,

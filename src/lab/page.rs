@@ -1,4 +1,4 @@
-//! The report: one offline HTML page for the student who has the handout in hand and the teacher who marks it.
+//! The report: one offline HTML page for students and teachers.
 
 mod figures;
 mod ranking;
@@ -22,7 +22,7 @@ pub const TALL: Size = Size {
     height: 620,
 };
 
-/// The whole report.
+/// The report.
 pub fn page(lab: &Lab) -> String {
     let mut page = Page::new("DC motor step response: the lab handout, answered");
     if !lab.findings.is_empty() {
@@ -98,7 +98,6 @@ fn motor(page: &mut Page, lab: &Lab) {
     }
 }
 
-/// A question with its answer.
 fn answer(page: &mut Page, answer: &Answer) {
     let kind = if answer.number.ends_with(|c: char| c.is_ascii_digit()) {
         "Question"

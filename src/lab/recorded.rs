@@ -1,4 +1,4 @@
-//! Part 3: recorded step responses against the simulated discretised ones, with and without friction.
+//! Part 3: recorded step responses against the simulated discretized ones, with and without friction.
 
 use serde::Serialize;
 
@@ -9,10 +9,10 @@ use crate::motor::{Model, Motor, SimulationError};
 use crate::recording::{CommandKind, Run};
 use crate::units::rad_per_count;
 
-/// Within this many times the floor, the recording and the simulation agree down to the encoder's rounding.
+/// Up to this multiple of the quantization error, recording and simulation agree.
 pub const AT_THE_FLOOR: f64 = 1.2;
 
-/// The models that Part 3 lays over a recording, from the poorest on.
+/// The models of Part 3, from the simplest on.
 pub const MODELS: [Contents; 4] = [
     super::step_response::contents(
         "first_order_frictionless",
@@ -43,21 +43,21 @@ pub const MODELS: [Contents; 4] = [
         true,
     ),
 ];
-/// Name of the model that has the motor file's effects too.
+/// Name of the model with the motor file's effects.
 pub const WITH_EFFECTS: &str = "2nd order with the motor file's effects";
 
-/// One model against one recording.
+/// One model compared with one recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ModelFit {
-    /// In words.
+    /// Name.
     pub name: &'static str,
-    /// The figures of `compare`.
+    /// Error figures of the comparison.
     pub figures: RunFigures,
-    /// Steady speed of the model at the recording's voltage in rad/s, where it has one in closed form.
+    /// Steady speed of the model at the recording's voltage in rad/s, if it has a closed form.
     pub steady_rad_s: Option<f64>,
-    /// Recorded less simulated position in counts.
+    /// Recorded minus simulated position in counts.
     pub residual_counts: Vec<f64>,
-    /// Simulated speed by the same difference as the recorded one, in rad/s.
+    /// Simulated speed by the same differences as the recorded one, in rad/s.
     pub simulated_speed_rad_s: Vec<Option<f64>>,
 }
 
@@ -73,18 +73,18 @@ impl ModelFit {
     }
 }
 
-/// The recorded speed where it is steady.
+/// The recorded speed in a steady interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SteadySpeed {
-    /// Command held meanwhile (V, A or N m).
+    /// Constant command (V, A or N m).
     pub command: f64,
-    /// From when, in s.
+    /// Begin in s.
     pub from_s: f64,
-    /// Until when, in s.
+    /// End in s.
     pub to_s: f64,
     /// Mean speed in rad/s.
     pub speed_rad_s: f64,
-    /// One count in this mean, in rad/s.
+    /// Resolution of this mean in rad/s: one count.
     pub one_count_rad_s: f64,
 }
 
@@ -93,13 +93,13 @@ pub struct SteadySpeed {
 pub struct Recorded {
     /// Nominal sample time in s.
     pub sample_time_s: f64,
-    /// Steady speed, where the command was constant for long enough.
+    /// Steady speed, if the command is constant for long enough.
     pub steady: Option<SteadySpeed>,
-    /// Every model, from the poorest on.
+    /// Every model, from the simplest on.
     pub models: Vec<ModelFit>,
-    /// Fatal findings of the recording with their remedies; none if it is usable.
+    /// Fatal findings of the recording with their remedies; `None` if it is usable.
     pub unusable: Option<String>,
-    /// The model with everything the motor file has, laid over the recording.
+    /// The recording with the complete model of the motor file.
     #[serde(skip)]
     pub overlay: Overlay,
     /// The recording.
@@ -138,7 +138,7 @@ fn steady_speed(run: &Run) -> Option<SteadySpeed> {
 }
 
 impl Recorded {
-    /// Lays every model over a recording; `notes` is what its reader had to say.
+    /// Compares every model with a recording; `notes` are its reader's.
     ///
     /// # Errors
     /// A model cannot be simulated with the recording's command.
@@ -174,19 +174,19 @@ impl Recorded {
         file.map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
-    /// The same with what was found in the recordings themselves.
+    /// The recording with the findings about it.
     pub fn checked(mut self, findings: &[Finding]) -> Self {
         let fatal = fatal_of(findings, &self.overlay.figures.path);
         self.unusable = fatal.map(Finding::sentence);
         self
     }
 
-    /// Whether the recording says anything of the motor.
+    /// Whether the recording is usable.
     pub fn is_usable(&self) -> bool {
         self.unusable.is_none()
     }
 
-    /// The model of these contents' name.
+    /// The model with this name.
     pub fn model(&self, name: &str) -> Option<&ModelFit> {
         self.models.iter().find(|model| model.name == name)
     }
@@ -199,7 +199,7 @@ impl Recorded {
             .min_by(|a, b| error(a).total_cmp(&error(b)))
     }
 
-    /// Whether the best model leaves no more than the encoder's rounding.
+    /// Whether the best model's residual is the quantization error.
     pub fn is_at_the_floor(&self) -> bool {
         self.best()
             .is_some_and(|best| best.figures.position_rmse_counts < AT_THE_FLOOR * FLOOR_COUNTS)

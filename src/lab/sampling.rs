@@ -1,9 +1,9 @@
-//! Part 2: what encoder, sampling and difference make of the first-order step response.
+//! Part 2: the first-order step response as encoder, sampling and differences give it.
 //!
-//! The shaft's angle becomes whole counts `n = round(N theta / 2 pi)`, read every TS; the speed is the
-//! difference of two readings. One count is `2 pi / (N TS)`; the difference is the mean speed between the
-//! readings, that of half a sample ago. A speed of `c` counts a sample shows as `floor(c)` and `ceil(c)` by
-//! turns, which scatter by `sqrt(f (1 - f))` counts with `f` the fraction of `c` (1/sqrt(6) on average).
+//! The shaft's angle is quantized to `n = round(N theta / 2 pi)` and read every TS; the speed is the difference of
+//! two readings. One count is `2 pi / (N TS)`; the difference is the mean speed between the readings, with a delay of
+//! half a sample. A speed of `c` counts a sample alternates between `floor(c)` and `ceil(c)`, with a standard
+//! deviation of `sqrt(f (1 - f))` counts for the fraction `f` of `c` (1/sqrt(6) on average).
 
 use serde::Serialize;
 
@@ -15,16 +15,16 @@ use crate::units::rad_per_count;
 
 /// Sample times of the handout in s.
 pub const SAMPLE_TIMES_S: [f64; 2] = [0.03, 0.003];
-/// Sample times among which the best one is looked for, in s.
+/// Candidates for the best sample time, in s.
 const TRIED_S: [f64; 9] = [0.001, 0.002, 0.003, 0.005, 0.01, 0.015, 0.02, 0.03, 0.05];
-/// Numbers of samples over which a difference can be taken instead of one.
+/// Spans of a difference in samples.
 const SPANS: [usize; 4] = [1, 2, 5, 10];
 /// Resolution of the board's microsecond clock in s (an Uno's `micros()` counts in steps of 4 us).
 pub const CLOCK_TICK_S: f64 = 4e-6;
-/// Counts that an int16 can hold from 0 to its wrap.
+/// Counts from 0 to the wrap of an int16.
 pub const INT16_COUNTS: f64 = 32_768.0;
 
-/// The discretised step response at one sample time.
+/// The discretized step response at one sample time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sampled {
     /// Sample time TS in s.
@@ -33,36 +33,36 @@ pub struct Sampled {
     pub t_s: Vec<f64>,
     /// Encoder counts.
     pub counts: Vec<i64>,
-    /// Speed by difference of the counts in rad/s; none at the first sample.
+    /// Speed by differences of the counts in rad/s; `None` at the first sample.
     pub speed_rad_s: Vec<Option<f64>>,
     /// True speed at the same times in rad/s.
     pub true_speed_rad_s: Vec<f64>,
-    /// Effects of sampling, in figures.
+    /// Figures of the sampling.
     pub figures: SampledFigures,
 }
 
-/// Effect of sampling at one TS on the speed.
+/// Figures of the speed at one TS.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SampledFigures {
-    /// One count in one sample in rad/s.
+    /// One count per sample in rad/s.
     pub one_count_rad_s: f64,
-    /// The same over the steady speed.
+    /// The same relative to the steady speed.
     pub one_count_of_steady: Option<f64>,
     /// Counts a sample at the steady speed.
     pub counts_per_sample: Option<f64>,
-    /// Scatter of the difference at the steady speed in rad/s, RMS.
+    /// Standard deviation of the difference at the steady speed in rad/s.
     pub scatter_rad_s: Option<f64>,
-    /// Half a sample in s: the delay of the difference at a speed that rises evenly.
+    /// Half a sample in s: the delay of the difference for a speed that rises linearly.
     pub half_sample_s: f64,
     /// Delay of the difference on this motor's exponential in s.
     pub delay_s: Option<f64>,
-    /// Largest error of the speed by the delay alone (no rounding) in rad/s.
+    /// Largest error of the speed due to the delay (without quantization) in rad/s.
     pub largest_delay_error_rad_s: f64,
-    /// RMS error of the discretised speed against the true one over the step, in rad/s.
+    /// RMS error of the discretized speed against the true one over the step, in rad/s.
     pub error_rad_s: f64,
-    /// Its part by the delay alone.
+    /// Its part due to the delay.
     pub delay_error_rad_s: f64,
-    /// Largest speed in rad/s whose difference an int16 still holds in one sample.
+    /// Largest speed in rad/s whose difference within one sample fits an int16.
     pub largest_int16_speed_rad_s: f64,
     /// False speed of one difference across a wrap, in rad/s.
     pub wrap_spike_rad_s: f64,
@@ -81,7 +81,7 @@ pub struct Span {
     pub error_rad_s: f64,
 }
 
-/// Part 2 whole.
+/// Part 2.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sampling {
     /// The two responses of the handout.
@@ -94,17 +94,16 @@ pub struct Sampling {
     pub int16_wraps_after_s: Option<f64>,
     /// Sample time and RMS error over the step in rad/s.
     pub errors_by_sample_time: Vec<(f64, f64)>,
-    /// The sample time of the smallest error, in s.
+    /// The sample time with the smallest error, in s.
     pub best_sample_time_s: f64,
     /// Differences over several samples at the shorter TS.
     pub spans: Vec<Span>,
     /// Time between two edges at the steady speed in s.
     pub edge_period_s: Option<f64>,
-    /// Speed error in rad/s of one tick of the board's clock.
+    /// Speed error in rad/s due to one tick of the board's clock.
     pub edge_timing_rad_s: Option<f64>,
 }
 
-/// Readings of the step response at one sample time.
 struct Readings {
     t_s: Vec<f64>,
     counts: Vec<i64>,
@@ -137,7 +136,7 @@ impl Readings {
         })
     }
 
-    /// Error of a difference over `span` samples against the true speed, sample by sample; at rest before the step.
+    /// Error of a difference over `span` samples against the true speed at each sample; at rest before the step.
     fn errors(
         &self,
         span: usize,
@@ -154,7 +153,7 @@ impl Readings {
 /// Delay of a difference on the rise `1 - exp(-t / tau)`: the lag that gives the mean over one sample.
 fn delay_s(sample_time_s: f64, tau_s: f64) -> f64 {
     let x = sample_time_s / tau_s;
-    // ln((e^x - 1) / x) without the overflow of a long sample.
+    // ln((e^x - 1) / x), without overflow for a long sample.
     tau_s * (x + (-(-x).exp_m1() / x).ln())
 }
 
@@ -215,7 +214,7 @@ impl Sampled {
 }
 
 impl Sampling {
-    /// Of the first-order model with viscous friction.
+    /// Part 2 for the first-order model with viscous friction.
     ///
     /// # Errors
     /// The motor's states exceed the range of floating point.

@@ -1,4 +1,4 @@
-//! Part 1: the five curves of the handout's script, and how far a first-order model is from a second-order one.
+//! Part 1: the five curves of the handout's script, and the difference between first and second order.
 
 use serde::Serialize;
 
@@ -12,9 +12,9 @@ use crate::units::{rad_per_count, rpm_from_rad_s};
 
 /// End of the handout's simulation in s.
 pub const END_S: f64 = 0.3;
-/// How often the handout has data printed, in s.
+/// Output period of the handout's simulation, in s.
 pub const PRINT_S: f64 = 0.0001;
-/// A difference of models of this share of the steady speed counts as visible in a plot.
+/// Share of the steady speed from which a difference is visible in a plot.
 pub const VISIBLE: f64 = 0.05;
 
 /// Terms of a curve's model.
@@ -22,7 +22,7 @@ pub const VISIBLE: f64 = 0.05;
 pub struct Contents {
     /// Name of the column in CSV and JSON.
     pub id: &'static str,
-    /// In words.
+    /// Name.
     pub name: &'static str,
     /// With or without the inductance.
     pub model: Model,
@@ -89,7 +89,7 @@ pub const fn contents(
 }
 
 impl Contents {
-    /// The motor with what this model contains, and no effect beyond it.
+    /// The motor with the terms of this model, and no effect beyond it.
     pub fn motor(&self, parameters: &Parameters) -> Motor {
         Motor {
             parameters: self.parameters(parameters),
@@ -98,7 +98,7 @@ impl Contents {
         }
     }
 
-    /// The parameters with what the model lacks set to 0.
+    /// The parameters with the terms that the model lacks set to 0.
     pub fn parameters(&self, parameters: &Parameters) -> Parameters {
         let mut p = *parameters;
         if !self.viscous {
@@ -113,7 +113,7 @@ impl Contents {
         p
     }
 
-    /// Steady speed in rad/s at a constant voltage; `None` where nothing limits it, 0 where friction holds the shaft.
+    /// Steady speed in rad/s at a constant voltage; `None` if unlimited, 0 if friction holds the shaft.
     pub fn steady_speed_rad_s(&self, parameters: &Parameters, volts: f64) -> Option<f64> {
         let p = self.parameters(parameters);
         let drive_nm = p.torque_constant_nm_per_a * volts.abs() / p.resistance_ohm;
@@ -128,17 +128,17 @@ impl Contents {
 pub struct Curve {
     /// Name of the column.
     pub id: &'static str,
-    /// In words.
+    /// Name.
     pub name: &'static str,
-    /// Transfer function; `None` with Coulomb friction, which has none.
+    /// Transfer function; `None` with Coulomb friction, which is nonlinear.
     pub transfer_function: Option<TransferFunction>,
-    /// Its poles in 1/s; with Coulomb friction those while the shaft turns.
+    /// Its poles in 1/s; with Coulomb friction those in motion.
     pub poles: Vec<super::transfer::Pole>,
     /// Time constants in s.
     pub time_constants_s: Vec<f64>,
     /// Steady speed in rad/s.
     pub steady_speed_rad_s: Option<f64>,
-    /// Largest difference of the simulation from the closed form in rad/s.
+    /// Largest difference between simulation and closed form in rad/s.
     pub off_closed_form_rad_s: f64,
     /// Times in s.
     #[serde(skip)]
@@ -178,7 +178,7 @@ impl Curve {
             Model::FirstOrder => TransferFunction::first_order(&p),
             Model::SecondOrder => TransferFunction::second_order(&p),
         };
-        // Turning forward at first order, Coulomb friction acts as a lower voltage; no curve has it at second order.
+        // In forward motion at first order, Coulomb friction acts as a voltage drop; no curve has it at second order.
         let holding_v = p.resistance_ohm * p.coulomb_friction_nm / p.torque_constant_nm_per_a;
         let volts = (p.supply_v - holding_v).max(0.0);
         let off = |(&t, &w): (&f64, &f64)| (w - function.step_speed(volts, t)).abs();
@@ -202,16 +202,16 @@ impl Curve {
     }
 }
 
-/// How far apart the models of first and second order are over the handout's 0.3 s.
+/// Difference between the models of first and second order over the handout's 0.3 s.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrderDifference {
     /// Largest difference of speed in RPM.
     pub largest_rpm: f64,
-    /// When it occurs, in s.
+    /// Time of the largest difference in s.
     pub largest_at_s: f64,
     /// RMS of the difference in RPM.
     pub rms_rpm: f64,
-    /// Largest difference over the steady speed (the last speed where there is none).
+    /// Largest difference over the steady speed (the last speed without one).
     pub largest_relative: f64,
     /// RMS difference over the same.
     pub rms_relative: f64,
@@ -226,7 +226,7 @@ pub struct OrderDifference {
 }
 
 impl OrderDifference {
-    /// Of two curves on the same times.
+    /// Difference of two curves on the same times.
     pub fn between(first: &Curve, second: &Curve, parameters: &Parameters) -> Self {
         let differences = || {
             first
@@ -262,7 +262,7 @@ impl OrderDifference {
     }
 }
 
-/// Largest difference of the two orders' step responses over the steady speed, by their closed forms.
+/// Largest difference of the two orders' step responses over the steady speed, from their closed forms.
 fn largest_relative(parameters: &Parameters, inductance_h: f64, mechanical_s: f64) -> f64 {
     let second = TransferFunction::second_order(&Parameters {
         inductance_h,
@@ -276,7 +276,7 @@ fn largest_relative(parameters: &Parameters, inductance_h: f64, mechanical_s: f6
         .fold(0.0, f64::max)
 }
 
-/// The inductance in H from which the orders differ visibly: it grows with L, so that halving finds it.
+/// Inductance in H from which the orders differ visibly, by bisection: the difference increases with L.
 fn visible_from_h(parameters: &Parameters, mechanical_s: f64) -> f64 {
     let (mut low, mut high) = (0.0, mechanical_s * parameters.resistance_ohm);
     for _ in 0..60 {

@@ -1,4 +1,4 @@
-//! The handout's transfer functions with numbers put in: poles, time constants, steady speed, step response.
+//! The handout's transfer functions with numerical values: poles, time constants, steady speed, step response.
 //!
 //! `G(s) = w(s) / V(s) = Kt / (L J s^2 + (J R + L b) s + (R b + Kt Kb))`; the first order has L = 0.
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::motor::Parameters;
 
-/// Poles nearer than this, relative to their mean, are taken as one double pole with a small split.
+/// Poles nearer than this, relative to their mean, are treated as a double pole with a small split.
 const NEARLY_DOUBLE: f64 = 1e-4;
 
 /// A constant over a polynomial of second degree or less.
@@ -62,19 +62,19 @@ impl TransferFunction {
             let (re, im) = (-b / (2.0 * a), (-discriminant).sqrt() / (2.0 * a));
             return vec![Pole { re, im }, Pole { re, im: -im }];
         }
-        // The root of the larger size first; the other from their product, without cancellation.
+        // The larger root first; the other from their product, without cancellation.
         let q = -0.5 * (b + discriminant.sqrt());
         vec![real(c / q), real(q / a)]
     }
 
-    /// Time constants `-1 / Re(pole)` in s, the slowest first; none of a pole at 0.
+    /// Time constants `-1 / Re(pole)` in s, the slowest first; none for a pole at 0.
     pub fn time_constants_s(&self) -> Vec<f64> {
         let poles = self.poles();
         let decaying = poles.iter().filter(|pole| pole.re < 0.0);
         decaying.map(|pole| -1.0 / pole.re).collect()
     }
 
-    /// Steady speed over voltage in rad/s per V; `None` where nothing limits the speed.
+    /// Steady speed over voltage in rad/s per V; `None` if the speed is unlimited.
     pub fn steady_gain(&self) -> Option<f64> {
         let constant = self.denominator[2];
         (constant > 0.0).then(|| self.numerator / constant)
@@ -85,7 +85,7 @@ impl TransferFunction {
         let [a, b, c] = self.denominator;
         let drive = self.numerator * volts;
         if c == 0.0 {
-            // b w + a w' = drive t: a ramp that the winding holds back by a / b.
+            // b w + a w' = drive t: a ramp delayed by a / b.
             let held_back = if a == 0.0 {
                 0.0
             } else {
@@ -142,7 +142,7 @@ mod tests {
 
     #[test]
     fn poles_are_roots_with_the_right_sum_and_product() {
-        // From well apart to a pair of complex poles (the double pole is at L = 0.093 H or so).
+        // From well separated real poles to a complex pair (the double pole is near L = 0.093 H).
         for inductance_h in [1e-9, 0.004, 0.09, 0.1, 0.5, 5.0] {
             let function = with_inductance(inductance_h);
             let [a, b, c] = function.denominator;
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn the_step_response_solves_the_equation_and_starts_at_rest() {
         let double = {
-            // b^2 = 4 a c: (J R + L b)^2 = 4 L J c is quadratic in L; solved here by halving.
+            // b^2 = 4 a c: (J R + L b)^2 = 4 L J c is quadratic in L; solved here by bisection.
             let [mut low, mut high] = [0.01, 1.0];
             for _ in 0..200 {
                 let middle = 0.5 * (low + high);

@@ -1,4 +1,4 @@
-//! Files: those of the operating system, or files in memory where there is none.
+//! Files of the operating system, or in memory where there is none.
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use std::fs::{File, OpenOptions, remove_file};
@@ -9,7 +9,7 @@ pub(crate) use super::memory::{File, OpenOptions, remove_file};
 use std::io;
 use std::path::Path;
 
-/// Whether a file that is open was deleted.
+/// Whether an open file was deleted.
 #[cfg(unix)]
 pub(crate) fn has_vanished(file: &File, _: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -18,7 +18,7 @@ pub(crate) fn has_vanished(file: &File, _: &Path) -> bool {
 
 #[cfg(windows)]
 pub(crate) fn has_vanished(_: &File, path: &Path) -> bool {
-    // A file that was renamed counts as one that was deleted: its name is all that can be looked at.
+    // The name is all that can be examined: a renamed file counts as deleted.
     path.symlink_metadata().is_err()
 }
 
@@ -27,7 +27,6 @@ pub(crate) fn has_vanished(_: &File, _: &Path) -> bool {
     false
 }
 
-/// Overwrites bytes in the middle of a file.
 #[cfg(unix)]
 pub(crate) fn write_at(file: &File, bytes: &[u8], at: u64) -> io::Result<()> {
     use std::os::unix::fs::FileExt;

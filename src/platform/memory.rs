@@ -1,4 +1,4 @@
-//! Files in memory, by their paths: what a page reads and writes in place of a disk.
+//! Files in memory, by path, in place of a disk in the web page.
 //!
 //! The part of `std::fs` that the library uses, under the same names.
 
@@ -20,14 +20,14 @@ fn held(content: &Content) -> MutexGuard<'_, Vec<u8>> {
     content.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Takes a file out of the memory; `None` if there is none of this name.
+/// Removes a file and returns its bytes; `None` if there is none of this name.
 pub fn take(path: &Path) -> Option<Vec<u8>> {
     let content = files().remove(path)?;
     let bytes = std::mem::take(&mut *held(&content));
     Some(bytes)
 }
 
-/// Removes a file; whoever has it open keeps its bytes.
+/// Removes a file; open handles keep its bytes.
 pub(crate) fn remove_file(path: &Path) -> io::Result<()> {
     match files().remove(path) {
         Some(_) => Ok(()),
@@ -53,7 +53,6 @@ impl Metadata {
 }
 
 impl File {
-    /// Makes a file that is not there yet.
     pub(crate) fn create_new(path: impl AsRef<Path>) -> io::Result<Self> {
         let content = Content::default();
         let mut files = files();
@@ -76,7 +75,7 @@ impl File {
         Ok(())
     }
 
-    /// Memory has no other place to go to.
+    /// There is nothing to write back in memory.
     pub(crate) fn sync_data(&self) -> io::Result<()> {
         Ok(())
     }
@@ -148,7 +147,7 @@ impl Seek for File {
     }
 }
 
-/// How a file is opened. In memory each may be read and written; only what is new can be opened by name.
+/// Options of opening a file. In memory every file is readable and writable; only new files are opened by name.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct OpenOptions;
 

@@ -1,6 +1,6 @@
 //! Disk, clock and timers of an operating system, or their equivalents in a browser.
 //!
-//! Elsewhere the code is the same on both. On an operating system everything here is the standard library's or tokio's own.
+//! Callers are the same on both. On an operating system everything here is from the standard library or tokio.
 
 pub(crate) mod files;
 #[cfg(any(test, target_family = "wasm"))]

@@ -1,4 +1,4 @@
-//! Tasks and timers of a page: its event loop runs them. The part of tokio that the recorder uses, under the same names.
+//! Tasks and timers on a web page's event loop: the part of tokio that the recorder uses, under the same names.
 
 use std::future::Future;
 use std::marker::PhantomData;
@@ -17,7 +17,7 @@ unsafe extern "C" {
     fn set_timeout(then: &Function, millis: f64);
 }
 
-/// Waits so long, or a little longer: browsers keep timers of 4 ms at the shortest.
+/// Waits this long or slightly longer: browsers have timers of at least 4 ms.
 pub async fn sleep(duration: Duration) {
     let millis = duration.as_secs_f64() * 1e3;
     let elapsed = Promise::new(&mut |resolve, _| set_timeout(&resolve, millis));
@@ -25,16 +25,15 @@ pub async fn sleep(duration: Duration) {
     let _ = JsFuture::from(elapsed).await;
 }
 
-/// Waits until then.
 pub async fn sleep_until(due: Instant) {
     sleep(due.saturating_duration_since(Instant::now())).await;
 }
 
-/// The time is over.
+/// The time limit has passed.
 #[derive(Debug)]
 pub struct Elapsed;
 
-/// The output of `future`, if it ends in time.
+/// The output of `future`, unless the time limit passes first.
 pub async fn timeout<T>(duration: Duration, future: impl Future<Output = T>) -> Result<T, Elapsed> {
     tokio::select! {
         biased;
@@ -43,21 +42,21 @@ pub async fn timeout<T>(duration: Duration, future: impl Future<Output = T>) -> 
     }
 }
 
-/// Treatment of ticks that nobody awaited in time.
+/// Treatment of missed ticks.
 #[derive(Debug, Clone, Copy)]
 pub enum MissedTickBehavior {
-    /// The next one comes a period after the late one.
+    /// The next tick is one period after the late one.
     Delay,
 }
 
-/// Ticks, the first at once.
+/// Ticks; the first is immediate.
 #[derive(Debug)]
 pub struct Interval {
     period: Duration,
     next: Instant,
 }
 
-/// Ticks a period apart.
+/// Ticks of this period.
 pub fn interval(period: Duration) -> Interval {
     Interval {
         period,
@@ -66,17 +65,17 @@ pub fn interval(period: Duration) -> Interval {
 }
 
 impl Interval {
-    /// There is but one here.
+    /// `Delay` is the only behavior here.
     pub fn set_missed_tick_behavior(&mut self, _: MissedTickBehavior) {}
 
-    /// The next tick. Safe to cancel.
+    /// The next tick; cancel-safe.
     pub async fn tick(&mut self) {
         sleep_until(self.next).await;
         self.next = Instant::now() + self.period;
     }
 }
 
-/// A task that was begun, which gives a `T`. It continues where this is dropped, as tokio's.
+/// A spawned task with the result `T`. Dropping the handle does not end it, as in tokio.
 #[derive(Debug)]
 pub struct JoinHandle<T>(Arc<Notify>, PhantomData<T>);
 
@@ -87,7 +86,7 @@ impl<T> JoinHandle<T> {
     }
 }
 
-/// Begins a task.
+/// Spawns a task.
 pub fn spawn(task: impl Future<Output = ()> + 'static) -> JoinHandle<()> {
     let aborted = Arc::new(Notify::new());
     let handle = JoinHandle(Arc::clone(&aborted), PhantomData);

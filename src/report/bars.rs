@@ -1,7 +1,7 @@
-//! Bars with their names and numbers, and an interval where there is one.
+//! Bar charts with names, values and intervals.
 //!
-//! Name and number stand above each bar, so that the drawing needs no width of its own. Where they do not fit beside each other the
-//! name is broken into lines, and the number stands on a line of its own.
+//! Name and value are above each bar, so that they need no separate width. Where they do not fit beside each other,
+//! the name is wrapped and the value is on its own line.
 
 use std::fmt::Write;
 
@@ -12,17 +12,17 @@ use super::escape::escaped;
 pub struct Bar {
     /// Name.
     pub name: String,
-    /// How long it is.
+    /// Length.
     pub value: f64,
-    /// The number as it is read.
+    /// The value as text.
     pub text: String,
-    /// Ends of its interval.
+    /// Its interval.
     pub interval: Option<(f64, f64)>,
-    /// Its colour: an index into the palette.
+    /// Index of its colour in the palette.
     pub colour: usize,
 }
 
-/// How values become lengths: in proportion, from 0 to this value.
+/// Scale from values to lengths: proportional, up to this value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale(pub f64);
 
@@ -38,14 +38,14 @@ impl Scale {
     }
 }
 
-/// Bars one below the other.
+/// Bars in rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bars {
     /// Quantity.
     pub title: String,
-    /// How values become lengths.
+    /// Scale from values to lengths.
     pub scale: Scale,
-    /// From the top.
+    /// Bars from the top.
     pub bars: Vec<Bar>,
 }
 
@@ -53,13 +53,13 @@ const TITLE: f64 = 30.0;
 const ROW: f64 = 36.0;
 const THICK: f64 = 12.0;
 const MARGIN: f64 = 8.0;
-/// Height of a further line of text.
+/// Height of an additional line of text.
 const LINE: f64 = 16.0;
-/// Width of a letter of [`super::svg::STYLE`]'s text, the broadest usual fonts included.
+/// Width of a letter in [`super::svg::STYLE`]'s text, for the widest common fonts.
 const LETTER: f64 = 7.0;
 
 impl Bar {
-    /// The name in lines that are no longer than this; the number fits beside the last one.
+    /// The name wrapped to this length; the value fits after the last line.
     fn lines(&self, long: f64) -> Vec<String> {
         let letters = |text: &str| text.chars().count();
         let most = (long / LETTER) as usize;
@@ -83,7 +83,7 @@ impl Bar {
 }
 
 impl Bars {
-    /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`].
+    /// The drawing for an HTML page with [`super::svg::STYLE`].
     pub fn inline(&self, width: u32) -> String {
         let width = f64::from(width);
         let long = width - 2.0 * MARGIN;
@@ -146,7 +146,7 @@ mod tests {
     #[test]
     fn lengths_follow_the_scale() {
         assert_eq!(Scale(4.0).share(1.0), 0.25);
-        // Values that are not finite make no invalid drawing.
+        // Values that are not finite give a valid drawing.
         assert_eq!(Scale(1.0).share(f64::NAN), 0.0);
         assert_eq!(Scale(0.0).share(0.0), 0.0);
     }
@@ -169,7 +169,7 @@ mod tests {
         assert!(svg.contains("&lt;b&gt;") && !svg.contains("<b>"));
     }
 
-    /// On a phone a long name and its number do not lie over each other.
+    /// On a phone a long name and its value do not overlap.
     #[test]
     fn bars_that_do_not_fit_a_line_are_wrapped() {
         let bar = Bar {
@@ -192,7 +192,7 @@ mod tests {
         };
         let svg = bars.inline(360);
         assert!(svg.contains("viewBox=\"0 0 360 142\""), "{svg}");
-        // Names, numbers and bars from the top: 43, 59 and 64; 95, 111 and 116.
+        // Positions of names, values and bars from the top: 43, 59 and 64; 95, 111 and 116.
         for y in ["y=\"43.0\"", "y=\"59.0\"", "y=\"95.0\"", "y=\"111.0\""] {
             assert!(svg.contains(y), "{y}: {svg}");
         }

@@ -1,4 +1,4 @@
-//! Cells of a page's tables: texts, and links to other pages.
+//! Table cells of a page: texts, drawings, and links to other pages.
 
 use std::fmt::Write;
 
@@ -6,19 +6,19 @@ use super::escape::{escaped, with_code};
 use super::html::is_number;
 use super::{Panel, thumbnail};
 
-/// A cell of a table whose texts lead to other pages.
+/// A table cell.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
     /// A text.
     Text(String),
-    /// The curves of a panel over seconds, small.
+    /// The curves of a panel over time, small.
     Drawing(Panel),
-    /// Names, and the page of each where there is one: its path from this page.
+    /// Names, each with the path of its page relative to this page, if it has one.
     Links(Vec<(String, Option<String>)>),
 }
 
 impl Cell {
-    /// The text that is read.
+    /// The visible text.
     pub(super) fn text(&self) -> String {
         match self {
             Self::Text(text) => text.clone(),
@@ -30,7 +30,7 @@ impl Cell {
         }
     }
 
-    /// Whether it is a number, alone or with its unit; dates of links are none.
+    /// Whether it is a number, alone or with its unit; dates of links are not.
     pub(super) fn is_number(&self) -> bool {
         matches!(self, Self::Text(text) if is_number(text))
     }
@@ -48,7 +48,7 @@ impl Cell {
     }
 }
 
-/// A path as the address of a link (RFC 3986): it begins with a dot, so that no name in it is a scheme.
+/// A path as a URL reference (RFC 3986): it begins with a dot, so that no part of it is parsed as a scheme.
 fn address(path: &str) -> String {
     let mut out = String::from("./");
     for byte in path.bytes() {
@@ -64,13 +64,13 @@ fn address(path: &str) -> String {
     out
 }
 
-/// A table of texts.
+/// Rows of texts as cells.
 pub(super) fn of_texts(rows: &[Vec<String>]) -> Vec<Vec<Cell>> {
     let of_row = |row: &Vec<String>| row.iter().cloned().map(Cell::Text).collect();
     rows.iter().map(of_row).collect()
 }
 
-/// A text where names that are joined by `+` may be broken behind it: a set of effects is as broad as one of them.
+/// A text that may wrap after the `+` of a set of effects, so that the column is as wide as one name.
 pub(super) fn breakable(html: &str) -> String {
     let mut parts = html.split('+');
     let mut out = parts.next().unwrap_or_default().to_owned();

@@ -1,4 +1,4 @@
-//! The picture of a comparison: speed in RPM, position in counts, what is left below.
+//! The page and figures of a comparison: speed in RPM, position in counts, residual below.
 
 use super::diagnosis::{checks, few_words};
 use super::{Figure, Page, Panel, Series, Size, Stroke};
@@ -9,19 +9,19 @@ use crate::plain::one_line;
 use crate::recording::{CommandKind, Run};
 use crate::units::rpm_from_rad_s;
 
-/// Colours by meaning, the same in every picture.
+/// Colours by meaning, the same in every figure.
 pub(super) const RECORDED: usize = 0;
 const SIMULATED: usize = 1;
 const TRUE_SPEED: usize = 6;
 pub(super) const COMMAND: usize = 2;
 const RESIDUAL: usize = 3;
 
-/// Where one count in one sample is more than this share of the top speed, means are drawn too.
+/// Above this share of the top speed for one count in one sample, moving averages are drawn as well.
 pub(super) const COARSE: f64 = 0.1;
-/// Time over which they are taken: the lab's slow sample time.
+/// Window of the moving average: the lab's slow sample time.
 const SMOOTH_S: f64 = 0.03;
 
-/// Mean of each value and the `count - 1` before it; of what there is at the beginning.
+/// Moving average over `count` values, over fewer at the beginning.
 fn running_mean(values: &[f64], count: usize) -> Vec<f64> {
     let mean = |k: usize| {
         let window = &values[(k + 1).saturating_sub(count)..=k];
@@ -52,7 +52,7 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
         .iter()
         .fold(0.0, |top, speed| f64::max(top, speed.abs()));
     let one_count = rpm_from_rad_s(speed_of_one_count(run.counts_per_rev, run.sample_time_s));
-    // Where one count is much of the speed, the difference jumps so much that its mean is read instead.
+    // A coarse difference is read as its moving average.
     let averaged = (SMOOTH_S / run.sample_time_s).round() as usize;
     let coarse = one_count > COARSE * top && averaged > 1;
     let (behind, above) = if coarse {
@@ -119,7 +119,6 @@ pub fn overlay(run: &Run, overlay: &Overlay, title: &str) -> Figure {
     }
 }
 
-/// Label of the command's axis.
 pub(super) fn command_label(run: &Run) -> &'static str {
     match run.command_kind {
         CommandKind::Voltage => "command (V)",
@@ -128,7 +127,6 @@ pub(super) fn command_label(run: &Run) -> &'static str {
     }
 }
 
-/// Short description of a run.
 pub(super) fn what_ran(run: &Run) -> String {
     let profile = run.header.get("profile").and_then(toml::Value::as_str);
     format!(
@@ -138,7 +136,7 @@ pub(super) fn what_ran(run: &Run) -> String {
     )
 }
 
-/// The figures of all runs as table rows, with the names of the columns.
+/// The figures of all runs as table rows, with the column names.
 pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<String>>) {
     let names = vec![
         "run",
@@ -171,15 +169,15 @@ pub fn figures_table(figures: &[&RunFigures]) -> (Vec<&'static str>, Vec<Vec<Str
     (names, rows)
 }
 
-/// A run is met where the position error is below so many floors. Convention.
+/// Largest position error of an accurate simulation, in quantization errors. Convention.
 const MET: f64 = 1.2;
 
-/// Whether a run is met down to the encoder's own rounding.
+/// Whether a run is simulated down to the quantization error.
 fn is_met(figures: &RunFigures) -> bool {
     figures.position_rmse_counts < MET * figures.floor_counts
 }
 
-/// One sentence on how well a run is met; of one with a fatal finding, the finding and its remedy.
+/// One sentence on the accuracy of a run's simulation; with a fatal finding, the finding and its remedy.
 pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
     if let Some(fatal) = fatal_of(findings, &figures.path) {
         return format!(
@@ -204,10 +202,10 @@ pub fn verdict(figures: &RunFigures, findings: &[Finding]) -> String {
     )
 }
 
-/// So many runs are drawn in a page at most; of more, the worst. Convention: nobody looks at more, and each is a third of a megabyte.
+/// Most runs drawn on a page, the worst first. Convention: each is a third of a megabyte.
 const DRAWN: usize = 6;
 
-/// Numbers of the runs from the one that is met worst to the one that is met best.
+/// Indices of the runs by decreasing error.
 pub fn worst_first(figures: &[&RunFigures]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..figures.len()).collect();
     order.sort_by(|&a, &b| {
@@ -217,7 +215,7 @@ pub fn worst_first(figures: &[&RunFigures]) -> Vec<usize> {
     order
 }
 
-/// Summary of several runs: how many are met, which is worst, and which have fatal findings.
+/// Summary of several runs: how many are accurate, the worst one, and those with fatal findings.
 pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     let is_usable = |run: &&RunFigures| fatal_of(findings, &run.path).is_none();
     let (usable, others): (Vec<&RunFigures>, Vec<&RunFigures>) =
@@ -241,7 +239,7 @@ pub fn all_words(figures: &[&RunFigures], findings: &[Finding]) -> String {
     said
 }
 
-/// The whole comparison as one offline page: what is found in the recordings, a line a run, and pictures, the worst first.
+/// The comparison as one offline page: findings, a row per run, and figures, the worst first.
 pub fn page(
     pairs: &[(&Run, &Overlay)],
     findings: &[Finding],
@@ -256,7 +254,7 @@ pub fn page(
     page.finish()
 }
 
-/// Summary of the runs, all figures, and pictures, the worst first.
+/// Summary of the runs, all error figures, and figures, the worst first.
 pub(super) fn lay_out(page: &mut Page, pairs: &[(&Run, &Overlay)], findings: &[Finding]) {
     let figures: Vec<&RunFigures> = pairs.iter().map(|(_, overlay)| &overlay.figures).collect();
     match figures.as_slice() {

@@ -1,4 +1,5 @@
-//! The page of `motorlab demo`: a motor that agrees with its simulation, then one with a sim-to-real gap, and its diagnosis.
+//! The page of `motorlab demo`: a motor that agrees with its simulation, then one with a sim-to-real gap, and its
+//! diagnosis.
 
 use super::number::figure;
 use super::{Page, comparison, diagnosis};
@@ -7,24 +8,24 @@ use crate::diagnose::Diagnosis;
 use crate::motor::SimulationError;
 use crate::recording::Run;
 
-/// Runs with their simulations, and the one that was diagnosed.
+/// Runs with their simulations, and the diagnosed one.
 #[derive(Debug)]
 pub struct Shown<'a> {
-    /// Runs of the motor as it is simulated.
+    /// Runs of the motor that agrees.
     pub met: &'a [(&'a Run, &'a Overlay)],
     /// The run with a gap, its simulation and its diagnosis.
     pub gap: (&'a Run, &'a Overlay, &'a Diagnosis),
-    /// The virtual board of that run, as after `virtual:?`.
+    /// Keys of that run's virtual board, as after `virtual:?`.
     pub board: &'a str,
 }
 
-/// Keys of a virtual board as they are read. How fast it plays makes no difference to the run.
+/// Keys of a virtual board for readers. The playback rate has no effect on the run.
 pub fn keys_words(keys: &str) -> String {
     let telling = keys.split('&').filter(|key| !key.starts_with("speed="));
     telling.collect::<Vec<_>>().join(", ")
 }
 
-/// Why comparison and diagnosis have different figures.
+/// Why the figures of comparison and diagnosis differ.
 pub fn two_measures(found: &Diagnosis) -> String {
     format!(
         "The comparison simulates a whole run from rest, where errors accumulate. The diagnosis predicts segments of {}\u{a0}s from their measured initial states, so that its errors are smaller.",

@@ -1,10 +1,10 @@
-//! Text from files and devices made harmless in HTML and SVG.
+//! Escaping of text from files and devices for HTML and SVG.
 
 use std::borrow::Cow;
 
 use crate::plain::is_harmful;
 
-/// The text with `& < > " '` as entities and what steers, hides or turns text as `�`.
+/// The text with `& < > " '` as entities, and control, invisible and direction characters as `�`.
 pub fn escaped(text: &str) -> Cow<'_, str> {
     let harmful = |c: char| matches!(c, '&' | '<' | '>' | '"' | '\'') || is_harmful(c);
     if !text.contains(harmful) {
@@ -25,10 +25,10 @@ pub fn escaped(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The same as HTML, with what stands between backticks as code.
+/// The same as HTML, with text between backticks as code.
 pub(super) fn with_code(text: &str) -> String {
     let parts: Vec<&str> = text.split('`').collect();
-    // A backtick without its other one is a letter.
+    // An unpaired backtick is literal.
     if parts.len().is_multiple_of(2) {
         return escaped(text).into_owned();
     }

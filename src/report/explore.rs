@@ -1,20 +1,21 @@
-//! Data of a figure for a page's script: its values, packed, in an attribute of the figure.
+//! Data of a figure for the page's script: packed values in an attribute of the figure.
 //!
-//! Values are whole numbers of 16 bits between a curve's least and largest value, counts exactly so where they fit; times are floats of
-//! 32 bits; both in base 64. The script is [uPlot](https://github.com/leeoniya/uPlot) 1.6.32 (MIT) and `explore.js`.
+//! Values are 16-bit integers between a curve's minimum and maximum, exact for counts where they fit; times are
+//! 32-bit floats; both in base 64. The script is [uPlot](https://github.com/leeoniya/uPlot) 1.6.32 (MIT) and
+//! `explore.js`.
 
 use serde_json::{Value, json};
 
 use super::figure::{Figure, Panel, Series, Stroke, widened};
 use super::svg::Size;
 
-/// uPlot with its licence, then what puts it to use.
+/// uPlot with its licence, then the script that uses it.
 pub(super) const SCRIPT: [&str; 3] = [
     include_str!("uplot/LICENSE"),
     include_str!("uplot/uPlot.iife.min.js"),
     include_str!("explore.js"),
 ];
-/// How uPlot and the figures around it look.
+/// Styles of uPlot and of the figures.
 pub(super) const STYLE: [&str; 2] = [
     include_str!("uplot/uPlot.min.css"),
     ".wide.scrolls::before{content:'more columns: scroll sideways \\2192';position:sticky;left:0;font-size:.8rem;color:var(--faint)}\
@@ -28,22 +29,22 @@ figure.explored>.broad,figure.explored>.narrow,figure.explored>svg{display:none}
 .live button{font:inherit;min-width:2rem;padding:.1rem .5rem;color:var(--ink);background:none;border:1px solid var(--grid);border-radius:4px;cursor:pointer}",
 ];
 
-/// Rows of a panel that are kept: more are drawn by their extremes. Half a megabyte a figure of a dozen curves.
+/// Most rows of a panel; more are reduced to their extremes. Half a megabyte for a figure of a dozen curves.
 const ROWS: usize = 8000;
-/// Whole numbers that stand for a value; the two above stand for none there, and for no such row.
+/// Number of integer steps; the two integers above mean `no value` and `no such row`.
 const STEPS: f64 = 65533.0;
 const ABSENT: u16 = 65534;
 const GAP: u16 = 65535;
-/// Decimals that are told of a value, at most: as many as a script writes.
+/// Most decimals of a value.
 const MOST_DECIMALS: f64 = 100.0;
 /// Height of the x axis below a panel in pixels.
 const AXIS: f64 = 30.0;
-/// Height of the name of the x axis in pixels; as much is the width of the name of a y axis.
+/// Height of the x axis label and width of a y axis label in pixels.
 const NAME: f64 = 18.0;
-/// Height of a panel without its axis in pixels, at least.
+/// Least height of a panel without its axis in pixels.
 const LOW: f64 = 70.0;
 
-/// The figure as the script reads it.
+/// The figure in the script's format.
 pub(super) fn data(figure: &Figure, size: Size) -> String {
     let weights: f64 = figure.panels.iter().map(|panel| panel.weight).sum();
     let last = figure.panels.len().saturating_sub(1);
@@ -52,7 +53,7 @@ pub(super) fn data(figure: &Figure, size: Size) -> String {
         .map(|(k, panel)| {
             let rows = Rows::of(panel);
             let packed = base64(rows.x.iter().flat_map(|x| (*x as f32).to_le_bytes()));
-            // Panels over the same times name the first of them.
+            // Panels over the same times refer to the first of them.
             let same = times.iter().find(|(_, other)| *other == packed);
             let t = same.map_or_else(|| json!(packed), |(first, _)| json!(first));
             if same.is_none() {
@@ -80,7 +81,7 @@ pub(super) fn data(figure: &Figure, size: Size) -> String {
 /// The curves of a panel over one column of x.
 struct Rows {
     x: Vec<f64>,
-    /// A column a curve; none where it has no such x.
+    /// One column per curve; `None` where it has no such x.
     y: Vec<Vec<Option<f64>>>,
 }
 
@@ -91,7 +92,7 @@ impl Rows {
         if count <= ROWS {
             return all;
         }
-        // Of each block every curve's least and largest value stay, and a gap.
+        // Every block keeps each curve's minimum and maximum, and a gap.
         let blocks = (ROWS / (3 * all.y.len().max(1))).max(1);
         let long = count.div_ceil(blocks);
         let mut kept = Vec::new();
@@ -111,7 +112,6 @@ impl Rows {
                         .partial_cmp(&column[*b])
                         .unwrap_or(std::cmp::Ordering::Equal)
                 }));
-                // A gap stays one.
                 let is_gap = |k: &usize| column[*k].is_some_and(|y| !y.is_finite());
                 kept.extend(block.clone().find(is_gap));
             }
@@ -160,7 +160,6 @@ impl Rows {
     }
 }
 
-/// One curve, packed.
 fn curve(series: &Series, y: &[Option<f64>]) -> Value {
     let finite = || y.iter().flatten().filter(|y| y.is_finite());
     let low = finite().copied().fold(f64::INFINITY, f64::min);
@@ -201,7 +200,7 @@ fn curve(series: &Series, y: &[Option<f64>]) -> Value {
     })
 }
 
-/// Bytes in base 64 (RFC 4648, section 4): no dependency for twenty lines.
+/// Bytes in base 64 (RFC 4648, section 4), without a dependency.
 fn base64(bytes: impl Iterator<Item = u8>) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let bytes: Vec<u8> = bytes.collect();
@@ -268,11 +267,11 @@ mod tests {
         let rows = Rows::of(&panel);
         assert_eq!(rows.x, [0.0, 1.0, 2.0]);
         assert_eq!(rows.y[0][1], None);
-        // 0 and the mark of a gap, least byte first: 00 00, fe ff, ff ff.
+        // 0 and the code of a gap, low byte first: 00 00, fe ff, ff ff.
         assert_eq!(curve(&panel.series[0], &rows.y[0])["v"], "AAD+////");
     }
 
-    /// A page's data stay below 60 kB besides its own figures.
+    /// The data of a page without its figures are below 60 kB.
     #[test]
     fn the_inlined_library_is_small() {
         let uplot = SCRIPT[0].len() + SCRIPT[1].len() + STYLE[0].len();

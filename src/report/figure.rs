@@ -1,19 +1,19 @@
-//! Content of a plot, independent of its drawing: panels over one x axis, each with its series.
+//! Content of a plot, independent of its rendering: panels with series over one x axis.
 //!
-//! [`super::svg`] draws a figure as SVG, [`super::terminal`] as text.
+//! [`super::svg`] renders a figure as SVG, [`super::terminal`] as text.
 
-/// How a series is drawn.
+/// Style of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stroke {
-    /// A line from point to point.
+    /// A line through the points.
     Line,
     /// A dashed line.
     Dashed,
-    /// A value that holds until the next point, as a command or a count does.
+    /// A value that is held until the next point, as a command or a count.
     Step,
-    /// A step drawn faintly: raw data behind what is to be read.
+    /// A faint step: raw data in the background.
     FaintStep,
-    /// A broad, pale line: background for a thin line over it.
+    /// A broad, pale line in the background.
     Broad,
     /// A broad, pale step.
     BroadStep,
@@ -21,32 +21,32 @@ pub enum Stroke {
     Dots,
     /// Lower end of a band; its upper end is the next series.
     Lower,
-    /// Upper end of a band: shaded down to the series before.
+    /// Upper end of a band, shaded down to the series before.
     Upper,
 }
 
 impl Stroke {
-    /// Whether it is an end of a band, which has no line.
+    /// Whether it is an end of a band, which is not drawn as a line.
     pub fn is_band(self) -> bool {
         matches!(self, Self::Lower | Self::Upper)
     }
 }
 
-/// One curve. Points that are not finite leave a gap.
+/// One curve. Points that are not finite are gaps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
-    /// How it is drawn.
+    /// Style.
     pub stroke: Stroke,
-    /// Its colour: an index into the palette, the same for the same thing in all panels.
+    /// Index of its colour in the palette, the same for the same quantity in all panels.
     pub colour: usize,
-    /// Points (x, y) with rising x.
+    /// Points (x, y) in ascending order of x.
     pub points: Vec<(f64, f64)>,
 }
 
 impl Series {
-    /// A series of two columns of the same length.
+    /// A series from two columns of equal length.
     pub fn new(
         name: impl Into<String>,
         stroke: Stroke,
@@ -63,35 +63,35 @@ impl Series {
     }
 }
 
-/// An interval of x that is shaded.
+/// A shaded interval of x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Band {
-    /// From this x.
+    /// Lower end.
     pub from: f64,
-    /// To this x.
+    /// Upper end.
     pub to: f64,
-    /// How dark, 0 to 1.
+    /// Opacity, 0 to 1.
     pub strength: f64,
-    /// Its content.
+    /// Label.
     pub label: String,
 }
 
-/// One y axis and what is drawn against it.
+/// One y axis and its curves.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Panel {
     /// Quantity and unit, such as `speed (RPM)`.
     pub y_label: String,
-    /// The curves, first drawn first.
+    /// The curves, drawn in this order.
     pub series: Vec<Series>,
     /// Height relative to the other panels.
     pub weight: f64,
-    /// Horizontal lines of reference with their names.
+    /// Horizontal reference lines with their names.
     pub marks: Vec<(f64, String)>,
-    /// Vertical lines: where something restarts.
+    /// Vertical lines at restarts.
     pub starts: Vec<f64>,
-    /// Shaded intervals, behind everything.
+    /// Shaded intervals in the background.
     pub bands: Vec<Band>,
-    /// Whether isolated spikes do not set its scale.
+    /// Whether isolated spikes are excluded from its scale.
     pub is_robust: bool,
 }
 
@@ -109,19 +109,19 @@ impl Panel {
         }
     }
 
-    /// The panel with another height relative to its neighbours.
+    /// The panel with this height relative to the others.
     pub fn weighing(mut self, weight: f64) -> Self {
         self.weight = weight;
         self
     }
 
-    /// The panel with a horizontal line of reference.
+    /// The panel with a horizontal reference line.
     pub fn marked(mut self, y: f64, name: impl Into<String>) -> Self {
         self.marks.push((y, name.into()));
         self
     }
 
-    /// The panel with vertical lines where something restarts.
+    /// The panel with vertical lines at restarts.
     pub fn restarting_at(mut self, starts: &[f64]) -> Self {
         self.starts = starts.to_vec();
         self
@@ -133,13 +133,13 @@ impl Panel {
         self
     }
 
-    /// The panel with a scale that isolated spikes do not set.
+    /// The panel with a scale that excludes isolated spikes.
     pub fn robust(mut self) -> Self {
         self.is_robust = true;
         self
     }
 
-    /// Smallest and largest y, marks included; `None` where nothing is finite.
+    /// Minimum and maximum of y, marks included; `None` without finite values.
     pub fn y_range(&self) -> Option<(f64, f64)> {
         let values = self
             .series
@@ -149,7 +149,7 @@ impl Panel {
     }
 }
 
-/// Panels one above the other, over one x axis.
+/// Panels in a column over one x axis.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Figure {
     /// Short description.
@@ -161,7 +161,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// Smallest and largest x of all panels; `None` where there is no point.
+    /// Minimum and maximum of x over all panels; `None` without points.
     pub fn x_range(&self) -> Option<(f64, f64)> {
         let panels = self.panels.iter().flat_map(|panel| &panel.series);
         range(panels.flat_map(|s| s.points.iter().map(|p| p.0)))
@@ -175,7 +175,7 @@ pub(super) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// A range that is never empty: a single value gets room above and below.
+/// A range that is never empty: a single value is extended on both sides.
 pub fn widened((low, high): (f64, f64)) -> (f64, f64) {
     let room = (high - low) * 0.05;
     if room > 0.0 {
@@ -186,7 +186,7 @@ pub fn widened((low, high): (f64, f64)) -> (f64, f64) {
     }
 }
 
-/// Round values (1, 2 or 5 times a power of ten) inside a range, about `wanted` of them.
+/// Round values (1, 2 or 5 times a power of ten) within a range, about `wanted` of them.
 pub fn ticks((low, high): (f64, f64), wanted: usize) -> Vec<f64> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) || wanted == 0 {
@@ -199,13 +199,13 @@ pub fn ticks((low, high): (f64, f64), wanted: usize) -> Vec<f64> {
         .map(|factor| factor * power)
         .find(|step| *step >= rough * 0.999)
         .unwrap_or(10.0 * power);
-    // A range that ends on a round value ends with its tick, though division may round it out.
+    // A range that ends at a round value has a tick there in spite of rounding.
     let first = (low / step - 1e-9).ceil() as i64;
     let last = (high / step + 1e-9).floor() as i64;
     (first..=last).take(1000).map(|k| k as f64 * step).collect()
 }
 
-/// A tick's value with as many digits as its neighbours need.
+/// A tick's value with the digits that its neighbours need.
 pub fn tick_label(value: f64, step: f64) -> String {
     let digits = (-step.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     let value = if value.abs() < step.abs() * 1e-9 {
@@ -219,11 +219,11 @@ pub fn tick_label(value: f64, step: f64) -> String {
     format!("{value:.digits$}").replace('-', "\u{2212}")
 }
 
-/// Ticks of a y axis of this height in pixels, with their numbers.
+/// Labelled ticks of a y axis of this height in pixels.
 pub fn y_ticks(range: (f64, f64), height: f64) -> Vec<(f64, String)> {
     let wanted = ((height / 40.0) as usize).max(3);
     let mut at = ticks(range, wanted);
-    // One number says no scale.
+    // A single number is no scale.
     if at.len() < 2 {
         at = ticks(range, 2 * wanted);
     }
@@ -233,8 +233,8 @@ pub fn y_ticks(range: (f64, f64), height: f64) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// At most five points a pixel column (first, lowest, highest, a gap, last), so that a long run draws as fast
-/// and looks the same as with all its points.
+/// At most five points per pixel column (first, lowest, highest, a gap, last): a long run is drawn quickly and
+/// identically.
 pub fn thinned(points: &[(f64, f64)], x_range: (f64, f64), columns: usize) -> Vec<(f64, f64)> {
     if points.len() <= 4 * columns {
         return points.to_vec();

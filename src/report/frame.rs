@@ -1,4 +1,4 @@
-//! One panel of a drawing: its grid, marks and curves.
+//! One panel of a drawing: grid, marks and curves.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use super::figure::{Band, Panel, Series, Stroke, thinned, tick_label, ticks, y_t
 use super::legend::look;
 use super::svg::COLOURS;
 
-/// Where a panel lies on the paper and what its axes span.
+/// Position of a panel on the drawing and the ranges of its axes.
 pub(super) struct Frame {
     pub left: f64,
     pub top: f64,
@@ -108,7 +108,7 @@ impl Frame {
         );
     }
 
-    /// Shades intervals; none is narrower than two pixels. A label that would run into a stronger one's is left out.
+    /// Shades intervals of at least two pixels. A label that would overlap that of a stronger one is left out.
     fn draw_bands(&self, out: &mut String, panel: &Panel) {
         let mut bands: Vec<&Band> = panel.bands.iter().collect();
         bands.sort_by(|a, b| b.strength.total_cmp(&a.strength));
@@ -181,7 +181,7 @@ impl Frame {
         );
     }
 
-    /// Shades what lies between two curves over the same x.
+    /// Shades the area between two curves over the same x.
     fn draw_between(&self, out: &mut String, lower: &Series, upper: &Series) {
         let (columns, colour) = (self.width as usize, upper.colour);
         let lower = thinned(&lower.points, self.x_range, columns);

@@ -1,6 +1,6 @@
-//! One self-contained HTML file: text, tables and drawings, no network, light and dark, phone and desk.
+//! One self-contained HTML file: text, tables and drawings, without network, light and dark, phone and desktop.
 //!
-//! Whatever is put in is escaped; only this room writes markup.
+//! All content is escaped; only this module writes markup.
 
 use std::fmt::Write;
 
@@ -17,15 +17,15 @@ const STYLE: &str = include_str!("page.css");
 
 /// Width of a drawing on a phone in pixels.
 const PHONE: u32 = 360;
-/// A cell with more letters is a sentence.
+/// Letters above which a cell counts as a sentence.
 const SENTENCE: usize = 50;
 
-/// A page under way.
+/// A page under construction.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
     body: String,
-    /// Whether there is something to explore.
+    /// Whether a figure is interactive.
     is_live: bool,
 }
 
@@ -39,18 +39,18 @@ impl Page {
         }
     }
 
-    /// The one sentence that says it all.
+    /// The summary sentence.
     pub fn lead(&mut self, text: &str) {
         self.element("p class=\"lead\"", "p", text);
     }
 
-    /// Named parts of a text; code between backticks is a command.
+    /// Named parts of a text; text between backticks is a command.
     pub fn parts(&mut self, parts: &[(&str, String)]) {
         self.body.push_str("<dl class=\"lead\">");
         for (name, text) in parts {
             let _ = write!(self.body, "<dt>{}</dt><dd>", escaped(name));
             for (k, part) in text.split('`').enumerate() {
-                // A command stands on a line of its own: the full stop behind it would begin the next.
+                // A command is on a line of its own, so that the full stop after it is dropped.
                 let part = match k {
                     0 => part,
                     _ => part.trim_start_matches(['.', ' ']),
@@ -81,17 +81,17 @@ impl Page {
         self.element("p", "p", text);
     }
 
-    /// The answer to the question in the heading above.
+    /// The answer to the question in the heading.
     pub fn answer(&mut self, text: &str) {
         self.element("p class=\"answer\"", "p", text);
     }
 
-    /// A paragraph in small voice: how something was made, what to mind.
+    /// A remark in small type.
     pub fn note(&mut self, text: &str) {
         self.element("p class=\"note\"", "p", text);
     }
 
-    /// A list of short points.
+    /// A bulleted list.
     pub fn list<T: AsRef<str>>(&mut self, items: impl IntoIterator<Item = T>) {
         self.body.push_str("<ul>");
         for item in items {
@@ -100,12 +100,12 @@ impl Page {
         self.body.push_str("</ul>\n");
     }
 
-    /// Text kept as it is, such as a file or a formula.
+    /// Preformatted text, such as a file or a formula.
     pub fn verbatim(&mut self, text: &str) {
         let _ = writeln!(self.body, "<pre>{}</pre>", escaped(text));
     }
 
-    /// A formula on a line of its own: `left` and a fraction, set by the browser (MathML).
+    /// A displayed formula: `left` and a fraction (MathML).
     pub fn fraction(&mut self, left: &str, numerator: &str, denominator: &str) {
         let _ = writeln!(
             self.body,
@@ -116,8 +116,8 @@ impl Page {
         );
     }
 
-    /// A table; columns whose cells all begin like numbers are set flush right. Two columns of words, and rows with
-    /// whole sentences, stand one above the other on a phone.
+    /// A table; numeric columns are right-aligned. Two columns of words, and rows with sentences, are stacked on a
+    /// phone.
     pub fn table(&mut self, names: &[&str], rows: &[Vec<String>]) {
         self.rows(names, &of_texts(rows), None);
     }
@@ -127,7 +127,7 @@ impl Page {
         self.rows(names, rows, None);
     }
 
-    /// A table that sorts by a click on a column's name.
+    /// A table that is sorted by a click on a column's name.
     pub fn sortable(&mut self, names: &[&str], rows: &[Vec<String>]) {
         self.is_live = true;
         self.rows(names, &of_texts(rows), Some("sortable"));
@@ -167,7 +167,7 @@ impl Page {
         for row in rows {
             self.body.push_str("<tr>");
             for (k, cell) in row.iter().enumerate() {
-                // A number and its per cent stay on one line.
+                // A number and its percent sign stay on one line.
                 let cell = match numeric.get(k) {
                     Some(true) => escaped(&cell.text().replace(" %", "\u{a0}%")).into_owned(),
                     _ => cell.markup(),
@@ -179,7 +179,7 @@ impl Page {
         self.body.push_str("</tbody></table></div>\n");
     }
 
-    /// A drawing with what it shows; drawn a second time for a phone, so that its text stays readable there.
+    /// A drawing with its caption; rendered a second time at a phone's width, so that its text stays readable.
     pub fn figure(&mut self, figure: &Figure, size: Size, caption: &str) {
         self.is_live = true;
         let _ = writeln!(
@@ -198,7 +198,7 @@ impl Page {
         );
     }
 
-    /// Small drawings side by side, one below the other on a phone, each with what it shows.
+    /// Small drawings side by side, stacked on a phone, each with its caption.
     pub fn figures<'a>(&mut self, figures: impl IntoIterator<Item = (&'a Figure, &'a str)>) {
         self.body.push_str("<div class=\"grid\">");
         for (figure, caption) in figures {
@@ -214,17 +214,17 @@ impl Page {
         self.body.push_str("</div>\n");
     }
 
-    /// Bars with their numbers, with what they show.
+    /// A bar chart with its caption.
     pub fn bars(&mut self, bars: &Bars, caption: &str) {
         self.in_both_widths(|width| bars.inline(width), caption);
     }
 
-    /// Many values as a drawing, with what it shows.
+    /// A strip chart with its caption.
     pub fn strip(&mut self, strip: &Strip, caption: &str) {
         self.in_both_widths(|width| strip.inline(width), caption);
     }
 
-    /// Content that is unfolded by a click.
+    /// Content that is expanded by a click.
     pub fn folded(&mut self, summary: &str, content: impl FnOnce(&mut Self)) {
         let _ = writeln!(
             self.body,
@@ -235,7 +235,7 @@ impl Page {
         self.body.push_str("</details>\n");
     }
 
-    /// A drawing that is wider than a phone, with what it shows.
+    /// A drawing wider than a phone, with its caption.
     pub(super) fn drawing(&mut self, svg: &str, caption: &str) {
         let _ = writeln!(
             self.body,
@@ -244,7 +244,7 @@ impl Page {
         );
     }
 
-    /// A table of counts as a drawing, with what it shows.
+    /// A matrix of counts with its caption.
     pub fn matrix(&mut self, matrix: &Matrix, caption: &str) {
         let _ = writeln!(
             self.body,
@@ -269,7 +269,7 @@ impl Page {
         let _ = writeln!(self.body, "<{open}>{}</{close}>", with_code(text));
     }
 
-    /// The whole file.
+    /// The HTML file.
     pub fn finish(self) -> String {
         let [licence, uplot, script] = explore::SCRIPT;
         let (style, script) = match self.is_live {

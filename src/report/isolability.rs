@@ -1,4 +1,4 @@
-//! The page of a planned recording: which effects it shows and which it separates, as a heatmap.
+//! The page of a planned recording: the effects that it shows and separates, as a heatmap.
 
 use std::fmt::Write;
 
@@ -7,21 +7,21 @@ use super::escape::escaped;
 use super::number::figure;
 use crate::diagnose::{Isolability, Pair};
 
-/// Separation from which two effects are separated clearly, in standard deviations.
+/// Separation above which two effects are clearly separated, in standard deviations.
 pub const CLEAR: f64 = 10.0;
-/// Separation that has the palest shade: ten times as clear.
+/// Separation with the lightest shade.
 const MOST: f64 = 10.0 * CLEAR;
-/// Side of a cell, and room for the names, in pixels.
+/// Side of a cell and space for the names, in pixels.
 const CELL: f64 = 17.0;
 const NAMES: f64 = 165.0;
-/// Height of the scale of shades below.
+/// Height of the colour scale.
 const LEGEND: f64 = 44.0;
-/// Steps of the scale of shades.
+/// Steps of the colour scale.
 const STEPS: usize = 24;
-/// Pairs that are listed.
+/// Most pairs listed.
 const LISTED: usize = 60;
 
-/// The page; `command` records the plan.
+/// The page; `command` is the command line that records the plan.
 pub fn page(found: &Isolability, command: &str) -> String {
     let mut page = Page::new("Effects that a planned recording separates");
     page.lead(&lead(found));
@@ -85,7 +85,7 @@ fn lead(found: &Isolability) -> String {
     )
 }
 
-/// How dark a separation is: 1 at the threshold and below, 0 where it is ten times clear.
+/// Shade of a separation: 1 at the threshold and below, 0 at ten times `CLEAR`.
 fn darkness(separation: f64, tie_below: f64) -> f64 {
     let share = (separation.max(tie_below) / tie_below).ln() / (MOST / tie_below).ln();
     if share.is_finite() {
@@ -125,7 +125,7 @@ fn heatmap(found: &Isolability) -> String {
             );
         }
     }
-    // The scale is logarithmic; its axis has the threshold, clear, and ten times that.
+    // A logarithmic scale with the threshold, `CLEAR`, and ten times that.
     let (top, long) = (NAMES + side + 12.0, side.min(260.0));
     let ratio = MOST / found.tie_below;
     for k in 0..STEPS {

@@ -1,4 +1,4 @@
-//! Surroundings of a drawing's panels: its title in lines, and the legend.
+//! Title and legend of a drawing.
 
 use std::fmt::Write;
 
@@ -6,21 +6,21 @@ use super::escape::escaped;
 use super::figure::{Panel, Series, Stroke};
 use super::svg::COLOURS;
 
-/// From the edge to the panels, at least: the name of the y axis and four digits stand there.
+/// Least left margin: the name of the y axis and four digits.
 pub(super) const LEFT: f64 = 64.0;
-/// The name of the y axis with the room beside it, and the room between a number and its panel.
+/// Left margin for the name of the y axis, and the distance between a number and its panel.
 const LEFT_MARGIN: f64 = 32.0;
 
 /// Height of a row of the legend.
 pub(super) const LEGEND_ROW: f64 = 18.0;
 
-/// From the edge to the panels, with room for these numbers. Digits are taken as 7 px wide.
+/// Left margin for these numbers; digits are 7 px wide.
 pub(super) fn margin(numbers: impl Iterator<Item = String>) -> f64 {
     let widest = numbers.map(|number| number.chars().count()).max();
     LEFT.max(LEFT_MARGIN + 7.0 * widest.unwrap_or(0) as f64)
 }
 
-/// A title in lines that fit the width, broken between words. Letters are taken as 8 px wide.
+/// A title wrapped to the width; letters are 8 px wide.
 pub(super) fn lines(title: &str, width: f64) -> Vec<String> {
     let letters = (width / 8.0) as usize;
     let mut lines: Vec<String> = Vec::new();
@@ -36,12 +36,12 @@ pub(super) fn lines(title: &str, width: f64) -> Vec<String> {
     lines
 }
 
-/// Series that the legend names: those with a name, each once.
+/// Named series, each name once.
 pub(super) fn legend_entries(panel: &Panel) -> Vec<&Series> {
     panel.series.iter().filter(|s| !s.name.is_empty()).collect()
 }
 
-/// Legend entries in rows that fit the width, with their x positions. Letters are taken as 6.6 px wide.
+/// Legend entries in rows that fit the width, with their x positions; letters are 6.6 px wide.
 pub(super) fn legend_rows<'a>(entries: &[&'a Series], width: f64) -> Vec<Vec<(f64, &'a Series)>> {
     let mut rows: Vec<Vec<(f64, &Series)>> = Vec::new();
     let mut x = 0.0;
@@ -72,7 +72,7 @@ pub(super) fn draw_legend(out: &mut String, entries: &[&Series], top: f64, width
                     x + 11.0
                 );
             } else {
-                // A faint curve shows by its many strokes; one stroke in the legend needs full strength.
+                // A faint curve is visible by its many strokes; a single stroke in the legend needs full strength.
                 let look = match series.stroke {
                     Stroke::Upper => " style=\"stroke-width:9;stroke-opacity:.2\"",
                     Stroke::FaintStep => " style=\"stroke-width:1;stroke-opacity:.8\"",
@@ -111,7 +111,8 @@ mod tests {
     fn numbers_of_an_axis_do_not_touch_its_name() {
         let left = |number: &str| margin([number.to_owned()].into_iter());
         assert_eq!(left("\u{2212}50"), LEFT);
-        // The name's letters end 22 px from the edge. A number of 7 digits begins 6 px and its own width before the panel.
+        // The name's letters end 22 px from the edge. A number of 7 digits begins 6 px and its width before the
+        // panel.
         assert!(left("\u{2212}100000") - 6.0 - 7.0 * 7.0 > 22.0);
     }
 }

@@ -1,4 +1,4 @@
-//! A table of counts as a drawing: the more, the darker.
+//! A matrix of counts as a drawing; larger counts are darker.
 
 use std::fmt::Write;
 
@@ -11,13 +11,13 @@ pub struct Matrix {
     pub title: String,
     /// Name of the rows.
     pub row_label: String,
-    /// Name of the columns.
+    /// Names of the rows, from the top.
     pub column_label: String,
     /// Names of the rows, from the top.
     pub rows: Vec<String>,
     /// Names of the columns.
     pub columns: Vec<String>,
-    /// Row by row; missing ones are 0.
+    /// Counts by row; missing ones are 0.
     pub counts: Vec<Vec<u64>>,
 }
 
@@ -25,12 +25,12 @@ const CELL: f64 = 22.0;
 const NAMES: f64 = 158.0;
 const TITLE: f64 = 30.0;
 const LABEL: f64 = 20.0;
-/// A wide drawing shrinks to this width, and a narrow one is not blown up, in pixels.
+/// Width in pixels to which a wide drawing shrinks, and below which a narrow one is not enlarged.
 const LEAST: f64 = 576.0;
 
 impl Matrix {
-    /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`]. Cells whose row and column
-    /// have one name are in one colour, all others in another; a cell's number stands in it.
+    /// The drawing for an HTML page with [`super::svg::STYLE`]. Cells with equal names of row and column have one
+    /// colour, the others another; each cell has its count.
     pub fn inline(&self) -> String {
         let (left, top) = (LABEL + NAMES, TITLE + LABEL + NAMES);
         let width = left + CELL * self.columns.len() as f64 + 8.0;

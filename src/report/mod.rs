@@ -1,8 +1,8 @@
-//! Output for people: plots, one offline HTML file, the terminal.
+//! Output for people: plots, offline HTML files, the terminal.
 //!
-//! A [`Figure`] says what a plot shows; [`svg`] draws it for files and pages, [`terminal`] as text.
-//! A [`Page`] gathers text, tables and figures into one self-contained HTML file, in which figures are zoomed and read off (uPlot,
-//! inlined) and tables sorted; without scripts the drawings stay.
+//! A [`Figure`] is the content of a plot; [`svg`] renders it for files and pages, [`terminal`] as text. A [`Page`]
+//! gathers text, tables and figures into one self-contained HTML file with interactive figures (uPlot, inlined) and
+//! sortable tables; without scripts the drawings remain.
 
 mod bars;
 mod cell;

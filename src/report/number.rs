@@ -1,8 +1,8 @@
-//! Figures in text: significant digits, units that people read, no line break between the two.
+//! Figures in text: significant digits, units for readers, no line break between value and unit.
 
 use crate::units::rpm_from_rad_s;
 
-/// A number with this many significant digits; powers of ten for very small and very large ones.
+/// A number with this many significant digits; in scientific notation if very small or very large.
 pub fn figure(value: f64, digits: usize) -> String {
     if value.is_nan() {
         return "\u{2013}".to_owned();
@@ -26,7 +26,6 @@ pub fn figure(value: f64, digits: usize) -> String {
     text.replace('-', "\u{2212}")
 }
 
-/// A whole number in raised digits.
 fn superscript(number: i32) -> String {
     let raise = |c: char| match c {
         '-' => '\u{207b}',
@@ -51,7 +50,7 @@ pub fn percent(share: f64) -> String {
     format!("{}\u{a0}%", figure(100.0 * share, 3))
 }
 
-/// A probability as the sentence of a diagnosis states it: two decimals, three above 0.99; never a certainty, never an impossibility.
+/// A probability with two decimals, three above 0.99; never 0 or 1.
 pub fn probability(p: f64) -> String {
     match p {
         p if p >= 0.999 => ">\u{a0}0.999".to_owned(),
@@ -61,7 +60,7 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// A probability beside its symbol: `P = 0.93`, or of an event `P(no effect is present) = 0.93`.
+/// A probability with its symbol: `P = 0.93`, or of an event `P(no effect is present) = 0.93`.
 pub fn probability_of(event: &str, p: f64) -> String {
     let symbol = match event {
         "" => "P".to_owned(),

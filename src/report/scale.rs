@@ -1,31 +1,31 @@
-//! The range of a panel's axis, which a few isolated points do not set.
+//! The range of a panel's axis, without isolated outliers.
 //!
-//! A difference of counts over one sample jumps where a sample is late or an edge is lost. Such a spike lasts a sample or two, so a
-//! running median of five (Tukey, 1977) is without it.
+//! A finite difference of counts spikes where a sample is late or an edge is lost. Such a spike lasts a sample or two
+//! and is removed by a running median of five (Tukey, 1977).
 
 use super::figure::{Panel, Series};
 
-/// Points in the running median: what lasts for fewer than half of them is a spike.
+/// Points in the running median: features of fewer than half of them are spikes.
 const MEDIAN: usize = 5;
-/// Spikes set no scale where they are no more than this share of the points; more are what the curve does. Convention.
+/// Largest share of points that are spikes; more are a property of the curve. Convention.
 const RARE: f64 = 0.01;
-/// Spikes are left outside where the scale would be wider than this many times the curve. Convention.
+/// Spikes are left outside if they widen the scale by more than this factor. Convention.
 const WIDER: f64 = 1.5;
 
-/// A curve's own tips reach beyond its running median by up to this share of its range. Convention.
+/// A curve's peaks exceed its running median by up to this share of its range. Convention.
 const TIPS: f64 = 0.25;
 
-/// From where to where an axis goes, and how many points lie outside.
+/// Range of an axis, and the number of points outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AxisScale {
-    /// Least and largest value.
+    /// Minimum and maximum.
     pub range: (f64, f64),
-    /// Points that lie outside.
+    /// Number of points outside.
     pub beyond: usize,
 }
 
 impl AxisScale {
-    /// Remark about points outside; empty if there are none.
+    /// Note about points outside; `None` without any.
     pub fn words(&self) -> Option<String> {
         match self.beyond {
             0 => None,
@@ -36,7 +36,7 @@ impl AxisScale {
 }
 
 impl Panel {
-    /// The scale of its values; `None` where nothing is finite.
+    /// The scale of its values; `None` without finite values.
     pub fn scale(&self) -> Option<AxisScale> {
         let range = self.y_range()?;
         let whole = AxisScale { range, beyond: 0 };
@@ -46,7 +46,7 @@ impl Panel {
         let steady = self.series.iter().flat_map(without_spikes);
         let marks = self.marks.iter().map(|mark| mark.0);
         let (low, high) = super::figure::range(steady.chain(marks))?;
-        // The median cuts a curve's own tips.
+        // The median cuts off the peaks of the curve.
         let tips = TIPS * (high - low);
         let is_near = |value: &f64| *value >= low - tips && *value <= high + tips;
         let values = || {
@@ -69,7 +69,6 @@ impl Panel {
     }
 }
 
-/// The running median of a curve.
 fn without_spikes(series: &Series) -> Vec<f64> {
     let values: Vec<f64> = (series.points.iter().map(|p| p.1))
         .filter(|v| v.is_finite())

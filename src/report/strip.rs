@@ -1,4 +1,5 @@
-//! Thousands of values with their intervals as one small drawing: a path for all dots, a path for all intervals.
+//! Strip chart: thousands of values with their intervals in one small drawing, with one path for all dots and one for
+//! all intervals.
 
 use std::fmt::Write;
 
@@ -8,49 +9,49 @@ use super::number::figure;
 /// One value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dot {
-    /// Where it stands.
+    /// Position.
     pub x: f64,
     /// The value.
     pub y: f64,
     /// Its interval.
     pub interval: Option<(f64, f64)>,
-    /// Whether it is one that is looked for.
+    /// Whether it is highlighted.
     pub is_marked: bool,
 }
 
-/// Values side by side.
+/// A strip chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Strip {
-    /// Their meaning.
+    /// Quantity.
     pub title: String,
-    /// Meaning of x.
+    /// Label of x.
     pub x_label: String,
-    /// Marks below, with their words.
+    /// Tick labels.
     pub ticks: Vec<(f64, String)>,
     /// The values.
     pub dots: Vec<Dot>,
-    /// Their middle, and how far from it a value is ordinary.
+    /// Their median, and the largest deviation of an ordinary value.
     pub ordinary: Option<(f64, f64)>,
 }
 
 const HEIGHT: f64 = 210.0;
-/// Least distance of marks that are written upright, in pixels; others are left out.
+/// Least distance of vertical labels in pixels; others are left out.
 const APART: f64 = 12.0;
-/// Letters of a mark that are written upright, and the width of one in pixels.
+/// Letters of a vertical label, and the width of one in pixels.
 const LETTERS: usize = 14;
 const LETTER: f64 = 6.5;
-/// More marks than these are written upright.
+/// Above this number of labels they are vertical.
 const LEVEL: usize = 3;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 44.0;
 const LEFT: f64 = 58.0;
 const RIGHT: f64 = 10.0;
-/// Values farther from the middle than so many times what is ordinary are drawn at the edge: one bad unit
-/// would flatten all others.
+/// Values farther from the median than this multiple of the ordinary deviation are drawn at the edge, so that one bad
+/// unit does not compress the others.
 const SHOWN: f64 = 3.0;
 
 impl Strip {
-    /// The drawing, to be put into an HTML page that has [`super::svg::STYLE`].
+    /// The drawing for an HTML page with [`super::svg::STYLE`].
     pub fn inline(&self, width: u32) -> String {
         let width = f64::from(width);
         let height = self.height();
@@ -159,7 +160,7 @@ impl Strip {
         out
     }
 
-    /// Whether the marks are names that stand upright.
+    /// Whether the labels are vertical.
     fn is_upright(&self) -> bool {
         self.ticks.len() > LEVEL
     }
@@ -176,7 +177,7 @@ impl Strip {
         }
     }
 
-    /// The marks that find room: those of the values that are looked for first, then from the left.
+    /// The labels that fit: those of highlighted values first, then from the left.
     fn written(&self, x: &dyn Fn(f64) -> f64) -> Vec<(f64, String)> {
         let is_marked = |at: f64| self.dots.iter().any(|dot| dot.x == at && dot.is_marked);
         let (first, others): (Vec<_>, Vec<_>) =
@@ -211,7 +212,7 @@ impl Strip {
     }
 }
 
-/// Numbers of an axis with as many digits as distinguish them.
+/// Labels of an axis with the digits that distinguish them.
 fn distinct_numbers(ticks: [f64; 3]) -> [String; 3] {
     let numbers = |digits| ticks.map(|value| figure(value, digits));
     let are_apart = |numbers: &[String; 3]| numbers[0] != numbers[1] && numbers[1] != numbers[2];
@@ -219,7 +220,7 @@ fn distinct_numbers(ticks: [f64; 3]) -> [String; 3] {
     all.into_iter().find(are_apart).unwrap_or(numbers(3))
 }
 
-/// From the least to the most; never empty.
+/// Minimum and maximum; never empty.
 fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     let ends = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
         (low.min(value), high.max(value))
@@ -227,7 +228,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
     match ends {
         (low, high) if low < high => (low, high),
         (low, high) if low == high => {
-            // A twentieth of the value to each side; of 0 a half.
+            // A twentieth of the value on each side; 0.5 for 0.
             let half = if low == 0.0 { 0.5 } else { 0.05 * low.abs() };
             (low - half, low + half)
         }
@@ -262,7 +263,7 @@ mod tests {
             ..Strip::default()
         };
         assert_eq!(strip.y_range(), (0.5, 4.5));
-        // The two ordinary ones are a quarter of the height apart: 136 of 4 by hand.
+        // Computed by hand: the two ordinary values are a quarter of the height apart, 136 of 4.
         let drawn = strip.inline(360);
         assert!(drawn.contains("M58 149.0h0M204 115.0h0"), "{drawn}");
         assert!(drawn.contains("M350 30.0h0"), "{drawn}");

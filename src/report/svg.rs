@@ -1,8 +1,7 @@
-//! Draws a figure as SVG, readable on a light and on a dark page.
+//! Renders a figure as SVG for light and dark pages.
 //!
-//! Colours are CSS variables with a light and a dark value each (the Okabe-Ito palette, made for
-//! colour-blind eyes), so that the same drawing fits the page it is put on. Everything that comes from
-//! a file is escaped.
+//! Colours are CSS variables with a light and a dark value each (the Okabe-Ito palette for colour-blind readers), so
+//! that one drawing fits both. All text is escaped.
 
 use std::fmt::Write;
 
@@ -11,7 +10,7 @@ use super::figure::{Figure, Panel, Series, widened, y_ticks};
 use super::frame::Frame;
 use super::legend::{LEFT, LEGEND_ROW, draw_legend, legend_entries, legend_rows, lines, margin};
 
-/// Colours of a drawing, light and dark; put once into a page, or into a drawing of its own.
+/// Colours of a drawing, light and dark; once per page or stand-alone drawing.
 pub const STYLE: &str = "\
 .plot{--ink:#1f2328;--faint:#6e7781;--grid:#d8dee4;--paper:#fff;--c0:#0072b2;--c1:#d55e00;--c2:#009e73;--c3:#aa4499;--c4:#b58900;--c5:#3a93c7;--c6:#666}\
 @media screen and (prefers-color-scheme:dark){.plot{--ink:#e6edf3;--faint:#9198a1;--grid:#30363d;--paper:#0d1117;--c0:#56b4e9;--c1:#ff8c42;--c2:#3ddc97;--c3:#e58fc8;--c4:#f0c808;--c5:#9ad1f5;--c6:#aaa}}\
@@ -21,7 +20,7 @@ pub const STYLE: &str = "\
 .plot .mark{stroke:var(--faint);stroke-width:1;stroke-dasharray:2 3}\
 .plot .curve{fill:none;stroke-width:1.6;stroke-linejoin:round}";
 
-/// How many colours the palette has.
+/// Size of the palette.
 pub(super) const COLOURS: usize = 7;
 
 /// Outer size of a drawing in pixels.
@@ -34,7 +33,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// Fits a page or a README.
+    /// For a page or a README.
     pub const PAGE: Self = Self {
         width: 860,
         height: 520,
@@ -44,7 +43,7 @@ impl Size {
         width: 860,
         height: 300,
     };
-    /// One of two side by side; fits a phone too.
+    /// One of two side by side; fits a phone.
     pub const HALF: Self = Self {
         width: 420,
         height: 300,
@@ -55,17 +54,17 @@ const RIGHT: f64 = 16.0;
 const TITLE: f64 = 30.0;
 const TITLE_LINE: f64 = 18.0;
 const BOTTOM: f64 = 44.0;
-/// Between panels: the numbers of the x axis stand there.
+/// Distance between panels, for the numbers of the x axis.
 const BETWEEN: f64 = 30.0;
 
-/// A drawing that stands alone: with its own colours and paper.
+/// A stand-alone drawing with its own colours and background.
 pub fn document(figure: &Figure, size: Size) -> String {
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     out.push_str(&drawing(figure, size, true));
     out
 }
 
-/// A drawing to be put into an HTML page that has [`STYLE`].
+/// A drawing for an HTML page with [`STYLE`].
 pub fn inline(figure: &Figure, size: Size) -> String {
     drawing(figure, size, false)
 }
@@ -197,7 +196,7 @@ mod tests {
         );
     }
 
-    /// Every panel has two numbers at least on each axis, the lowest and flattest too.
+    /// Every panel has at least two numbers on each axis, the lowest and flattest ones included.
     #[test]
     fn every_panel_has_a_scale() {
         let panel = |y: &[f64]| {

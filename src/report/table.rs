@@ -1,11 +1,11 @@
-//! Tables as text: columns as wide as they need, numbers flush right.
+//! Tables as text: columns of the needed width, numbers right-aligned.
 
 use std::fmt;
 
 use super::html::is_number;
 use crate::plain::markdown_text;
 
-/// Names and rows of cells.
+/// Column names and rows of cells.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Table {
     names: Vec<String>,
@@ -36,7 +36,7 @@ impl Table {
         &self.rows
     }
 
-    /// The table in Markdown; what stands in a cell is text there.
+    /// The table in Markdown, with escaped cells.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| {
             let cells: Vec<String> = cells.iter().map(|cell| markdown_text(cell)).collect();
@@ -75,7 +75,7 @@ impl fmt::Display for Table {
     }
 }
 
-/// A number, perhaps with a unit, and no sentence that begins with one.
+/// A number, possibly with a unit, but not a sentence that begins with one.
 fn is_short_number(cell: &str) -> bool {
     is_number(cell) && cell.chars().count() <= 8
 }

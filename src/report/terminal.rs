@@ -1,11 +1,12 @@
-//! Draws a panel as text: eight dots a character (Unicode braille), for a terminal.
+//! Renders a panel as text for a terminal: eight dots per character (Unicode braille).
 
 use super::figure::{Panel, Series, Stroke, thinned, tick_label, ticks, widened};
 
-/// Colours of the series by index, as ANSI codes; the same order as the palette of the drawings.
+/// ANSI colour codes of the series by index, in the order of the drawings' palette.
 const ANSI: [&str; 7] = ["34", "33", "32", "35", "93", "36", "90"];
 
-/// A panel as lines of text, `columns` wide and `rows` high (axes included), coloured or with a digit for each further series.
+/// A panel as lines of text, `columns` wide and `rows` high (axes included), with colours, or with a digit for each
+/// further series.
 pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: bool) -> String {
     let x_range = panel
         .series
@@ -30,7 +31,7 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
     let height = rows.saturating_sub(3).max(3);
     let mut canvas = Canvas::new(width, height);
     let mut drawn: Vec<(usize, &Series)> = lines(panel).enumerate().collect();
-    // Without colours a line is known by its digit; the first one, in dots, is drawn over the others.
+    // Without colours a line is identified by its digit; the first one, in dots, is drawn over the others.
     if !colours {
         drawn.reverse();
     }
@@ -83,7 +84,6 @@ pub fn plot(panel: &Panel, x_label: &str, columns: usize, rows: usize, colours: 
     out
 }
 
-/// The y value at the upper edge of a row of characters.
 fn y_at((low, high): (f64, f64), height: usize, row: usize) -> f64 {
     high - (high - low) * row as f64 / height as f64
 }
@@ -107,12 +107,11 @@ fn legend(panel: &Panel, colours: bool) -> String {
     format!("{}   {}\n", panel.y_label, names.join("   "))
 }
 
-/// Series that are drawn as lines or dots.
 fn lines(panel: &Panel) -> impl Iterator<Item = &Series> {
     panel.series.iter().filter(|one| !one.stroke.is_band())
 }
 
-/// Digit of a series where there are no colours; the first one has none, and is drawn in dots.
+/// Digit of a series without colours; the first one is drawn in dots.
 fn digit(number: usize) -> Option<char> {
     (number > 0)
         .then(|| {
@@ -131,7 +130,7 @@ fn painted(text: &str, colour: usize, colours: bool) -> String {
     }
 }
 
-/// Dots, two by four a character, each character in the colour, or with the digit, of its last dot.
+/// Dots, two by four per character; each character has the colour or digit of its last dot.
 struct Canvas {
     width: usize,
     height: usize,
@@ -150,7 +149,7 @@ impl Canvas {
     }
 
     fn dot(&mut self, (x, y): (i64, i64), colour: usize) {
-        // Bits of a braille character: the left column from the top, the right one, then the bottom row.
+        // Bit numbers of a braille character: the left column from the top, the right one, then the bottom row.
         const BITS: [[u8; 2]; 4] = [[0, 3], [1, 4], [2, 5], [6, 7]];
         let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else {
             return;
@@ -163,7 +162,7 @@ impl Canvas {
         self.colours[cell] = colour;
     }
 
-    /// A line, of which only what lies on the canvas is gone along (Liang and Barsky, 1984): the scale leaves spikes far outside.
+    /// A line clipped to the canvas (Liang and Barsky, 1984), as spikes may lie far outside the scale.
     fn line(&mut self, from: (i64, i64), to: (i64, i64), colour: usize) {
         let sizes = [2 * self.width, 4 * self.height].map(|size| size as f64);
         let from = [from.0 as f64, from.1 as f64];
@@ -256,7 +255,7 @@ mod tests {
         canvas.dots
     }
 
-    /// Points far outside cost nothing, and the visible part of the line is exact.
+    /// Points far outside cost no time, and the visible part of the line is exact.
     #[test]
     fn a_line_that_leads_far_away_ends_at_the_edge() {
         assert_eq!(drawn((3, 0), (i64::MAX, 0)), drawn((3, 0), (19, 0)));

@@ -1,4 +1,4 @@
-//! The curves of a panel as small as a line of a table: no grid, its ends in numbers.
+//! The curves of a panel in the size of a table row: no grid, the ends in numbers.
 
 use std::fmt::Write;
 
@@ -10,11 +10,11 @@ use super::svg::COLOURS;
 
 const WIDTH: f64 = 230.0;
 const HEIGHT: f64 = 96.0;
-/// Room for the range of the values above the curves, and for that of x below them.
+/// Height for the range of the values above the curves, and for that of x below them.
 const TOP: f64 = 16.0;
 const BOTTOM: f64 = 16.0;
 
-/// The drawing, to be put into an HTML page that has [`super::svg::STYLE`]; `unit_x` is the unit of x.
+/// The drawing for an HTML page with [`super::svg::STYLE`]; `unit_x` is the unit of x.
 pub(super) fn inline(panel: &Panel, unit_x: &str) -> String {
     let x = panel
         .series

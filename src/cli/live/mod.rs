@@ -1,8 +1,6 @@
-//! `capture --live`: speed, counts, command and losses on the whole terminal while a run is recorded,
-//! with the simulated motor running along.
+//! `capture --live`: speed, counts, command and losses in full screen during a recording, with the simulated motor.
 //!
-//! It draws on a thread of its own, from what the recorder has put down for it; a terminal that blocks
-//! stops the picture and nothing else.
+//! It draws in a separate thread from data that the recorder shares; a blocked terminal stops the display only.
 
 mod terminal;
 mod view;
@@ -26,13 +24,13 @@ use terminal::SilentTerminal;
 pub(super) use view::LiveRun;
 use view::View;
 
-/// How often the picture is drawn.
+/// Refresh period.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// How long the last picture may take. Only a blocked terminal needs more, and gets no more.
+/// Longest wait for the last frame: only a blocked terminal needs more.
 const LAST_PICTURE: Duration = Duration::from_millis(500);
 
-/// The view; dropping it gives the terminal back.
+/// The display; dropping it restores the terminal.
 pub(super) struct LiveView {
     over: Arc<AtomicBool>,
     drawing: Option<JoinHandle<()>>,
@@ -40,7 +38,7 @@ pub(super) struct LiveView {
 }
 
 impl LiveView {
-    /// Draws on standard error; `None` if that is no terminal.
+    /// Draws on standard error; `None` if it is not a terminal.
     pub(super) fn show(live: &SharedLive, run: LiveRun) -> Option<Self> {
         if !io::stderr().is_terminal() {
             return None;

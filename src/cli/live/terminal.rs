@@ -1,4 +1,4 @@
-//! The terminal that the picture is drawn on: how large it is, and its echo.
+//! The terminal of the display: size and echo.
 
 #[cfg(unix)]
 use std::io;
@@ -6,7 +6,7 @@ use std::io;
 #[cfg(unix)]
 use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetwinsize, tcsetattr};
 
-/// The terminal without echo, whose Ctrl-C still is a signal.
+/// The terminal without echo; Ctrl-C remains a signal.
 #[cfg(unix)]
 pub(super) struct SilentTerminal {
     before: Option<Termios>,
@@ -19,7 +19,7 @@ impl SilentTerminal {
         if let Some(before) = &before {
             let mut quiet = before.clone();
             quiet.local_modes -= LocalModes::ECHO | LocalModes::ICANON;
-            // Without it typed characters show in the picture, and no harm is done.
+            // With echo, typed characters appear on the display, which is harmless.
             let _ = tcsetattr(io::stderr(), OptionalActions::Now, &quiet);
         }
         Self { before }
@@ -32,14 +32,14 @@ impl SilentTerminal {
     }
 }
 
-/// Columns and rows; 0 where they are not known.
+/// Columns and rows; 0 if unknown.
 #[cfg(unix)]
 pub(super) fn size() -> (u16, u16) {
     let size = tcgetwinsize(io::stderr()).ok();
     size.map_or((0, 0), |size| (size.ws_col, size.ws_row))
 }
 
-/// The console as it is: typed characters show only once the program asks for them, which it does not.
+/// A console echoes typed characters only when the program reads them.
 #[cfg(windows)]
 pub(super) struct SilentTerminal;
 
@@ -52,7 +52,7 @@ impl SilentTerminal {
     pub fn give_back(&self) {}
 }
 
-/// Columns and rows; 0 where they are not known.
+/// Columns and rows; 0 if unknown.
 #[cfg(windows)]
 pub(super) fn size() -> (u16, u16) {
     ratatui::crossterm::terminal::size().unwrap_or((0, 0))

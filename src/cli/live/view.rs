@@ -15,13 +15,13 @@ use crate::plain::shown;
 use crate::recording::{CommandKind, Live, LivePoint, velocity_rad_s};
 use crate::units::rpm_from_rad_s;
 
-/// Points kept for the picture.
+/// Most points kept for the plot.
 const KEPT: usize = 4096;
 
-/// Facts about the run besides its samples.
+/// Properties of the run besides its samples.
 #[derive(Debug, Clone)]
 pub(in crate::cli) struct LiveRun {
-    /// The motor that is simulated along.
+    /// The simulated motor.
     pub motor: Motor,
     /// Counts per revolution.
     pub counts_per_rev: f64,
@@ -36,7 +36,6 @@ pub(super) struct View {
     run: LiveRun,
     plant: Option<Plant>,
     recorded: VecDeque<LivePoint>,
-    /// Simulated speed in rad/s by time.
     simulated: VecDeque<(f64, f64)>,
     followed: u64,
     first_counts: i64,
@@ -45,7 +44,6 @@ pub(super) struct View {
     status: Status,
 }
 
-/// Figures of the recorder.
 #[derive(Default)]
 struct Status {
     path: String,
@@ -72,7 +70,7 @@ impl View {
         }
     }
 
-    /// Takes what is new since the last look.
+    /// Takes over the samples since the last call.
     pub(super) fn follow(&mut self, live: &Live) {
         self.status = Status {
             path: shown(&live.path),
@@ -216,7 +214,7 @@ impl View {
     }
 }
 
-/// Means of speed over at most `columns` intervals, in RPM: one count is much of the speed of a sample.
+/// Mean speeds over at most `columns` intervals, in RPM: one count is a large share of the speed of one sample.
 fn binned(points: &[(f64, f64)], columns: usize) -> Vec<(f64, f64)> {
     let columns = columns.min(points.len());
     (0..columns)
@@ -238,7 +236,7 @@ mod tests {
     use ratatui::Terminal;
     use ratatui::backend::TestBackend;
 
-    /// Follows a recording of the simulated motor itself, in looks of any size.
+    /// A view that follows a recording of the simulated motor in portions of these sizes.
     fn a_view(looks: &[usize]) -> View {
         let motor = Motor::default();
         let mut bench = Plant::new(&motor, CommandKind::Voltage, 0).expect("a motor");
@@ -310,7 +308,7 @@ mod tests {
                 .count()
                 > 50
         );
-        // Smaller screens lose lines, not the recording.
+        // Smaller screens have fewer lines; the recording is unaffected.
         for (columns, rows) in [(20, 5), (1, 1), (200, 60)] {
             let mut screen = Terminal::new(TestBackend::new(columns, rows)).expect("memory");
             screen.draw(|frame| view.draw(frame)).expect("memory");

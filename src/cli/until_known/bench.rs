@@ -1,4 +1,4 @@
-//! The bench that is recorded from: a port, or a virtual board that changes itself where a recording asks for it.
+//! The bench that is recorded: a port, or a virtual board that changes itself as a recording requires.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::diagnose::KnownChange;
 use crate::motor::KnownDifferences;
 use crate::recording::{Captured, SharedLive, capture};
 
-/// A port, and what is plugged in there if it is a virtual one.
+/// A port, and its virtual board if it is one.
 pub(super) struct Bench<'a> {
     asked: &'a Capture,
     plugged: Option<(VirtualBoard, Option<KnownChange>)>,
@@ -27,12 +27,12 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// Whether a disc, a load or another supply is there without anybody's hand.
+    /// Whether discs, loads and supplies are changed automatically.
     pub fn changes_itself(&self) -> bool {
         self.asked.port.starts_with(PREFIX)
     }
 
-    /// Where the board is, with a change made on the bench.
+    /// Location of the board, with a change on the bench.
     fn location(
         &mut self,
         change: Option<&KnownChange>,
@@ -55,14 +55,14 @@ impl<'a> Bench<'a> {
             known.set(key, *value).map_err(Failure::input)?;
             spec.motor = known.applied_to(&spec.motor);
         }
-        // An arm that is hung on hangs down where the counts begin: a bench that is changed restarts.
+        // A mounted arm hangs down at count 0, so that a changed bench restarts.
         let board = spec.plug_in(&self.asked.port).map_err(Failure::input)?;
         let location = board.location().clone();
         self.plugged = Some((board, change.cloned()));
         Ok(location)
     }
 
-    /// Records what is planned into `file`; `None` where Ctrl-C came before the board said who it is.
+    /// Records a plan into `file`; `None` if Ctrl-C comes before the board has identified itself.
     pub async fn record(
         &mut self,
         plan: &Plan,
@@ -85,7 +85,7 @@ impl<'a> Bench<'a> {
         one.duration = Some(plan.duration_s);
         one.output = file;
         let mut request = one.request(&board, location.path())?;
-        // The header states the changes of the bench for `diagnose`; the supply stands there by itself.
+        // The header states the changes of the bench for `diagnose`; the supply already is in it.
         if let Some(KnownChange { key, value }) = plan.change.as_ref()
             && key != "supply_v"
         {

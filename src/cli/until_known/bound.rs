@@ -1,15 +1,15 @@
-//! How long `--until-known` may continue: seconds of recording in all, or recordings.
+//! Bound of `--until-known`: total seconds of recording, or number of recordings.
 
 /// Longest bound in s, and most recordings: a day at the bench.
 const LONGEST_S: f64 = 86_400.0;
 const MOST_ROUNDS: u32 = 1000;
 
-/// When no further recording begins.
+/// Limit after which no further recording begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::cli) enum Bound {
-    /// So many seconds have been recorded in all.
+    /// Total recorded seconds.
     Recorded(f64),
-    /// So many recordings have been made.
+    /// Number of recordings.
     Rounds(u32),
 }
 
@@ -39,16 +39,15 @@ impl Bound {
         }
     }
 
-    /// Whether one more recording of `next_s` may begin after `rounds`, of `recorded_s` in all.
+    /// Whether another recording of `next_s` may begin after `rounds` recordings of `recorded_s` in all.
     pub(super) fn allows(self, rounds: usize, recorded_s: f64, next_s: f64) -> bool {
         match self {
-            // Durations are sums of decimals: a microsecond over is not over.
+            // Durations are sums of decimals: an excess of a microsecond is rounding.
             Self::Recorded(most_s) => recorded_s + next_s <= most_s + 1e-6,
             Self::Rounds(most) => rounds < most as usize,
         }
     }
 
-    /// In words.
     pub(super) fn words(self) -> String {
         match self {
             Self::Recorded(most_s) => format!("{most_s} s of recording"),

@@ -1,4 +1,4 @@
-//! `motorlab capture --until-known`: record, diagnose, record what the diagnosis proposes, until the cause is known.
+//! `motorlab capture --until-known`: records, diagnoses and records the proposed experiment until the cause is known.
 
 mod bench;
 mod bound;
@@ -28,15 +28,15 @@ use bound::Bound;
 use plan::{Next, Plan};
 use report::{Ended, Round, SessionResult, command_line, round_line};
 
-/// How long each recording is in s, where nothing else is asked for.
+/// Default duration of each recording in s.
 const ROUND_S: f64 = 15.0;
-/// First recording: of all built-in profiles it hides and ties the fewest effects (`motorlab design`, 15 s at 10 ms), but `jog`, whose first
-/// diagnoses name fewer.
+/// First profile: of all built-in profiles it hides and ties the fewest effects (`motorlab design`, 15 s at 10 ms),
+/// except `jog`, whose first diagnoses name fewer.
 const FIRST: &str = "brakes";
-/// Highest number of a run that is looked for.
+/// Highest number of a run's file.
 const MOST_NAMES: usize = 9999;
 
-/// Going on until the cause is known.
+/// Options of the loop.
 #[derive(Debug, Clone, Args)]
 pub(super) struct UntilKnown {
     /// Record, diagnose, and record what the diagnosis proposes, until the cause of the error is known; no longer than so many
@@ -53,7 +53,6 @@ impl UntilKnown {
     }
 }
 
-/// The recordings so far, and their diagnosis.
 struct Session<'a> {
     asked: &'a Capture,
     bound: Bound,
@@ -130,7 +129,6 @@ fn first_plan(asked: &Capture) -> Result<Plan, Failure> {
 }
 
 impl Session<'_> {
-    /// Round after round.
     async fn go_on(
         &mut self,
         first: Plan,
@@ -173,7 +171,7 @@ impl Session<'_> {
         }
     }
 
-    /// Reads the run back: what is diagnosed is what the files say.
+    /// Reads the run back, so that the diagnosis is that of the files.
     fn take_in(&mut self, plan: &Plan, captured: &Captured) -> Result<(), Failure> {
         self.rounds.push(Round::of(plan, captured));
         self.plans.push(plan.clone());
@@ -185,7 +183,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Whether nothing fatal is found; what is, is said, and warnings of the latest run.
+    /// Whether there is no fatal finding; prints fatal findings, and warnings of the latest run.
     fn is_sound(&mut self, output: &Output) -> bool {
         let given = self.asked.motor.is_some().then_some(&self.motor);
         self.findings = check(&self.runs, given);
@@ -202,7 +200,6 @@ impl Session<'_> {
         !is_fatal(&self.findings)
     }
 
-    /// The diagnosis of all runs so far; `None` after Ctrl-C.
     async fn diagnosed(&self, stop: &StopSignal) -> Result<Option<Diagnosis>, Failure> {
         let shown = spinner();
         let (runs, motor) = (self.runs.clone(), self.motor.clone());
@@ -268,7 +265,7 @@ impl Session<'_> {
     }
 }
 
-/// `run-3.csv` of `run.csv`.
+/// `run-3.csv` for `run.csv`.
 fn numbered(path: &Path, number: usize) -> PathBuf {
     let mut name = path.file_stem().unwrap_or_default().to_os_string();
     name.push(format!("-{number}"));
@@ -279,7 +276,7 @@ fn numbered(path: &Path, number: usize) -> PathBuf {
     path.with_file_name(name)
 }
 
-/// The number of the first run: after all that are there, so that runs of one call stand together.
+/// The number of the first run: after all existing ones, so that the runs of one call are consecutive.
 fn free_names(path: &Path, output: &Output) -> usize {
     let is_taken = |number: &usize| numbered(path, *number).symlink_metadata().is_ok();
     let first = 1 + (1..=MOST_NAMES).rfind(is_taken).unwrap_or(0);

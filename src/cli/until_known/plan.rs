@@ -1,8 +1,8 @@
-//! The next recording: what the diagnosis proposes, else a kind of profile that is still missing.
+//! The next recording: the proposal of the diagnosis, else a profile that is still missing.
 
 use crate::diagnose::{Diagnosis, KnownChange, Settings, Verdict};
 
-/// Kinds of profile that are recorded where no profile is proposed, in this order: slow, quick, free, braked.
+/// Profiles recorded without a proposal, in this order: slow, fast, free, braked.
 const KINDS: [&str; 8] = [
     "reversing",
     "crawl@0.2",
@@ -14,7 +14,7 @@ const KINDS: [&str; 8] = [
     "ramp",
 ];
 
-/// One recording that is to be made.
+/// A planned recording.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Plan {
     /// The profile, as `--profile` takes it.
@@ -23,23 +23,23 @@ pub(super) struct Plan {
     pub duration_s: f64,
     /// Known change on the bench for it.
     pub change: Option<KnownChange>,
-    /// Purpose, in a phrase.
+    /// Purpose as a phrase.
     pub why: String,
 }
 
 /// Next step after a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Next {
-    /// The cause is known.
+    /// None: the cause is known.
     Nothing,
-    /// This is recorded.
+    /// A recording.
     Record(Plan),
-    /// The proposed recording needs a change on the bench, which the user has to make.
+    /// The proposed recording needs a change on the bench by the user.
     ByHand,
 }
 
-/// Whether the cause is known: a verdict that leaves nothing open, with enough probability, and no recording is proposed that would
-/// separate what is left.
+/// Whether the cause is known: a closed verdict with enough probability, and no proposed recording that would
+/// separate the remaining effects.
 pub(super) fn is_known(verdict: Verdict, probability: f64, is_more_proposed: bool) -> bool {
     let is_closed = matches!(
         verdict,
@@ -48,7 +48,7 @@ pub(super) fn is_known(verdict: Verdict, probability: f64, is_more_proposed: boo
     is_closed && !is_more_proposed && probability >= Settings::default().confident
 }
 
-/// Next step; `recorded` are the plans so far, `can_change` says whether the bench changes itself, as a virtual one does.
+/// Next step; `recorded` are the plans so far, `can_change` whether the bench changes itself, as a virtual one does.
 pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Next {
     if is_known(
         found.verdict,
@@ -81,7 +81,7 @@ pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Ne
             .any(|plan| plan.profile.split(['@', ',']).next() == Some(name))
     });
     Next::Record(Plan {
-        // All kinds were recorded: the first once more.
+        // All profiles were recorded: repeat the first.
         profile: missing.unwrap_or_else(|| format!("{},{first}s", KINDS[0])),
         duration_s: first,
         change: None,
@@ -89,9 +89,8 @@ pub(super) fn next(found: &Diagnosis, recorded: &[Plan], can_change: bool) -> Ne
     })
 }
 
-/// The purpose of a recording in a phrase.
 fn purpose(tells_apart: &[String]) -> String {
-    /// So many effects are named.
+    /// Most effects named.
     const NAMED: usize = 4;
     match tells_apart {
         [one] => format!("to show whether {one} is present"),
@@ -119,7 +118,7 @@ mod tests {
         ] {
             assert!(is_known(closed, confident, false));
             assert!(!is_known(closed, confident - 0.01, false));
-            // A proposed recording would separate what is left.
+            // A proposed recording would separate the remaining effects.
             assert!(!is_known(closed, 0.99, true));
         }
         for open in [

@@ -15,28 +15,24 @@ use crate::report::number::{probability, probability_of};
 
 /// Version of the document.
 const SHAPE: &str = "motorlab-until-known/1";
-/// So many causes are named in a round's line.
+/// Most causes named in a round's line.
 const NAMED: usize = 3;
-/// An effect below this inclusion probability is not named there.
+/// Least inclusion probability of an effect named there.
 const NAMED_FROM: f64 = 0.02;
 
-/// Why no further recording was made.
+/// Reason for the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Ended {
-    /// The cause is known.
     Known,
-    /// The bound was reached.
     Bound,
-    /// Ctrl-C.
     Stopped,
     /// The proposed recording needs a change on the bench.
     ByHand,
-    /// A finding about a recording is fatal.
     BadRecording,
 }
 
-/// One recording and what was known after it.
+/// One recording and the verdict after it.
 #[derive(Debug, Serialize)]
 pub(super) struct Round {
     path: PathBuf,
@@ -47,7 +43,7 @@ pub(super) struct Round {
     /// Known change on the bench for it.
     #[serde(skip_serializing_if = "Option::is_none")]
     change: Option<KnownChange>,
-    /// None where Ctrl-C came before the diagnosis was done.
+    /// `None` if Ctrl-C came before the end of the diagnosis.
     verdict: Option<Verdict>,
     probability: Option<f64>,
     effects: Vec<&'static str>,
@@ -77,14 +73,14 @@ impl Round {
         &self.path
     }
 
-    /// Takes in the diagnosis of all runs so far.
+    /// Records the diagnosis of all runs so far.
     pub fn diagnosed(&mut self, found: &Diagnosis) {
         self.verdict = Some(found.verdict);
         self.probability = Some(found.probability);
         self.effects.clone_from(&found.effects);
     }
 
-    /// Takes in what comes after it.
+    /// Records the next step.
     pub fn then(&mut self, next: &Next) {
         if let Next::Record(plan) = next {
             self.next = Some(plan.profile.clone());
@@ -121,7 +117,6 @@ pub(super) fn round_line(number: usize, round: &Round, found: &Diagnosis, next: 
     )
 }
 
-/// The verdict in a few words.
 fn outcome(found: &Diagnosis) -> String {
     let named = found.effects.join(" and ");
     let p = |event: &str| probability_of(event, found.probability);
@@ -149,7 +144,6 @@ fn most_probable(found: &Diagnosis) -> String {
     named.join(", ")
 }
 
-/// The `diagnose` command over the files.
 pub(super) fn command_line(rounds: &[Round], motor: Option<&PathBuf>) -> String {
     let word = |path: &Path| quoted(&path.to_string_lossy());
     let runs: Vec<String> = rounds.iter().map(|round| word(round.path())).collect();
@@ -157,7 +151,6 @@ pub(super) fn command_line(rounds: &[Round], motor: Option<&PathBuf>) -> String 
     format!("motorlab diagnose {}{motor}", runs.join(" "))
 }
 
-/// The result of a session.
 #[derive(Debug)]
 pub(super) struct SessionResult<'a> {
     pub ended: Ended,
@@ -184,7 +177,6 @@ struct Document<'a> {
 }
 
 impl SessionResult<'_> {
-    /// Prints it; returns the exit status.
     pub fn say(&self, output: &Output) -> Result<Status, Failure> {
         let next = self.found.and_then(|found| found.next_experiment.as_ref());
         let next = next.filter(|_| self.ended != Ended::Known);

@@ -1,4 +1,4 @@
-//! The numbers of an exported actuator: named, with units, at the top of each file.
+//! Constants of an exported actuator: named, with units, at the top of each file.
 
 use crate::motor::catalogue::ids;
 use std::f64::consts::TAU;
@@ -6,7 +6,6 @@ use std::f64::consts::TAU;
 use crate::export::PARAMETERS;
 use crate::motor::{Motor, Parameters};
 
-/// A number of the motor or of one of its effects.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Constant {
     pub name: String,
@@ -15,18 +14,19 @@ pub(super) struct Constant {
     pub meaning: String,
 }
 
-/// Longest inner step in s: a quarter of a millisecond moves the handout's motor by less than 0.001 counts against the simulator.
+/// Longest inner step in s: at 0.25 ms the handout's motor differs by less than 0.001 counts from the simulator.
 const LONGEST_S: f64 = 2.5e-4;
-/// Inner steps in the shortest of the motor's times: fourth order leaves some 1e-4 of what happens in it.
+/// Inner steps per shortest time constant: fourth order leaves an error of some 1e-4.
 const PER_ELECTRICAL: f64 = 2.0;
-/// The same where the equations have a kink within a mode or the current is held.
+/// The same where the equations have a kink within a mode or the current is held at 0.
 const PER_ELECTRICAL_KINKED: f64 = 5.0;
 const PER_MECHANICAL: f64 = 10.0;
 const PER_PERIOD: f64 = 40.0;
-/// Shortest inner step in s. A winding with L/R below it has no current of its own: that is less than 0.001 counts at one turn a second.
+/// Shortest inner step in s. A winding with L/R below it has no current state: an error below 0.001 counts at one
+/// turn a second.
 const SHORTEST_S: f64 = 2e-6;
 
-/// The motor with the effects folded in that replace one of its parameters.
+/// Parameters after folding in the effects that replace one of them.
 pub(super) fn folded(motor: &Motor) -> Parameters {
     let mut p = motor.parameters;
     for effect in motor.effects.iter() {
@@ -50,7 +50,7 @@ pub(super) fn of(motor: &Motor, id: &str) -> Option<[f64; 5]> {
     motor.effects.get(id).map(|effect| effect.values)
 }
 
-/// How the transmission divides the motor: values of the effect that rules, as the simulator has it.
+/// The transmission: values of its effect with precedence, as in the simulator.
 pub(super) struct Division {
     pub load_share: f64,
     pub load_friction_share: f64,
@@ -72,7 +72,7 @@ impl Division {
     }
 }
 
-/// Every constant that the equations can name; a file has those that its own do.
+/// Every constant that the equations can name; a file has those that its equations use.
 pub(super) fn constants(motor: &Motor) -> Vec<Constant> {
     let p = folded(motor);
     let mut all: Vec<Constant> = Vec::new();
@@ -186,7 +186,7 @@ pub fn output_inertia(motor: &Motor) -> f64 {
     share * folded(motor).inertia_kg_m2
 }
 
-/// Inner step that follows the quickest of the motor's times.
+/// Inner step for the shortest time constant of the motor.
 fn inner_s(motor: &Motor, p: &Parameters) -> f64 {
     let mut shortest = LONGEST_S;
     let mut within = |time_s: f64, steps: f64| {
@@ -224,7 +224,7 @@ fn inner_s(motor: &Motor, p: &Parameters) -> f64 {
         }
     }
     if let Some(v) = of(motor, ids::STRIBECK) {
-        // The time in which the motor at its stall torque passes the speed at which Stribeck's friction falls.
+        // The time in which stall torque accelerates the motor through the Stribeck speed.
         let stall_nm = p.torque_constant_nm_per_a * p.supply_v / p.resistance_ohm;
         within(v[1] * p.inertia_kg_m2 / stall_nm, PER_MECHANICAL);
     }

@@ -1,9 +1,9 @@
-//! The notation of [`super::equations`] printed in a language.
+//! Rendering of the notation of [`super::equations`] in a language.
 
 use super::constants::Constant;
 use super::equations::{Equations, Function, Line};
 
-/// A language, by how it writes assignments, arrays and functions.
+/// A language: its syntax of assignments, arrays and functions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Language {
     C,
@@ -13,7 +13,7 @@ pub(super) enum Language {
 }
 
 impl Language {
-    /// The language's own function for one of the notation's.
+    /// The language's function for one of the notation's.
     fn function_name(self, word: &str) -> Option<&'static str> {
         Some(match (self, word) {
             (Self::C, "mag") => "fabs",
@@ -27,7 +27,6 @@ impl Language {
         })
     }
 
-    /// An expression with the functions' names in this language.
     pub(super) fn expression(self, text: &str) -> String {
         let mut out = String::new();
         for (word, is_word) in words(text) {
@@ -70,7 +69,7 @@ impl Language {
         }
     }
 
-    /// Names of an array's numbers, those that are used.
+    /// Assigns those elements of an array that are used to their names.
     fn unpack(self, array: &str, names: &[&str], used: &dyn Fn(&str) -> bool) -> String {
         let named = names.iter().enumerate().filter(|(_, name)| used(name));
         named
@@ -78,7 +77,6 @@ impl Language {
             .collect()
     }
 
-    /// A constant at the top of a file.
     pub(super) fn constant(self, constant: &Constant) -> String {
         let Constant {
             name,
@@ -95,7 +93,7 @@ impl Language {
         }
     }
 
-    /// A function. MATLAB's share no variables: theirs get the constants as a structure `c`.
+    /// A function. MATLAB's functions share no variables: they get the constants as a structure `c`.
     pub(super) fn function(self, function: &Function, equations: &Equations) -> String {
         let lines = needed(function);
         let mut text: Vec<&str> = function.gives.iter().map(String::as_str).collect();
@@ -173,7 +171,7 @@ impl Language {
     }
 }
 
-/// A text cut into words (letters, digits, underscores) and what is between them.
+/// A text split into words (letters, digits, underscores) and separators.
 fn words(text: &str) -> Vec<(&str, bool)> {
     let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let mut out = Vec::new();
@@ -187,12 +185,11 @@ fn words(text: &str) -> Vec<(&str, bool)> {
     out
 }
 
-/// Constants are in capitals, and nothing else is.
+/// Constants, and only they, are in capitals.
 fn is_constant(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_uppercase())
 }
 
-/// Whether an expression names this variable.
 pub(super) fn names(text: &str, name: &str) -> bool {
     words(text).contains(&(name, true))
 }

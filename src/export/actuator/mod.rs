@@ -1,8 +1,8 @@
-//! The motor with its effects as a function that other programs call: voltage in, torque on the output shaft out.
+//! The motor with its effects as a function for other programs: voltage in, torque on the output shaft out.
 //!
-//! One description of the equations (`equations`) is printed in each language; a template a language adds the loop around
-//! them: Runge-Kutta steps of fourth order within a mode (which way the current flows, which side slips which way, which flanks
-//! touch), cut at the instant at which the mode ends. The constants stand at the top of each file, with units.
+//! One description of the equations (`equations`) is rendered in each language; a template adds the integration loop:
+//! Runge-Kutta steps of fourth order within a mode (current flow, directions of slip, touching flanks), cut at the
+//! event that ends the mode. The constants are at the top of each file, with units.
 
 use crate::motor::catalogue::ids;
 mod constants;
@@ -17,16 +17,16 @@ use crate::hint::Hinted;
 use crate::motor::Motor;
 use crate::motor::catalogue::Stage;
 
-/// An effect of the recording rather than of the actuator, and why it is in no such file.
+/// An effect of the recording rather than of the actuator, which no such file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub struct NotPart {
     /// Its id.
     pub effect: &'static str,
-    /// Why.
+    /// Reason.
     pub why: &'static str,
 }
 
-/// The motor's effects that an actuator has, and those that belong to the recording.
+/// The motor's effects that an actuator has, and those of the recording.
 pub fn divided(motor: &Motor) -> (Vec<&'static str>, Vec<NotPart>) {
     let (mut part, mut not_part) = (Vec::new(), Vec::new());
     for effect in motor.effects.iter() {
@@ -50,13 +50,13 @@ pub fn divided(motor: &Motor) -> (Vec<&'static str>, Vec<NotPart>) {
     (part, not_part)
 }
 
-/// Most delayed commands that a state holds: at a step of 1 ms a hundred seconds.
+/// Most delayed commands in a state: a hundred seconds at a step of 1 ms.
 const MOST_DELAYED: f64 = 1e5;
 
-/// Error of a step of this length for the motor, if any.
+/// Checks the motor for steps of this length.
 ///
 /// # Errors
-/// The transport delay is more steps than a state holds.
+/// The transport delay exceeds the steps that a state holds.
 pub fn check(motor: &Motor, step_s: f64) -> Result<(), Hinted> {
     let delay_s = motor
         .effects

@@ -1,4 +1,4 @@
-//! The files: a template for each language, with the motor's constants and equations put in.
+//! The files: a template per language, filled with the motor's constants and equations.
 
 use super::constants::{Constant, constants, output_inertia};
 use super::equations::Equations;
@@ -7,7 +7,7 @@ use super::{NotPart, divided};
 use crate::motor::Motor;
 use crate::motor::catalogue::ids;
 
-/// Target of an actuator.
+/// Language of an actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// A C function.
@@ -138,7 +138,7 @@ impl Target {
             .fold(template, |text, (name, value)| text.replace(name, &value))
     }
 
-    /// The first lines: what it is, which effects it has, what is not part of it, what is assumed.
+    /// The header comment: description, effects, effects left out, assumptions.
     fn header(self, motor: &Motor) -> String {
         let (part, not_part) = divided(motor);
         let effects = if part.is_empty() {

@@ -1,7 +1,7 @@
-//! The questions of the handout by number and topic, in motorlab's words, answered with computed figures.
+//! Answers to the questions of the handout, by number and topic, with computed figures.
 //!
-//! The handout numbers no questions: `1.2` is the second one of Part 1. Letters are its objectives, which it
-//! names without asking.
+//! The handout does not number its questions: `1.2` is the second one of Part 1. Letters are its objectives, which
+//! are no questions.
 
 mod recorded;
 mod sampling;
@@ -22,20 +22,20 @@ pub struct Answer {
     pub number: &'static str,
     /// Question, paraphrased.
     pub topic: &'static str,
-    /// The answer in a sentence or two.
+    /// The answer in one or two sentences.
     pub short: String,
     /// Basis of the answer.
     pub because: Vec<String>,
 }
 
-/// The recordings that say something of the motor.
+/// The usable recordings.
 fn usable(runs: &[Recorded]) -> Vec<&Recorded> {
     runs.iter()
         .filter(|recorded| recorded.is_usable())
         .collect()
 }
 
-/// Why the others do not, and what to do, as sentences behind those of an answer.
+/// Why the others are unusable, and their remedies, as sentences after an answer.
 fn not_usable(runs: &[Recorded]) -> String {
     let told = runs.iter().filter_map(|recorded| {
         let why = recorded.unusable.as_ref()?;
@@ -44,11 +44,10 @@ fn not_usable(runs: &[Recorded]) -> String {
     told.collect()
 }
 
-/// Answer if no recording is usable.
 const NO_USABLE_RECORDING: &str =
     "Not usable before the fatal finding in the recording is corrected.";
 
-/// Every answer, in the handout's order.
+/// All answers, in the handout's order.
 pub fn all(
     part_1: &StepResponses,
     part_2: &Sampling,

@@ -92,7 +92,7 @@ pub(super) fn match_now(runs: &[Recorded]) -> Answer {
     }
 }
 
-/// Whether a recording is driven in both directions.
+/// Whether a recording has commands in both directions.
 fn reverses(run: &Run) -> bool {
     let driven = |sign: f64| run.command.iter().any(|command| sign * command > 0.0);
     driven(1.0) && driven(-1.0)
@@ -156,7 +156,7 @@ pub(super) fn missing(
     let short = match missing {
         Missing::Diagnosed(diagnosis) => {
             because.extend(diagnosed(diagnosis));
-            // The motor was fitted: its parameters are not the handout's.
+            // A fitted motor does not have the handout's parameters.
             let verdict = match (diagnosis.verdict, diagnosis.nominal_source) {
                 (Verdict::NoGap, NominalSource::Fit) if !open.is_empty() => Verdict::Parameters,
                 (verdict, _) => verdict,
@@ -188,7 +188,7 @@ pub(super) fn missing(
     }
 }
 
-/// Recordings that differ from every model of the handout by more than the encoder's rounding.
+/// Recordings that differ from every model of the handout by more than quantization.
 #[derive(Debug, Clone, Copy)]
 struct ExcessDeviation {
     differing: usize,
@@ -196,7 +196,7 @@ struct ExcessDeviation {
 }
 
 impl ExcessDeviation {
-    /// How the recordings stand to the models of the handout.
+    /// Agreement of the recordings with the models of the handout.
     fn words(self) -> String {
         match self.differing {
             0 => "over the whole run a model of the handout meets every recording to about the encoder's rounding"
@@ -208,7 +208,7 @@ impl ExcessDeviation {
         }
     }
 
-    /// Where nothing was diagnosed.
+    /// Without a diagnosis.
     fn alone(self) -> String {
         format!(
             "Without a diagnosis this is all that is seen: {}.",
@@ -216,7 +216,7 @@ impl ExcessDeviation {
         )
     }
 
-    /// Missing effect: the verdict, no more and no less.
+    /// Missing effect: exactly the verdict.
     fn answer(self, verdict: Verdict, effects: &[&str], probability: f64) -> String {
         let seen = self.words();
         let named = effects.join(" and ");
@@ -264,7 +264,7 @@ impl ExcessDeviation {
     }
 }
 
-/// The figures of the diagnosis in sentences; the causes are a table of their own.
+/// The figures of the diagnosis as sentences; the causes are in a separate table.
 fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     let gap = &diagnosis.gap;
     let whose = match diagnosis.nominal_source {
@@ -301,7 +301,6 @@ fn diagnosed(diagnosis: &Diagnosis) -> Vec<String> {
     sentences
 }
 
-/// A path's last part.
 fn file_name(path: &str) -> &str {
     path.rsplit('/').next().unwrap_or(path)
 }
@@ -310,7 +309,7 @@ fn file_name(path: &str) -> &str {
 mod tests {
     use super::*;
 
-    /// An answer begins with "Nothing" where the diagnosis finds no gap, and nowhere else; it names the effects of the verdict.
+    /// An answer begins with "Nothing" exactly where the diagnosis finds no gap; it names the effects of the verdict.
     #[test]
     fn the_answer_says_what_the_verdict_says() {
         let verdicts = [

@@ -5,7 +5,7 @@ use crate::lab::sampling::{CLOCK_TICK_S, Sampled, Sampling};
 use crate::report::number::{figure, percent, rpm, time};
 use crate::units::rpm_from_rad_s;
 
-/// One sentence for each sample time.
+/// One sentence per sample time.
 fn each(part: &Sampling, sentence: impl Fn(&Sampled) -> String) -> Vec<String> {
     part.responses.iter().map(sentence).collect()
 }

@@ -11,7 +11,7 @@ use crate::report::number::{change, figure, percent, probability_of, rpm, rpm_or
 use crate::units::rpm_from_rad_s;
 
 impl Term {
-    /// In words, with its symbol.
+    /// Name with symbol.
     pub fn words(self) -> &'static str {
         match self {
             Self::BackEmf => "back EMF (Kt Kb / R)",
@@ -170,7 +170,7 @@ pub(super) fn damping(part: &StepResponses) -> Answer {
     }
 }
 
-/// Loss of steady speed by Coulomb friction, in rad/s.
+/// Reduction of the steady speed by Coulomb friction, in rad/s.
 fn coulomb_loss(part: &StepResponses) -> f64 {
     let steady = |k: usize| part.curves[k].steady_speed_rad_s;
     steady(0)
@@ -247,7 +247,7 @@ pub(super) fn experiment(runs: &[Recorded], missing: &Missing, source: &Source) 
     }
 }
 
-/// How many recordings are met, and what the diagnosis adds where it sees more or less than that.
+/// Number of accurately simulated recordings, and the diagnosis where it disagrees.
 fn match_words(met: usize, recordings: usize, diagnosis: Option<&Diagnosis>) -> String {
     let found = diagnosis.map(|found| {
         let finds_none = matches!(found.verdict, Verdict::NoGap | Verdict::NoChange);

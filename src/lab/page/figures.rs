@@ -15,10 +15,10 @@ fn rpm(speeds: &[f64]) -> Vec<f64> {
     speeds.iter().map(|&speed| rpm_from_rad_s(speed)).collect()
 }
 
-/// Part 1: the five curves, and the difference of the orders beneath.
+/// Part 1: the five curves, and the difference of the orders below.
 pub fn step_responses(lab: &Lab) -> Figure {
     let part = &lab.part_1;
-    // In the handout's colours: blue, red, green; cyan and magenta dashed.
+    // The handout's colours: blue, red, green; cyan and magenta dashed.
     let strokes = [
         (Stroke::Line, 0),
         (Stroke::Dashed, 1),
@@ -64,7 +64,7 @@ pub fn step_responses(lab: &Lab) -> Figure {
     }
 }
 
-/// Part 2: one discretised response over the true speed.
+/// Part 2: one discretized response over the true speed.
 pub fn sampled(sampled: &Sampled, part_1: &StepResponses) -> Figure {
     let speeds: Vec<f64> = sampled
         .speed_rad_s
@@ -100,7 +100,7 @@ pub fn sampled(sampled: &Sampled, part_1: &StepResponses) -> Figure {
     }
 }
 
-/// Part 3: the step itself, recorded against simulated with and without friction.
+/// Part 3: the step, recorded and simulated with and without friction.
 pub fn step(recorded: &Recorded) -> Figure {
     let run = &recorded.run;
     let steps_at = run.command.iter().position(|&command| command != 0.0);
@@ -143,14 +143,14 @@ pub fn step(recorded: &Recorded) -> Figure {
     }
 }
 
-/// Part 3: recorded and simulated speed, position and gap.
+/// Part 3: recorded and simulated speed and position, and their difference.
 pub fn recorded(recorded: &Recorded) -> Figure {
     let name = recorded.models.last().map_or("", |model| model.name);
     let title = format!("TS = {} s; simulated: {name}", recorded.sample_time_s);
     overlay(&recorded.run, &recorded.overlay, &title)
 }
 
-/// Part 3: what every model leaves of the position.
+/// Part 3: position residuals of every model.
 pub fn residuals(recorded: &Recorded) -> Figure {
     let t_s = &recorded.run.t_s;
     let series = recorded

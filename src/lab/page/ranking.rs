@@ -7,10 +7,9 @@ use crate::report::demo::two_measures;
 use crate::report::diagnosis::named_parts;
 use crate::report::number::probability;
 
-/// How many causes the report lists.
+/// Most causes listed.
 const LISTED: usize = 8;
 
-/// The section of the page.
 pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis) {
     page.subsection("Causes of the gap");
     page.note(&two_measures(diagnosis));

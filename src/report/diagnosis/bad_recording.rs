@@ -1,4 +1,4 @@
-//! The page of a recording with a fatal finding: nothing is concluded from it.
+//! The page of a recording with a fatal finding, which has no diagnosis.
 
 use super::overlaid_run::names;
 use super::{OVERLAY, checks};
@@ -8,12 +8,12 @@ use crate::recording::Run;
 use crate::report::comparison::{COMMAND, RECORDED, command_label, what_ran};
 use crate::report::{Figure, Page, Panel, Series, Size, Stroke};
 
-/// So many runs are drawn at most.
+/// Most runs drawn.
 const DRAWN: usize = 6;
-/// Two panels of the height that they have in other pages.
+/// Two panels of the same height as on other pages.
 const HEIGHT: u32 = OVERLAY.height / 2;
 
-/// The findings, and the runs as they were recorded.
+/// The findings, and the recorded runs.
 pub fn bad_recording_page(findings: &[Finding], runs: &[Run]) -> String {
     let mut page = Page::new("A finding about the recording is fatal");
     checks(&mut page, findings);
@@ -30,7 +30,7 @@ pub fn bad_recording_page(findings: &[Finding], runs: &[Run]) -> String {
     page.finish()
 }
 
-/// Position over command as they were recorded.
+/// Recorded position and command.
 pub fn recorded(run: &Run) -> Figure {
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let position = Series::new("recorded", Stroke::Step, RECORDED, &run.t_s, &counts);

@@ -1,5 +1,5 @@
-//! A diagnosis as one offline page: the sentence, the error budget, causes, sets, identifiable parameters, recorded over simulated,
-//! where the error lies, the next experiment.
+//! The page of a diagnosis: sentence, error budget, causes, sets, identifiable parameters, recorded and simulated
+//! runs, the location of the error, the next experiment.
 
 mod bad_recording;
 mod ordered;
@@ -28,7 +28,7 @@ pub use words::{
     named_parts, of_reference, torque_words,
 };
 
-/// One run, recorded over simulated.
+/// One run, recorded and simulated.
 pub struct RunOverlay {
     /// Name of the run.
     pub name: String,
@@ -42,7 +42,7 @@ pub struct RunOverlay {
     pub nominal_rms: f64,
 }
 
-/// The runs that the error budget is measured on, recorded over simulated.
+/// The runs of the error budget, recorded and simulated.
 pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
     let names = names(measured);
     let all = RunWithModels::all(diagnosis, measured);
@@ -58,10 +58,9 @@ pub fn overlays(diagnosis: &Diagnosis, measured: &[Run]) -> Vec<RunOverlay> {
         .collect()
 }
 
-/// Sets of effects that are listed.
+/// Most sets of effects listed.
 const LISTED_SETS: usize = 10;
 
-/// Size of the overlay of one run.
 const OVERLAY: Size = Size {
     width: 860,
     height: 780,
@@ -75,7 +74,7 @@ pub fn page(diagnosis: &Diagnosis, runs: &[Run], title: &str) -> Result<String, 
     page_held_out(diagnosis, runs, &[], title)
 }
 
-/// The same where the error was measured on held-out runs.
+/// As [`page`], with the error measured on held-out runs.
 ///
 /// # Errors
 /// A run that cannot be simulated with one of the motors.
@@ -90,7 +89,7 @@ pub fn page_held_out(
     Ok(page.finish())
 }
 
-/// All of a diagnosis, below the heading of a page.
+/// The content of a diagnosis below a page's heading.
 ///
 /// # Errors
 /// A run that cannot be simulated with one of the motors.

@@ -1,21 +1,20 @@
-//! Residual torque, or command where no torque is known, against speed, angle, time and voltage: means in bins.
+//! Residual torque (or command, where no torque is known) against speed, angle, time and voltage: means in bins.
 
 use super::overlaid_run::OverlaidRun;
 use crate::recording::CommandKind;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::rpm_from_rad_s;
 
-/// Bins over the whole range.
 const BINS: usize = 36;
 /// Bins over one turn: three per period of a ripple of order 30.
 const ANGLE_BINS: usize = 90;
 /// Bins with fewer samples, or fewer independent ones, are left out.
 const FEWEST: usize = 4;
 const FEWEST_INDEPENDENT: f64 = 2.0;
-/// Neighbours within this time share the samples of their parabola: so long is one independent sample.
+/// Correlation time: samples within it share the window of their parabola and count as one independent sample.
 const INDEPENDENT_S: f64 = 0.045;
 
-/// One sample: its place on the axis, the residual torque of the models, and how many independent samples it counts as.
+/// One sample: its abscissa, the residual torque of the models, and its weight in independent samples.
 struct Sample {
     x: f64,
     /// In thousandths of the unit.
@@ -61,7 +60,7 @@ pub(super) fn figures(laid: &[OverlaidRun<'_>], y_label: &str) -> Vec<Figure> {
         ),
         figure(laid, y_label, command, BINS, &|run, k| run.run.command[k]),
     ];
-    // One bin shows no dependence.
+    // A single bin shows no dependence.
     let is_dependence = |figure: &Figure| {
         figure
             .panels
@@ -79,7 +78,7 @@ fn figure(
     bins: usize,
     x: &dyn Fn(&OverlaidRun<'_>, usize) -> f64,
 ) -> Figure {
-    // The nominal model's offsets hide what re-identification leaves.
+    // The nominal model's offsets would hide the residual after re-identification.
     let models = laid.first().map_or(&[][..], |run| &run.models[1..]);
     let samples = samples(laid, x);
     let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(low, high), s| {

@@ -1,4 +1,4 @@
-//! Runs over the nested models: nominal, re-identified, with the identified effects.
+//! Runs with the residual torque of the nested models: nominal, re-identified, with the identified effects.
 
 use super::words;
 use crate::compare::{Overlay, compare, missing_torque};
@@ -6,31 +6,28 @@ use crate::diagnose::Diagnosis;
 use crate::motor::{Model, SimulationError};
 use crate::recording::Run;
 
-/// One run and its three simulations.
 pub(super) struct OverlaidRun<'a> {
     pub run: &'a Run,
     /// Its name on the page.
     pub name: String,
     /// Its name in the diagnosis.
     pub id: String,
-    /// The models in order; the last is missing where no effect is identified.
+    /// The models in order; without the last if no effect is identified.
     pub models: Vec<OverlaidModel>,
 }
 
-/// One simulation of a run.
 pub(super) struct OverlaidModel {
     pub name: String,
-    /// Colour in every picture.
     pub colour: usize,
     pub overlay: Overlay,
-    /// Its residual torque in N m, or in the unit of the command where no torque is known.
+    /// Residual torque in N m, or in the unit of the command where no torque is known.
     pub residual: Vec<Option<f64>>,
 }
 
 /// Colours of the models, from the nominal on.
 const COLOURS: [usize; 3] = [6, 4, 1];
 
-/// Lays every run over the models of a diagnosis.
+/// Simulates every run with the models of a diagnosis.
 pub(super) fn lay<'a>(
     diagnosis: &Diagnosis,
     runs: &'a [Run],
@@ -73,7 +70,7 @@ fn path(run: &Run) -> Option<String> {
     run.path.as_ref().map(|path| path.display().to_string())
 }
 
-/// File names where no two are the same, else whole paths.
+/// File names if they are unique, else whole paths.
 pub(super) fn names(runs: &[Run]) -> Vec<String> {
     let short: Vec<String> = runs
         .iter()

@@ -1,4 +1,5 @@
-//! One run, recorded over simulated: speed, position and error; each segment from its measured initial state, as in the error budget.
+//! One run, recorded and simulated: speed, position and error; each segment starts from its measured initial state,
+//! as in the error budget.
 
 use super::spread::Spread;
 use super::words;
@@ -10,21 +11,21 @@ use crate::report::number::figure as digits;
 use crate::report::{Figure, Panel, Series, Stroke};
 use crate::units::{rad_per_count, rpm_from_rad_s};
 
-/// Time over which speeds are smoothed where one count in one sample is much of the speed, in s.
+/// Smoothing window in s for speeds that are coarsely quantized.
 const SMOOTH_S: f64 = 0.06;
 /// Colours of the models, from the nominal on.
 const COLOURS: [usize; 3] = [6, 4, 1];
 
-/// A run beside what the models predict of it.
+/// A run with the predictions of the models.
 pub(super) struct RunWithModels<'a> {
     pub run: &'a Run,
     pub predicted: &'a PredictedRun,
-    /// Names of the models; two where no effect is identified.
+    /// Names of the models; two if no effect is identified.
     pub models: Vec<String>,
 }
 
 impl<'a> RunWithModels<'a> {
-    /// The runs that the error budget is measured on.
+    /// The runs of the error budget.
     pub fn all(diagnosis: &'a Diagnosis, runs: &'a [Run]) -> Vec<Self> {
         let both = diagnosis.predicted.iter().filter_map(|predicted| {
             let run = runs.get(predicted.run)?;
@@ -38,7 +39,7 @@ impl<'a> RunWithModels<'a> {
             .collect()
     }
 
-    /// Starts of the segments but the first, in s: there the model starts anew from the measured state.
+    /// Starts of the segments except the first, in s, where the model restarts from the measured state.
     fn restarts_s(&self) -> Vec<f64> {
         let restarts = self.restarts();
         restarts.map(|k| self.run.t_s[k]).collect()
@@ -49,21 +50,20 @@ impl<'a> RunWithModels<'a> {
         starts.filter(|k| *k > 0 && *k < self.run.len())
     }
 
-    /// A curve that is broken where the model starts anew, so that a restart is not read as a step.
+    /// A curve with gaps at restarts, so that a restart is not read as a step.
     fn broken(&self, values: &[f64]) -> Vec<f64> {
         let mut broken = values.to_vec();
         self.restarts().for_each(|k| broken[k] = f64::NAN);
         broken
     }
 
-    /// Position as a model predicts it.
     fn position(&self, model: usize) -> Vec<f64> {
         let gaps = &self.predicted.gap_counts[model];
         let both = self.run.counts.iter().zip(gaps);
         both.map(|(&counts, gap)| counts as f64 - gap).collect()
     }
 
-    /// Speed of a predicted position, which starts anew with each segment.
+    /// Speed of a predicted position, differentiated within each segment.
     fn speed(&self, position: &[f64], is_coarse: bool) -> Vec<f64> {
         let starts = &self.predicted.starts;
         let ends = starts.iter().skip(1).copied().chain([position.len()]);
@@ -89,7 +89,7 @@ pub fn recorded_speed(run: &Run) -> Panel {
     Panel::new("speed (RPM)", vec![series]).robust()
 }
 
-/// Whether one count in one sample is much of the speed.
+/// Whether one count in one sample is a large share of the speed.
 fn is_coarse(run: &Run) -> bool {
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let top = smooth_rpm(run, &counts)
@@ -99,12 +99,12 @@ fn is_coarse(run: &Run) -> bool {
     one_count > COARSE * top && run.sample_time_s < SMOOTH_S / 2.0
 }
 
-/// Speed in RPM of a position in counts, over the samples around each one.
+/// Speed in RPM of a position in counts, over the neighbouring samples.
 pub(super) fn smooth_rpm(run: &Run, counts: &[f64]) -> Vec<f64> {
     smooth(run, counts, 0..counts.len(), SMOOTH_S)
 }
 
-/// The same of some samples, by no other samples, over a time; of none, from the sample before.
+/// The same within a range of samples; over a time of 0, from the previous sample.
 fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f64) -> Vec<f64> {
     let half = (over_s / 2.0 / run.sample_time_s).round() as usize;
     let (first, last) = (samples.start, samples.end.saturating_sub(1));
@@ -119,7 +119,7 @@ fn smooth(run: &Run, counts: &[f64], samples: std::ops::Range<usize>, over_s: f6
     samples.clone().map(speed).collect()
 }
 
-/// Errors of the last model in all runs: of the speed in RPM and of the position in counts.
+/// Errors of the last model in all runs: speed in RPM and position in counts.
 pub(super) struct ErrorSpreads {
     speed: Spread,
     position: Spread,
@@ -145,14 +145,13 @@ impl ErrorSpreads {
     }
 }
 
-/// The recorded speed as it is drawn over predictions.
+/// The recorded speed with the smoothing of the predictions.
 fn recorded_rpm(run: &Run) -> Vec<f64> {
     let counts: Vec<f64> = run.counts.iter().map(|&n| n as f64).collect();
     let over_s = if is_coarse(run) { SMOOTH_S } else { 0.0 };
     smooth(run, &counts, 0..counts.len(), over_s)
 }
 
-/// Speed, position, error and command of a run, with every model.
 pub(super) fn figure(beside: &RunWithModels<'_>, spreads: &ErrorSpreads) -> Figure {
     let run = beside.run;
     let t_s = &run.t_s;
@@ -208,7 +207,6 @@ pub(super) fn figure(beside: &RunWithModels<'_>, spreads: &ErrorSpreads) -> Figu
     }
 }
 
-/// Content of the figure, and the error of each model.
 pub(super) fn caption(beside: &RunWithModels<'_>) -> String {
     let figures = beside.models.iter().enumerate();
     let figures: Vec<String> = figures

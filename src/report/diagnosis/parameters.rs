@@ -1,4 +1,4 @@
-//! Parameters of the effects and of the motor, with their intervals.
+//! Tables of the parameters of effects and motor, with their intervals.
 
 use super::words;
 use crate::diagnose::{Diagnosis, Interval};
@@ -6,7 +6,7 @@ use crate::export::PARAMETERS;
 use crate::report::Page;
 use crate::report::number::{figure, percent};
 
-/// The parameters of each effect; those of improbable effects are left out.
+/// The parameters of each effect, without those of improbable effects.
 pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
     let mut rows = Vec::new();
     for cause in &diagnosis.causes {
@@ -29,7 +29,7 @@ pub(super) fn of_effects(page: &mut Page, diagnosis: &Diagnosis) {
     );
 }
 
-/// Parameters that the runs determine.
+/// Identifiable parameters.
 pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
     page.section("Identifiable parameters");
     let identifiable = words::identifiable_rows(diagnosis).into_iter();
@@ -37,7 +37,7 @@ pub(super) fn of_motor(page: &mut Page, diagnosis: &Diagnosis) {
         .map(|(name, interval)| row(diagnosis, name.to_owned(), &interval, None))
         .collect();
     let whose = words::whose(diagnosis);
-    // Without a known torque, what the runs determine of them stands above.
+    // Without a known torque the identifiable ones are already above.
     let base = diagnosis.has_torque().then_some(&diagnosis.base);
     for (key, share) in base.into_iter().flatten() {
         let nominal = diagnosis.nominal.parameters.get(key);

@@ -1,4 +1,5 @@
-//! Where the error lies: stage of the chain, time intervals, and residual torque against speed, angle, time and voltage.
+//! The location of the error: stage of the chain, time intervals, and residual torque against speed, angle, time and
+//! voltage.
 
 use super::ordered;
 use super::overlaid_run::OverlaidRun;
@@ -10,13 +11,12 @@ use crate::report::comparison::{COMMAND, RECORDED, command_label};
 use crate::report::number::{percent, probability};
 use crate::report::{Band, Bar, Bars, Figure, Page, Panel, Scale, Series, Size, Stroke};
 
-/// Opacity of the strongest shade.
+/// Opacity of the darkest shade.
 const DARKEST: f64 = 0.45;
 
-/// A stage below this probability has no bar that is seen.
+/// A stage below this probability has no visible bar.
 const LEAST: f64 = 0.001;
 
-/// The section of the page.
 pub(super) fn section(page: &mut Page, diagnosis: &Diagnosis, laid: &[OverlaidRun<'_>]) {
     page.section("Where the error lies");
     let stages = stages(diagnosis);

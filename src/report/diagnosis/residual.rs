@@ -1,4 +1,4 @@
-//! Is the residual white? Its spectrum and its autocorrelation, over the segments of a run.
+//! Whiteness of the residual: spectrum and autocorrelation over the segments of a run.
 
 use std::f64::consts::TAU;
 
@@ -6,17 +6,16 @@ use super::overlay::RunWithModels;
 use super::spread::segments;
 use crate::report::{Figure, Panel, Series, Stroke};
 
-/// Frequencies of the spectrum.
 const FREQUENCIES: usize = 80;
-/// Lags of the autocorrelation: as many, and at most this share of the shortest segment.
+/// Most lags of the autocorrelation, also as a share of the shortest segment.
 const LAGS: usize = 60;
 const LAG_SHARE: f64 = 0.5;
-/// A segment with fewer samples has no spectrum.
+/// Fewest samples of a segment for a spectrum.
 const FEWEST: usize = 16;
-/// 95 % of a white residual's correlations are within so many standard deviations.
+/// Bounds of 95 % of a white residual's correlations, in standard deviations.
 const WITHIN_95: f64 = 1.96;
 
-/// Both pictures of the last model's residual; none of segments that are too short.
+/// Both figures of the last model's residual; none for short segments.
 pub(super) fn figures(beside: &RunWithModels<'_>) -> Vec<Figure> {
     let model = beside.models.len() - 1;
     let residual = &beside.predicted.gap_counts[model];
@@ -35,7 +34,7 @@ pub(super) fn figures(beside: &RunWithModels<'_>) -> Vec<Figure> {
     ]
 }
 
-/// Mean periodogram of the segments, each under a Hann window (Welch 1967), at frequencies evenly apart on a logarithmic scale.
+/// Mean periodogram of the segments with a Hann window (Welch 1967), at logarithmically spaced frequencies.
 fn spectrum(all: &[(&[f64], &[f64])], dt: f64) -> Figure {
     let longest = all
         .iter()
@@ -73,7 +72,6 @@ fn spectrum(all: &[(&[f64], &[f64])], dt: f64) -> Figure {
     }
 }
 
-/// Colour of both.
 const COLOUR: usize = 1;
 
 fn autocorrelation(all: &[(&[f64], &[f64])], dt: f64) -> Figure {
@@ -126,7 +124,7 @@ mod tests {
             10f64.powf(peak.0)
         );
         let points = &autocorrelation(&all, 0.01).panels[0].series[0].points;
-        // A period of 0.2 s: the opposite after 0.1 s.
+        // A period of 0.2 s: opposite sign after 0.1 s.
         assert!((points[0].1 - 1.0).abs() < 1e-12 && (points[10].1 + 1.0).abs() < 0.05);
     }
 }

@@ -1,20 +1,19 @@
-//! How far predictions are off at each time since the start of their segment: the band around a prediction.
+//! Prediction bands: the RMS error as a function of the time since the segment's start.
 
 use crate::diagnose::PredictedRun;
 use crate::report::{Series, Stroke};
 
-/// Parts of a segment whose errors are pooled.
+/// Parts of a segment over which errors are pooled.
 const PARTS: usize = 8;
 /// Ends of the central 95 % of a normal distribution in standard deviations.
 const WITHIN_95: f64 = 1.96;
 
-/// RMS of held-out errors by the part of the segment, over all runs.
+/// RMS held-out error by part of the segment, over all runs.
 pub(super) struct Spread {
     rms: [f64; PARTS],
 }
 
 impl Spread {
-    /// Of the errors of each run, in segments.
     pub fn of<'a>(all: impl Iterator<Item = (&'a PredictedRun, Vec<f64>)>) -> Self {
         let (mut squares, mut counts) = ([0.0; PARTS], [0.0; PARTS]);
         for (predicted, errors) in all {
@@ -35,12 +34,12 @@ impl Spread {
         Self { rms }
     }
 
-    /// Half the width of the band at each sample.
+    /// Half width of the band at each sample.
     fn half(&self, predicted: &PredictedRun, count: usize) -> Vec<f64> {
         let mut half = vec![f64::NAN; count];
         for (from, to) in segments(predicted, count) {
             for (k, half) in half[from..to].iter_mut().enumerate() {
-                // From the middle of a part to the middle of the next.
+                // Linear interpolation between the middles of the parts.
                 let at = (k as f64 / (to - from) as f64 * PARTS as f64 - 0.5)
                     .clamp(0.0, PARTS as f64 - 1.0);
                 let (low, share) = (at.floor() as usize, at.fract());
@@ -51,7 +50,7 @@ impl Spread {
         half
     }
 
-    /// The band around a curve, its lower end and its upper one.
+    /// Lower and upper end of the band around a curve.
     pub fn around(
         &self,
         predicted: &PredictedRun,
@@ -71,7 +70,7 @@ impl Spread {
     }
 }
 
-/// First and last sample of each segment, the last one excluded. Between two segments there may be samples of none, without an error.
+/// Range of samples of each segment. Samples between two segments have no error.
 pub(super) fn segments(
     predicted: &PredictedRun,
     count: usize,

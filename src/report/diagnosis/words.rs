@@ -1,4 +1,4 @@
-//! Texts that the page and the terminal share.
+//! Texts that page and terminal share.
 
 use crate::diagnose::{
     BudgetStep, Diagnosis, EffectClass, Gap, Interval, NominalSource, ReferenceRuns,
@@ -9,11 +9,11 @@ use crate::motor::catalogue::{EffectKind, catalogue};
 use crate::report::number::{figure, percent, probability, probability_of};
 use crate::report::{Bar, Bars, Scale};
 
-/// Names of a list that are read in a line.
+/// Most names listed in a line.
 const NAMED: usize = 5;
-/// Effects whose equation is printed.
+/// Most effects whose equation is printed.
 const EQUATIONS: usize = 4;
-/// Effects below this inclusion probability have neither their equation nor their parameters printed.
+/// Least inclusion probability of effects whose equation and parameters are printed.
 pub const DETAILED_FROM: f64 = 0.05;
 
 /// An effect of the catalogue by its id.
@@ -21,7 +21,7 @@ pub(super) fn kind(id: &str) -> Option<&'static EffectKind> {
     catalogue().iter().find(|kind| kind.id == id)
 }
 
-/// The verdict and the parts of the sentence with their names; a verdict that has nothing to state in a part leaves it out.
+/// The verdict and the named parts of the sentence; empty parts are left out.
 pub fn named_parts(diagnosis: &Diagnosis) -> Vec<(&'static str, String)> {
     let names = ["Verdict", "Error", "Cause", "Unexplained", "Next step"];
     let parts = [verdict_words(diagnosis)]
@@ -31,7 +31,7 @@ pub fn named_parts(diagnosis: &Diagnosis) -> Vec<(&'static str, String)> {
     named.filter(|(_, part)| !part.is_empty()).collect()
 }
 
-/// The verdict, what it means, and which motor is the nominal model.
+/// The verdict, its meaning, and the nominal motor.
 fn verdict_words(diagnosis: &Diagnosis) -> String {
     let verdict = diagnosis.verdict;
     let nominal = match (&diagnosis.reference, diagnosis.nominal_source) {
@@ -47,7 +47,7 @@ fn verdict_words(diagnosis: &Diagnosis) -> String {
     )
 }
 
-/// An effect and what it is.
+/// An effect with its description.
 pub fn cause_words(id: &str) -> String {
     kind(id).map_or_else(|| id.to_owned(), |kind| format!("{id}: {}", kind.summary))
 }
@@ -73,7 +73,7 @@ pub(super) fn explained(diagnosis: &Diagnosis) -> Vec<&'static str> {
     ids
 }
 
-/// Whose parameters the nominal model has.
+/// Source of the nominal model's parameters.
 pub(super) fn whose(diagnosis: &Diagnosis) -> &'static str {
     match (&diagnosis.reference, diagnosis.nominal_source) {
         (Some(_), _) => "reference's",
@@ -96,7 +96,7 @@ pub fn of_reference(reference: &ReferenceRuns) -> String {
     )
 }
 
-/// Names of what a recording separates: the first few, and how many more.
+/// The first few names, and the number of the others.
 pub fn few_words(names: &[String]) -> String {
     let named = names[..names.len().min(NAMED)].join(", ");
     match names.len().saturating_sub(NAMED) {
@@ -115,7 +115,7 @@ pub fn class_words(class: &EffectClass) -> String {
     )
 }
 
-/// The prediction error that all figures are of, and how it was held out.
+/// The prediction error of all figures, and how data were held out.
 pub fn measured(gap: &Gap) -> String {
     let parts = gap.floor_parts;
     let part = |name: &str, counts: Option<f64>| {
@@ -144,7 +144,7 @@ pub fn measured(gap: &Gap) -> String {
     )
 }
 
-/// The same models on the data that they were fitted to.
+/// The same models on the training data.
 pub fn fitted_words(gap: &Gap) -> String {
     let fitted = gap.fitted;
     format!(
@@ -169,12 +169,12 @@ pub fn share_interval(lo95: f64, hi95: f64) -> String {
     format!("{} to {hi95}", lo95.trim_end_matches("\u{a0}%"))
 }
 
-/// A share in percent; less than a thousandth of a percent is none.
+/// A share in percent; below a thousandth of a percent it is 0.
 fn share(share: f64) -> String {
     percent(if share.abs() < 1e-5 { 0.0 } else { share })
 }
 
-/// Names of the columns of [`budget_rows`]; the last one where a step has alternatives.
+/// Column names of [`budget_rows`]; the last one only if a step has alternatives.
 pub const BUDGET_COLUMNS: [&str; 5] = [
     "step",
     "RMS error after it (counts)",
@@ -183,7 +183,7 @@ pub const BUDGET_COLUMNS: [&str; 5] = [
     "alternatives (inclusion probability)",
 ];
 
-/// The error budget, a row each step.
+/// The error budget, a row per step.
 pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     let has_alternatives = (diagnosis.budget.iter()).any(|step| !step.alternatives.is_empty());
     let row = |step: &BudgetStep| {
@@ -208,10 +208,10 @@ pub fn budget_rows(diagnosis: &Diagnosis) -> Vec<Vec<String>> {
     diagnosis.budget.iter().map(row).collect()
 }
 
-/// Reference of the shares of the budget.
+/// Reference of the shares in the budget.
 pub const BUDGET_NOTE: &str = "Share: part of the nominal model's held-out squared error above the noise floor that a step removes, negative where it adds error; unexplained: the part that remains.";
 
-/// The error budget as bars.
+/// The error budget as a bar chart.
 pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
     let bar = |step: &BudgetStep| Bar {
         name: step_words(step).to_owned(),
@@ -236,7 +236,7 @@ pub fn budget_bars(diagnosis: &Diagnosis) -> Bars {
     }
 }
 
-/// The models that the figures show, from the nominal one on.
+/// The models in the figures, from the nominal one on.
 pub(super) fn models(diagnosis: &Diagnosis) -> Vec<String> {
     let nominal = match diagnosis.reference {
         Some(_) => "reference model",
@@ -261,7 +261,7 @@ pub fn interval_words(interval: &Interval) -> String {
     }
 }
 
-/// Parameters that voltage and counts determine: name and value each.
+/// Parameters that voltage and counts determine: name and value.
 pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)> {
     let found = &diagnosis.identifiable;
     let (gain, friction) = match diagnosis.command_kind {
@@ -274,7 +274,7 @@ pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)>
         ("mechanical time constant", found.time_constant_s),
         (friction, found.friction_v),
     ];
-    // Held at what was assumed, it is not determined.
+    // Not identified if it was held at its assumed value.
     let electrical = found.electrical_time_constant_s;
     let electrical = electrical.filter(|one| diagnosis.has_torque() || one.lo95 < one.hi95);
     if let Some(electrical) = electrical {
@@ -283,7 +283,7 @@ pub fn identifiable_rows(diagnosis: &Diagnosis) -> Vec<(&'static str, Interval)>
     rows
 }
 
-/// Name and unit of what would remove an error: a torque, or the command where no torque is known.
+/// Name and unit of the residual: a torque, or the command where no torque is known.
 pub(super) fn residual_words(diagnosis: &Diagnosis) -> (&'static str, &'static str) {
     match (diagnosis.has_torque(), diagnosis.command_kind) {
         (true, _) | (_, CommandKind::Torque) => ("torque", "mN m"),
@@ -292,7 +292,7 @@ pub(super) fn residual_words(diagnosis: &Diagnosis) -> (&'static str, &'static s
     }
 }
 
-/// The equation of an effect; its names are without units where no torque is known.
+/// The equation of an effect; without units where no torque is known.
 pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
     let equation = kind.equation.to_owned();
     if diagnosis.has_torque() {
@@ -304,7 +304,7 @@ pub(super) fn equation(diagnosis: &Diagnosis, kind: &EffectKind) -> String {
     })
 }
 
-/// Where figures in N m and kg m^2 come from, or why there are none.
+/// Source of figures in N m and kg m^2, or why there are none.
 pub fn torque_words(diagnosis: &Diagnosis) -> String {
     if diagnosis.command_kind == CommandKind::Torque {
         return "The command is a torque, so that torques are known in N m.".to_owned();

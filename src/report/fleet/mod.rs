@@ -1,4 +1,4 @@
-//! The fleet page: units compared with the population, drift, verdicts, recordings that are not usable.
+//! The fleet page: units compared with the population, drift, verdicts, unusable recordings.
 
 mod outlying;
 mod queries;
@@ -14,15 +14,15 @@ use crate::fleet::{
     SIGNIFICANT,
 };
 
-/// Parameters that are drawn: those that most units have.
+/// Most parameters drawn, by number of units.
 const DRAWN: usize = 12;
-/// Rows of a table on the page; all rows are in the tables of `tabulate`.
+/// Most rows of a table on the page; `tabulate` writes all.
 const LISTED: usize = 100;
-/// Characters of a reason.
+/// Most characters of a reason.
 const REASON: usize = 600;
-/// Days of a month, for a slope that is read.
+/// Days per month in printed slopes.
 const MONTH_D: f64 = 30.0;
-/// Days from 1970 to the first day of the Julian calendar's count, less a half.
+/// Julian day number of 1970-01-01.
 const JULIAN_1970: i32 = 2_440_588;
 
 /// The page.
@@ -86,7 +86,6 @@ fn several(count: usize, one: &str, more: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { more })
 }
 
-/// A parameter's name in full.
 fn name_of(number: &Number) -> String {
     if number.is_base {
         format!("{}, relative to the motor file", number.name)
@@ -100,7 +99,7 @@ fn name_of(number: &Number) -> String {
     }
 }
 
-/// The same short enough for a drawing on a phone; its caption says what it is relative to.
+/// A short name for drawings on a phone; the caption states the reference.
 fn drawn_name(number: &Number) -> String {
     if number.is_base {
         number.name.clone()
@@ -109,7 +108,6 @@ fn drawn_name(number: &Number) -> String {
     }
 }
 
-/// Beginning of a caption.
 fn relative(number: &Number) -> &'static str {
     if number.is_base {
         "Relative to the motor file. "
@@ -228,7 +226,6 @@ fn numbers(page: &mut Page, population: &Population) {
     }
 }
 
-/// A day since 1970 as a date.
 fn date(days: f64) -> String {
     let date = time::Date::from_julian_day(days.floor() as i32 + JULIAN_1970);
     date.map_or(String::new(), |date| date.to_string())
@@ -332,7 +329,7 @@ fn unusable(page: &mut Page, documents: &[Document], damaged: &[Damaged]) {
     left_out(page, rows.len());
 }
 
-/// Every recording with the verdict on it, and its page.
+/// Every recording with its verdict and page.
 fn recordings(page: &mut Page, documents: &[Document], population: &Population) {
     page.section("Every recording");
     let of_units = population.units.iter();

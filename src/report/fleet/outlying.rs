@@ -1,4 +1,4 @@
-//! Units that stand out: a recurring effect, or a parameter that is an outlier.
+//! Outlying units: a recurring effect, or an outlying parameter.
 
 use std::path::Path;
 
@@ -10,10 +10,9 @@ use crate::report::Page;
 use crate::report::cell::Cell;
 use crate::report::number::figure;
 
-/// Units that are listed; all are in the tables of `tabulate`.
+/// Most units listed; `tabulate` writes all.
 const LISTED: usize = 100;
 
-/// The section of the page.
 pub(super) fn section(page: &mut Page, documents: &[Document], population: &Population) {
     page.section("Units that stand out");
     let apart = population.apart();
@@ -84,7 +83,7 @@ fn row(documents: &[Document], population: &Population, unit: usize) -> Vec<Cell
     let dates: Vec<Option<String>> = own.documents.iter().map(date).collect();
     let recordings = own.documents.iter().zip(&dates).map(|(place, date)| {
         let document = &documents[*place];
-        // Several of one day, and those without a date, are named by their files.
+        // Recordings of one day, and those without a date, are named by file.
         let is_only = dates.iter().filter(|other| *other == date).count() == 1;
         let own = date.clone().filter(|_| is_only);
         let file = Path::new(&document.document).file_stem();
@@ -108,5 +107,4 @@ fn row(documents: &[Document], population: &Population, unit: usize) -> Vec<Cell
     ]
 }
 
-/// Characters of a date.
 const DATE: usize = 10;

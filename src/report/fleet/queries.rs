@@ -1,19 +1,18 @@
-//! DuckDB queries over the tables that were written, to copy.
+//! DuckDB queries over the written tables.
 
 use crate::report::Page;
 
-/// Where the tables are, for the queries.
+/// Paths of the tables in the queries.
 #[derive(Debug, Clone)]
 pub struct Names {
-    /// A row per diagnosis.
+    /// Rows per diagnosis.
     pub diagnoses: String,
-    /// A row per cause.
+    /// Rows per cause.
     pub causes: String,
-    /// A row per parameter.
+    /// Rows per parameter.
     pub numbers: String,
 }
 
-/// Puts the queries on the page.
 pub(super) fn put(page: &mut Page, names: &Names) {
     page.section("Queries");
     page.paragraph("DuckDB reads the tables where they are: duckdb -c \"QUERY\".");

@@ -1,10 +1,10 @@
-//! Events that end a mode, and their effect on the state.
+//! Events that end a mode, and the state afterwards.
 
 use super::{Function, LEAVING_RAD_S, LOAD, MOTOR, Side, Writer, set};
 use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
-    /// Event functions that end a mode at 0, and their number.
+    /// Event functions, which end a mode at 0, and their number.
     pub(super) fn guards(&self) -> (Function, usize) {
         let mut lines = vec![self.call_forces()];
         self.levels(&mut lines);
@@ -73,7 +73,7 @@ impl Writer<'_> {
         (function, guards)
     }
 
-    /// The state at the end of a step, and what end `k` of the mode (-1: none) does to it.
+    /// The state at the end of a step after event `k` of the mode (-1: none).
     pub(super) fn snap(&self, y: &[&'static str]) -> Function {
         let mut lines = vec![self.call_forces()];
         self.levels(&mut lines);
@@ -89,7 +89,7 @@ impl Writer<'_> {
                     "(MOTOR_INERTIA_KG_M2 * speed + LOAD_INERTIA_KG_M2 * load_speed) / INERTIA_KG_M2",
                 ),
                 set("leaves", "pick((k == 0.0) & (joined > 0.0) & (slip == 0.0), 1.0, 0.0)"),
-                // A flank that would have to pull, or a clutch that would have to carry more than it can, releases.
+                // A flank that would have to pull, or a clutch beyond its capacity, releases.
                 set("alone", "pick((least > lowest) | (greatest < highest), 1.0, 0.0)"),
                 set(
                     "as_one",

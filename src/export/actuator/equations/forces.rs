@@ -1,4 +1,4 @@
-//! Voltages, current and torques, before friction and before what passes through the transmission.
+//! Voltages, current and torques, before friction and before the torque of the transmission.
 
 use super::{Function, Line, Writer, set};
 use crate::export::actuator::constants::of;
@@ -12,7 +12,6 @@ impl Writer<'_> {
         })
     }
 
-    /// Voltages, current and torques before friction and before what passes through the transmission.
     pub(super) fn forces(&self) -> Function {
         let mut lines = Vec::new();
         let mut volts = "u".to_owned();
@@ -118,7 +117,7 @@ impl Writer<'_> {
         Line::Call("f", "forces", "y, u, load", gives)
     }
 
-    /// Voltage minus back EMF; a bridge that freewheels drives its mean current of a period.
+    /// Voltage minus back EMF; a freewheeling bridge drives the mean current of a period.
     pub(super) fn excess(&self, lines: &mut Vec<Line>) {
         if !self.has(ids::PWM_FREEWHEEL) {
             lines.push(set("excess", "volts - emf"));

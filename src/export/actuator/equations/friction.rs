@@ -13,7 +13,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Level that a side breaks away at in direction `s`.
+    /// Breakaway level of a side in direction `s`.
     pub(super) fn breakaway(&self, side: &Side, s: &str) -> String {
         let p = folded(self.motor);
         let holds =
@@ -39,7 +39,7 @@ impl Writer<'_> {
         format!("({level}){}", self.share(side))
     }
 
-    /// Friction of a side that slides steadily, in the direction of `slip`.
+    /// Friction of a side in steady sliding, in the direction of `slip`.
     pub(super) fn steady(&self, side: &Side) -> String {
         let s = side.slip;
         let mut level = "COULOMB_FRICTION_NM".to_owned();
@@ -58,7 +58,7 @@ impl Writer<'_> {
         format!("({level}){} * {s}", self.share(side))
     }
 
-    /// Friction of each side and its viscous friction, from its direction of slip.
+    /// Dry and viscous friction of each side, from its direction of slip.
     pub(super) fn friction(&self, lines: &mut Vec<Line>) {
         for side in &self.sides {
             lines.push(set(side.steady, self.steady(side)));
@@ -105,7 +105,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Direction in which a side slips from here on: 0 where it sticks.
+    /// Direction in which a side begins to slip; 0 if it sticks.
     pub(super) fn slip(&self, side: &Side, net: &str) -> String {
         let (speed, friction) = (side.speed, side.friction);
         let leaves = if self.preslides {

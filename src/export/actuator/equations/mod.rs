@@ -1,10 +1,11 @@
-//! The equations, written once in a notation that every language shares: assignments of expressions with `+ - * /`, comparisons
-//! in parentheses, `&`, `|`, and the functions `pick(condition, a, b)`, `sgn`, `mag`, `low`, `high`, `exp`, `log`, `sin`.
+//! Equations in a notation that every language shares: assignments of expressions with `+ - * /`, comparisons in
+//! parentheses, `&`, `|`, and the functions `pick(condition, a, b)`, `sgn`, `mag`, `low`, `high`, `exp`, `log`,
+//! `sin`.
 //!
-//! The state `y` has the motor side's angle and speed, then what this motor needs: current, filtered copper loss, angle and speed
-//! of the load side, which flank touches or which way a clutch slips, presliding friction. The mode `m` is fixed within a step: the
-//! voltage, the load, directions of slip, whether current flows. They are the equations of `motor-chain`'s `dynamics.rs`, and the
-//! events of its `guards.rs` and `transitions.rs`.
+//! The state `y` has the motor side's angle and speed, then as needed: current, filtered copper loss, angle and speed
+//! of the load side, the touching flank or the slip direction of a clutch, presliding friction. The mode `m` is fixed
+//! within a step: voltage, load, directions of slip, whether current flows. The equations are those of
+//! `motor-chain`'s `dynamics.rs`, the events those of its `guards.rs` and `transitions.rs`.
 
 use crate::motor::catalogue::ids;
 mod events;
@@ -16,16 +17,15 @@ mod transmission;
 use super::constants::{Division, folded};
 use crate::motor::Motor;
 
-/// One line of a function.
 #[derive(Debug, Clone)]
 pub(super) enum Line {
     /// `name = expression`.
     Let(&'static str, String),
-    /// `array = function(arguments)`, and the names of what it gives.
+    /// `array = function(arguments)`, and the names of its elements.
     Call(&'static str, &'static str, &'static str, Vec<&'static str>),
 }
 
-/// A function of state, mode and numbers that gives an array.
+/// A function of state, mode and constants that returns an array.
 #[derive(Debug, Clone)]
 pub(super) struct Function {
     pub name: &'static str,
@@ -35,34 +35,33 @@ pub(super) struct Function {
     pub gives: Vec<String>,
 }
 
-/// The equations of one motor.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
-    /// Names of the state's numbers.
+    /// Names of the elements of the state.
     pub y: Vec<&'static str>,
-    /// Names of the mode's numbers.
+    /// Names of the elements of the mode.
     pub m: Vec<&'static str>,
-    /// How many ways there are for a mode to end.
+    /// Number of events that end a mode.
     pub guards: usize,
     /// Command at the driver for `u`.
     pub command: String,
     pub functions: Vec<Function>,
-    /// Where angle and speed of the output shaft stand in the state; of the motor's own, if the encoder sits there.
+    /// Index of angle and speed of the output shaft in the state, or of the motor side if the encoder is there.
     pub output: usize,
     pub encoder: usize,
 }
 
-/// A side of the transmission: names of what it has.
+/// Names of the variables of one side of the transmission.
 struct Side {
     angle: &'static str,
     speed: &'static str,
     net: &'static str,
     slip: &'static str,
     share: &'static str,
-    /// Its presliding friction in the state, and where that began: angle, friction, steady friction.
+    /// Presliding friction in the state, and its origin: angle, friction, steady friction.
     friction: &'static str,
     from: [&'static str; 3],
-    /// Names of intermediate results: breakaway levels forward and back, steady friction, its friction, viscous friction.
+    /// Intermediate results: breakaway levels forward and back, steady friction, friction, viscous friction.
     levels: [&'static str; 2],
     steady: &'static str,
     rubs: &'static str,
@@ -97,17 +96,17 @@ const LOAD: Side = Side {
     viscous: "load_viscous",
 };
 
-/// By how much less than its breakaway level a torque already moves a side: an instant found by interpolation lies on it to rounding.
+/// Margin of the breakaway level: a state found by interpolation lies on the level up to rounding.
 const BREAKAWAY: &str = "(1.0 - 1e-9)";
 
-/// Speed in rad/s with which a side leaves rest: the direction in which it slips is the speed's.
+/// Speed in rad/s at which a side leaves rest: the direction of slip is the sign of the speed.
 const LEAVING_RAD_S: &str = "1e-9";
 
 fn set(name: &'static str, expression: impl Into<String>) -> Line {
     Line::Let(name, expression.into())
 }
 
-/// Which equations this motor has.
+/// The equations that this motor needs.
 struct Writer<'a> {
     motor: &'a Motor,
     inductive: bool,
@@ -162,7 +161,6 @@ impl<'a> Writer<'a> {
         self.sides.len() == 2
     }
 
-    /// Whether both sides can move as one.
     fn welds(&self) -> bool {
         (self.gap && !self.spring) || self.clutch
     }
@@ -172,7 +170,7 @@ impl<'a> Writer<'a> {
         self.gap || self.clutch
     }
 
-    /// Whether the current can stand still.
+    /// Whether the current can be discontinuous.
     fn halts(&self) -> bool {
         self.inductive && (self.drops || self.limited || self.opens)
     }

@@ -1,9 +1,9 @@
-//! The mode that holds from a state on, and the rates of change in it.
+//! The mode that follows from a state, and the derivatives in it.
 
 use super::{Function, LOAD, Line, MOTOR, Writer, set};
 
 impl Writer<'_> {
-    /// The mode that holds from a state on.
+    /// The mode that follows from a state.
     pub(super) fn mode(&self, m: &[&'static str]) -> Function {
         let mut lines = vec![self.call_forces()];
         self.levels(&mut lines);
@@ -66,7 +66,6 @@ impl Writer<'_> {
         lines.push(set("flows", flows.join(" * ")));
     }
 
-    /// Rates of change of the state.
     pub(super) fn rates(&self, y: &[&'static str]) -> Function {
         let mut lines = vec![self.call_forces()];
         self.friction(&mut lines);

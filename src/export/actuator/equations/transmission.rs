@@ -1,10 +1,10 @@
-//! Torque between the motor side and the load side, and whether both move as one.
+//! Torque between motor side and load side, and whether both move together.
 
 use super::{Line, Side, Writer, set};
 use crate::motor::catalogue::ids;
 
 impl Writer<'_> {
-    /// Torque that passes from the motor side to the load side while they move apart.
+    /// Torque from the motor side to the load side while they move relative to each other.
     pub(super) fn link(&self, lines: &mut Vec<Line>) {
         if self.clutch {
             lines.push(set("link", "SLIPPING_CLUTCH_TORQUE_NM * touch"));
@@ -20,7 +20,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Torque of the spring on this flank.
+    /// Spring torque on this flank.
     pub(super) fn push(&self, flank: &str) -> String {
         let twist = if self.gap {
             format!("(angle - load_angle - 0.5 * BACKLASH_GAP_RAD * {flank})")
@@ -30,7 +30,7 @@ impl Writer<'_> {
         format!("SPRING_NM_PER_RAD * {twist} + DAMPER_NM_S_PER_RAD * (speed - load_speed)")
     }
 
-    /// Acceleration of both as one, and what the motor side then passes on.
+    /// Acceleration of both sides together, and the torque then transmitted.
     pub(super) fn carried(&self, lines: &mut Vec<Line>) {
         lines.extend([
             set(
@@ -44,7 +44,7 @@ impl Writer<'_> {
         ]);
     }
 
-    /// The torques that hold both sides at rest while they touch, lowest and highest.
+    /// Lowest and highest torque that holds both sides at rest while they touch.
     pub(super) fn range(&self, lines: &mut Vec<Line>, touch: &str) {
         lines.extend([
             set("lowest", "high(net - up, -load_down - load_net)"),
@@ -71,7 +71,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Whether two sides move as one, and which way: flanks on the bare metal, or a clutch.
+    /// Whether both sides move together, and in which direction: rigid flanks, or a clutch.
     pub(super) fn joint(&self, lines: &mut Vec<Line>) {
         let rests = "(speed == 0.0) & (load_speed == 0.0)";
         let (held, meets) = if self.clutch {
@@ -81,7 +81,7 @@ impl Writer<'_> {
         };
         lines.push(set("held", held));
         self.range(lines, "held");
-        // As one: the direction that both take from rest, and the torque that passes once they move.
+        // Together: their common direction from rest, and the torque transmitted in motion.
         let leaves = if self.preslides {
             "pick((net + load_net == friction + load_friction), sgn(excess), sgn(net + load_net - friction - load_friction))"
         } else {
@@ -124,7 +124,7 @@ impl Writer<'_> {
         } else {
             ("(carried * held < 0.0)", "0.0")
         };
-        // At rest a flank cannot pull, nor a clutch carry more than it can: a side that either would have to hold leaves alone.
+        // At rest a flank cannot pull, nor a clutch exceed its capacity: a side that needed either moves alone.
         let alone = if self.preslides {
             "0.0 * speed".to_owned()
         } else {
