@@ -1,4 +1,4 @@
-//! Runs another program: command in, its output and exit status out, with limits on output and time.
+//! Runs a program with limits on output and time: command line in, output and exit status out.
 
 use std::io::{self, Read};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -6,20 +6,19 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How often an end is looked for: less than any time that is reported.
+/// Polling period for the end of the program: less than any reported time.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-/// How long what a program said may still come after its end: its children may hold the pipe.
+/// How long output may arrive after the end: children may hold the pipe.
 const LAST_WORDS: Duration = Duration::from_secs(1);
 
-/// Windows' flag for a program that Ctrl-C in this window does not reach.
+/// Windows' flag for a program that does not receive this console's Ctrl-C.
 #[cfg(windows)]
 const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
 
-/// Output of a program within its limits.
 #[derive(Debug)]
 pub(super) struct ProgramOutput {
-    /// How it ended; `None` where its time was over first.
+    /// Exit status; `None` after a timeout.
     pub status: Option<ExitStatus>,
     /// The beginning of its standard output.
     pub output: Vec<u8>,
@@ -27,17 +26,17 @@ pub(super) struct ProgramOutput {
     pub messages: Vec<u8>,
 }
 
-/// Runs a program with nothing on its standard input. Of each of its outputs at most `most_bytes` are kept, and whoever
-/// continues writes into a closed pipe; after `longest` it is ended, and so are its children.
+/// Runs a program with empty standard input. At most `most_bytes` of each output are kept, after which its pipe is
+/// closed; after `longest` it is ended with its children.
 ///
 /// # Errors
-/// It does not start.
+/// The program does not start.
 pub(super) fn run_bounded(
     command: &mut Command,
     most_bytes: u64,
     longest: Option<Duration>,
 ) -> io::Result<ProgramOutput> {
-    // Ctrl-C ends the run of a set after the cases under way; it must not end those.
+    // Ctrl-C ends the run of a set after the current cases, which must not receive it.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
     #[cfg(windows)]
@@ -70,13 +69,13 @@ pub(super) fn run_bounded(
     })
 }
 
-/// Reads on a thread of its own, so that no pipe fills up while the other is read.
+/// Reads in a separate thread, so that neither pipe blocks the other.
 fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver<Vec<u8>> {
     let (sender, receiver) = channel();
     thread::spawn(move || {
         let mut said = Vec::new();
         if let Some(pipe) = pipe {
-            // Output before an error counts.
+            // Output before an error is kept.
             let _ = pipe.take(most_bytes).read_to_end(&mut said);
         }
         let _ = sender.send(said);
@@ -84,7 +83,7 @@ fn gather(pipe: Option<impl Read + Send + 'static>, most_bytes: u64) -> Receiver
     receiver
 }
 
-/// Ends a program that continues, and its children, which share its group.
+/// Ends a program that exceeds its time, with its children in the same process group.
 fn end(child: &mut Child) {
     #[cfg(unix)]
     if let Some(group) = rustix::process::Pid::from_raw(child.id() as i32) {

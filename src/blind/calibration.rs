@@ -1,9 +1,8 @@
 //! Calibration of probabilities and coverage of intervals: verdicts and truths in, scores with sampling errors out.
 //!
-//! With p the probability that a verdict gives to what it says (the whole class of a stated tie) and
-//! o = 1 where that is right: Brier score `mean (p - o)^2` (Brier 1950). With q the probability given to
-//! the truth alone: log score `mean -ln q`, q at least 1e-6, so that one case of certain error costs 13.8
-//! and not everything.
+//! With the probability p of the verdict's statement (of the class of a stated tie) and o = 1 if it is right: Brier
+//! score `mean (p - o)^2` (Brier 1950). With the probability q of the truth: log score `mean -ln q`, q at least 1e-6,
+//! so that one certain error costs 13.8.
 
 use std::collections::BTreeMap;
 
@@ -17,38 +16,38 @@ const LEAST_PROBABILITY: f64 = 1e-6;
 /// Edges of the reliability table's bins.
 const BINS: [f64; 9] = [0.0, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0];
 
-/// How far probabilities hold.
+/// Calibration of probabilities.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Probabilities {
-    /// Brier score of what is said.
+    /// Brier score of the verdicts.
     pub brier: Option<f64>,
     /// Brier score over all causes, from 0 to 2.
     pub brier_all_causes: Option<f64>,
     /// Log score of the truth in nats.
     pub log_score: Option<f64>,
-    /// Cases whose truth was given less than 1e-6.
+    /// Cases whose truth has a probability below 1e-6.
     pub truth_ruled_out: u64,
-    /// Verdicts by the probability that they give themselves.
+    /// Verdicts by their probability.
     pub reliability: Vec<ReliabilityRow>,
-    /// Verdicts of 90 % and more that are right.
+    /// Right verdicts among those of 90 % and more.
     pub right_from_90: Share,
 }
 
 /// One bin of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ReliabilityRow {
-    /// From.
+    /// Lower end.
     pub from: f64,
-    /// To (in the last bin with its end).
+    /// Upper end (included in the last bin).
     pub to: f64,
-    /// Mean probability of the verdicts in it.
+    /// Mean probability of the verdicts.
     pub mean_probability: f64,
-    /// Those that are right.
+    /// Right verdicts.
     pub right: Share,
 }
 
 impl Probabilities {
-    /// Of all cases that have a diagnosis.
+    /// Calibration over all cases with a diagnosis.
     pub fn of(cases: &[Judgement]) -> Self {
         let judged: Vec<&Judgement> = cases.iter().filter(|j| j.verdict != Word::Failed).collect();
         let squares: Vec<f64> = judged
@@ -97,19 +96,19 @@ fn reliability(judged: &[&Judgement]) -> Vec<ReliabilityRow> {
     rows.collect()
 }
 
-/// How far intervals hold: of the effects that are named rightly.
+/// Interval coverage for correctly named effects.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
-    /// 95 % intervals that hold the true value.
+    /// 95 % intervals that contain the true value.
     pub intervals: Share,
-    /// Discrete parameters (cycles per revolution, counts per revolution, encoder's side) that are right.
+    /// Correct discrete parameters (cycles per revolution, counts per revolution, encoder's side).
     pub whole_numbers: Share,
     /// Both by `effect.parameter`.
     pub by_parameter: BTreeMap<String, Share>,
 }
 
 impl Coverage {
-    /// Of all cases.
+    /// Coverage over all cases.
     pub fn of(cases: &[Judgement]) -> Self {
         let checks = || cases.iter().flat_map(|j| &j.parameters);
         let mut by_parameter: BTreeMap<String, Share> = BTreeMap::new();

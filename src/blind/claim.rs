@@ -1,5 +1,5 @@
-//! The claims of a document `motorlab-diagnosis/1`, `/2` or `/3`: none of a bad recording, and with `partial` its named effects and something
-//! unknown beside them.
+//! Claims of a document `motorlab-diagnosis/1`, `/2` or `/3`: none for an unusable recording, and for `partial` its
+//! named effects plus an unknown one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,52 +8,52 @@ use serde_json::Value;
 
 use super::diagnosis_document::{DIAGNOSIS_SHAPE, DiagnosisDocument};
 
-/// The parts of a diagnosis that can be right or wrong.
+/// The part of a diagnosis that is judged.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Claim {
     /// `no_gap`, `parameters`, `effect`, `partial`, `ambiguous` or `outside_catalogue`.
     pub verdict: Word,
-    /// Probability of what the verdict says.
+    /// Probability of the verdict.
     #[serde(default, rename = "probability")]
     pub of_verdict: Option<f64>,
     /// Ids of the named set.
     #[serde(default)]
     pub effects: Vec<String>,
-    /// Best first; probabilities add to 1.
+    /// Most probable first; the sum is 1.
     #[serde(default)]
     pub causes: Vec<Cause>,
-    /// Whether a named effect stands for its class where it has one, as from the third shape on. Before, only `ambiguous` had ties.
+    /// Whether a named effect represents its class, as from the third shape on. Before, only `ambiguous` had ties.
     #[serde(skip)]
     pub stands_for_class: bool,
-    /// Whole sets with their probabilities, where the document lists them. Where it does, an effect's
-    /// probability among the causes is its share: of a set of two, half the set's.
+    /// Sets with their probabilities, if the document lists them. Then an effect's probability among the causes is
+    /// its share: half of that of a set of two.
     #[serde(default)]
     pub sets: Vec<EffectSet>,
-    /// How far the gap is said to close.
+    /// Claimed error reduction.
     #[serde(default)]
     pub gap: ClaimedGap,
-    /// Seconds that it says it took.
+    /// Stated computing time in s.
     #[serde(default)]
     pub elapsed_s: Option<f64>,
 }
 
-/// The verdict in a word.
+/// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Word {
     /// The nominal model explains the runs.
     NoGap,
-    /// The same model inside its tolerances does.
+    /// The nominal model explains the runs with parameters within their tolerances.
     Parameters,
-    /// One or several named effects do.
+    /// One or several named effects explain the runs.
     Effect,
-    /// One or several named effects are there, and something more that no known effect explains.
+    /// One or several named effects are present, and an error that no known effect explains.
     Partial,
-    /// Several do, and the runs cannot tell which.
+    /// Several effects explain the runs equally well.
     Ambiguous,
-    /// Something is there that no known effect explains.
+    /// An error that no known effect explains.
     OutsideCatalogue,
-    /// There is no diagnosis: none was made, or the recording has a fatal finding.
+    /// No diagnosis: none was made, or the recording has a fatal finding.
     Failed,
 }
 
@@ -64,21 +64,21 @@ pub struct Cause {
     pub effect: String,
     /// Its probability.
     pub probability: f64,
-    /// Its parameters as estimated.
+    /// Its estimated parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, Estimate>,
-    /// Names in the form of `effect` that these runs cannot tell from it.
+    /// Sets in the form of `effect` that these runs do not separate from it.
     #[serde(default)]
     pub indistinguishable_from: Vec<String>,
-    /// The class of effects that one recording seldom separates, where these runs do not separate its members.
+    /// Its class of effects, if these runs do not separate the members.
     #[serde(default)]
     pub class: Option<String>,
 }
 
-/// A set of effects as weighed.
+/// A set of effects with its probability.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct EffectSet {
-    /// Ids; none for the model without effects.
+    /// Ids; empty for the model without effects.
     pub effects: Vec<String>,
     /// Probability of exactly this set.
     pub probability: f64,
@@ -95,11 +95,11 @@ pub struct Estimate {
     pub hi95: Option<f64>,
 }
 
-/// The gap as claimed.
+/// The claimed error reduction.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(default)]
 pub struct ClaimedGap {
-    /// Share of the gap that closes.
+    /// Share of the squared error that is removed.
     pub closed: Option<f64>,
     /// Lower end of its 95 % interval.
     pub closed_lo95: Option<f64>,
@@ -107,10 +107,10 @@ pub struct ClaimedGap {
     pub closed_hi95: Option<f64>,
 }
 
-/// A set of effects: what a name such as `stribeck+inertia` stands for.
+/// A set of effects, as named by `stribeck+inertia`.
 pub(super) type Names = BTreeSet<String>;
 
-/// The set that a name stands for; `none` (and `parameters`) is the empty one.
+/// The set of a name; empty for `none` and `parameters`.
 pub(super) fn names(text: &str) -> Names {
     text.split('+')
         .map(str::trim)
@@ -123,7 +123,7 @@ impl Claim {
     /// Reads a document.
     ///
     /// # Errors
-    /// In words: what the document lacks.
+    /// What the document lacks.
     pub fn read(document: &Value) -> Result<Self, String> {
         if document["verdict"] == "bad_recording" {
             return Ok(Self {
@@ -181,7 +181,7 @@ impl Claim {
         }
     }
 
-    /// Every set that the verdict leaves standing: the one named, and those stated to be a tie with it.
+    /// Every set consistent with the verdict: the named one, and those stated as tied with it.
     pub(super) fn standing(&self) -> Vec<Names> {
         let leading = self.leading();
         let mut standing = vec![leading.clone()];
@@ -190,7 +190,7 @@ impl Claim {
                 standing.push(set);
             }
         };
-        // Up to the second shape "effect" is decided, whatever else the document states about that cause.
+        // Up to the second shape, "effect" is unambiguous, whatever the document states about that cause.
         let is_open = match self.verdict {
             Word::Ambiguous => true,
             Word::Effect | Word::Partial => self.stands_for_class,
@@ -203,12 +203,12 @@ impl Claim {
             add(tied);
         }
         if leading.len() > 1 {
-            // One member changed for a name that it cannot be told from.
+            // One member replaced by an effect that is not separated from it.
             for member in &leading {
                 for tied in self.ties(&names(member)) {
                     let mut other = leading.clone();
                     other.remove(member);
-                    // A member that cannot be told from none may be absent.
+                    // A member that is not separated from `none` may be absent.
                     let is_absent = tied.is_empty();
                     other.extend(tied);
                     if is_absent || other.len() == leading.len() {
@@ -220,7 +220,7 @@ impl Claim {
         standing
     }
 
-    /// Whether it says that nothing is there, and of this set that these runs cannot tell it from nothing.
+    /// Whether the verdict is that no effect is present and that this set is not separated from none.
     pub(super) fn hides(&self, set: &Names) -> bool {
         matches!(self.verdict, Word::NoGap | Word::Parameters)
             && self.ties(&Names::new()).contains(set)
@@ -238,12 +238,11 @@ impl Claim {
         members.chain(tied).collect()
     }
 
-    /// The cause that is this set.
     pub(super) fn cause(&self, of: &Names) -> Option<&Cause> {
         self.causes.iter().find(|cause| names(&cause.effect) == *of)
     }
 
-    /// Every set with its probability, likeliest first. `unknown` is always among the causes.
+    /// Every set with its probability, most probable first. `unknown` is always among the causes.
     pub(super) fn weighed(&self) -> Vec<(Names, f64)> {
         let of_cause = |cause: &Cause| (names(&cause.effect), cause.probability);
         let mut weighed: Vec<(Names, f64)> = if self.sets.is_empty() {
@@ -259,7 +258,7 @@ impl Claim {
         weighed
     }
 
-    /// Probability given to exactly a set.
+    /// Probability of exactly this set.
     pub(super) fn probability(&self, of: &Names) -> f64 {
         if self.verdict == Word::Partial && *of == self.leading() {
             return self.of_verdict.unwrap_or(0.0);
@@ -269,7 +268,7 @@ impl Claim {
         of_it.fold(0.0, |sum, (_, p)| sum + p).min(1.0)
     }
 
-    /// The estimate of a parameter of an effect, in the fit of the set named first.
+    /// The estimate of a parameter of an effect in the fit of the first set.
     pub(super) fn estimate(&self, effect: &str, parameter: &str) -> Option<Estimate> {
         let of = |cause: &Cause| {
             let full = format!("{effect}.{parameter}");

@@ -1,5 +1,5 @@
-//! The diagnoser: a program with the interface of `motorlab diagnose`. Run files and a motor file in, a diagnosis out; labels are not
-//! within its reach.
+//! The diagnoser: a program with the interface of `motorlab diagnose`. Run files and a motor file in, a diagnosis
+//! out, without access to the labels.
 
 use std::fs;
 use std::io::{self, Read};
@@ -15,23 +15,23 @@ use super::bounded::run_bounded;
 use super::files::sha256_of;
 use crate::plain::{clipped, one_line, shown};
 
-/// Most bytes of a document that are read: the longest of this program's own have less than one megabyte.
+/// Longest document read, in bytes: this program's have less than one megabyte.
 const MOST_OUTPUT_BYTES: u64 = 64 << 20;
-/// Characters of what a diagnoser that failed says that go into its verdict.
+/// Characters of a failed diagnoser's messages that are kept in its verdict.
 const MOST_OUTPUT_CHARACTERS: usize = 2000;
-/// Bytes of its version that are read: a line.
+/// Longest version read, in bytes: one line.
 const MOST_VERSION_BYTES: u64 = 200;
-/// Most bytes of its motor file: as many as are read of any.
+/// Longest motor file read, in bytes: as for any motor file.
 const MOST_MODEL_BYTES: u64 = 1 << 20;
-/// How long it may take to say its version.
+/// Time limit for its version.
 const VERSION_WITHIN: Duration = Duration::from_secs(60);
 
 /// Result of a diagnoser for one case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The document `motorlab-diagnosis/1`, `/2` or `/3`; `null` where it failed.
+    /// The document `motorlab-diagnosis/1`, `/2` or `/3`; `null` after a failure.
     pub diagnosis: Value,
-    /// The motor file with the effect in it, if it wrote one.
+    /// The motor file with the identified effect, if it wrote one.
     pub model: Option<String>,
     /// Why there is no document.
     pub failure: Option<String>,
@@ -39,21 +39,21 @@ pub struct Verdict {
     pub wall_s: f64,
 }
 
-/// Anything that diagnoses runs.
+/// A diagnoser of runs.
 pub trait Diagnoser: Sync {
-    /// Its kind, down to its version.
+    /// Name and version.
     fn name(&self) -> String;
 
-    /// Judges the runs of one motor. A failure is part of the verdict.
+    /// Diagnoses the runs of one motor. A failure is part of the verdict.
     ///
     /// # Errors
-    /// Only where no case could be judged, such as a program that does not start.
+    /// Only if no case can be diagnosed, as when the program does not start.
     fn diagnose(&self, runs: &[PathBuf], motor: &Path) -> Result<Verdict, BlindError>;
 }
 
-/// A program, called as `PROGRAM diagnose RUN... --motor MOTOR --model-out FILE --json`: a process of its
-/// own for every case, in a directory that holds copies of the case's runs and nominal motor and nothing
-/// else. Neither its arguments nor its directory say where the set is, let alone the labels.
+/// A program, called as `PROGRAM diagnose RUN... --motor MOTOR --model-out FILE --json`: a separate process for every
+/// case, in a directory with copies of the case's runs and nominal motor only. Neither its arguments nor its
+/// directory reveal the location of the set.
 #[derive(Debug, Clone)]
 pub struct Program {
     program: PathBuf,
@@ -62,10 +62,10 @@ pub struct Program {
 }
 
 impl Program {
-    /// A program whose processes may each use so many threads (as `RAYON_NUM_THREADS`).
+    /// A program whose processes may each use this many threads (as `RAYON_NUM_THREADS`).
     ///
     /// # Errors
-    /// It cannot be read.
+    /// The program cannot be read.
     pub fn new(program: &Path, threads: usize) -> Result<Self, BlindError> {
         let program = program.canonicalize().map_err(BlindError::file(program))?;
         let hash = sha256_of(&program)?;
@@ -119,7 +119,7 @@ impl Diagnoser for Program {
         let wall_s = started.elapsed().as_secs_f64();
         let model = model_in(&room.0.join("diagnosed.toml"));
         let document = serde_json::from_slice(&said.output);
-        // Status 1: done, but something fell short; the document is there.
+        // Status 1: done with a shortfall; the document is complete.
         let (diagnosis, failure) = match (said.status.and_then(|status| status.code()), document) {
             (Some(0 | 1), Ok(document)) => (document, None),
             (Some(0 | 1), Err(error)) => (Value::Null, Some(format!("no JSON document: {error}"))),
@@ -141,7 +141,7 @@ impl Diagnoser for Program {
     }
 }
 
-/// The motor file that was written, unless it is longer than any.
+/// The written motor file, unless it is too long.
 fn model_in(path: &Path) -> Option<String> {
     let mut text = String::new();
     let file = fs::File::open(path).ok()?.take(MOST_MODEL_BYTES + 1);
@@ -149,7 +149,7 @@ fn model_in(path: &Path) -> Option<String> {
     (text.len() as u64 <= MOST_MODEL_BYTES).then_some(text)
 }
 
-/// The first line of `PROGRAM --version`, which is asked in an empty directory of its own too.
+/// The first line of `PROGRAM --version`, also run in an empty directory.
 fn version_of(program: &Path) -> io::Result<Option<String>> {
     let room = EmptyDirectory::new()?;
     let mut command = in_room(program, &room);
@@ -163,7 +163,7 @@ fn version_of(program: &Path) -> io::Result<Option<String>> {
     Ok(says.then(|| one_line(line).into_owned()))
 }
 
-/// A program that starts in a directory that says nothing of where the set is.
+/// The command of a program in a directory that does not reveal the location of the set.
 fn in_room(program: &Path, room: &EmptyDirectory) -> Command {
     let mut command = Command::new(program);
     command
@@ -173,7 +173,7 @@ fn in_room(program: &Path, room: &EmptyDirectory) -> Command {
     command
 }
 
-/// An empty directory that goes when this does.
+/// A temporary directory, removed on drop.
 struct EmptyDirectory(PathBuf);
 
 impl EmptyDirectory {
@@ -193,7 +193,7 @@ impl EmptyDirectory {
 
 impl Drop for EmptyDirectory {
     fn drop(&mut self) {
-        // A directory left behind holds nothing but copies.
+        // A leftover contains only copies.
         let _ = fs::remove_dir_all(&self.0);
     }
 }

@@ -1,4 +1,4 @@
-//! The third shape of a diagnosis, `motorlab-diagnosis/3`, as the claims that are judged.
+//! Reader of the third shape of a diagnosis, `motorlab-diagnosis/3`: document in, claim out.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,6 @@ pub(super) struct DiagnosisDocument {
     elapsed_s: Option<f64>,
 }
 
-/// A single effect with its inclusion probability.
 #[derive(Deserialize)]
 struct Included {
     effect: String,
@@ -34,7 +33,6 @@ struct Included {
     parameters: BTreeMap<String, Estimate>,
 }
 
-/// A class that stands for one effect.
 #[derive(Deserialize)]
 struct Class {
     class: String,
@@ -43,10 +41,11 @@ struct Class {
 }
 
 impl DiagnosisDocument {
-    /// The claim: causes with the shares of the sets that contain them, `none` for the empty set.
+    /// The claim: causes with their shares of the sets that contain them, `none` for the empty set.
     ///
-    /// `outside_catalogue` says that something is there and that it is no effect of the catalogue: the empty set is `unknown` then.
-    /// `ambiguous` gives the probability that any effect is present; the claim is the most probable set of effects, with the sets' own.
+    /// `outside_catalogue` states an error that no effect of the catalogue explains: the empty set is then `unknown`.
+    /// `ambiguous` states the probability that any effect is present; the claim is the most probable non-empty set
+    /// with the probabilities of the sets.
     pub(super) fn claim(self) -> Claim {
         let without_effects = match self.verdict {
             Word::OutsideCatalogue => "unknown",
@@ -71,14 +70,14 @@ impl DiagnosisDocument {
         }
     }
 
-    /// The most probable set that has an effect.
+    /// The most probable non-empty set.
     fn most_probable(&self) -> Vec<String> {
         let with_effects = self.sets.iter().filter(|set| !set.effects.is_empty());
         let best = with_effects.max_by(|a, b| a.probability.total_cmp(&b.probability));
         best.map_or(Vec::new(), |set| set.effects.clone())
     }
 
-    /// A set of two counts half for each of its effects, so that all causes add to 1.
+    /// A set of two counts half for each of its effects, so that the causes sum to 1.
     fn causes(&self, without_effects: &str) -> Vec<Cause> {
         let mut shares: BTreeMap<&str, f64> = BTreeMap::new();
         for set in &self.sets {

@@ -5,21 +5,21 @@ use std::path::{Path, PathBuf};
 use crate::hint::{Hinted, parted};
 use crate::plain::shown;
 
-/// Why a blind set was not made, run or scored.
+/// Errors of a blind test.
 #[derive(Debug, thiserror::Error)]
 pub enum BlindError {
     /// A file or directory could not be read or written.
     #[error("{}: {source}", shown(path))]
     File {
-        /// Which.
+        /// The path.
         path: PathBuf,
         /// Message of the operating system.
         source: std::io::Error,
     },
-    /// A file is not what it should be.
+    /// A file has invalid content.
     #[error("{}: {what}", shown(path))]
     Content {
-        /// Which.
+        /// The path.
         path: PathBuf,
         /// The error and its remedy.
         what: String,
@@ -39,9 +39,9 @@ pub enum BlindError {
     },
 }
 
-/// Hint for a file of a set that this program did not write.
+/// Hint for a file that this program did not write.
 const MADE_BY_MOTORLAB: &str = "a set and its labels are files that `motorlab blind make` or `motorlab blind seal` writes; name those";
-/// Hint for a set that was changed.
+/// Hint for a modified set.
 const ALTERED: &str = "put the set back from a copy as it was sealed; without one make another: motorlab blind make DIRECTORY";
 
 impl BlindError {
@@ -62,17 +62,17 @@ impl BlindError {
         }
     }
 
-    /// Something that the rules of a sealed set forbid, and what to do instead.
+    /// A violation of the rules of a sealed set, with its remedy.
     pub(super) fn refused(what: impl Into<String>, hint: &str) -> Self {
         Self::Refused(Hinted::new(what, hint))
     }
 
-    /// A set that is not as it was sealed, or verdicts that are not as they were written.
+    /// A set or verdict that differs from its sealed state.
     pub(super) fn altered(what: impl Into<String>) -> Self {
         Self::refused(what, ALTERED)
     }
 
-    /// Whether the file system is to blame and not what was asked or found.
+    /// Whether the cause is the file system.
     pub fn is_of_the_system(&self) -> bool {
         matches!(self, Self::File { source, .. } if source.kind() != std::io::ErrorKind::NotFound)
     }

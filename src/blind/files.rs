@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all, hashes, and times.
+//! Atomic writes of files, hashes, and times.
 
 use std::fs::{self, File};
 use std::io::Write;
@@ -11,22 +11,19 @@ use time::OffsetDateTime;
 
 use super::BlindError;
 
-/// SHA-256 in lower-case hex.
 pub(super) fn sha256(bytes: &[u8]) -> String {
     hex(&Sha256::digest(bytes))
 }
 
-/// Bytes in lower-case hex.
 pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// SHA-256 of a file.
 pub(super) fn sha256_of(path: &Path) -> Result<String, BlindError> {
     Ok(sha256(&fs::read(path).map_err(BlindError::file(path))?))
 }
 
-/// Writes a file beside its place and moves it there.
+/// Writes a temporary file in the same folder and renames it.
 pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BlindError> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(BlindError::file(folder))?;
@@ -40,7 +37,7 @@ pub(super) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), BlindError> {
         .map_err(BlindError::file(path))
 }
 
-/// Writes a document, for people to read.
+/// Writes a document as indented JSON.
 pub(super) fn write_document(path: &Path, document: &impl Serialize) -> Result<(), BlindError> {
     let mut text =
         serde_json::to_string_pretty(document).map_err(|error| BlindError::content(path, error))?;
@@ -48,13 +45,11 @@ pub(super) fn write_document(path: &Path, document: &impl Serialize) -> Result<(
     write_whole(path, text.as_bytes())
 }
 
-/// Reads a document.
 pub(super) fn read_document<T: DeserializeOwned>(path: &Path) -> Result<T, BlindError> {
     let bytes = fs::read(path).map_err(BlindError::file(path))?;
     serde_json::from_slice(&bytes).map_err(|error| BlindError::content(path, error))
 }
 
-/// Now, in UTC.
 pub(super) fn now() -> OffsetDateTime {
     OffsetDateTime::now_utc()
 }

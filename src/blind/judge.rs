@@ -1,7 +1,7 @@
 //! One verdict compared with its truth: named, tied, hidden, partly right or missed.
 //!
-//! A single effect, nothing, or something outside is named, tied (the truth is among the names that the
-//! verdict states to be one class) or missed. Of a pair both, one or none can be right.
+//! A single effect, none, or an outside cause is named, tied (the truth is in the stated class) or missed. Of a pair,
+//! both, one or none can be right.
 
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -11,19 +11,19 @@ use super::claim::{Claim, Names, Word, names};
 use super::unseen::GapCheck;
 use super::{OpenedCase, Truth, TruthKind};
 
-/// How a verdict stands to the truth.
+/// Agreement of a verdict with the truth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bearing {
-    /// It says the truth and nothing else.
+    /// Exactly the truth.
     Named,
-    /// The truth is among names stated to be one class.
+    /// The truth is in a stated class.
     Tied,
-    /// It says none, and that the truth looks the same in these runs.
+    /// No effect, with the statement that the truth is not separated from none.
     Hidden,
-    /// Some of several effects are right, or one is and something unknown is said to be beside it.
+    /// Some of several effects are right, or one is with a further unknown.
     Partly,
-    /// It says something else.
+    /// Anything else.
     Missed,
 }
 
@@ -34,27 +34,28 @@ pub struct Judgement {
     pub case: String,
     /// True cause.
     pub truth: Truth,
-    /// The verdict in a word.
+    /// The verdict.
     pub verdict: Word,
-    /// Names that the verdict puts first: ids, `unknown`, or nothing.
+    /// Effects of the first set: ids, `unknown`, or none.
     pub said: Vec<String>,
-    /// How many sets the verdict leaves standing; 1 where it states no tie.
+    /// Number of sets consistent with the verdict; 1 without a tie.
     pub standing: usize,
-    /// How it stands to the truth.
+    /// Agreement with the truth.
     pub bearing: Bearing,
-    /// Probability given to what it says (the whole class where it states one).
+    /// Probability of the verdict's statement (of the class, if it states one).
     pub probability_said: f64,
-    /// Probability given to the truth alone.
+    /// Probability of the truth alone.
     pub probability_truth: f64,
-    /// Sum over all causes of the squared difference between probability and outcome; of a pair each effect counts half.
+    /// Sum of the squared differences between probability and outcome over all causes; of a pair each effect counts
+    /// half.
     pub brier_all_causes: f64,
-    /// Place of the truth among the sets weighed, from 1; none where it is not there.
+    /// Rank of the truth among the sets, from 1; `None` if it is absent.
     pub rank_of_truth: Option<usize>,
-    /// The likeliest sets and their probabilities, as many as help to see what went wrong.
+    /// The most probable sets with their probabilities, to analyse errors.
     pub likeliest: Vec<(String, f64)>,
-    /// Estimates of the effects that are named rightly.
+    /// Estimates of the correctly named effects.
     pub parameters: Vec<ParameterCheck>,
-    /// Error as claimed and as measured on the held-out run.
+    /// Claimed error, and error measured on the held-out run.
     pub gap: Option<GapCheck>,
     /// Wall time of the diagnosis in s.
     pub wall_s: f64,
@@ -63,12 +64,12 @@ pub struct Judgement {
 }
 
 impl Judgement {
-    /// Whether it is right, outright or within a stated tie.
+    /// Whether it is right, by name or within a stated tie.
     pub fn is_right(&self) -> bool {
         matches!(self.bearing, Bearing::Named | Bearing::Tied)
     }
 
-    /// Verdict in a word: ids joined by `+`, `none`, `unknown` or `failed`.
+    /// The verdict as text: ids joined by `+`, `none`, `unknown` or `failed`.
     pub fn said_in_words(&self) -> String {
         match self.verdict {
             Word::Failed => "failed".to_owned(),
@@ -80,7 +81,7 @@ impl Judgement {
     }
 }
 
-/// An estimated parameter against its true value.
+/// An estimated parameter compared with its true value.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ParameterCheck {
     /// The effect.
@@ -91,13 +92,13 @@ pub struct ParameterCheck {
     pub truth: f64,
     /// Estimate.
     pub value: f64,
-    /// 95 % interval; of a whole number (cycles, encoder's side) there is none to judge.
+    /// 95 % interval; `None` for a discrete parameter (cycles, encoder's side).
     pub interval: Option<(f64, f64)>,
-    /// Whether the interval holds the true value, or the whole number is the true one.
+    /// Whether the interval contains the true value, or the discrete value is right.
     pub right: bool,
 }
 
-/// Judges a case; `gap` was measured apart.
+/// Judges a case; `gap` is measured separately.
 pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
     let verdict = &case.verdict;
     let claim = match &verdict.failure {
@@ -114,7 +115,7 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
         bearing: Bearing::Missed,
         probability_said: 1.0,
         probability_truth: 0.0,
-        // The worst there is: certain of something that is not so.
+        // The worst score: certain and wrong.
         brier_all_causes: 2.0,
         rank_of_truth: None,
         likeliest: Vec::new(),
@@ -140,7 +141,7 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
     let leading = claim.leading();
     judgement.verdict = claim.verdict;
     judgement.bearing = bearing(&claim, &truth_set, &standing);
-    // The verdict's own, where a document has one: what is outside the catalogue is less sure than that something unknown is there.
+    // The verdict's own, if the document has one: `outside the catalogue` is less probable than `any unknown`.
     let of_sets = standing
         .iter()
         .map(|set| claim.probability(set))
@@ -169,7 +170,6 @@ pub fn judge(case: &OpenedCase, gap: Option<GapCheck>) -> Judgement {
     judgement
 }
 
-/// How many of the likeliest sets are kept.
 const MOST_CAUSES_SHOWN: usize = 4;
 
 fn in_words((set, probability): &(Names, f64)) -> (String, f64) {
@@ -182,7 +182,6 @@ fn in_words((set, probability): &(Names, f64)) -> (String, f64) {
     (name, *probability)
 }
 
-/// The set that a diagnosis should name.
 fn truth_set(truth: &Truth) -> Names {
     match truth.kind {
         TruthKind::Outside => names("unknown"),
@@ -211,8 +210,8 @@ fn bearing(claim: &Claim, truth: &Names, standing: &[Names]) -> Bearing {
     }
 }
 
-/// `sum over causes of (p - o)^2`, o = 1/n for each of the n effects that are there; a set among the causes
-/// counts for its effects in equal shares.
+/// `sum over causes of (p - o)^2` with o = 1/n for each of the n present effects; a set among the causes counts for
+/// its effects in equal shares.
 fn brier_all_causes(claim: &Claim, truth: &Names) -> f64 {
     let mut off: BTreeMap<String, f64> = BTreeMap::new();
     let mut share = |set: &Names, amount: f64| {
@@ -230,7 +229,7 @@ fn brier_all_causes(claim: &Claim, truth: &Names) -> f64 {
     off.values().map(|off| off.powi(2)).sum()
 }
 
-/// Parameters that are whole numbers, or one of a few values: an interval says nothing of them.
+/// Discrete parameters, which have no interval.
 const WHOLE: [&str; 3] = ["cycles_per_rev", "encoder_side", "counts_per_rev"];
 
 fn check_parameters(claim: &Claim, truth: &Truth, leading: &Names) -> Vec<ParameterCheck> {
@@ -264,7 +263,7 @@ fn check_parameters(claim: &Claim, truth: &Truth, leading: &Names) -> Vec<Parame
     checks
 }
 
-/// Whether an angle lies between two others, whole turns aside.
+/// Whether an angle is between two others, modulo a turn.
 fn holds_angle(low: f64, high: f64, angle: f64) -> bool {
     (angle - low).rem_euclid(TAU) <= high - low
 }

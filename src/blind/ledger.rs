@@ -1,4 +1,4 @@
-//! The chain of verdicts, `DIR/verdicts.log`: one JSON line a verdict, appended and never changed.
+//! The hash chain of verdicts, `DIR/verdicts.log`: one JSON line per verdict, append-only.
 
 use std::fs::{self, OpenOptions};
 use std::io::Write;
@@ -18,10 +18,10 @@ pub struct Entry {
     pub case: String,
     /// SHA-256 of the verdict's file.
     pub sha256: String,
-    /// When the verdict was written.
+    /// Time of the verdict.
     #[serde(with = "time::serde::rfc3339")]
     pub decided_at: OffsetDateTime,
-    /// Hash of this link and with it of all before.
+    /// Hash of this link and all before it.
     pub head: String,
 }
 
@@ -34,11 +34,11 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Reads and checks the chain of a set; a last line that is torn is left out, and cut off on the next
+    /// Reads and verifies the chain of a set; an incomplete last line is ignored, and removed by the next
     /// [`Ledger::append`].
     ///
     /// # Errors
-    /// The chain is broken: a link was changed, taken out or put in.
+    /// The chain is broken: a link was changed, removed or inserted.
     pub fn read(directory: &Path) -> Result<Self, BlindError> {
         let path = directory.join("verdicts.log");
         let text = match fs::read_to_string(&path) {
@@ -70,7 +70,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Hash over all verdicts so far; `start` where there is none.
+    /// Hash over all verdicts so far; `start` for an empty chain.
     pub fn head(&self) -> &str {
         self.entries.last().map_or("start", |entry| &entry.head)
     }
@@ -80,7 +80,7 @@ impl Ledger {
         self.entries.iter().find(|entry| entry.case == case)
     }
 
-    /// Adds a link, on disk when this returns.
+    /// Appends a link and syncs it to disk.
     ///
     /// # Errors
     /// The file cannot be written.
@@ -126,7 +126,7 @@ impl Ledger {
 }
 
 fn link(previous: &str, case: &str, verdict_sha256: &str, decided_at: OffsetDateTime) -> String {
-    // A time of this century formats; one that does not still hashes to something of its own.
+    // A time of this century formats; any other still gives a distinct hash.
     let time = decided_at
         .format(&Rfc3339)
         .unwrap_or_else(|_| decided_at.unix_timestamp_nanos().to_string());

@@ -1,4 +1,4 @@
-//! Cases made by the generator, on all cores.
+//! Cases from the generator, in parallel.
 
 use case_generator::breadth::{generate_bench, plan_breadth};
 use case_generator::{Kind, Options, UnknownKind, generate_with, plan};
@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{BlindError, NewCase};
 
-/// How a set of cases is made; kept with the labels, because the seed gives every label away.
+/// Parameters of a generated set; kept with the labels, because the seed determines every label.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// How many cases.
+    /// Number of cases.
     pub cases: usize,
-    /// Seed of all of them.
+    /// Seed of the set.
     pub seed: u64,
     /// [`BREADTH`], `mixed`, `singles`, `pairs`, `none`, `outside`, an effect's id, or two joined by `+`.
     pub kind: String,
@@ -25,23 +25,23 @@ pub struct Recipe {
     pub random_torque_scale: f64,
 }
 
-/// The kind of a set with many kinds of motor, protocol and sample time.
+/// The kind of a set with several motor families, protocols and sample times.
 pub const BREADTH: &str = "breadth";
 
-/// Seeds below are for tuning: their cases may be looked at, and no figure of theirs is published.
+/// Seeds below are for tuning: their cases may be examined, and their figures are not published.
 pub const FIRST_UNTOUCHED_SEED: u64 = 1_000_000;
 
 impl Recipe {
-    /// Whether its cases may have been looked at while the diagnosis was tuned.
+    /// Whether the cases may have been examined while the diagnosis was tuned.
     pub fn is_for_tuning(&self) -> bool {
         self.seed < FIRST_UNTOUCHED_SEED
     }
 }
 
-/// A seed that nobody chose, and none for tuning.
+/// A random seed outside the tuning range.
 ///
 /// # Errors
-/// The system gives no randomness.
+/// The system provides no randomness.
 pub fn drawn_seed() -> Result<u64, BlindError> {
     let drawn = SysRng.try_next_u64().map_err(|error| {
         BlindError::refused(
@@ -49,14 +49,14 @@ pub fn drawn_seed() -> Result<u64, BlindError> {
             "give a seed of your own with --seed",
         )
     })?;
-    // 53 bits: a JSON number holds them in every language.
+    // 53 bits: JSON numbers are exact up to there in every language.
     Ok((drawn >> 11).max(FIRST_UNTOUCHED_SEED))
 }
 
-/// Makes the cases of a recipe; `made` is told after each how many are done.
+/// Generates the cases of a recipe; `made` is called after each.
 ///
 /// # Errors
-/// The kind names nothing.
+/// The kind is unknown.
 pub fn make(recipe: &Recipe, made: &(dyn Fn() + Sync)) -> Result<Vec<NewCase>, UnknownKind> {
     if recipe.kind == BREADTH {
         let planned = plan_breadth(recipe.cases, recipe.seed);

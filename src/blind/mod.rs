@@ -1,4 +1,4 @@
-//! Verdicts checked on cases whose cause is withheld.
+//! Blind tests: verdicts on cases whose cause is withheld.
 //!
 //! ```text
 //! make/seal -> DIR/manifest.json (hash of every file, salted commitment to every label) + cases

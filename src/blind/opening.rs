@@ -1,4 +1,4 @@
-//! Opening the seal: every rule is checked before a label is compared with a verdict.
+//! Opening of a sealed set: every rule is checked before a label is compared with a verdict.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,17 +11,17 @@ use super::run::{VERDICT, VerdictFile, check_file, verdict_path};
 use super::{BlindError, Labels, Ledger, Manifest, Recipe, SealedCase, Truth, Verdict, commitment};
 use crate::plain::shown;
 
-/// A set with seal opened.
+/// An opened set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Opened {
-    /// The first time that the labels were opened.
+    /// Time at which the labels were first opened.
     pub opened_at: OffsetDateTime,
     /// Head of the chain of verdicts.
     pub head: String,
-    /// Whether that is the one that somebody had written down before: without it verdicts could have been changed
-    /// after the labels were seen, with the chain made anew.
+    /// Whether that head was recorded before: without it, verdicts could have been changed after the labels were seen
+    /// and the chain recomputed.
     pub order_proved: bool,
-    /// How the cases were made, if they were made and not recorded.
+    /// How the cases were generated, unless they were recorded.
     pub recipe: Option<Recipe>,
     /// The cases with truth and verdict.
     pub cases: Vec<OpenedCase>,
@@ -30,11 +30,11 @@ pub struct Opened {
 /// A case with truth and verdict.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenedCase {
-    /// As published.
+    /// The published part.
     pub sealed: SealedCase,
     /// The truth.
     pub truth: Truth,
-    /// Who said it.
+    /// Program that made the verdict.
     pub diagnoser: String,
     /// Its verdict.
     pub verdict: Verdict,
@@ -45,23 +45,22 @@ pub struct OpenedCase {
 struct Opening {
     #[serde(with = "time::serde::rfc3339")]
     opened_at: OffsetDateTime,
-    /// Head of the chain of verdicts then.
+    /// Head of the chain at the opening.
     head: String,
-    /// SHA-256 of the manifest then.
+    /// SHA-256 of the manifest at the opening.
     manifest_sha256: String,
 }
 
-/// Where the opening is noted.
 pub(super) fn opened_path(directory: &Path) -> PathBuf {
     directory.join("opened.json")
 }
 
-/// Checks the whole set against its labels and opens it. The first opening is noted and closes the set:
-/// verdicts from then on are refused. `written_down` is a head of the chain that someone noted earlier.
+/// Verifies the set against its labels and opens it. The first opening is recorded and closes the set: later verdicts
+/// are refused. `written_down` is a head of the chain that was recorded earlier.
 ///
 /// # Errors
-/// [`BlindError::Refused`] where a label does not match its commitment, a file or verdict was changed, a
-/// case lacks label or verdict, a verdict is older than the seal or newer than the opening.
+/// [`BlindError::Refused`] if a label does not match its commitment, a file or verdict was changed, a case lacks
+/// label or verdict, or a verdict is older than the seal or newer than the opening.
 pub fn open(
     directory: &Path,
     labels_path: &Path,
@@ -128,7 +127,7 @@ pub fn open(
     })
 }
 
-/// The opening as noted, or noted now.
+/// The recorded opening; recorded now if there is none.
 fn note_opening(directory: &Path, ledger: &Ledger) -> Result<Opening, BlindError> {
     let path = opened_path(directory);
     if path.exists() {
@@ -139,7 +138,7 @@ fn note_opening(directory: &Path, ledger: &Ledger) -> Result<Opening, BlindError
         head: ledger.head().to_owned(),
         manifest_sha256: sha256_of(&super::seal::manifest_path(directory))?,
     };
-    // A clock set back, or a verdict dated ahead: nothing is opened, so that it can be put right.
+    // A clock set back, or a verdict dated ahead: nothing is opened, so that it can be corrected.
     if ledger
         .entries
         .iter()

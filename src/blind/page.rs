@@ -1,4 +1,4 @@
-//! A score as one offline page.
+//! The page of a score.
 
 use super::text::{
     confusion, coverage, effects, facts, headline, lead, misses, outside, reliability, strengths,
@@ -67,7 +67,7 @@ fn confusion_text(page: &mut Page, score: &Score) {
     ));
 }
 
-/// Rows and columns that hold a case; those of effects stay side by side.
+/// Rows and columns with cases; effects first.
 fn matrix(score: &Score) -> Matrix {
     let confusion = &score.confusion;
     let in_row = |r: usize| confusion.counts[r].iter().any(|&n| n > 0);
@@ -77,7 +77,7 @@ fn matrix(score: &Score) -> Matrix {
     let columns: Vec<usize> = (0..confusion.columns.len())
         .filter(|&c| in_column(c) || named(&confusion.columns[c]).is_some_and(in_row))
         .collect();
-    // An outside cause is right if the verdict is unknown.
+    // For an outside cause the right verdict is `unknown`.
     let row_name = |r: &usize| match confusion.rows[*r].as_str() {
         "outside" => "unknown".to_owned(),
         name => name.to_owned(),
@@ -98,7 +98,7 @@ fn matrix(score: &Score) -> Matrix {
     }
 }
 
-/// Shares over the logarithm of the strength, each band at its middle.
+/// Shares over the logarithm of the strength, at the middle of each band.
 fn strength_figure(score: &Score) -> Figure {
     let rows = &score.by_strength;
     let x: Vec<f64> = rows

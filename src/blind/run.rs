@@ -1,4 +1,4 @@
-//! Diagnoses all cases of a set, several at a time; a stopped run keeps its finished verdicts.
+//! Diagnoses all cases of a set in parallel; an interrupted run keeps its finished verdicts.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -13,15 +13,14 @@ use super::seal::SealedCase;
 use super::{BlindError, Diagnoser, Ledger, Manifest, Verdict};
 use crate::plain::shown;
 
-/// A verdict's file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct VerdictFile {
     /// `motorlab-blind-verdict/1`.
     pub(super) format: String,
     pub(super) case: String,
-    /// The commitment of the case judged: ties the verdict to this set.
+    /// The commitment of the case, which ties the verdict to this set.
     pub(super) commitment: String,
-    /// Who judged.
+    /// Program that made the verdict.
     pub(super) diagnoser: String,
     #[serde(flatten)]
     pub(super) verdict: Verdict,
@@ -30,28 +29,26 @@ pub(super) struct VerdictFile {
 /// Format of a verdict's file.
 pub(super) const VERDICT: &str = "motorlab-blind-verdict/1";
 
-/// How far a run has come.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Progress {
-    /// Verdicts there are.
+    /// Number of verdicts.
     pub done: usize,
-    /// Cases of the set.
+    /// Number of cases in the set.
     pub cases: usize,
     /// Verdicts of this call without a diagnosis.
     pub failed: usize,
 }
 
-/// Where the verdict of a case is.
 pub(super) fn verdict_path(directory: &Path, case: &str) -> PathBuf {
     directory.join("verdicts").join(format!("{case}.json"))
 }
 
-/// Diagnoses every case that has no verdict yet, `jobs` at a time, and chains the verdicts. `stop` ends it
-/// after the cases under way; the next call continues from there.
+/// Diagnoses every case without a verdict, `jobs` at a time, and appends the verdicts to the chain. `stop` ends it
+/// after the current cases; the next call continues.
 ///
 /// # Errors
-/// A set that has been opened, a chain that is broken, files changed since they were sealed, or a
-/// diagnoser that does not start.
+/// An opened set, a broken chain, changed files, or a diagnoser that does not start.
 pub fn run(
     directory: &Path,
     diagnoser: &dyn Diagnoser,
@@ -123,8 +120,8 @@ pub fn run(
     failed.map_or(Ok(ledger), Err)
 }
 
-/// Refuses a second run on the same set: two would break each other's chain of verdicts. The lock goes with the file that is
-/// returned, however its process ends.
+/// Refuses a second run on the same set, as both would append to the chain. The lock lives as long as the returned
+/// file.
 fn alone(directory: &Path) -> Result<File, BlindError> {
     let path = directory.join("verdicts.lock");
     let lock = File::options()
@@ -142,7 +139,7 @@ fn alone(directory: &Path) -> Result<File, BlindError> {
     }
 }
 
-/// Checks the files of a case, has it judged, and gives the bytes of the verdict's file and whether it failed.
+/// Verifies the files of a case, diagnoses it, and returns the content of the verdict's file and whether it failed.
 fn judge_one(
     directory: &Path,
     case: &SealedCase,
@@ -165,7 +162,7 @@ fn judge_one(
         .map_err(|error| BlindError::content(&verdict_path(directory, &case.name), error))
 }
 
-/// Refuses a file that is not what was sealed.
+/// Refuses a file that differs from the sealed one.
 pub(super) fn check_file(
     directory: &Path,
     case: &SealedCase,

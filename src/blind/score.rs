@@ -1,4 +1,4 @@
-//! The figures of a whole set.
+//! The score of a set.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,27 +11,27 @@ use super::{Bearing, Judgement, Opened, Recipe, Share, TruthKind, Word};
 use crate::compare::FLOOR_COUNTS;
 use crate::motor::catalogue::catalogue;
 
-/// The figures; serialises to the shape `motorlab-blind-score/1`.
+/// The score; serialized as `motorlab-blind-score/1`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Score {
-    /// Name of the shape.
+    /// Name of the document's shape.
     pub shape: &'static str,
-    /// Which set, judged by whom.
+    /// The set and its diagnoser.
     pub set: SetFacts,
     /// Single effects.
     pub singles: Standing,
-    /// Single effects of which it is said that none is there, and that this one would look the same in these runs. They
-    /// do not count as right.
+    /// Single effects for which the verdict is none with this effect stated as not separated from none. They do not
+    /// count as right.
     pub singles_hidden: Share,
     /// Pairs.
     pub pairs: Standing,
-    /// Pairs of which one effect is right and not both.
+    /// Pairs with one of two effects right.
     pub pairs_half_right: Share,
-    /// Cases without any effect in which one is said to be, or something unknown.
+    /// Cases without effects for which an effect or an unknown error is claimed.
     pub false_alarms: Share,
     /// Cases outside the catalogue.
     pub outside: OutsideCases,
-    /// Sets of names left standing where a tie is stated.
+    /// Sets consistent with a stated tie.
     pub ties: Ties,
     /// Single effects by id, in the order of the catalogue.
     pub by_effect: Vec<EffectRow>,
@@ -39,13 +39,13 @@ pub struct Score {
     pub by_strength: Vec<StrengthRow>,
     /// Confusion matrix (true x predicted).
     pub confusion: Confusion,
-    /// How far probabilities hold.
+    /// Calibration of probabilities.
     pub probabilities: Probabilities,
-    /// How far intervals hold.
+    /// Coverage of intervals.
     pub coverage: Coverage,
-    /// Claimed error against the error on the held-out run.
+    /// Claimed error and error on the held-out run.
     pub gap: Gap,
-    /// Time of a diagnosis.
+    /// Computing time.
     pub time: Time,
     /// Cases without a diagnosis.
     pub failed: u64,
@@ -53,30 +53,30 @@ pub struct Score {
     pub cases: Vec<Judgement>,
 }
 
-/// Which set, judged by whom.
+/// The set and its diagnoser.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SetFacts {
-    /// How many cases.
+    /// Number of cases.
     pub cases: usize,
-    /// How they were made, if they were made.
+    /// How they were generated, unless they were recorded.
     pub recipe: Option<Recipe>,
-    /// Whether it is a tuning set, whose figures are not to be published.
+    /// Whether it is a tuning set, whose figures are not published.
     pub for_tuning: bool,
-    /// Who judged: more than one name where the program changed under way.
+    /// Diagnosers: several if the program changed during the run.
     pub diagnosers: Vec<String>,
-    /// When the labels were first opened.
+    /// Time of the first opening of the labels.
     #[serde(with = "time::serde::rfc3339")]
     pub opened_at: OffsetDateTime,
     /// Head of the chain of verdicts.
     pub head: String,
-    /// Whether somebody had written that head down before the labels were opened.
+    /// Whether that head was recorded before the labels were opened.
     pub order_proved: bool,
 }
 
 /// Named and right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Standing {
-    /// The truth and nothing else.
+    /// Exactly the truth.
     pub named: Share,
     /// That, or the truth within a stated tie.
     pub right: Share,
@@ -94,24 +94,24 @@ impl Standing {
 /// Cases outside the catalogue.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OutsideCases {
-    /// Said to be outside.
+    /// Reported as outside the catalogue.
     pub flagged: Share,
-    /// Taken for an effect of the catalogue.
+    /// Reported as an effect of the catalogue.
     pub taken_for_an_effect: Share,
-    /// Not noticed.
+    /// Reported as no gap.
     pub unnoticed: Share,
-    /// Flagged, by id.
+    /// Reported as outside, by id.
     pub by_id: BTreeMap<String, Share>,
 }
 
-/// Size of ties: a tie of many names is often right at random.
+/// Size of ties: large ties are often right at random.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ties {
-    /// Verdicts on single effects that state one.
+    /// Verdicts on single effects with a tie.
     pub stated: Share,
-    /// Names in them, on the mean.
+    /// Mean number of effects in them.
     pub mean_names: Option<f64>,
-    /// Names in the largest.
+    /// Number of effects in the largest.
     pub most_names: usize,
 }
 
@@ -123,18 +123,18 @@ pub struct EffectRow {
     /// Named and right.
     #[serde(flatten)]
     pub standing: Standing,
-    /// Its kind taken for when it is missed, most often first.
+    /// Verdicts of missed cases, most frequent first.
     pub taken_for: Vec<(String, u64)>,
-    /// Median strength in counts RMS, where known.
+    /// Median strength in counts RMS, if known.
     pub median_strength_counts: Option<f64>,
 }
 
 /// One band of strengths.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StrengthRow {
-    /// From this many counts RMS on.
+    /// Lower end in counts RMS.
     pub from_counts: f64,
-    /// Up to less than this many; none in the last band.
+    /// Upper end in counts RMS; `None` for the last band.
     pub to_counts: Option<f64>,
     /// Named and right.
     #[serde(flatten)]
@@ -148,41 +148,41 @@ pub struct Confusion {
     pub rows: Vec<String>,
     /// Effects, `several`, `none`, `unknown`, `failed`.
     pub columns: Vec<String>,
-    /// Cases, row by row.
+    /// Cases by row.
     pub counts: Vec<Vec<u64>>,
 }
 
-/// Claimed error against the error on the held-out run.
+/// Claimed error and error on the held-out run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gap {
     /// Cases with a claimed error, a motor file and a held-out run.
     pub cases: usize,
-    /// Median share said to close.
+    /// Median claimed reduction.
     pub claimed_median: Option<f64>,
-    /// Median share that closed on the unseen run.
+    /// Median reduction on the held-out run.
     pub unseen_median: Option<f64>,
-    /// Median of how much more was said than closed.
+    /// Median excess of the claimed over the measured reduction.
     pub overstated_median: Option<f64>,
-    /// Cases whose share closed lies in the interval claimed.
+    /// Cases whose measured reduction is in the claimed interval.
     pub in_interval: Share,
-    /// Median error of the diagnosed motor on the unseen run, single effects, in counts RMS.
+    /// Median error of the diagnosed motor on the held-out run for single effects, in counts RMS.
     pub singles_after_counts: Option<f64>,
-    /// The same in multiples of what rounding to counts leaves (0.289).
+    /// The same in multiples of the quantization error (0.289).
     pub singles_after_over_floor: Option<f64>,
-    /// Median of what the truth itself leaves of these runs in counts RMS.
+    /// Median error of the true motor on these runs in counts RMS.
     pub singles_truth_counts: Option<f64>,
     /// Median error of the nominal motor on these runs in counts RMS.
     pub singles_before_counts: Option<f64>,
 }
 
-/// Time of a diagnosis in s, start of the program included.
+/// Computing time in s, with the start of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Time {
-    /// Half take less.
+    /// Median.
     pub median_s: Option<f64>,
-    /// Nine of ten take less.
+    /// 90 % quantile.
     pub p90_s: Option<f64>,
-    /// The longest.
+    /// Maximum.
     pub most_s: Option<f64>,
 }
 
@@ -210,7 +210,7 @@ pub fn score(opened: &Opened, cases: Vec<Judgement>) -> Score {
         singles_hidden: Share::count(singles.iter().copied(), |j| j.bearing == Bearing::Hidden),
         pairs: Standing::of(of_kind(TruthKind::Pair)),
         pairs_half_right: Share::count(of_kind(TruthKind::Pair), |j| j.bearing == Bearing::Partly),
-        // A diagnosis that failed raises no alarm; it is counted as failed.
+        // A failed diagnosis is no false alarm; it is counted as failed.
         false_alarms: Share::count(of_kind(TruthKind::None), |j| {
             !j.is_right() && j.verdict != Word::Failed
         }),
@@ -306,9 +306,9 @@ fn by_strength(singles: &[&Judgement]) -> Vec<StrengthRow> {
     rows.filter(|row| row.standing.right.of > 0).collect()
 }
 
-/// A pair counts in neither effect's row; said pairs and larger sets are `several`.
+/// A pair counts in neither effect's row; pairs and larger sets as verdicts are `several`.
 fn confusion(cases: &[Judgement]) -> Confusion {
-    // Verdicts of the published table, and any other.
+    // Verdicts of the published table, and any others.
     let occurs = |id: &str| {
         let hidden = |j: &Judgement| j.truth.effects.iter().any(|effect| effect.id == id);
         cases

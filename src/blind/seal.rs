@@ -1,4 +1,4 @@
-//! Sealing: the published and the withheld part.
+//! Sealing of cases: the published and the withheld part.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -23,7 +23,7 @@ const LABELS: &str = "motorlab-blind-labels/1";
 pub struct Manifest {
     /// `motorlab-blind/1`.
     pub format: String,
-    /// When it was last added to.
+    /// Time of the last addition.
     #[serde(with = "time::serde::rfc3339")]
     pub sealed_at: OffsetDateTime,
     /// The cases, in the order of their names.
@@ -39,7 +39,7 @@ pub struct SealedCase {
     pub runs: Vec<String>,
     /// Nominal motor file, relative to the set.
     pub motor: String,
-    /// A run that no diagnosis is given, for scoring the claimed error.
+    /// A run withheld from the diagnosis, to measure the claimed error.
     pub unseen: Option<String>,
     /// SHA-256 of every file above.
     pub sha256: BTreeMap<String, String>,
@@ -47,34 +47,34 @@ pub struct SealedCase {
     pub commitment: String,
 }
 
-/// The labels with their salts: the file that no diagnosis reads.
+/// The labels with their salts, withheld from the diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
     /// `motorlab-blind-labels/1`.
     pub format: String,
-    /// How the cases were made, if they were made and not recorded.
+    /// How the cases were generated, unless they were recorded.
     pub recipe: Option<super::Recipe>,
-    /// By name of the case.
+    /// By case name.
     pub cases: BTreeMap<String, SealedLabel>,
 }
 
-/// One label as committed to.
+/// A label as committed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SealedLabel {
     /// 32 random bytes in hex.
     pub salt: String,
-    /// The label's JSON, letter by letter as it was hashed.
+    /// The label's JSON, byte by byte as hashed.
     pub label: String,
 }
 
-/// A case to be sealed: contents of its files, and the truth.
+/// An unsealed case: contents of its files, and the truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewCase {
     /// Contents of the run files.
     pub runs: Vec<String>,
     /// Content of the nominal motor file.
     pub motor: String,
-    /// Content of the unseen run's file.
+    /// Content of the held-out run's file.
     pub unseen: Option<String>,
     /// The truth.
     pub truth: Truth,
@@ -89,7 +89,7 @@ impl Manifest {
     /// Reads the manifest of a set.
     ///
     /// # Errors
-    /// No manifest there, not one of this format, or paths that lead out of the set.
+    /// A missing or foreign manifest, or paths that lead out of the set.
     pub fn read(directory: &Path) -> Result<Self, BlindError> {
         let path = manifest_path(directory);
         let manifest: Self = read_document(&path)?;
@@ -115,7 +115,6 @@ impl Manifest {
 }
 
 impl SealedCase {
-    /// All files of the case.
     pub(super) fn files(&self) -> impl Iterator<Item = &String> {
         self.runs.iter().chain([&self.motor]).chain(&self.unseen)
     }
@@ -125,7 +124,7 @@ impl Labels {
     /// Reads a labels' file.
     ///
     /// # Errors
-    /// It is not there or not of this format.
+    /// A missing or foreign file.
     pub fn read(path: &Path) -> Result<Self, BlindError> {
         let labels: Self = read_document(path)?;
         if labels.format != LABELS {
@@ -138,16 +137,14 @@ impl Labels {
     }
 }
 
-/// Where the manifest is.
 pub(super) fn manifest_path(directory: &Path) -> PathBuf {
     directory.join("manifest.json")
 }
 
-/// Writes cases into a set, new or begun, and their labels into the labels' file. Names count on.
+/// Adds cases to a new or existing set, and their labels to the labels' file. Numbering continues.
 ///
 /// # Errors
-/// Files that cannot be written; a set that has been opened; a labels' file inside the set, where a
-/// diagnosis could come across it.
+/// Files that cannot be written; an opened set; a labels' file inside the set, where a diagnosis could read it.
 pub fn add_cases(
     directory: &Path,
     labels_path: &Path,
@@ -217,7 +214,7 @@ pub fn add_cases(
     Ok(manifest)
 }
 
-/// Whether a path lies under a directory that is there.
+/// Whether a path is inside an existing directory.
 fn is_inside(path: &Path, directory: &Path) -> bool {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,

@@ -1,18 +1,18 @@
-//! Shares of a number of cases, with their sampling error.
+//! Proportions with their sampling error.
 
 use serde::{Deserialize, Serialize};
 
-/// So many of so many.
+/// A proportion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Share {
-    /// How many are.
+    /// Number of successes.
     pub hits: u64,
-    /// How many could be.
+    /// Number of trials.
     pub of: u64,
 }
 
 impl Share {
-    /// The share of the items for which something holds.
+    /// The proportion of the items with a property.
     pub fn count<T>(items: impl IntoIterator<Item = T>, holds: impl Fn(T) -> bool) -> Self {
         items.into_iter().fold(Self::default(), |share, item| Self {
             hits: share.hits + u64::from(holds(item)),
@@ -20,13 +20,12 @@ impl Share {
         })
     }
 
-    /// The share from 0 to 1; none of nothing.
+    /// The value from 0 to 1; `None` without trials.
     pub fn value(self) -> Option<f64> {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)
     }
 
-    /// Wilson's 95 % interval for the share of all cases of which these are a sample (Wilson 1927):
-    /// `(p + z^2/2n +- z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n)`.
+    /// Wilson's 95 % score interval (Wilson 1927): `(p + z^2/2n +- z sqrt(p (1-p)/n + z^2/4n^2)) / (1 + z^2/n)`.
     pub fn interval95(self) -> Option<(f64, f64)> {
         const Z: f64 = 1.959_963_984_540_054;
         let p = self.value()?;
@@ -40,9 +39,9 @@ impl Share {
         ))
     }
 
-    /// How probable it is to see this share or a lower one, were nothing worse than when `published` was
-    /// drawn. The posterior of the true share after `published` is Beta(h + 1, n - h + 1), which makes the
-    /// hits of a new sample beta-binomial: the chance of both samples is in it.
+    /// p-value of this proportion or a lower one under the hypothesis that nothing is worse than when `published` was
+    /// measured. The posterior of the true proportion after `published` is Beta(h + 1, n - h + 1), so that the
+    /// successes of a new sample are beta-binomial; the sampling errors of both are included.
     ///
     /// `P(0) = B(a, b + n) / B(a, b)` is the product of `(b + i) / (a + b + i)` for `i < n`, and
     /// `P(k + 1) / P(k) = (n - k) (a + k) / ((k + 1) (b + n - k - 1))`; summed as logarithms, which do not underflow.
@@ -61,7 +60,7 @@ impl Share {
         sum.min(1.0)
     }
 
-    /// In words: `47 of 54, 87 % (75 to 94)`.
+    /// As text: `47 of 54, 87 % (75 to 94)`.
     pub fn words(self) -> String {
         match (self.value(), self.interval95()) {
             (Some(value), Some((low, high))) => format!(
@@ -76,14 +75,14 @@ impl Share {
         }
     }
 
-    /// In short: `87 %`.
+    /// In percent: `87 %`.
     pub fn percent(self) -> String {
         self.value()
             .map_or("–".to_owned(), |value| format!("{:.0} %", 100.0 * value))
     }
 }
 
-/// The value that a share `q` of the values lie below, between neighbours by line; none of nothing.
+/// The `q` quantile by linear interpolation; `None` for no values.
 pub(super) fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -94,7 +93,6 @@ pub(super) fn quantile(values: &[f64], q: f64) -> Option<f64> {
     Some(sorted[below] + (place - below as f64) * (sorted[above] - sorted[below]))
 }
 
-/// The mean; none of nothing.
 pub(super) fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }

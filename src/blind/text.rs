@@ -1,4 +1,4 @@
-//! A score in words and tables, for the terminal and for pages.
+//! A score as text and tables, for the terminal and for pages.
 
 use time::OffsetDateTime;
 use time::format_description::well_known::Rfc3339;
@@ -7,7 +7,7 @@ use super::{Judgement, Score, Share, TruthKind};
 use crate::plain::{markdown_text, one_line};
 use crate::report::table::Table;
 
-/// The figures wanted, beside those reached: name, reached, wanted.
+/// Main figures with their targets: name, reached, target.
 pub(super) fn headline(score: &Score) -> Table {
     let mut table = Table::new(["", "reached", "wanted"]);
     let mut row = |name: &str, reached: String, wanted: &str| {
@@ -133,7 +133,6 @@ pub(super) fn headline(score: &Score) -> Table {
     table
 }
 
-/// Right and named by effect.
 pub(super) fn effects(score: &Score) -> Table {
     let mut table = Table::new([
         "effect",
@@ -161,7 +160,6 @@ pub(super) fn effects(score: &Score) -> Table {
     table
 }
 
-/// Right and named by strength.
 pub(super) fn strengths(score: &Score) -> Table {
     let mut table = Table::new(["strength (counts RMS)", "cases", "named", "right"]);
     for row in &score.by_strength {
@@ -179,7 +177,6 @@ pub(super) fn strengths(score: &Score) -> Table {
     table
 }
 
-/// Flagged by id.
 pub(super) fn outside(score: &Score) -> Table {
     let mut table = Table::new(["outside the catalogue", "cases", "flagged"]);
     for (id, share) in &score.outside.by_id {
@@ -188,7 +185,6 @@ pub(super) fn outside(score: &Score) -> Table {
     table
 }
 
-/// Probabilities said against shares right.
 pub(super) fn reliability(score: &Score) -> Table {
     let mut table = Table::new(["probability said", "verdicts", "mean said", "right"]);
     for row in &score.probabilities.reliability {
@@ -202,7 +198,6 @@ pub(super) fn reliability(score: &Score) -> Table {
     table
 }
 
-/// Interval coverage by parameter.
 pub(super) fn coverage(score: &Score) -> Table {
     let mut table = Table::new(["parameter", "estimates", "right"]);
     for (name, share) in &score.coverage.by_parameter {
@@ -211,7 +206,7 @@ pub(super) fn coverage(score: &Score) -> Table {
     table
 }
 
-/// The confusion matrix with numbered columns; rows and columns without a case are left out.
+/// The confusion matrix with numbered columns, without empty rows and columns.
 pub(super) fn confusion(score: &Score) -> Table {
     let confusion = &score.confusion;
     let columns = used_columns(score);
@@ -237,7 +232,7 @@ pub(super) fn confusion(score: &Score) -> Table {
     table
 }
 
-/// Columns of the confusion matrix that have a case.
+/// Non-empty columns of the confusion matrix.
 fn used_columns(score: &Score) -> Vec<usize> {
     let confusion = &score.confusion;
     let is_used = |c: &usize| confusion.counts.iter().any(|row| row[*c] > 0);
@@ -253,7 +248,7 @@ pub(super) fn confusion_key(score: &Score) -> String {
     format!("Columns: {}.", words.join(", "))
 }
 
-/// Every case that is not right, with what is known of it.
+/// Every wrong case with its details.
 pub(super) fn misses(score: &Score) -> Vec<String> {
     let missed = score.cases.iter().filter(|j| !j.is_right());
     missed
@@ -301,7 +296,7 @@ fn miss(j: &Judgement) -> String {
     text + &format!("; likeliest: {}", likeliest.join(", "))
 }
 
-/// The tables with their titles, in the order of every form.
+/// The tables with their titles, in a fixed order.
 fn tables(score: &Score) -> [(&'static str, Table); 7] {
     [
         ("Figures", headline(score)),
@@ -314,7 +309,7 @@ fn tables(score: &Score) -> [(&'static str, Table); 7] {
     ]
 }
 
-/// The whole score as text.
+/// The score as text.
 pub fn text(score: &Score) -> String {
     let mut out = facts(score).join("\n") + "\n\n";
     for (title, table) in tables(score) {
@@ -331,7 +326,7 @@ pub fn text(score: &Score) -> String {
     out
 }
 
-/// The whole score in Markdown, to be put into a document.
+/// The score in Markdown.
 pub fn markdown(score: &Score) -> String {
     let mut out = markdown_text(&lead(score)) + "\n\n";
     for fact in facts(score) {
@@ -351,7 +346,7 @@ pub fn markdown(score: &Score) -> String {
     out
 }
 
-/// Which set it is, and what to mind of it.
+/// Description of the set, and reservations.
 pub(super) fn facts(score: &Score) -> Vec<String> {
     let set = &score.set;
     let mut facts = vec![format!(
@@ -405,7 +400,7 @@ fn rfc3339(time: OffsetDateTime) -> String {
     time.format(&Rfc3339).unwrap_or_else(|_| time.to_string())
 }
 
-/// One sentence that says it all.
+/// The summary sentence.
 pub(super) fn lead(score: &Score) -> String {
     let mut parts = Vec::new();
     let mut part = |share: Share, words: &str| {

@@ -1,4 +1,4 @@
-//! Sealed part: the truth of a case, as far as whoever arranged it knows it.
+//! The withheld part: the true cause of a case, as far as it is known.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +13,9 @@ use crate::motor::nearest_name;
 pub struct Truth {
     /// True cause.
     pub kind: TruthKind,
-    /// The hidden effects; an id that the catalogue does not have where `kind` is `outside`.
+    /// The hidden effects; an id outside the catalogue if `kind` is `outside`.
     pub effects: Vec<TrueEffect>,
-    /// Of each effect, where it is known: by how many counts (RMS over the runs) it changes the angle.
+    /// Strength of each effect, if known: its change of the position in counts RMS over the runs.
     #[serde(default)]
     pub strength_counts: BTreeMap<String, f64>,
     /// Residual of all effects together after the parameters are re-identified within their tolerances, in
@@ -31,17 +31,17 @@ pub struct Truth {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TruthKind {
-    /// Nothing beyond tolerances.
+    /// Nothing beyond the tolerances.
     None,
     /// One effect of the catalogue.
     Single,
     /// Two or more effects of the catalogue.
     Pair,
-    /// Something that the catalogue does not have.
+    /// A cause outside the catalogue.
     Outside,
 }
 
-/// An effect with what is known of its parameters, under the names of a motor file.
+/// An effect with its known parameters, under the names of a motor file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TrueEffect {
     /// Its id.
@@ -51,10 +51,10 @@ pub struct TrueEffect {
     pub parameters: BTreeMap<String, f64>,
 }
 
-/// A label that cannot be sealed.
+/// An invalid label.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum BadLabel {
-    /// The name is no effect of the catalogue.
+    /// An unknown effect.
     #[error(
         "'{name}' is no effect of the catalogue\nhint: {}give 'none', an effect's id, several joined by '+', or \
          'outside:WORDS' for something that the catalogue does not have",
@@ -72,10 +72,10 @@ pub enum BadLabel {
 }
 
 impl Truth {
-    /// The truth in words: `none`, ids of the catalogue joined by `+`, or `outside:WORDS`.
+    /// Parses `none`, ids of the catalogue joined by `+`, or `outside:WORDS`.
     ///
     /// # Errors
-    /// A name that the catalogue does not have: a slip of the pen must not become an outside effect.
+    /// A name that the catalogue does not have: a typing error must not become an outside effect.
     pub fn from_words(words: &str) -> Result<Self, BadLabel> {
         let effect = |id: &str| TrueEffect {
             id: id.to_owned(),
@@ -115,14 +115,14 @@ impl Truth {
         })
     }
 
-    /// Ids of the hidden effects, in the order of the alphabet.
+    /// Ids of the hidden effects in alphabetical order.
     pub fn ids(&self) -> Vec<&str> {
         let mut ids: Vec<&str> = self.effects.iter().map(|e| e.id.as_str()).collect();
         ids.sort_unstable();
         ids
     }
 
-    /// The truth in words, as [`Truth::from_words`] takes them.
+    /// The truth as text, as [`Truth::from_words`] parses it.
     pub fn words(&self) -> String {
         match self.kind {
             TruthKind::None => "none".to_owned(),
@@ -131,7 +131,7 @@ impl Truth {
         }
     }
 
-    /// Strength of the weakest effect in counts RMS, where known.
+    /// Strength of the weakest effect in counts RMS, if known.
     pub fn weakest_counts(&self) -> Option<f64> {
         self.strength_counts.values().copied().reduce(f64::min)
     }

@@ -1,8 +1,8 @@
-//! Claimed error, compared with a held-out run.
+//! Claimed error reduction, compared with the held-out run.
 //!
-//! `closed = 1 - (after - floor)/(before - floor)`: before with the nominal motor file, after with the one
-//! that the diagnosis wrote, floor what rounding to counts leaves (0.289), all RMS in counts of the whole
-//! run simulated in open loop from rest. As a diagnosis says it: 1 where no more is left than the floor, -1 at least.
+//! `closed = 1 - (after - floor)/(before - floor)`: `before` with the nominal motor file, `after` with that of the
+//! diagnosis, `floor` the quantization error (0.289), all RMS in counts over the run simulated in open loop from
+//! rest. As in a diagnosis, it is clamped to -1 ... 1.
 
 use std::path::Path;
 
@@ -13,29 +13,28 @@ use crate::compare::{FLOOR_COUNTS, compare};
 use crate::motor::{Model, Motor, read_motor};
 use crate::recording::{Run, read_run};
 
-/// Error as claimed and as measured.
+/// Claimed and measured error reduction.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct GapCheck {
-    /// Share of the gap said to close.
+    /// Claimed reduction.
     pub claimed: Option<f64>,
     /// Its 95 % interval.
     pub claimed_interval: Option<(f64, f64)>,
-    /// Share that closed on the unseen run; none where the nominal motor is at the floor already.
+    /// Reduction on the held-out run; `None` if the nominal motor is at the floor already.
     pub unseen: Option<f64>,
-    /// Error of the nominal motor on the unseen run in counts RMS.
+    /// Error of the nominal motor on the held-out run in counts RMS.
     pub before_counts: f64,
-    /// Error of the diagnosed motor on the unseen run in counts RMS.
+    /// Error of the diagnosed motor on the held-out run in counts RMS.
     pub after_counts: f64,
 }
 
-/// A gap smaller than this many counts RMS is none: its share says nothing.
+/// Least reducible error in counts RMS: below, its reduction is undefined.
 const LEAST_GAP_COUNTS: f64 = 0.1;
 
-/// Simulates the unseen run with both motor files; none where there is no unseen run or no motor file.
+/// Simulates the held-out run with both motor files; `None` without a held-out run or a motor file.
 ///
 /// # Errors
-/// The unseen run or the nominal motor cannot be read; a motor file of the diagnosis that is no motor
-/// file counts as none.
+/// The held-out run or the nominal motor cannot be read; an invalid motor file of the diagnosis counts as none.
 pub fn measure_gap(directory: &Path, case: &OpenedCase) -> Result<Option<GapCheck>, BlindError> {
     let (Some(unseen), Some(model)) = (&case.sealed.unseen, &case.verdict.model) else {
         return Ok(None);
@@ -62,7 +61,7 @@ pub fn measure_gap(directory: &Path, case: &OpenedCase) -> Result<Option<GapChec
     }))
 }
 
-/// Share of the gap above the floor that is gone.
+/// Reduction of the error above the floor.
 pub(super) fn closed(before_counts: f64, after_counts: f64) -> Option<f64> {
     let gap = before_counts - FLOOR_COUNTS;
     let left = (after_counts - FLOOR_COUNTS).max(0.0);

@@ -1,12 +1,12 @@
-//! Wiring of a virtual board: something that turns volts into encoder counts.
+//! The bench of a virtual board: volts in, encoder counts out.
 //!
 //! The motor simulation implements [`Bench`]; tests use benches of a few lines.
 
 use crate::motor::Plant;
 
-/// The mechanics behind a virtual board, stepped from outside in the board's true time.
+/// The mechanics behind a virtual board, stepped in true time.
 pub trait Bench: Send {
-    /// Lets the bench run from where it is to `until_s` with `command` (V, A or N m) held.
+    /// Advances the bench to `until_s` with a constant `command` (V, A or N m).
     fn hold(&mut self, command: f64, until_s: f64);
 
     /// Encoder counts now, x4 decoded, not wrapped.
@@ -18,7 +18,7 @@ pub trait Bench: Send {
     /// Encoder counts per revolution.
     fn counts_per_rev(&self) -> f64;
 
-    /// By how much the board is late to note a command, in s.
+    /// Delay of the logged command relative to the applied one, in s.
     fn notes_late_s(&self) -> f64 {
         0.0
     }
@@ -68,8 +68,8 @@ impl Bench for Plant {
     }
 }
 
-/// A motor without inertia or friction: its speed follows the command at once. For tests and
-/// benchmarks, where every count can be told in advance.
+/// A motor without inertia or friction: its speed follows the command immediately. For tests and benchmarks with
+/// exactly known counts.
 #[derive(Debug, Clone)]
 pub struct IdealBench {
     /// Speed per volt in counts/s.

@@ -1,4 +1,4 @@
-//! Errors of a board, each with its remedy.
+//! Errors of a board, with their remedies.
 
 use std::io;
 use std::path::PathBuf;
@@ -15,18 +15,18 @@ pub enum BoardError {
     /// The port cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// Something else is on the line.
+    /// Another device is on the line.
     #[error(
         "{path} is not a motorlab board: {}", other_bytes(heard, *patience_s), path = shown(path))]
     NotABoard {
         /// The port.
         path: PathBuf,
-        /// Received instead.
+        /// The bytes received instead.
         heard: Box<Heard>,
-        /// For how long it was asked.
+        /// How long it was queried.
         patience_s: f64,
     },
-    /// It speaks another version.
+    /// Another protocol version.
     #[error(
         "the board on {path} speaks protocol version {found}, this program version {PROTOCOL_VERSION}\nhint: update the sketch on the board: motorlab flash {path}", path = shown(path))]
     OtherVersion {
@@ -35,19 +35,19 @@ pub enum BoardError {
         /// The board's version.
         found: u8,
     },
-    /// It refused a message.
+    /// The board refused a message.
     #[error("the board on {path} refused {what}: {reason}{}", refusal_advice(*reason, hello), path = shown(path))]
     Refused {
         /// The port.
         path: PathBuf,
         /// Refused request.
         what: &'static str,
-        /// Why.
+        /// Reason.
         reason: Refusal,
-        /// Who it is.
+        /// The board's HELLO.
         hello: Box<Hello>,
     },
-    /// It does not answer any more.
+    /// No response.
     #[error("the board on {path} does not answer {what} (asked {ATTEMPTS} times)\nhint: check the cable and the supply, press the board's reset button, then try again", path = shown(path))]
     NoAnswer {
         /// The port.
@@ -55,25 +55,25 @@ pub enum BoardError {
         /// Request.
         what: &'static str,
     },
-    /// It was reset, or says something else of itself, between the first message and START.
+    /// A reset, or another HELLO, between the first message and START.
     #[error(
         "the board on {path} was reset while it was set up, before the motor turned\nhint: try again; if it recurs, give the motor a supply of its own and keep other programs off the port", path = shown(path))]
     Restarted {
         /// The port.
         path: PathBuf,
     },
-    /// It states a number that no recording can be made with.
+    /// A value of the HELLO is 0, with which no recording is possible.
     #[error(
         "the board on {path} says that {what} is 0\nhint: give the right one with {option}, or correct the sketch on the board", path = shown(path))]
     StatesZero {
         /// The port.
         path: String,
-        /// The number.
+        /// The value.
         what: &'static str,
         /// Flag that states it.
         option: &'static str,
     },
-    /// It went away.
+    /// The board was unplugged.
     #[error("the board on {path} was unplugged\nhint: plug it in; `motorlab ports` shows its port, which may have another name now", path = shown(path))]
     Gone {
         /// The port.
@@ -84,10 +84,10 @@ pub enum BoardError {
     Line {
         /// The port.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// The profile does not fit on the wire.
+    /// A command outside the range of the protocol.
     #[error(
         "the profile commands {command} V, and a board takes -32.767 to 32.767 V\nhint: lower the share of the supply, as in --profile step@0.5, or the voltages of the profile's file"
     )]

@@ -1,4 +1,4 @@
-//! The board's side of a serial line: what a virtual board and a replayed log need of it.
+//! The board's side of a serial line, for virtual boards and replayed logs.
 
 use std::io;
 use std::time::Duration;
@@ -6,15 +6,15 @@ use std::time::Duration;
 /// State of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Readiness {
-    /// Some program has the far end open.
+    /// A program has the far end open.
     pub connected: bool,
-    /// There are bytes to read.
+    /// Bytes can be read.
     pub readable: bool,
-    /// There is room to write.
+    /// Bytes can be written.
     pub writable: bool,
 }
 
-/// The near end of a line whose far end some program opens.
+/// The near end of a line; a program opens the far end.
 pub trait BoardSide {
     /// Waits up to `patience` for bytes to read, or with `to_write` for room to write.
     ///
@@ -34,10 +34,10 @@ pub trait BoardSide {
     /// The line failed.
     fn write_some(&mut self, bytes: &[u8]) -> io::Result<usize>;
 
-    /// Throws away what either side has not read yet.
+    /// Discards unread bytes in both directions.
     fn discard(&mut self);
 
-    /// Before the line is closed: gives a reader that is there a little time for `outgoing` and for what is on the way.
+    /// Before the line is closed: gives a reader a short time to read `outgoing` and the bytes in transit.
     ///
     /// # Errors
     /// The line failed.

@@ -1,7 +1,7 @@
-//! A serial line within this process: the board in one thread, the recorder in others, bytes in between.
+//! A serial line within this process, between the board's thread and the recorder's.
 //!
-//! It behaves as a port does: its far end is opened by one at a time, opening and closing are seen by the board,
-//! a read waits for [`READ_PATIENCE`], and one after the board has gone gives what is queued and then 0 bytes.
+//! It behaves as a port: one opener at a time, the board sees opening and closing, a read waits for
+//! [`READ_PATIENCE`], and after the board has gone it returns the queued bytes and then 0 bytes.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -14,10 +14,11 @@ use super::board_side::{BoardSide, Readiness};
 use super::location::SerialLine;
 use super::open_error::OpenError;
 
-/// Bytes that wait in either direction before a writer has to: about what Linux holds of a pseudo-terminal (convention).
+/// Capacity in bytes of each direction, after which a writer waits: about that of a Linux pseudo-terminal
+/// (convention).
 const CAPACITY: usize = 16_384;
 
-/// Makes a line that messages call `name`; the board's side, and where the other is opened.
+/// Makes a line with the name `name` in messages; returns the board's side and the far end.
 pub fn channel(name: impl Into<PathBuf>) -> (ChannelBoard, Channel) {
     let line = Arc::new(Shared::default());
     let channel = Channel {
@@ -31,11 +32,10 @@ pub fn channel(name: impl Into<PathBuf>) -> (ChannelBoard, Channel) {
 struct State {
     to_board: VecDeque<u8>,
     from_board: VecDeque<u8>,
-    /// Handles of whoever has the far end open.
+    /// Open handles of the far end.
     handles: usize,
-    /// The far end was closed, and the board has not looked since.
+    /// The far end was closed since the board last checked.
     was_closed: bool,
-    /// The board has gone.
     is_gone: bool,
 }
 
@@ -50,13 +50,13 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A page has one thread, and looks again in its next turn.
+    /// A page has one thread, and checks again in its next turn.
     #[cfg(target_family = "wasm")]
     fn wait_until(&self, _: Duration, _: impl FnMut(&State) -> bool) -> MutexGuard<'_, State> {
         self.lock()
     }
 
-    /// Waits until something is as asked, up to `patience`.
+    /// Waits until a condition holds, up to `patience`.
     #[cfg(not(target_family = "wasm"))]
     fn wait_until(
         &self,
@@ -70,7 +70,7 @@ impl Shared {
     }
 }
 
-/// The far end of a line within this process, not opened yet.
+/// The unopened far end of a line within this process.
 #[derive(Debug, Clone)]
 pub struct Channel {
     name: PathBuf,
@@ -83,12 +83,11 @@ impl Channel {
         &self.name
     }
 
-    /// Whether the board is still there.
     pub(super) fn is_there(&self) -> bool {
         !self.line.lock().is_gone
     }
 
-    /// Opens it for one reader alone.
+    /// Opens it exclusively.
     pub(super) fn open(&self) -> Result<ChannelLine, OpenError> {
         let mut state = self.line.lock();
         if state.is_gone {
@@ -110,7 +109,6 @@ impl Channel {
     }
 }
 
-/// An open line to a board within this process.
 #[derive(Debug)]
 pub(super) struct ChannelLine(Arc<Shared>);
 
@@ -182,7 +180,7 @@ impl BoardSide for ChannelBoard {
             let is_open = state.handles > 0 && !state.was_closed;
             !is_open || !state.to_board.is_empty() || (to_write && has_room(state))
         });
-        // Closed and opened again since the last look is closed, too.
+        // Closed and opened again since the last check counts as closed.
         let was_closed = std::mem::take(&mut state.was_closed);
         Ok(Readiness {
             connected: state.handles > 0 && !was_closed,
@@ -206,10 +204,10 @@ impl BoardSide for ChannelBoard {
         Ok(count)
     }
 
-    /// Whoever closed the line has emptied it; what is in it belongs to the one that opened it since.
+    /// Closing empties the line; its content belongs to the present opener.
     fn discard(&mut self) {}
 
-    /// Bytes in this line outlive the board: all that was said goes into it at once.
+    /// Bytes in this line outlive the board, so that all of them are written at once.
     fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
         if connected {
             self.0.lock().from_board.extend(outgoing.drain(..));
@@ -247,7 +245,7 @@ mod tests {
         drop(line);
         assert!(board.wait(NOW, false).expect("a look").connected);
         drop(second);
-        // Opened again before the board has looked: it was closed nevertheless.
+        // Opened again before the board has checked: it was closed nevertheless.
         let _line = far.open().expect("it opens again");
         assert!(!board.wait(NOW, false).expect("a look").connected);
         assert!(board.wait(NOW, false).expect("a look").connected);

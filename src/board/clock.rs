@@ -1,26 +1,25 @@
 //! The board's clock: its rate fitted against the host's.
 //!
-//! Device time is the time base of a run. The host's arrival times are late by a delay that is never
-//! negative (USB polling, scheduling), so a least-squares line through them is pulled up by every
-//! bunch. The fit is therefore the line that lies below every arrival and closest to them in the mean:
-//! `minimise sum(h_k - a - b d_k) subject to h_k >= a + b d_k`, which is the edge of the lower convex
-//! hull that spans the mean of `d` (Moon, Skelly and Towsley, "Estimation and removal of clock skew
-//! from network delay measurements", INFOCOM 1999). The hull is kept as samples arrive, so an hour
-//! needs no more memory than a second.
+//! Device time is the time base of a run. The host's arrival times have non-negative delays (USB polling,
+//! scheduling), so that a least-squares line is biased by every burst. The fit is the line below all arrivals with
+//! the smallest mean distance, `minimise sum(h_k - a - b d_k) subject to h_k >= a + b d_k`: the edge of the lower
+//! convex hull that spans the mean of `d` (Moon, Skelly and Towsley, "Estimation and removal of clock skew from
+//! network delay measurements", INFOCOM 1999). The hull is updated with each sample, so that memory does not grow
+//! with the recording.
 
 use serde::Serialize;
 
-/// Most points that the lower hull may have. Noise needs some tens; only a clock that bends all the
-/// time would need more, and then the oldest edges are coarsened.
+/// Most points of the lower hull. Noise needs some tens; only a clock of steadily changing rate needs more, and then
+/// the oldest edges are coarsened.
 const MOST_HULL_POINTS: usize = 4096;
 
 /// Running fit of host time against device time.
 #[derive(Debug, Clone, Default)]
 pub struct ClockFitter {
-    /// Lower hull: device time and host lateness (host minus device), both in microseconds.
+    /// Lower hull: device time and host minus device time, both in microseconds.
     hull: Vec<(i64, i64)>,
     first: Option<(i64, i64)>,
-    /// The last sample, which others of the same read may follow.
+    /// The last sample of the current read.
     latest: Option<(i64, i64)>,
     count: u64,
     mean_device: f64,
@@ -30,23 +29,23 @@ pub struct ClockFitter {
     moment_both: f64,
 }
 
-/// The board's clock against the host's.
+/// The board's clock relative to the host's.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ClockFit {
-    /// How much faster the board's clock runs than the host's, in parts per million.
+    /// Rate error of the board's clock relative to the host's, in parts per million; positive if it is fast.
     pub device_fast_ppm: f64,
-    /// Uncertainty from the scatter of arrival times over the span, in parts per million; with many samples the fit is better.
+    /// Upper bound of its uncertainty: the scatter of arrival times over the span, in parts per million.
     pub sigma_ppm: f64,
-    /// Mean delay of the arrivals above the fitted line in s.
+    /// Mean delay of the arrivals relative to the fitted line in s.
     pub mean_delay_s: f64,
-    /// Root mean square of the arrivals about their mean delay in s: the residual of the fit.
+    /// RMS residual of the arrivals about their mean delay in s.
     pub residual_rms_s: f64,
-    /// Device time that the fit spans in s.
+    /// Device time spanned by the fit in s.
     pub span_s: f64,
 }
 
 impl ClockFitter {
-    /// Takes in one sample: unwrapped device time and the host's monotonic arrival time.
+    /// Adds one sample: unwrapped device time and the host's monotonic arrival time.
     pub fn add(&mut self, device_us: i64, host_us: i64) {
         if let Some((device_before, host_before)) = self.latest.replace((device_us, host_us))
             && host_before != host_us
@@ -134,14 +133,14 @@ impl ClockFitter {
         let variance = (self.moment_late - 2.0 * slope * self.moment_both
             + slope * slope * self.moment_device)
             / n;
-        // Crystals and resonators agree to a percent; a virtual board that runs faster than real time
-        // has no rate to fit.
+        // Crystals and resonators agree within a percent; a virtual board that runs faster than real time has no rate
+        // to fit.
         if slope.abs() > 0.1 {
             return None;
         }
         let rms_us = variance.max(0.0).sqrt();
         Some(ClockFit {
-            // A device that runs fast makes host minus device fall: rate = 1 / (1 + slope).
+            // For a fast device, host minus device time decreases: rate = 1 / (1 + slope).
             device_fast_ppm: -slope / (1.0 + slope) * 1e6,
             sigma_ppm: rms_us.max(1.0) / span_us as f64 * 1e6,
             mean_delay_s: mean_delay_us * 1e-6,
@@ -150,7 +149,7 @@ impl ClockFitter {
         })
     }
 
-    /// Points that the fit keeps: bounded, however long the run.
+    /// Number of points kept: bounded for any length.
     pub fn kept_points(&self) -> usize {
         self.hull.len()
     }
@@ -162,8 +161,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
-    /// An hour at 333 Hz of a board that is `ppm` fast, with delays as of a USB serial chip: at least
-    /// 0.3 ms, uniform up to 4.4 ms, now and then a bunch that is 40 ms late.
+    /// An hour at 333 Hz of a board with this rate error, with the delays of a USB serial chip: at least 0.3 ms,
+    /// uniform up to 4.4 ms, occasionally a burst that is 40 ms late.
     fn an_hour(ppm: f64, seed: u64) -> ClockFitter {
         let mut noise = Pcg64::seed_from_u64(seed);
         let mut fitter = ClockFitter::default();

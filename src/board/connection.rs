@@ -1,11 +1,10 @@
-//! A board on a serial line: find out who it is, tell it what to do, await its samples.
+//! A board on a serial line: identification, configuration, samples.
 //!
 //! ```text
 //! port -> reader thread -> bounded channel -> Intake -> Board::next (async)
 //! ```
 //!
-//! Opening a port resets many boards; how long that takes differs (0.8 to 3 s), so the board is asked
-//! until it answers instead of waiting for a fixed time.
+//! Opening a port resets many boards; the boot takes 0.8 to 3 s, so that the board is queried until it responds.
 
 use std::collections::VecDeque;
 use std::io::{self, Read};
@@ -26,20 +25,20 @@ use super::{
 };
 use crate::platform::time::{Instant, JoinHandle, MissedTickBehavior, interval, spawn, timeout};
 
-/// How often a silent board is asked who it is.
+/// Query period for a silent board.
 const ASK_EVERY: Duration = Duration::from_millis(250);
 
-/// How long an answer may take.
+/// Time limit for a response.
 const ANSWER_WITHIN: Duration = Duration::from_millis(250);
 
-/// How to talk to a board.
+/// Settings of the connection to a board.
 #[derive(Debug)]
 pub struct BoardOptions {
     /// Bits per second.
     pub baud: u32,
-    /// How long a board may take to say who it is: a slow boot loader takes 3 s.
+    /// Time limit for the HELLO: a slow boot loader takes 3 s.
     pub patience: Duration,
-    /// Write every byte with its time here.
+    /// Raw log of all bytes with their times.
     pub log: Option<RawLog>,
 }
 
@@ -53,23 +52,23 @@ impl Default for BoardOptions {
     }
 }
 
-/// Events of a board that records.
+/// Events of a recording board.
 #[derive(Debug)]
 pub enum BoardEvent {
     /// A sample.
     Sample(Sample),
-    /// The recording is over; the board counts what it took.
+    /// The end of the recording, with the board's sample counters.
     Ended {
         /// Samples taken.
         taken: u32,
-        /// Of these, how many it could not send.
+        /// Samples that it could not send.
         dropped: u32,
-        /// Why it is over.
+        /// Reason.
         reason: EndReason,
     },
-    /// During the run the board sends another HELLO than before; with another `boot_id` it was reset.
+    /// Another HELLO during the run; a different `boot_id` means a reset.
     Restarted(Hello),
-    /// The board went away.
+    /// The board was unplugged.
     HungUp,
     /// The line failed.
     Failed(io::Error),
@@ -82,19 +81,19 @@ pub struct Board {
     hello: Hello,
     reader: LineReader,
     baud: u32,
-    /// How long the bytes of samples may gather before they are read.
+    /// How long bytes may accumulate before they are read.
     gather: Duration,
     line: Arc<Line>,
     intake: Intake,
     events: VecDeque<Event>,
     alive: Option<JoinHandle<()>>,
     over: bool,
-    /// Error that ended the line, until it is reported.
+    /// The final event, until it is reported.
     last: Option<BoardEvent>,
 }
 
 impl Board {
-    /// Opens the line for this program alone and asks the board who it is.
+    /// Opens the line exclusively and queries the board's identity.
     pub async fn open(
         location: impl Into<Location>,
         options: BoardOptions,
@@ -109,8 +108,7 @@ impl Board {
         Self::over(path, port, writer, options).await
     }
 
-    /// As [`Board::open`], reading through something that stands in the line, such as
-    /// [`crate::board::faults::FaultyPort`].
+    /// As [`Board::open`], with a filter in the line such as [`crate::board::faults::FaultyPort`].
     pub async fn over(
         path: &Path,
         incoming: impl Read + Send + 'static,
@@ -182,12 +180,12 @@ impl Board {
         &self.path
     }
 
-    /// Says how fine the encoder is, in counts per revolution, if not as the board says.
+    /// Overrides the encoder's resolution in counts per revolution.
     pub fn encoder(&mut self, counts_per_rev: f64) {
         self.intake.encoder(counts_per_rev);
     }
 
-    /// Who the board is.
+    /// The board's HELLO.
     pub fn hello(&self) -> &Hello {
         &self.hello
     }
@@ -202,7 +200,7 @@ impl Board {
         self.reader.now_us()
     }
 
-    /// Sets the sample time and uploads the profile: for how many samples which command in V.
+    /// Sets the sample time and uploads the profile: pairs of number of samples and command in V.
     pub async fn configure(
         &mut self,
         sample_time_us: u32,
@@ -240,8 +238,7 @@ impl Board {
         Ok(())
     }
 
-    /// Starts a recording of so many samples, or until [`Board::stop`] where that is 0. From now on the
-    /// board is told that this program is alive.
+    /// Starts a recording of this many samples, or until [`Board::stop`] for 0. From now on ALIVE messages are sent.
     pub async fn start(&mut self, samples: u32) -> Result<(), BoardError> {
         self.events.clear();
         self.request(&HostMessage::Start { samples }, 0, "START")
@@ -259,12 +256,12 @@ impl Board {
         Ok(())
     }
 
-    /// Asks the board to stop; its END comes as an event.
+    /// Sends STOP; the END arrives as an event.
     pub fn stop(&mut self) -> io::Result<()> {
         self.line.say(&HostMessage::Stop)
     }
 
-    /// The next event of a recording; `None` when nothing can follow any more. Safe to cancel.
+    /// The next event of a recording; `None` at its end. Cancel-safe.
     pub async fn next(&mut self) -> Option<BoardEvent> {
         loop {
             while let Some(event) = self.events.pop_front() {
@@ -290,7 +287,7 @@ impl Board {
         }
     }
 
-    /// Hands what the raw log holds to the operating system.
+    /// Flushes the raw log to the operating system.
     pub fn flush_log(&self) {
         self.line.log(|log, _| log.flush());
     }
@@ -323,7 +320,7 @@ impl Board {
         !self.events.is_empty()
     }
 
-    /// Ends the ALIVE messages; what comes from now on is read as it comes.
+    /// Ends the ALIVE messages and the accumulation of bytes.
     fn silence(&mut self) {
         self.reader.gather(Duration::ZERO);
         if let Some(alive) = self.alive.take() {
@@ -331,7 +328,7 @@ impl Board {
         }
     }
 
-    /// Sends a message until it is taken.
+    /// Sends a message until it is acknowledged.
     async fn request(
         &mut self,
         message: &HostMessage,
@@ -355,7 +352,7 @@ impl Board {
                     if !is_first {
                         return Err(BoardError::Restarted { path });
                     }
-                    // The reset that opening the port brought came late.
+                    // A late reset caused by opening the port.
                     self.hello = hello;
                 }
                 if let Some(answer) = self.answer_to(message.kind(), expected) {
@@ -374,7 +371,7 @@ impl Board {
         Err(BoardError::NoAnswer { path, what })
     }
 
-    /// The board's HELLO among the events, if it differs from the one before.
+    /// A HELLO among the events that differs from the previous one.
     fn other_hello(&self) -> Option<Hello> {
         let mut said = self.events.iter().filter_map(|event| match event {
             Event::Hello(hello) => Some(*hello),
@@ -384,7 +381,7 @@ impl Board {
             .filter(|hello| !is_same_board(&self.hello, hello))
     }
 
-    /// Looks for the answer to a message of `kind` among the events; a sample answers START.
+    /// Searches the events for the response to a message of `kind`; a sample is a response to START.
     fn answer_to(&mut self, kind: u8, expected: u16) -> Option<Result<(), Refusal>> {
         for index in 0..self.events.len() {
             let answer = match self.events[index] {
@@ -395,7 +392,7 @@ impl Board {
                 }
                 _ => continue,
             };
-            // Events before are past; later ones (the first samples) stay.
+            // Earlier events are obsolete; later ones (the first samples) are kept.
             self.events.drain(..=index);
             return Some(answer);
         }
@@ -409,7 +406,7 @@ impl Drop for Board {
     }
 }
 
-/// Takes in one arrival; what ends the line comes back.
+/// Processes one arrival; returns an event that ends the line.
 fn receive(
     arrival: Option<Arrival>,
     intake: &mut Intake,
@@ -431,7 +428,7 @@ fn receive(
     }
 }
 
-/// A profile as it goes over the wire; holds of more than 65,535 samples are split.
+/// The profile in the wire format; holds of more than 65,535 samples are split.
 pub fn wire_segments(commands: &[(usize, f64)]) -> Result<Vec<ProfileSegment>, BoardError> {
     let mut segments = Vec::new();
     for &(length, command) in commands {

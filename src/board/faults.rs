@@ -1,8 +1,7 @@
-//! A seeded fault injector around any port: what a bad cable, a full buffer or an unplugged board do.
+//! Seeded fault injection for any port: a bad cable, a full buffer, an unplugged board.
 //!
-//! It stands between a port and its reader and hurts the bytes on their way: lost, bits flipped,
-//! sent twice, held up, handed over one at a time, cut off. The same seed gives the same faults for
-//! the same bytes, however they are split over reads.
+//! It wraps a port and corrupts the bytes that are read: lost, flipped bits, duplicated, delayed, single bytes, cut
+//! off. The same seed gives the same faults for the same bytes, independent of the reads' sizes.
 
 use std::io::{self, Read, Write};
 use std::thread;
@@ -11,7 +10,7 @@ use std::time::Duration;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// Which faults, and how often.
+/// Kinds and rates of faults.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
     /// Probability that a byte is lost.
@@ -20,15 +19,15 @@ pub struct Faults {
     pub flip: f64,
     /// Probability that a byte arrives twice.
     pub duplicate: f64,
-    /// Probability that the line stands still before a byte.
+    /// Probability of a pause before a byte.
     pub stall: f64,
-    /// How long it then stands still.
+    /// Length of a pause.
     pub stall_for: Duration,
-    /// Every read hands over a single byte.
+    /// Every read returns a single byte.
     pub split: bool,
-    /// After this many bytes the line falls silent.
+    /// Number of bytes after which the line is silent.
     pub silent_after: Option<u64>,
-    /// After this many bytes the device is gone.
+    /// Number of bytes after which the device is gone.
     pub hang_up_after: Option<u64>,
     /// Seed of the faults.
     pub seed: u64,
@@ -43,25 +42,25 @@ pub struct Damage {
     pub dropped: u64,
     /// Bytes with a bit flipped.
     pub flipped: u64,
-    /// Bytes sent twice.
+    /// Bytes duplicated.
     pub duplicated: u64,
     /// Pauses of the line.
     pub stalled: u64,
 }
 
-/// A port with faults. Writing passes through unhurt.
+/// A port with faults in reading; writing is unaffected.
 #[derive(Debug)]
 pub struct FaultyPort<P> {
     port: P,
     faults: Faults,
     damage: Damage,
     random: Pcg64Mcg,
-    /// Hurt bytes that did not fit the last reader's buffer.
+    /// Corrupted bytes that did not fit the reader's buffer.
     waiting: std::collections::VecDeque<u8>,
 }
 
 impl<P> FaultyPort<P> {
-    /// Puts the faults around `port`.
+    /// Wraps `port`.
     pub fn new(port: P, faults: Faults) -> Self {
         Self {
             port,
@@ -77,13 +76,13 @@ impl<P> FaultyPort<P> {
         self.damage
     }
 
-    /// The port itself.
+    /// The wrapped port.
     pub fn into_inner(self) -> P {
         self.port
     }
 
-    /// Whether an event of this probability happens now; always draws, so that rates do not shift
-    /// each other's sequence.
+    /// Whether an event of this probability occurs; always draws, so that the rates do not affect each other's
+    /// sequence.
     fn happens(&mut self, probability: f64) -> bool {
         self.random.random::<f64>() < probability
     }
@@ -129,8 +128,8 @@ impl<P> FaultyPort<P> {
 }
 
 impl<P: Read> Read for FaultyPort<P> {
-    /// Reads hurt bytes. A device that is gone is `BrokenPipe`, as a real port has it; bytes that all
-    /// went lost are `TimedOut`, since a read of 0 bytes would mean a disconnect.
+    /// Reads corrupted bytes. A device that is gone is `BrokenPipe`, as for a real port; if all bytes are lost it is
+    /// `TimedOut`, since a read of 0 bytes means a disconnect.
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if buffer.is_empty() {
             return Ok(0);

@@ -1,11 +1,10 @@
-//! Bytes that were no frame, kept for the message.
+//! Bytes that are no frames, kept for messages.
 
 use std::fmt;
 
-/// Most bytes kept.
 const KEPT: usize = 240;
 
-/// The first bytes of a line, and how many there were.
+/// The first bytes of a line, and their number.
 #[derive(Debug, Clone, Default)]
 pub struct Heard {
     first: Vec<u8>,
@@ -26,13 +25,13 @@ impl Heard {
         self.total
     }
 
-    /// Whether a board with motorlab's protocol has said who it is.
+    /// Whether the bytes contain a HELLO of motorlab's protocol.
     pub fn is_of_protocol(&self) -> bool {
         let magic = firmware_protocol::MAGIC;
         self.first.windows(magic.len()).any(|bytes| bytes == magic)
     }
 
-    /// Whether most of it is text: a plain sketch, or the wrong program on the board.
+    /// Whether most of them are text: a plain sketch, or the wrong program on the board.
     pub fn is_text(&self) -> bool {
         let text = self.first.iter().filter(|byte| is_text(**byte)).count();
         !self.first.is_empty() && 10 * text >= 9 * self.first.len()
@@ -43,7 +42,7 @@ fn is_text(byte: u8) -> bool {
     matches!(byte, b' '..=b'~' | b'\r' | b'\n' | b'\t')
 }
 
-/// Text in quotes with its control characters escaped, anything else in hexadecimal.
+/// Text in quotes with escaped control characters, anything else in hexadecimal.
 impl fmt::Display for Heard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_text() {

@@ -1,4 +1,4 @@
-//! The writing side of a serial line, with the raw log of both directions.
+//! The writing side of a serial line, and the raw log of both directions.
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,21 +11,21 @@ use super::{SerialLine, rawlog};
 use crate::platform::files::File;
 use crate::platform::time::Instant;
 
-/// How often a message is sent in all before its answer is given up.
+/// Most attempts to send a message without a response.
 pub(super) const ATTEMPTS: u32 = 5;
 
-/// How often the board is told that this program is alive.
+/// Period of the ALIVE messages.
 pub(super) const ALIVE_EVERY: Duration = Duration::from_millis(ALIVE_INTERVAL_MS as u64 * 2 / 3);
 
-/// A raw log beside a recording. A write error ends the log, never the recording: whoever began it
-/// asks its [`LogFailure`] at the end.
+/// A raw log beside a recording. A write error ends the log, not the recording; its owner checks [`LogFailure`] at
+/// the end.
 #[derive(Debug)]
 pub struct RawLog {
     writer: Option<rawlog::Writer<io::BufWriter<File>>>,
     failure: LogFailure,
 }
 
-/// Why a raw log ended before its recording did, once it has.
+/// Why a raw log ended before its recording; empty if it did not.
 pub type LogFailure = Arc<OnceLock<io::Error>>;
 
 impl RawLog {
@@ -42,7 +42,7 @@ impl RawLog {
         })
     }
 
-    /// Where it is found whether the log goes to the end.
+    /// Handle of its write error.
     pub fn failure(&self) -> LogFailure {
         Arc::clone(&self.failure)
     }
@@ -52,17 +52,16 @@ impl RawLog {
         self.write(|writer| writer.from_board(at_us, bytes));
     }
 
-    /// Appends bytes that were sent to the board.
     pub(super) fn sent(&mut self, at_us: u64, bytes: &[u8]) {
         self.write(|writer| writer.to_board(at_us, bytes));
     }
 
-    /// Notes that the device went away.
+    /// Appends a hang-up.
     pub fn hang_up(&mut self, at_us: u64) {
         self.write(|writer| writer.hang_up(at_us));
     }
 
-    /// Hands everything written so far to the operating system.
+    /// Flushes the log to the operating system.
     pub fn flush(&mut self) {
         self.write(rawlog::Writer::flush);
     }
@@ -81,13 +80,13 @@ impl RawLog {
     }
 }
 
-/// The writing side of the line; whoever reads shares it.
+/// The writing side of the line, shared with the reader.
 #[derive(Debug)]
 pub(super) struct Line {
     port: Mutex<Box<dyn SerialLine>>,
     log: Mutex<Option<RawLog>>,
     origin: Instant,
-    /// When something was said last, in microseconds from `origin`.
+    /// Time of the last message in microseconds from `origin`.
     said_us: AtomicU64,
 }
 
@@ -105,13 +104,12 @@ impl Line {
         self.origin.elapsed().as_micros() as u64
     }
 
-    /// Tells the board that this program is alive. A line that is gone shows on the reading side.
+    /// Sends ALIVE. An error shows on the reading side.
     pub(super) fn say_alive(&self) {
         let _ = self.say(&HostMessage::Alive);
     }
 
-    /// Whether the board should have been told long since that this program is alive: whoever notices
-    /// tells it, for a busy computer may keep one thread from its turn while another has it.
+    /// Whether an ALIVE is overdue: any thread that notices sends it, because a busy computer may delay one of them.
     pub(super) fn is_quiet(&self) -> bool {
         let silence_us = self
             .now_us()
@@ -121,7 +119,7 @@ impl Line {
 
     pub(super) fn say(&self, message: &HostMessage) -> io::Result<()> {
         let mut wire = [0; MAX_WIRE + 1];
-        // A leading zero ends whatever noise came before.
+        // A leading zero ends preceding noise.
         let length = message.encode(&mut wire[1..]).unwrap_or(0);
         let bytes = &wire[..=length];
         let mut port = self.port.lock().unwrap_or_else(PoisonError::into_inner);

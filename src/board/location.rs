@@ -1,4 +1,4 @@
-//! Where a board is: at a serial port, or within this process. Both are opened as one and the same kind of line.
+//! Location of a board: a serial port, or this process. Both open as the same kind of line.
 
 use std::fmt;
 use std::io::{self, Read, Write};
@@ -8,7 +8,7 @@ use super::channel::Channel;
 use super::open_error::OpenError;
 use super::port::Port;
 
-/// An open serial line. Reading gives 0 bytes when the board is gone, `TimedOut` when it is silent.
+/// An open serial line. Reading returns 0 bytes if the board is gone, `TimedOut` if it is silent.
 pub trait SerialLine: Read + Write + Send + fmt::Debug {
     /// A second handle on the same line, for writing.
     ///
@@ -17,7 +17,7 @@ pub trait SerialLine: Read + Write + Send + fmt::Debug {
     fn try_clone(&self) -> io::Result<Box<dyn SerialLine>>;
 }
 
-/// Where a board is.
+/// Location of a board.
 #[derive(Debug, Clone)]
 pub enum Location {
     /// At a serial port of this machine.
@@ -27,7 +27,7 @@ pub enum Location {
 }
 
 impl Location {
-    /// The port's path; of a board within this process what messages call it.
+    /// The port's path; for a board within this process its name in messages.
     pub fn path(&self) -> &Path {
         match self {
             Self::Port(path) => path,
@@ -35,7 +35,7 @@ impl Location {
         }
     }
 
-    /// Whether there is something to open. On Windows a port is no file, and only opening it tells.
+    /// Whether it exists. On Windows a port is no file, and only opening it shows.
     pub fn is_there(&self) -> bool {
         match self {
             Self::Port(path) => cfg!(windows) || path.exists(),
@@ -43,10 +43,10 @@ impl Location {
         }
     }
 
-    /// Opens the line for this program alone; at a port with `baud` bits per second.
+    /// Opens the line exclusively; a port with `baud` bits per second.
     ///
     /// # Errors
-    /// It is not there, or another program has it.
+    /// It does not exist, or another program has it.
     pub fn open(&self, baud: u32) -> Result<Box<dyn SerialLine>, OpenError> {
         Ok(match self {
             Self::Port(path) => Box::new(Port::open(path, baud)?),

@@ -1,4 +1,4 @@
-//! The board room: everything between a serial device and validated samples.
+//! Boards: everything between a serial device and validated samples.
 
 mod bench;
 mod board_error;

@@ -1,23 +1,23 @@
-//! How the counts have moved so far: what a gap may hide of a 16-bit counter, and a counter that was set to 0.
+//! Motion of the counts so far: possible wraps of a 16-bit counter in a gap, and counter resets.
 
-/// Half the range of a 16-bit counter: a move beyond it looks like a shorter one the other way.
+/// Half the range of a 16-bit counter, beyond which a move is ambiguous.
 const HALF_RANGE: f64 = 32_768.0;
 
-/// In a gap the shaft may turn so many times as fast as it was seen to, before, after or anywhere in the run.
+/// Largest speed in a gap, as a multiple of the largest one observed before or after it.
 const FASTER: f64 = 2.0;
 
-/// Steps that say how the shaft moves, and how many there must be.
+/// Steps from which the motion is estimated, and the fewest.
 const STEPS: usize = 8;
 const FEWEST_STEPS: usize = 3;
 
-/// A counter is set to 0 where it moves by so many times the largest of them, and by so many counts.
+/// Least move of a counter reset: as a multiple of the largest of these steps, and in counts.
 const LEAPS: f64 = 5.0;
 const LEAST_COUNTS: f64 = 10.0;
 
-/// The moves of a counter, sample by sample.
+/// The moves of a counter.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Motion {
-    /// The last steps in counts, without signs.
+    /// The last steps in counts, absolute.
     steps: [f64; STEPS],
     seen: usize,
     /// Largest rate so far in counts/us.
@@ -25,7 +25,7 @@ pub(crate) struct Motion {
 }
 
 impl Motion {
-    /// Takes in a move of so many counts in so many microseconds.
+    /// Adds a move of this many counts in this many microseconds.
     pub(crate) fn push(&mut self, counts: f64, elapsed_us: f64) {
         self.steps[self.seen % STEPS] = counts.abs();
         self.seen += 1;
@@ -34,12 +34,12 @@ impl Motion {
         }
     }
 
-    /// Whether a counter of 16 bits can have passed half its range in a gap, after which it moves by `after` counts/us.
+    /// Whether a 16-bit counter may have passed half its range in a gap, after which it moves by `after` counts/us.
     pub(crate) fn may_have_wrapped(&self, gap_us: f64, after: f64) -> bool {
         FASTER * self.top.max(after.abs()) * gap_us > HALF_RANGE
     }
 
-    /// Whether a move of `counts` that ends at `at` is that of a counter that was set to 0.
+    /// Whether a move of `counts` that ends at `at` is a counter reset.
     pub(crate) fn is_reset(&self, counts: f64, at: i64) -> bool {
         let largest = self.steps.iter().copied().fold(1.0, f64::max);
         self.seen >= FEWEST_STEPS
@@ -48,7 +48,7 @@ impl Motion {
             && at.unsigned_abs() as f64 <= largest
     }
 
-    /// Whether a move is far less than that of a reset before it: a shaft that begins to turn continues faster.
+    /// Whether a move is far smaller than that of a preceding reset: a shaft that starts to turn keeps accelerating.
     pub(crate) fn continues_after(reset: f64, counts: f64) -> bool {
         LEAPS * counts.abs() < reset.abs()
     }

@@ -1,4 +1,4 @@
-//! Why a serial port cannot be opened, in words that say what to do.
+//! Errors of opening a serial port, with their remedies.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -7,22 +7,22 @@ use std::time::Duration;
 use super::port_list::list_ports;
 use crate::plain::shown;
 
-/// Longest wait in one read: how late a stopped reader notices. On Windows a write waits until the read under way
-/// is over: a fifth, so that an answer is not late.
+/// Timeout of one read, and so the delay with which a stopped reader ends. On Windows a write waits for the current
+/// read, so that it is a fifth there.
 pub const READ_PATIENCE: Duration = Duration::from_millis(if cfg!(windows) { 20 } else { 100 });
 
 /// Why a port cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// There is no such file.
+    /// The path does not exist.
     #[error("there is no port {path}{}", known_ports(known), path = shown(path))]
     NotFound {
-        /// Requested value.
+        /// Requested path.
         path: PathBuf,
-        /// Ports that are there.
+        /// Existing ports.
         known: Vec<PathBuf>,
     },
-    /// The node's permissions keep this user out.
+    /// The node's permissions exclude this user.
     #[error(
         "no permission to open {path}: it belongs to group {group} ({mode}), and this user is not in it\nhint: join the group, then log in again:\n  {command}", path = shown(path))]
     PermissionDenied {
@@ -40,20 +40,20 @@ pub enum OpenError {
     Busy {
         /// The port.
         path: PathBuf,
-        /// Who has it, as far as can be seen.
+        /// The other program, if visible.
         holder: String,
         /// Remedy.
         advice: String,
     },
-    /// It is a file, a directory or another kind of device.
+    /// A file, a directory or another kind of device.
     #[error("{path} is {what}, not a serial port\nhint: `motorlab ports` lists the serial ports", path = shown(path))]
     NotASerialPort {
-        /// Requested value.
+        /// Requested path.
         path: PathBuf,
         /// Description.
         what: &'static str,
     },
-    /// Anything else.
+    /// Any other error.
     #[error("cannot open port {path}: {description}\nhint: unplug the board and plug it in again; `motorlab ports` lists the ports that can be opened", path = shown(path))]
     Failed {
         /// The port.

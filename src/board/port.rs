@@ -1,8 +1,8 @@
-//! Opening a serial port for this program alone, with errors that say what to do.
+//! Exclusive serial ports.
 //!
-//! On Unix the lock is double: `TIOCEXCL` keeps other users out, `flock` also keeps root and our own second
-//! copy out. Windows opens a port once. A read that finds the device gone gives what is still queued and
-//! then 0 bytes, so a disconnect can neither lose bytes nor spin.
+//! On Unix there are two locks: `TIOCEXCL` excludes other users, `flock` also root and a second instance of this
+//! program. Windows opens a port once. After a disconnect a read returns the queued bytes and then 0 bytes, so that
+//! no bytes are lost and no loop spins.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -17,7 +17,7 @@ use super::port_unix as system;
 #[cfg(windows)]
 use super::port_windows as system;
 
-/// An open serial port. Reading gives 0 bytes when the device is gone, `TimedOut` when it is silent.
+/// An open serial port. Reading returns 0 bytes if the device is gone, `TimedOut` if it is silent.
 #[derive(Debug)]
 pub struct Port {
     port: system::Native,
@@ -34,7 +34,7 @@ impl Port {
         Ok(Self { port })
     }
 
-    /// Pulses DTR, which resets an Arduino. Pseudo-terminals have no such line: best effort.
+    /// Pulses DTR, which resets an Arduino. Pseudo-terminals have no DTR: best effort.
     pub fn pulse_dtr(&mut self) -> bool {
         let low = self.port.write_data_terminal_ready(false);
         std::thread::sleep(Duration::from_millis(50));
@@ -83,7 +83,7 @@ mod tests {
         let mut port = Port::open(pty.path(), 115_200).expect("openable");
         assert_eq!(pty.write_some(&[7; 100]).expect("room"), 100);
         let mut buffer = [0; 64];
-        // Some kernels drop what is queued when the near end of a pseudo-terminal is closed.
+        // Some kernels drop queued bytes when the near end of a pseudo-terminal is closed.
         assert_eq!(port.read(&mut buffer).expect("bytes"), 64);
         drop(pty);
         let mut rest = 0;

@@ -1,25 +1,25 @@
-//! Which serial ports there are, what USB device each belongs to, and which looks like a lab board.
+//! Serial ports, their USB devices, and known lab boards.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-/// Identity of a USB device: a board keeps it when it comes back under another name.
+/// Identity of a USB device, which is independent of the port's name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UsbIdentity {
     /// Vendor id.
     pub vid: u16,
     /// Product id.
     pub pid: u16,
-    /// Serial number, where the device has one.
+    /// Serial number, if the device has one.
     pub serial: Option<String>,
-    /// Name of the product, where the device tells it.
+    /// Product name, if the device reports it.
     pub product: Option<String>,
 }
 
 impl UsbIdentity {
-    /// Whether this is the same device: vendor, product and, where both have one, serial number.
+    /// Whether this is the same device: vendor, product and, if both have one, serial number.
     pub fn same_device(&self, other: &Self) -> bool {
         let serials_differ = self.serial.is_some() && self.serial != other.serial;
         (self.vid, self.pid) == (other.vid, other.pid) && !serials_differ
@@ -31,13 +31,13 @@ impl UsbIdentity {
 pub struct PortEntry {
     /// Path to open.
     pub path: PathBuf,
-    /// The USB device behind it.
+    /// Its USB device.
     pub usb: Option<UsbIdentity>,
-    /// Lab board or USB serial chip, if it is a known one.
+    /// Name of a known lab board or USB serial chip.
     pub looks_like: Option<&'static str>,
 }
 
-/// Boards and USB serial chips that labs use, by vendor and product id (0: any product).
+/// Common boards and USB serial chips by vendor and product id (0: any product).
 const LAB_BOARDS: [(u16, u16, &str); 17] = [
     (0x2341, 0x0043, "Arduino Uno"),
     (0x2341, 0x0001, "Arduino Uno"),
@@ -97,7 +97,7 @@ pub fn list_ports() -> Vec<PortEntry> {
     entries
 }
 
-/// None: a browser asks its user for one.
+/// None: in a browser the user selects the port.
 #[cfg(target_family = "wasm")]
 pub fn list_ports() -> Vec<PortEntry> {
     Vec::new()
@@ -114,7 +114,7 @@ pub fn list_ports_of(sysfs: &Path, devices: &Path) -> Vec<PortEntry> {
             let class = name.path();
             let device = fs::canonicalize(class.join("device")).ok()?;
             let node = devices.join(name.file_name());
-            // An 8250 port of type 0 is a name without hardware.
+            // An 8250 port of type 0 has no hardware.
             let no_hardware = read_text(&class.join("type")).as_deref() == Some("0");
             (node.exists() && !no_hardware).then(|| entry(node, usb_of(&device, sysfs)))
         })
@@ -149,7 +149,7 @@ fn sort(entries: &mut [PortEntry]) {
     });
 }
 
-/// Looks for `idVendor` in the device's directory and those above it.
+/// Searches `idVendor` in the device's directory and its parents.
 fn usb_of(device: &Path, sysfs: &Path) -> Option<UsbIdentity> {
     let directory = device
         .ancestors()
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::symlink;
 
-    /// A sysfs tree as Linux has it: an Uno, a port without hardware, an on-board port, a pty.
+    /// A sysfs tree of Linux: an Uno, a port without hardware, an on-board port, a pty.
     fn a_machine(root: &Path) -> (PathBuf, PathBuf) {
         let (sysfs, devices) = (root.join("sys/class/tty"), root.join("dev"));
         let usb = root.join("sys/devices/usb1/1-2");

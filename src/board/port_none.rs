@@ -1,4 +1,4 @@
-//! A page opens no port by its path: the browser asks its user for one, and the page hands its bytes on.
+//! In a page, ports are not opened by path: the user selects one in the browser, and the page passes its bytes on.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use super::location::SerialLine;
 use super::open_error::OpenError;
 
-/// There is none.
+/// No port exists.
 #[derive(Debug)]
 pub enum Port {}
 
 impl Port {
-    /// Says so.
+    /// Always an error.
     pub fn open(path: &Path, _: u32) -> Result<Self, OpenError> {
         Err(OpenError::failed(path, "a page opens no port by its path"))
     }

@@ -1,4 +1,4 @@
-//! Serial ports as Unix has them: device nodes with an owner, a group and a mode.
+//! Serial ports on Unix: device nodes with an owner, a group and a mode.
 
 use std::fs;
 use std::io;
@@ -10,10 +10,9 @@ use super::open_error::OpenError;
 use super::port_list::usb_identity;
 use crate::plain::shown;
 
-/// An open port of this system.
 pub(super) type Native = serialport::TTYPort;
 
-/// Refuses what is not there, and what is no character device.
+/// Refuses missing paths, and paths that are no character device.
 pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
     let kind = match fs::metadata(path) {
         Ok(found) => found.file_type(),
@@ -34,18 +33,18 @@ pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
     })
 }
 
-/// Whether an error of a read or a write says that the device has gone away.
+/// Whether an I/O error means that the device is gone.
 pub(super) fn is_gone(error: &io::Error) -> bool {
     error.kind() == io::ErrorKind::BrokenPipe
 }
 
-/// Bytes still queued of a device that is gone.
+/// Reads the bytes still queued for a device that is gone.
 pub(super) fn read_queued(port: &Native, buffer: &mut [u8]) -> usize {
     // SAFETY: the descriptor belongs to `port`, which outlives the borrow.
     queued(unsafe { BorrowedFd::borrow_raw(port.as_raw_fd()) }, buffer)
 }
 
-/// Does not ask `poll` first, which would not give it.
+/// Does not call `poll` first, which would report a hang-up only.
 fn queued(descriptor: BorrowedFd<'_>, buffer: &mut [u8]) -> usize {
     let nonblocking = rustix::fs::fcntl_getfl(descriptor).and_then(|flags| {
         rustix::fs::fcntl_setfl(descriptor, flags | rustix::fs::OFlags::NONBLOCK)
@@ -56,7 +55,6 @@ fn queued(descriptor: BorrowedFd<'_>, buffer: &mut [u8]) -> usize {
     }
 }
 
-/// Why a port could not be opened, and what to do.
 pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
     match error.kind() {
         serialport::ErrorKind::Io(io::ErrorKind::PermissionDenied) => permission_denied(path),
@@ -72,13 +70,13 @@ pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
     }
 }
 
-/// Names the node's real group, and the command that joins it.
+/// Names the node's group and the command that joins it.
 fn permission_denied(path: &Path) -> OpenError {
     let metadata = fs::metadata(path).ok();
     let (gid, mode) = metadata.map_or((0, 0), |data| (data.gid(), data.mode()));
     let groups = fs::read_to_string("/etc/group").unwrap_or_default();
     let group = group_name(&groups, gid).unwrap_or_else(|| gid.to_string());
-    // A group without read and write access, or root's own, is none to join.
+    // A group without access, or root's, is not worth joining.
     let command = if cfg!(target_os = "macos") {
         format!("sudo chmod a+rw {}", shown(path))
     } else if mode & 0o060 == 0o060 && gid != 0 {
@@ -94,7 +92,7 @@ fn permission_denied(path: &Path) -> OpenError {
     }
 }
 
-/// Name of a group in the text of `/etc/group`.
+/// Name of a group in `/etc/group`.
 fn group_name(groups: &str, gid: u32) -> Option<String> {
     groups.lines().find_map(|line| {
         let mut fields = line.split(':');
@@ -103,7 +101,7 @@ fn group_name(groups: &str, gid: u32) -> Option<String> {
     })
 }
 
-/// `crw-rw----`, as `ls` shows it.
+/// `crw-rw----`, as `ls` prints it.
 fn mode_text(mode: u32) -> String {
     let bits = (0..9).rev().map(|bit| {
         if mode >> bit & 1 == 0 {
@@ -118,7 +116,7 @@ fn mode_text(mode: u32) -> String {
     std::iter::once('c').chain(bits).collect()
 }
 
-/// Names who holds the port; ModemManager probes every new port for some 10 s.
+/// Names the process that has the port; ModemManager probes every new port for some 10 s.
 fn busy(path: &Path) -> OpenError {
     let holder = holder_of(path);
     let modem_manager = cfg!(target_os = "linux")
@@ -144,7 +142,7 @@ fn busy(path: &Path) -> OpenError {
     }
 }
 
-/// The process that has `path` open, as far as this user may see.
+/// The process that has `path` open, as far as this user can see.
 fn holder_of(path: &Path) -> Option<(u32, String)> {
     let node = fs::canonicalize(path).ok()?;
     let own = std::process::id();
@@ -174,7 +172,7 @@ mod tests {
         let mut buffer = [0; 64];
         assert_eq!(queued(near.as_fd(), &mut buffer), 64);
         assert_eq!(queued(near.as_fd(), &mut buffer), 36);
-        // The far end is still there and says nothing: no wait for it either.
+        // The far end is open and silent: this must not wait either.
         assert_eq!(queued(near.as_fd(), &mut buffer), 0);
         drop(far);
         assert_eq!(queued(near.as_fd(), &mut buffer), 0);

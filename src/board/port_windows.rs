@@ -1,4 +1,4 @@
-//! Serial ports as Windows has them: names such as `COM7`, each open once.
+//! Serial ports on Windows: names such as `COM7`, each opened once.
 
 use std::fs::OpenOptions;
 use std::io;
@@ -7,16 +7,15 @@ use std::path::{Path, PathBuf};
 use super::open_error::OpenError;
 use crate::plain::shown;
 
-/// An open port of this system.
 pub(super) type Native = serialport::COMPort;
 
-/// Errors of Windows for a device that was unplugged: access denied, no such command, a device that does not work,
-/// no such device, a read that was broken off, and a device that is not connected.
+/// Windows error codes of an unplugged device: access denied, bad command, device failure, no such device, aborted
+/// read, device not connected.
 const GONE: [i32; 6] = [5, 22, 31, 433, 995, 1167];
 
-/// Refuses what a name shows to be no port.
+/// Refuses paths that cannot be ports.
 pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
-    // A name without a folder may be a port's, which Windows shows as a file, too.
+    // A bare name may be a port's, which Windows also shows as a file.
     let is_bare = path.components().count() == 1;
     let what = match path {
         _ if path.to_string_lossy().starts_with(r"\\.\") => return Ok(()),
@@ -30,20 +29,20 @@ pub(super) fn refuse_no_port(path: &Path) -> Result<(), OpenError> {
     })
 }
 
-/// Whether an error of a read or a write says that the device has gone away.
+/// Whether an I/O error means that the device is gone.
 pub(super) fn is_gone(error: &io::Error) -> bool {
     error
         .raw_os_error()
         .is_some_and(|code| GONE.contains(&code))
 }
 
-/// Bytes still queued of a device that is gone: Windows keeps nothing.
+/// Windows keeps no queued bytes of a device that is gone.
 pub(super) fn read_queued(_: &Native, _: &mut [u8]) -> usize {
     0
 }
 
-/// Why a port could not be opened, and what to do. The error itself does not tell a port that is not there from one
-/// that another program has: a second try does.
+/// Why a port could not be opened. The error does not distinguish a missing port from one in use: a second attempt
+/// does.
 pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
     let again = OpenOptions::new().read(true).write(true).open(device(path));
     match again.map_err(|again| again.kind()) {
@@ -57,7 +56,7 @@ pub(super) fn explain(path: &Path, error: &serialport::Error) -> OpenError {
     }
 }
 
-/// The name under which Windows opens a port, above COM9 too.
+/// The name under which Windows opens a port, also above COM9.
 fn device(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(r"\\.\");
     name.push(path);

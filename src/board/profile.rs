@@ -1,11 +1,10 @@
-//! Command over time: a profile of held commands, for the board, the simulator and the design of
-//! experiments alike.
+//! Profiles of held commands over time, for the board, the simulator and the design of experiments.
 //!
-//! A profile is a list of segments (duration, command); after the last one its command holds. Sampled
-//! with sample time `TS`, the command of sample `k` is that of the segment in force at `k TS`.
+//! A profile is a list of segments (duration, command); the last command is held. With sample time `TS`, the command
+//! of sample `k` is that of the segment in force at `k TS`.
 //!
-//! A built-in profile is written `NAME[@SHARE][,SECONDSs]`: `crawl@0.25,8s` is `crawl` with a quarter of the
-//! supply, 8 s long, so that one word says all that there is to play.
+//! A built-in profile is written `NAME[@SHARE][,SECONDSs]`: `crawl@0.25,8s` is `crawl` with a quarter of the supply,
+//! 8 s long.
 
 use std::path::{Path, PathBuf};
 
@@ -16,13 +15,13 @@ use super::profile_words::hint;
 use crate::motor::plausible;
 use crate::plain::shown;
 
-/// How long the `step` profile rests before it steps, in s: a whole number of samples at 3 and at 30 ms.
+/// Initial rest of the `step` profile in s: a whole number of samples at 3 and at 30 ms.
 pub const STEP_REST_S: f64 = 0.3;
 
-/// Half a period of the `square` profile in s: a gear motor is at its steady speed by then.
+/// Half a period of the `square` profile in s, after which a gear motor is at steady speed.
 const HALF_SQUARE_S: f64 = 0.5;
 
-/// Names of the built-in profiles with what they are for.
+/// The built-in profiles and their purpose.
 pub const BUILT_IN: [(&str, &str); 12] = [
     ("step", "0 V for 0.3 s, then the supply (the lab's step)"),
     (
@@ -65,22 +64,22 @@ pub(super) const MOST_BYTES: u64 = 1 << 24;
 /// One held command.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
-    /// How long it holds in s.
+    /// Duration in s.
     pub duration_s: f64,
     /// The command: V, or A or N m of a current- or torque-driven axis.
     pub command: f64,
 }
 
-/// Command over time.
+/// A profile.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
-    /// Name, or the path of the file that it came from; goes into the run's header.
+    /// Name, or the path of its file; written into the run's header.
     pub name: String,
     /// Held commands, first to last.
     pub segments: Vec<Segment>,
 }
 
-/// Why there is no such profile.
+/// Errors of a profile.
 #[derive(Debug, thiserror::Error)]
 pub enum ProfileError {
     /// Neither a built-in name nor a file.
@@ -88,9 +87,9 @@ pub enum ProfileError {
         "there is no profile '{name}'\nhint: {hint}the built-in ones are {list}; a file of rows `t_s,command_v` is named by its path", list = built_in_names()
     )]
     Unknown {
-        /// Requested value.
+        /// Requested name.
         name: String,
-        /// The nearest name, as a phrase.
+        /// The most similar name, as a phrase.
         hint: String,
     },
     /// The file cannot be read.
@@ -98,10 +97,10 @@ pub enum ProfileError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: std::io::Error,
     },
-    /// A row is wrong.
+    /// An invalid row.
     #[error(
         "{path}, row {row}, column {column}: '{found}' {problem}\nhint: a profile has rows `t_s,command_v` with rising times", path = shown(path))]
     Row {
@@ -116,14 +115,14 @@ pub enum ProfileError {
         /// Error in it.
         problem: String,
     },
-    /// It is longer than any profile.
+    /// The file is too long.
     #[error(
         "{path} is longer than {MOST_BYTES} bytes\nhint: a profile has a row for each change of the command, not for each sample", path = shown(path))]
     TooLong {
         /// The file.
         path: PathBuf,
     },
-    /// There is no row at all.
+    /// There are no rows.
     #[error("{path} has no row `t_s,command_v`\nhint: such as `0,0`, `0.5,3` and `2,0` on lines of their own: 3 V from 0.5 s to 2 s", path = shown(path))]
     Empty {
         /// The file.
@@ -138,8 +137,8 @@ fn built_in_names() -> String {
 impl Profile {
     /// A built-in profile by its name (`NAME[@SHARE][,SECONDSs]`), or one from a file `t_s,command_v`.
     ///
-    /// `supply_v` scales the built-in ones and `duration_s` scales their time; a share and a duration that
-    /// stand in the name go before.
+    /// `supply_v` scales the built-in ones and `duration_s` their time; share and duration in the name take
+    /// precedence.
     pub fn named(name: &str, supply_v: f64, duration_s: f64) -> Result<Self, ProfileError> {
         let (plain, share, stated_s) = spelt(name);
         let duration_s = stated_s.unwrap_or(duration_s);
@@ -150,7 +149,7 @@ impl Profile {
             });
         }
         let path = Path::new(name);
-        // The share and the time of a built-in one may have a point; its name has none.
+        // Share and time of a built-in profile may contain a point; its name does not.
         let before = name.split(['@', ',']).next().unwrap_or_default();
         if path.exists() || before.contains(['/', '\\', '.']) {
             return Self::read(path);
@@ -183,7 +182,7 @@ impl Profile {
                 let halves = (duration_s / HALF_SQUARE_S).ceil().max(1.0) as usize;
                 (0..halves)
                     .map(|k| {
-                        // The last ends with the profile.
+                        // The last one ends with the profile.
                         let left_s = duration_s - k as f64 * HALF_SQUARE_S;
                         let level = if k % 2 == 0 { supply_v } else { -supply_v };
                         held(left_s.min(HALF_SQUARE_S), level)
@@ -213,20 +212,20 @@ impl Profile {
         })
     }
 
-    /// Time at which the last command begins to hold for good, plus its own duration, in s; a sum of decimals, to the nanosecond.
+    /// Total duration in s, rounded to the nanosecond because it is a sum of decimals.
     pub fn duration_s(&self) -> f64 {
         let sum_s: f64 = self.segments.iter().map(|segment| segment.duration_s).sum();
         (sum_s * 1e9).round() / 1e9
     }
 
-    /// Largest command by size.
+    /// Largest absolute command.
     pub fn largest_command(&self) -> f64 {
         self.segments
             .iter()
             .fold(0.0, |largest, segment| segment.command.abs().max(largest))
     }
 
-    /// The command in force at `t_s`; 0 before the profile begins, the last one after its end.
+    /// The command at `t_s`; 0 before the profile begins, the last one after its end.
     pub fn command_at(&self, t_s: f64) -> f64 {
         if t_s < 0.0 {
             return 0.0;
@@ -234,7 +233,7 @@ impl Profile {
         let mut ends_s = 0.0;
         for segment in &self.segments {
             ends_s += segment.duration_s;
-            // Segment ends are sums of decimals: a nanosecond short is on time.
+            // Segment ends are sums of decimals: tolerance of a nanosecond.
             if t_s + 1e-9 < ends_s {
                 return segment.command;
             }
@@ -242,7 +241,7 @@ impl Profile {
         self.segments.last().map_or(0.0, |segment| segment.command)
     }
 
-    /// Commands of samples 0 to `samples - 1`, taken every `sample_time_s`.
+    /// Commands of samples 0 to `samples - 1` at `sample_time_s`.
     pub fn commands(&self, sample_time_s: f64, samples: usize) -> Vec<f64> {
         self.in_samples(sample_time_s)
             .into_iter()
@@ -254,8 +253,8 @@ impl Profile {
             .collect()
     }
 
-    /// The segments in whole samples: a segment starts with the first sample at or after its start.
-    /// Segments too short to have a sample vanish, but for the last, whose command holds on.
+    /// The segments in whole samples: a segment starts with the first sample at or after its start. Segments without
+    /// a sample are dropped, except the last, whose command is held.
     pub fn in_samples(&self, sample_time_s: f64) -> Vec<(usize, f64)> {
         let mut samples: Vec<(usize, f64)> = Vec::new();
         let (mut ends_s, mut before) = (0.0, 0_usize);
@@ -267,7 +266,7 @@ impl Profile {
                 before = end;
             }
         }
-        // The last command holds on, however short its own segment is.
+        // The last command is held, however short its segment is.
         if let Some(last) = self.segments.last()
             && samples
                 .last()
@@ -279,7 +278,7 @@ impl Profile {
     }
 }
 
-/// `NAME[@SHARE][,SECONDSs]` in its parts; what is spelt otherwise is all name.
+/// Parts of `NAME[@SHARE][,SECONDSs]`; any other text is all name.
 fn spelt(name: &str) -> (&str, f64, Option<f64>) {
     let number = |text: &str, most: f64| {
         let value = text.parse::<f64>().ok();

@@ -1,4 +1,4 @@
-//! A profile from a file of rows `t_s,command_v`, or from a recording.
+//! Profiles from files of rows `t_s,command_v`, or from recordings.
 
 use std::io::Read;
 use std::path::Path;
@@ -6,12 +6,12 @@ use std::path::Path;
 use super::profile::{MOST_BYTES, Profile, ProfileError, held};
 use crate::motor::plausible;
 
-/// Times of a profile's rows in s, from its beginning.
+/// Range of a profile's times in s.
 const TIMES_S: plausible::Range = plausible::Range {
     lo: 0.0,
     ..plausible::DURATION_S
 };
-/// Names of the time and of the command in the first line of a profile's file; a run file has the first of each.
+/// Column names of time and command; a run file has the first of each.
 const TIME_NAMES: &[&str] = &["t_s", "time_s", "t", "time"];
 const COMMAND_NAMES: &[&str] = &[
     "command_v",
@@ -26,7 +26,7 @@ const COMMAND_NAMES: &[&str] = &[
 ];
 
 impl Profile {
-    /// Reads rows `t_s,command_v`: from each time on, that command; the last row ends the profile.
+    /// Reads rows `t_s,command_v`: each command is in force from its time on; the last row ends the profile.
     pub fn read(path: &Path) -> Result<Self, ProfileError> {
         let file = std::fs::File::open(path).map_err(|source| ProfileError::Read {
             path: path.to_owned(),
@@ -105,7 +105,7 @@ impl Profile {
         if first.0 > 0.0 {
             segments.push(held(first.0, 0.0));
         }
-        // A recording has a row a sample: those with the same command are one segment.
+        // Rows of a recording with the same command are one segment.
         let mut from = first;
         for &point in &points[1..] {
             if point.1 != from.1 {
@@ -121,7 +121,7 @@ impl Profile {
     }
 }
 
-/// Where time and command are by these names. Two columns under other names are time and command, in this order.
+/// Columns of time and command by these names. Two columns of other names are time and command, in this order.
 fn named_columns(names: &[&str]) -> Result<(usize, usize), (&'static str, String)> {
     let lower: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
     let of = |known: &[&str]| {

@@ -1,17 +1,15 @@
-//! The probing profiles: each excites effects that a step from rest does not.
+//! Probing profiles, which excite effects that a step from rest does not.
 //!
-//! Levels are shares of the supply, held equally long; none has more than 64, so that boards with little
-//! memory hold them too.
+//! Levels are shares of the supply of equal duration; at most 64, so that they fit boards with little memory.
 
 use super::Segment;
 use super::profile::held;
 
 /// Reversals of a chirp.
 const REVERSALS: i32 = 48;
-/// How much shorter its last half wave is than its first.
+/// Ratio of the durations of its first and last half wave.
 const SPEED_UP: f64 = 16.0;
 
-/// Levels of a probing profile by its name.
 pub(super) fn probing_levels(name: &str) -> Option<Vec<f64>> {
     Some(match name {
         "threshold" => {
@@ -37,7 +35,7 @@ pub(super) fn probing_levels(name: &str) -> Option<Vec<f64>> {
     })
 }
 
-/// Half waves of plus and minus `level`, each shorter than the one before by the same factor.
+/// Half waves of plus and minus `level` with durations in geometric progression.
 pub(super) fn chirp(level: f64, duration_s: f64) -> Vec<Segment> {
     let factor = SPEED_UP.powf(-1.0 / f64::from(REVERSALS - 1));
     let length = |k: i32| factor.powi(k);

@@ -1,8 +1,8 @@
-//! Suggestions for an unknown profile name: synonyms, misspellings, and shares and times in another notation.
+//! Suggestions for an unknown profile name: synonyms, misspellings, and other notations of share and time.
 
 use crate::motor::nearest_name;
 
-/// Synonyms of profiles, with their names here.
+/// Synonyms of profiles, with the profile.
 const ALSO_CALLED: [(&str, &str); 20] = [
     ("constant", "step"),
     ("dc", "step"),
@@ -26,7 +26,7 @@ const ALSO_CALLED: [(&str, &str); 20] = [
     ("brake", "brakes"),
 ];
 
-/// Proposal for `asked`, as a phrase; empty if no name is near.
+/// Suggestion for `asked`, as a phrase; empty if no name is similar.
 pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
     match nearest(asked, names) {
         Some(Suggestion::Word(word)) => format!("did you mean '{word}'? "),
@@ -37,16 +37,17 @@ pub(super) fn hint(asked: &str, names: &[&'static str]) -> String {
     }
 }
 
-/// Proposal for an unknown profile.
 #[derive(Debug, PartialEq)]
 enum Suggestion {
-    /// This word.
     Word(String),
-    /// A profile of this name, with something that is no share of the supply.
-    NoShare { name: &'static str, share: String },
+    /// A profile of this name with an invalid share of the supply.
+    NoShare {
+        name: &'static str,
+        share: String,
+    },
 }
 
-/// The word that is meant by `asked`, with its share and time as they are written here; none where it is like none of `names`.
+/// The name most similar to `asked`, with share and time in the right notation; `None` if none is.
 fn nearest(asked: &str, names: &[&'static str]) -> Option<Suggestion> {
     let (rest, time) = match asked.split_once(',') {
         Some((rest, time)) => (rest, time.trim()),
@@ -76,10 +77,9 @@ fn nearest(asked: &str, names: &[&'static str]) -> Option<Suggestion> {
     Some(Suggestion::Word(format!("{name}{share}{time}")))
 }
 
-/// From this number on a share without a sign is one in per cent; a smaller one above 1 may as well be a voltage or a multiple.
+/// From this value on a number without a sign is a percentage; a smaller one above 1 may be a voltage or a multiple.
 const PER_CENT_FROM: f64 = 10.0;
 
-/// A share as a fraction of the supply.
 fn share_of(text: &str) -> Option<f64> {
     let value: f64 = text.trim_end_matches(['%', ' ']).parse().ok()?;
     let share = if text.ends_with('%') || value >= PER_CENT_FROM {

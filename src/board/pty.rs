@@ -1,7 +1,7 @@
-//! A pseudo-terminal pair: the serial line of the virtual board and of a replayed log.
+//! A pseudo-terminal pair: the serial line of a virtual board or a replayed log.
 //!
-//! The far end stays in raw mode from the start (no echo, no CR to LF), so nothing is changed on the
-//! way even before a program has opened it. The kernel holds some 20 kB; then a writer has to wait.
+//! The far end is in raw mode from the start (no echo, no CR to LF), so that bytes are not changed before a program
+//! has opened it. The kernel buffers some 20 kB; then a writer waits.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -18,7 +18,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
 use super::board_side::{BoardSide, Readiness};
 
-/// The near end of a pseudo-terminal: what is written here can be read by whoever opens [`Pty::path`].
+/// The near end of a pseudo-terminal; a program opens [`Pty::path`] as the far end.
 #[derive(Debug)]
 pub struct Pty {
     near: File,
@@ -26,7 +26,7 @@ pub struct Pty {
 }
 
 impl Pty {
-    /// Makes a pair; the far end is named [`Pty::path`].
+    /// Opens a pair with the far end at [`Pty::path`].
     pub fn open() -> io::Result<Self> {
         let near: OwnedFd = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
         grantpt(&near)?;
@@ -51,7 +51,7 @@ impl Pty {
         &self.path
     }
 
-    /// Bytes that the far end's program has not read yet; `None` if that cannot be seen.
+    /// Unread bytes of the far end; `None` if unknown.
     fn unread(&self) -> Option<u64> {
         let far = open_far(&self.path).ok()?;
         rustix::io::ioctl_fionread(&far).ok()
@@ -100,24 +100,24 @@ impl BoardSide for Pty {
     fn discard(&mut self) {
         let mut buffer = [0; 4096];
         while self.read_some(&mut buffer).is_ok_and(|count| count > 0) {}
-        // Best effort: what stays is dropped by the next reader as a partial frame.
+        // Best effort: leftovers are dropped by the next reader as a partial frame.
         let _ = rustix::termios::tcflush(&self.near, rustix::termios::QueueSelector::OFlush);
     }
 
-    /// Closing a pseudo-terminal drops what its reader has not read: gives a reader up to 0.3 s for
-    /// `outgoing` and for what is on the way already.
+    /// Closing a pseudo-terminal drops unread bytes: gives a reader up to 0.3 s for `outgoing` and for the bytes in
+    /// transit.
     fn let_it_drain(&mut self, outgoing: &mut Vec<u8>, connected: bool) -> io::Result<()> {
         let until = Instant::now() + Duration::from_millis(300);
         while connected && Instant::now() < until {
             let sent = self.write_some(outgoing)?;
             outgoing.drain(..sent);
             match self.unread() {
-                // The reader has it all, or is about to.
+                // The reader has read everything, or is about to.
                 Some(0) if outgoing.is_empty() => {
                     thread::sleep(Duration::from_millis(20));
                     break;
                 }
-                // Its lock keeps us from looking: a reader that lives needs no more than this.
+                // Its lock prevents the check: an active reader needs no more time than this.
                 None if outgoing.is_empty() => {
                     thread::sleep(Duration::from_millis(100));
                     break;
@@ -130,7 +130,7 @@ impl BoardSide for Pty {
     }
 }
 
-/// Opens the far end without making it this process's terminal.
+/// Opens the far end without making it this process's controlling terminal.
 fn open_far(path: &Path) -> io::Result<File> {
     OpenOptions::new()
         .read(true)
@@ -145,7 +145,7 @@ impl AsFd for Pty {
     }
 }
 
-/// Would block, or (`EIO`) nobody has the far end open.
+/// Would block, or (`EIO`) the far end is not open.
 fn would_block_or_closed(error: &io::Error) -> bool {
     matches!(
         error.kind(),

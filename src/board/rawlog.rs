@@ -1,4 +1,4 @@
-//! The raw log: every byte of a serial line with its arrival time, as text that people can read.
+//! The raw log: every byte of a serial line with its arrival time, as readable text.
 //!
 //! ```text
 //! # format = "motorlab-rawlog/1"
@@ -8,11 +8,11 @@
 //!     3127 < 0c 02 01 ff 40 00
 //! ```
 //!
-//! Leading lines that start with `#` are, with `# ` taken off, one TOML document. Every other line is
-//! an event: microseconds since the log began, `<` for bytes from the board or `>` for bytes to it, and
-//! the bytes: in hexadecimal, or in quotes with `\r`, `\n`, `\t`, `\"`, `\\` and `\xhh` where they are
-//! text. `!` in place of the arrow is a hang-up. A log whose writer died ends in a torn line, which the
-//! reader reports and leaves out.
+//! Leading lines that start with `#` are, without `# `, one TOML document. Every other line is an event: microseconds
+//! since the log began, `<` for bytes from the board or `>` for bytes to it, and the bytes: in hexadecimal, or in
+//! quotes with `\r`, `
+//! `, `\t`, `\"`, `\\` and `\xhh` for text. `!` in place of the arrow is a hang-up. An incomplete last line is
+//! reported and ignored.
 
 use std::io::{self, BufRead, Read, Write};
 
@@ -21,13 +21,13 @@ use crate::plain::one_line_table;
 /// Value of the `format` key.
 pub const FORMAT: &str = "motorlab-rawlog/1";
 
-/// Longest line that a reader takes in: a read of the serial port is at most 4096 bytes.
+/// Longest line accepted: a read of the serial port is at most 4096 bytes.
 const LONGEST_LINE: usize = 1 << 16;
 
-/// Longest header that a reader takes in, in bytes.
+/// Longest header accepted, in bytes.
 const LONGEST_HEADER: usize = 1 << 20;
 
-/// Latest time that a reader takes in, in microseconds: 285 years. Times can be added and subtracted.
+/// Latest time accepted, in microseconds: 285 years, so that times can be added and subtracted.
 const LATEST_US: u64 = 1 << 53;
 
 /// Event on the line.
@@ -37,7 +37,7 @@ pub enum Event {
     FromBoard(Vec<u8>),
     /// Bytes to the board.
     ToBoard(Vec<u8>),
-    /// The device went away.
+    /// The device was unplugged.
     HangUp,
 }
 
@@ -49,7 +49,7 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a log with `header` (TOML) at its top, `format` added, or instead of the one that it has.
+    /// Begins a log with `header` (TOML) and the key `format`.
     pub fn new(mut output: W, header: &toml::Table) -> io::Result<Self> {
         writeln!(output, "# format = \"{FORMAT}\"")?;
         let mut header = one_line_table(header);
@@ -74,12 +74,12 @@ impl<W: Write> Writer<W> {
         self.write(at_us, '>', bytes)
     }
 
-    /// Notes that the device went away.
+    /// Appends a hang-up.
     pub fn hang_up(&mut self, at_us: u64) -> io::Result<()> {
         writeln!(self.output, "{at_us:>10} !")
     }
 
-    /// Hands everything written so far to the operating system.
+    /// Flushes the log to the operating system.
     pub fn flush(&mut self) -> io::Result<()> {
         self.output.flush()
     }
@@ -134,10 +134,10 @@ pub enum ReadError {
     Io {
         /// Line, from 1.
         line: u64,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// It is something else.
+    /// Not a raw log.
     #[error(
         "this is no raw log: its first line should be `# format = \"{FORMAT}\"`, and is '{found}'\nhint: `motorlab capture PORT --log FILE` writes a raw log; a log of another program is read by motorlab import"
     )]
@@ -161,7 +161,7 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    /// The line that is to blame, from 1.
+    /// The line of the error, from 1.
     pub fn line(&self) -> Option<u64> {
         match self {
             Self::Io { line, .. } | Self::Line { line, .. } => Some(*line),
@@ -170,7 +170,7 @@ impl ReadError {
     }
 }
 
-/// Reads a raw log line by line; memory does not grow with the log.
+/// Reads a raw log line by line in constant memory.
 #[derive(Debug)]
 pub struct Reader<R: BufRead> {
     input: R,
@@ -233,7 +233,7 @@ impl<R: BufRead> Reader<R> {
         &self.header
     }
 
-    /// Whether the last line was torn off, as when the writer died.
+    /// Whether the last line was incomplete, as when the writer was killed.
     pub fn torn(&self) -> bool {
         self.torn
     }

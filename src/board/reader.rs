@@ -1,13 +1,12 @@
-//! The reader thread: one blocking read after the other, each stamped right after it returns.
+//! The reader thread: blocking reads, each with a time stamp on its return.
 //!
-//! Bytes go through a bounded channel to whoever awaits them. Nothing else happens on this thread, so
-//! neither a slow disk nor a blocked terminal makes it late; a consumer that stays away for longer than
-//! the channel holds makes it wait, the kernel's buffer fills, and the sequence numbers tell. The channel
-//! is bounded in reads and in bytes, so that memory stays the same however long a recording is and however
-//! far a device in a hurry (a virtual board, a replayed log) gets ahead.
+//! Bytes go through a bounded channel to the consumer. Nothing else runs on this thread, so that neither a slow disk
+//! nor a blocked terminal delays it; if the consumer is blocked for longer than the channel holds, the kernel's
+//! buffer fills, and gaps in the sequence numbers show the loss. The channel is bounded in reads and in bytes, so
+//! that memory is constant for long recordings and fast devices (a virtual board, a replayed log).
 //!
-//! Waking up costs more than what is done with a sample. Where samples carry their own time and come faster
-//! than arrivals need to be looked at, bytes are therefore left to gather in the kernel ([`LineReader::gather`]).
+//! Waking up costs more than processing a sample. Where samples have device times and arrive faster than they are
+//! needed, bytes are therefore left to accumulate in the kernel ([`LineReader::gather`]).
 
 use std::io::{self, Read};
 use std::sync::Arc;
@@ -23,32 +22,30 @@ use crate::platform::time::Instant;
 #[cfg(target_family = "wasm")]
 use crate::platform::time::{sleep, spawn};
 
-/// Reads that may wait in the channel: at 333 samples/s some 24 s.
+/// Capacity of the channel in reads: some 24 s at 333 samples/s.
 const CHANNEL_READS: usize = 8192;
 
-/// Bytes that may wait in the channel, one read more at most: at 115200 baud some 22 s.
+/// Capacity of the channel in bytes, plus one read: some 22 s at 115200 baud.
 const CHANNEL_BYTES: usize = 256 * 1024;
 
-/// Most bytes of one read.
+/// Size of one read in bytes.
 const READ_BYTES: usize = 4096;
 
-/// How long a reader waits before it looks again whether the channel has room for its bytes.
+/// How long a reader waits before it checks again for room in the channel.
 const ROOM: Duration = Duration::from_millis(1);
 
-/// Longest that bytes gather in the kernel before they are read: two fifths of the 50 ms that a death may
-/// cost.
+/// Longest time that bytes accumulate in the kernel: two fifths of the 50 ms that a crash may lose.
 pub const LONGEST_GATHER: Duration = Duration::from_millis(20);
 
-/// How long they gather at first.
+/// Initial accumulation time.
 const FIRST_GATHER: Duration = Duration::from_millis(1);
 
-/// A line that brings so many bytes in one read has no time to gather: a quarter of what a Linux terminal
-/// holds (4096).
+/// A read of this many bytes leaves no time to accumulate: a quarter of a Linux terminal's buffer (4096).
 const CROWDED_BYTES: usize = 1024;
 
-/// How long the bytes of samples that come every `sample_time` over a line of `baud` (10 bits a byte) may
-/// gather: [`LONGEST_GATHER`], or until a quarter of the kernel's buffer is full; not at all where fewer than
-/// two would come together.
+/// How long bytes may accumulate for samples every `sample_time` over a line of `baud` (10 bits a byte):
+/// [`LONGEST_GATHER`], or until a quarter of the kernel's buffer is full; 0 if fewer than two samples would
+/// accumulate.
 pub fn longest_gather(baud: u32, sample_time: Duration) -> Duration {
     if 2 * sample_time > LONGEST_GATHER {
         return Duration::ZERO;
@@ -60,19 +57,19 @@ pub fn longest_gather(baud: u32, sample_time: Duration) -> Duration {
 /// Bytes from the line.
 #[derive(Debug)]
 pub enum Arrival {
-    /// Bytes, and when the read that gave them returned.
+    /// Bytes with the time at which the read returned.
     Bytes {
         /// Monotonic time since the reader's origin.
         host_us: u64,
         /// The bytes.
         bytes: Box<[u8]>,
     },
-    /// The device went away; nothing follows.
+    /// The device was unplugged; the last arrival.
     HungUp {
         /// Monotonic time since the reader's origin.
         host_us: u64,
     },
-    /// Reading failed; nothing follows.
+    /// Reading failed; the last arrival.
     Failed(io::Error),
 }
 
@@ -83,7 +80,7 @@ pub struct LineReader {
     /// Bytes in the channel.
     waiting: Arc<AtomicUsize>,
     stop: Arc<AtomicBool>,
-    /// How long bytes gather before they are read, in microseconds.
+    /// Accumulation time in microseconds.
     gather_us: Arc<AtomicU64>,
     thread: Option<JoinHandle<()>>,
     origin: Instant,
@@ -116,8 +113,8 @@ impl LineReader {
         Ok(reader)
     }
 
-    /// Starts reading `port`, whose reads should time out now and then. A read of 0 bytes or
-    /// `BrokenPipe` means that the device is gone. Times count from `origin`.
+    /// Starts reading `port`, whose reads must have a timeout. A read of 0 bytes or `BrokenPipe` means that the
+    /// device is gone. Times are relative to `origin`.
     #[cfg(not(target_family = "wasm"))]
     pub fn spawn(port: impl Read + Send + 'static, origin: Instant) -> io::Result<Self> {
         let (reading, mut reader) = Self::unread(origin);
@@ -128,7 +125,7 @@ impl LineReader {
         Ok(reader)
     }
 
-    /// Both ends, before anything is read.
+    /// Both ends, before the first read.
     fn unread(origin: Instant) -> (Reading, Self) {
         let (sender, arrivals) = mpsc::channel(CHANNEL_READS);
         let reader = Self {
@@ -149,9 +146,9 @@ impl LineReader {
         (reading, reader)
     }
 
-    /// From now on leaves bytes to gather for so long after each read before the next one; not at all with
-    /// [`Duration::ZERO`], as at the beginning. It takes some reads to get there, and a read that brings much
-    /// ends it for the next ones: what gathers must never be more than the kernel holds.
+    /// From now on lets bytes accumulate for this time after each read; not at all with [`Duration::ZERO`], as
+    /// initially. The time is increased over several reads, and a large read ends it for the next ones, so that the
+    /// bytes never exceed the kernel's buffer.
     pub fn gather(&self, longest: Duration) {
         let us = longest.min(LONGEST_GATHER).as_micros() as u64;
         self.gather_us.store(us, Ordering::Relaxed);
@@ -163,13 +160,13 @@ impl LineReader {
         Some(self.taken(arrival))
     }
 
-    /// The next arrival if it is there already.
+    /// The next arrival, without waiting.
     pub fn try_next(&mut self) -> Option<Arrival> {
         let arrival = self.arrivals.try_recv().ok()?;
         Some(self.taken(arrival))
     }
 
-    /// Makes room in the channel for as many bytes.
+    /// Frees the arrival's bytes in the channel.
     fn taken(&self, arrival: Arrival) -> Arrival {
         if let Arrival::Bytes { bytes, .. } = &arrival {
             self.waiting.fetch_sub(bytes.len(), Ordering::Relaxed);
@@ -187,7 +184,7 @@ impl Drop for LineReader {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         self.arrivals.close();
-        // The port is free again once the thread has ended, a read's patience later at most.
+        // The port is free once the thread has ended, after one read timeout at most.
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
@@ -223,8 +220,8 @@ impl Reading {
             if self.sender.blocking_send(arrival).is_err() || last {
                 return;
             }
-            // Gathered bytes are read at once, later ones as they arrive, each with its time: the clocks
-            // are compared by that.
+            // Accumulated bytes are read at once, later ones as they arrive, each with its time: the clocks are
+            // compared by these.
             gathered = !gathered && !pause.is_zero();
             if gathered {
                 thread::sleep(pause);
@@ -232,7 +229,7 @@ impl Reading {
         }
     }
 
-    /// One read, and whether nothing follows; `None` where nothing came.
+    /// One read, and whether it is the last; `None` without bytes.
     fn read(&self, port: &mut impl Read, buffer: &mut [u8]) -> Option<(Arrival, bool)> {
         let read = port.read(buffer);
         let host_us = self.origin.elapsed().as_micros() as u64;
@@ -253,7 +250,7 @@ impl Reading {
         })
     }
 
-    /// How long bytes gather after a read of `count` bytes, if the last time it was `before`.
+    /// Accumulation time after a read of `count` bytes, given the previous one.
     fn next_pause(&self, before: Duration, count: usize) -> Duration {
         let longest = Duration::from_micros(self.gather_us.load(Ordering::Relaxed));
         if count >= CROWDED_BYTES {
@@ -268,7 +265,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// A device that is gone: every read gives 0 bytes at once.
+    /// A device that is gone: every read returns 0 bytes.
     struct Gone(Arc<AtomicUsize>);
 
     impl Read for Gone {
@@ -289,7 +286,7 @@ mod tests {
         assert_eq!(reads.load(Ordering::Relaxed), 1);
     }
 
-    /// A device in a hurry: it always has something to say, and counts how much it has said.
+    /// A device that always has bytes, and counts them.
     struct Endless(Arc<AtomicUsize>);
 
     impl Read for Endless {
@@ -305,13 +302,13 @@ mod tests {
         let port = Endless(Arc::clone(&said));
         let mut reader = LineReader::spawn(port, Instant::now()).expect("a thread");
         let mut taken = 0;
-        // Twice what the channel holds, so that it has been full and has made room again.
+        // Twice the capacity of the channel, so that it was full and emptied again.
         while taken < 2 * CHANNEL_BYTES {
             let Some(Arrival::Bytes { bytes, .. }) = reader.next().await else {
                 panic!("it never ends");
             };
             taken += bytes.len();
-            // One read is on its way, and one may have been asked for before the room was gone.
+            // One read is in transit, and one may have begun before the channel was full.
             let ahead = said.load(Ordering::Relaxed) - taken;
             assert!(ahead <= CHANNEL_BYTES + 2 * READ_BYTES, "{ahead}");
             if taken == READ_BYTES {
@@ -349,7 +346,7 @@ mod tests {
             assert!(bytes <= 1024.0, "{baud}: {bytes}");
         }
         assert_eq!(longest_gather(115_200, every), LONGEST_GATHER);
-        // Samples that come one at a time in any case are read as they come.
+        // Samples that arrive one at a time are read as they arrive.
         assert_eq!(
             longest_gather(115_200, Duration::from_millis(30)),
             Duration::ZERO

@@ -1,8 +1,8 @@
-//! A raw log as a virtual serial device: whatever opens it sees the board that was recorded.
+//! A raw log as a virtual serial device with the behaviour of the recorded board.
 //!
-//! It answers the handshake itself, so that it does not matter how the host splits its messages, and
-//! refuses another sample time than the recorded one. From START on it plays the log's bytes, at their
-//! times or faster. A log without a HELLO (a sketch that prints text) is played from the opening on.
+//! It responds to the handshake itself, independent of how the host splits its messages, and refuses a sample time
+//! that differs from the recorded one. From START on it plays the log's bytes, at their times or faster. A log
+//! without a HELLO (a sketch that prints text) is played from the opening on.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,16 +19,16 @@ use super::board_side::BoardSide;
 use super::pty::Pty;
 use super::rawlog::Event;
 
-/// Longest wait in one turn: how late a stopped device notices.
+/// Longest wait in one turn, and so the delay with which a stopped device ends.
 const TURN: Duration = Duration::from_millis(20);
 
-/// Events of a log for a device that plays it.
+/// Events of a log for playback.
 #[derive(Debug, Clone, Default)]
 struct Script {
-    /// The frame that says who the board is.
+    /// The HELLO frame.
     hello: Option<Vec<u8>>,
     sample_time_us: Option<u32>,
-    /// Bytes of the board from START's answer on, with microseconds from there.
+    /// Bytes of the board from the response to START on, with microseconds from there.
     played: Vec<(u64, Vec<u8>)>,
     hangs_up: bool,
 }
@@ -95,7 +95,7 @@ pub struct ReplayedDevice {
 }
 
 impl ReplayedDevice {
-    /// Plugs in a device that plays `events`, `faster` times as fast; `None` is as fast as it is read.
+    /// Plugs in a device that plays `events`, `faster` times as fast; `None` is as fast as they are read.
     pub fn spawn(events: &[(u64, Event)], faster: Option<f64>) -> io::Result<Self> {
         let pty = Pty::open()?;
         let path = pty.path().to_owned();
@@ -129,7 +129,7 @@ impl ReplayedDevice {
         &self.path
     }
 
-    /// Whether the log came to its hang-up.
+    /// Whether the log has reached its hang-up.
     pub fn is_gone(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
@@ -151,7 +151,7 @@ struct Playback {
     outgoing: Vec<u8>,
     decoder: FrameDecoder,
     connected: bool,
-    /// When playing began, and the index of the next event.
+    /// Start of playback, and the index of the next event.
     playing: Option<(Instant, usize)>,
     over: bool,
 }
@@ -260,7 +260,7 @@ impl Playback {
             HostMessage::Profile { .. } => ack(0),
             HostMessage::Chunk(chunk) => ack(chunk.first + chunk.segments().len() as u16),
             HostMessage::Start { .. } => {
-                // The answer to START is in the log.
+                // The response to START is in the log.
                 self.playing.get_or_insert((Instant::now(), 0));
                 return;
             }

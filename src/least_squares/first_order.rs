@@ -1,14 +1,15 @@
 //! The first-order motor in closed form.
 //!
-//! `T w' + w = K (u - F sgn w)` while the shaft turns; at rest it stays where `|u| <= F`, and turns the way of `u` else.
-//! `K` is the gain in rad/s per unit of the command, `T` the time constant in s, `F` Coulomb friction in units of the
-//! command: volts of a voltage-driven motor. With a command that holds between samples
+//! `T w' + w = K (u - F sgn w)` while the shaft turns; at rest it stays for `|u| <= F`, and else turns in the
+//! direction of `u`. `K` is the gain in rad/s per unit of the command, `T` the time constant in s, `F` Coulomb
+//! friction in units of the command: volts for a voltage-driven motor. With a command that is constant between
+//! samples
 //!
 //! `w(t) = w_e + (w_0 - w_e) exp(-t/T)`, `theta(t) = w_e t + (w_0 - w_e) T (1 - exp(-t/T))`, `w_e = K (u - F sgn w)`,
 //!
-//! and the shaft comes to rest at `t = T ln(1 - w_0/w_e)` where `w_e` points the other way. Everything is in proportion to
-//! `K`, so that a motion is computed once for all gains. Source: the lab handout's motor without inductance; the step
-//! response is any textbook's on control (Ogata, Modern Control Engineering, first-order systems).
+//! and the shaft comes to rest at `t = T ln(1 - w_0/w_e)` if `w_e` has the opposite sign. The solution is
+//! proportional to `K`, so that it is computed once for all gains. Source: the lab handout's motor without
+//! inductance; for the step response any control textbook (Ogata, Modern Control Engineering, first-order systems).
 
 /// Parameters of a first-order motor besides its gain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,7 +20,7 @@ pub struct FirstOrder {
     pub friction: f64,
 }
 
-/// Speed and angle for a gain of one: in units of the command, and in those times s.
+/// Speed and angle for a gain of one: in units of the command, and that times s.
 #[derive(Debug, Clone, Copy, Default)]
 struct State {
     speed: f64,
@@ -27,7 +28,7 @@ struct State {
 }
 
 impl FirstOrder {
-    /// The angle at each sample for a gain of one, from the first sample on; `start` is the speed there.
+    /// The angle at each sample for a gain of one, relative to the first sample; `start` is the initial speed.
     pub fn angles(&self, t_s: &[f64], command: &[f64], start: f64) -> Vec<f64> {
         let mut state = State {
             speed: start,
@@ -42,10 +43,10 @@ impl FirstOrder {
         angles
     }
 
-    /// One step with a command that holds.
+    /// One step with a constant command.
     fn advance(&self, state: &mut State, command: f64, span_s: f64) {
         let mut left_s = span_s;
-        // At most to rest, and away from it: then the command drives the way that the shaft turns.
+        // At most to rest and away from it, after which the command drives in the direction of motion.
         for _ in 0..2 {
             let direction = if state.speed != 0.0 {
                 state.speed.signum()
@@ -83,7 +84,7 @@ impl FirstOrder {
 mod tests {
     use super::*;
 
-    /// A motor whose numbers make the textbook's formulas short.
+    /// A motor with simple values in the closed form.
     const MOTOR: FirstOrder = FirstOrder {
         time_constant_s: 0.5,
         friction: 1.0,
@@ -99,7 +100,8 @@ mod tests {
         }
     }
 
-    /// Switched off at speed 2: `w = -1 + 3 exp(-t/T)` is 0 at `T ln 3`, where `theta = T (2 - ln 3)`; there it stays.
+    /// Switched off at speed 2: `w = -1 + 3 exp(-t/T)` is 0 at `T ln 3`, where `theta = T (2 - ln 3)`; it stays
+    /// there.
     #[test]
     fn friction_brings_it_to_rest_within_a_step_and_holds_it() {
         let angles = MOTOR.angles(&[0.0, 1.0, 2.0], &[0.0, 0.9, 0.0], 2.0);
@@ -108,7 +110,7 @@ mod tests {
         assert_eq!(angles[1], angles[2]);
     }
 
-    /// Reversed at speed 2 by a command of -3: to rest at `T ln(1 + 2/4)`, then a step of -2 the other way.
+    /// Reversed at speed 2 by a command of -3: to rest at `T ln(1 + 2/4)`, then a step of -2.
     #[test]
     fn a_reversal_passes_through_rest() {
         let angles = MOTOR.angles(&[0.0, 1.0], &[-3.0, 0.0], 2.0);

@@ -1,9 +1,9 @@
-//! The plain least-squares fit of a first-order motor to recordings: position error in counts, open loop from the start
-//! of each run.
+//! Least-squares fit of a first-order motor to recordings: position error in counts, open loop from the start of each
+//! run.
 //!
-//! [`fit_runs`] is the whole of it for runs as they were read; [`plain_fit`] takes columns. It knows no noise, no priors and no
-//! effects, and lies below the diagnosis, which begins from it. `tests/diagnosis/plain_fit.rs` compares it with SciPy's `least_squares` on 200
-//! drawn motors and on real steps.
+//! [`fit_runs`] takes runs, [`plain_fit`] columns. It has no noise model, no priors and no effects; the diagnosis
+//! starts from its result. `tests/diagnosis/plain_fit.rs` compares it with SciPy's `least_squares` on 200 drawn
+//! motors and on real steps.
 
 mod first_order;
 mod motor;
@@ -20,10 +20,11 @@ pub use start::{Start, start_of};
 
 use crate::recording::Run;
 
-/// The least-squares first-order motor of these runs, which are of one axis; `starts` are motors to begin from beside the
-/// fit's own, none of which leaves less. Each run begins at rest or in motion, whichever its first samples show. Known differences between the runs are neglected.
+/// The least-squares first-order motor of these runs of one axis. `starts` are further initial values; the result is
+/// at least as good as each of them. Each run begins at rest or in motion, as its first samples show. Known
+/// differences between the runs are neglected.
 ///
-/// `None` where nothing turns, or only against the command.
+/// `None` if nothing turns, or only against the command.
 ///
 /// ```
 /// use motorlab::least_squares::fit_runs;

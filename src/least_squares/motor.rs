@@ -1,7 +1,7 @@
-//! The first-order motor as a motor file has it, and back.
+//! Conversion between the first-order motor and a motor file.
 //!
-//! With `k` the torque per unit of the command (`Kt/R` of a voltage-driven axis) and `Kb` only where a voltage drives it:
-//! `K = 1 / (Kb + b/k)`, `T = K J / k`, `F = Tf / k`.
+//! With `k` the torque per unit of the command (`Kt/R` for a voltage-driven axis) and `Kb` for a voltage command
+//! only: `K = 1 / (Kb + b/k)`, `T = K J / k`, `F = Tf / k`.
 
 use super::FirstOrder;
 use crate::motor::{CommandKind, Motor};
@@ -16,7 +16,7 @@ pub struct FirstOrderMotor {
 }
 
 impl FirstOrderMotor {
-    /// A motor file's motor without its inductance; `None` of one without any damping.
+    /// The motor of a motor file without inductance; `None` without damping.
     pub fn of(motor: &Motor, kind: CommandKind) -> Option<Self> {
         let p = &motor.parameters;
         let torque = torque_per_command(motor, kind);
@@ -33,7 +33,8 @@ impl FirstOrderMotor {
         is_number.then_some(Self { gain, shape })
     }
 
-    /// The given motor with this gain, time constant and friction, and without inductance. Parameters that are not identifiable (`R`, `Kt`, and of a voltage-driven motor `b`) stay.
+    /// The given motor with this gain, time constant and friction, and without inductance. Unidentifiable parameters
+    /// (`R`, `Kt`, and `b` of a voltage-driven motor) are kept.
     pub fn in_place_of(&self, given: &Motor, kind: CommandKind) -> Motor {
         let Self { gain, shape } = *self;
         let torque = torque_per_command(given, kind);
@@ -54,7 +55,7 @@ impl FirstOrderMotor {
     }
 }
 
-/// From what is commanded to a torque, in N m per unit of the command.
+/// Torque per unit of the command in N m.
 fn torque_per_command(motor: &Motor, kind: CommandKind) -> f64 {
     let p = &motor.parameters;
     match kind {

@@ -1,41 +1,43 @@
-//! The plain least-squares fit of a first-order motor (`first_order.rs`) to recorded counts.
+//! Least-squares fit of a first-order motor (`first_order.rs`) to recorded counts.
 //!
-//! Minimised is `sum over samples (n - x(K, T, F) - o)^2` in counts^2: open loop from the first sample, `o` one number a run,
-//! where inside a count the shaft started. No weights, no priors. The gain is linear, so that it follows from each time
-//! constant and friction (variable projection: Golub and Pereyra 1973). These two come from a grid over all that is plausible,
-//! from the starts that are handed in, and from each of them without friction; the best are polished by Levenberg's and
-//! Marquardt's steps. A resting shaft has no derivative by its friction, so that a scan along it comes in between.
-//! `tests/diagnosis/plain_fit.rs` compares with SciPy's `least_squares` on drawn and real steps.
+//! Minimizes `sum over samples (n - x(K, T, F) - o)^2` in counts^2: open loop from the first sample, with one offset
+//! `o` per run for the initial fraction of a count. No weights, no priors. The gain is linear and eliminated
+//! (variable projection: Golub and Pereyra 1973). Time constant and friction start from a grid over the plausible
+//! range, from the given starts, and from each of these without friction; the best are refined by
+//! Levenberg-Marquardt. The derivative by the friction vanishes for a resting shaft, so that a line search along it
+//! alternates with the steps. `tests/diagnosis/plain_fit.rs` compares with SciPy's `least_squares` on drawn and real
+//! steps.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::record::{Record, Records};
 use super::{FirstOrder, FirstOrderMotor};
 
-/// Time constants of the grid, evenly spaced in logarithm: a factor of 1.6 between them over the 5 decades that a recording spans
-/// at most, so that each basin of the error has one.
+/// Time constants of the grid, logarithmically spaced: a factor of 1.6 over at most 5 decades, so that each basin of
+/// the error contains one.
 const TIME_CONSTANTS: usize = 14;
-/// The shortest of them as a share of the sample time: what is shorter is over before the next sample.
+/// The shortest one as a share of the sample time: shorter ones have settled before the next sample.
 const SHORTEST: f64 = 0.1;
-/// Frictions of the grid as shares of the largest command; a motor with more hardly turns.
+/// Frictions of the grid as shares of the largest command; with more a motor hardly turns.
 const FRICTIONS: [f64; 8] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.7];
-/// Starts that are polished.
+/// Starts that are refined.
 const POLISHED: usize = 4;
-/// Most steps of a polish, and the relative gain that ends it.
+/// Most steps of a refinement, and the relative gain that ends it.
 const STEPS: usize = 40;
 const SETTLED: f64 = 1e-9;
-/// Relative step of a difference: half of the digits.
+/// Relative step of a finite difference: half of the digits.
 const DIFFERENCE: f64 = 1e-6;
-/// Frictions that differ by less than this share of the largest command are one: step of the last scan along it.
+/// Resolution of the line search along the friction, as a share of the largest command.
 const FRICTION_STEP: f64 = 0.01;
-/// A fit that leaves less by a smaller share than this is not better: then the one with less friction is taken, the simpler one.
+/// Fits whose errors differ by less than this share are equal, and the one with less friction is taken.
 const SAME: f64 = 1e-3;
-/// Friction that is not absent, as a share of the largest command: a tenth of what the best of small gear motors have.
+/// Least friction that is not absent, as a share of the largest command: a tenth of that of the best small gear
+/// motors.
 const LEAST_FRICTION: f64 = 1e-3;
-/// By so small a share more the runs do not mind.
+/// Largest relative increase of the error that the runs do not resolve.
 const NOT_MINDED: f64 = 0.01;
 
-/// A first-order motor and what it leaves.
+/// A fitted first-order motor and its error.
 #[derive(Debug, Clone, Copy)]
 pub struct PlainFit {
     /// The motor.
@@ -44,8 +46,8 @@ pub struct PlainFit {
     pub left_counts: f64,
 }
 
-/// The least-squares fit to these runs; `starts` are motors to begin from beside the grid's, none of which leaves less.
-/// `None` where nothing turns, or only against the command.
+/// The least-squares fit to these runs; `starts` are further initial values. `None` if nothing turns, or only against
+/// the command.
 pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<PlainFit> {
     let all = Records(records);
     let largest_command = all.largest_command();
@@ -69,7 +71,7 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
     }
     found.sort_by(|a, b| a.left_counts.total_cmp(&b.left_counts));
     found.truncate(POLISHED);
-    // The simplest is a start whatever it leaves.
+    // The simplest one is always a start.
     let simplest = found.first().and_then(|best| {
         let FirstOrderMotor { gain, shape } = best.motor;
         all.with_gain(gain, without_friction(shape))
@@ -86,7 +88,8 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
         let friction = |fit: &PlainFit| fit.motor.shape.friction;
         friction(a).total_cmp(&friction(b))
     })?;
-    // Friction that came out as nothing is small, not absent, where the runs do not determine it: other parameters are shares of it.
+    // Where the runs do not determine friction, an estimate of 0 becomes a small value, because other parameters are
+    // relative to it.
     let FirstOrderMotor { gain, shape } = best.motor;
     let friction = shape.friction.max(LEAST_FRICTION * largest_command);
     let rubs = all.with_gain(gain, FirstOrder { friction, ..shape });
@@ -94,7 +97,6 @@ pub fn plain_fit(records: &[Record<'_>], starts: &[FirstOrderMotor]) -> Option<P
         .or(Some(best))
 }
 
-/// Residual of the best of these.
 fn least(fits: &[PlainFit]) -> f64 {
     let left = fits.iter().map(|fit| fit.left_counts);
     left.fold(f64::INFINITY, f64::min)
@@ -108,7 +110,7 @@ fn without_friction(shape: FirstOrder) -> FirstOrder {
 }
 
 impl Records<'_> {
-    /// From what is over before the next sample to what lasts as long as the longest run, in s.
+    /// Range of time constants in s: from settled before the next sample to the length of the longest run.
     fn span_of_time_constants(&self) -> [f64; 2] {
         let (step_s, longest_s) = self.step_and_length_s().unwrap_or((1.0, 1.0));
         let shortest_s = SHORTEST * step_s;
@@ -121,8 +123,8 @@ impl Records<'_> {
         (0..TIME_CONSTANTS).map(move |k| shortest * (ratio * k as f64).exp())
     }
 
-    /// The fit with the gain that suits this shape best; `None` where it would turn against the command. The speed at the first
-    /// sample is in proportion to the gain `guess`, then to what came of it.
+    /// The fit with the best gain for this shape; `None` if it turns against the command. The initial speed is
+    /// proportional to the gain `guess`, then to the result.
     fn with_gain(&self, guess: f64, shape: FirstOrder) -> Option<PlainFit> {
         let once = self.best_gain(guess, shape)?;
         let in_motion = self.0.iter().any(|run| run.start_rad_s != 0.0);
@@ -134,7 +136,7 @@ impl Records<'_> {
         self.left_by(FirstOrderMotor { gain, shape })
     }
 
-    /// Residual of a motor; `None` if it is not finite.
+    /// The error of a motor; `None` if it is not finite.
     fn left_by(&self, motor: FirstOrderMotor) -> Option<PlainFit> {
         let residuals = self.residuals(motor.gain, motor.shape);
         let squares: f64 = residuals.iter().map(|r| r * r).sum();
@@ -144,7 +146,7 @@ impl Records<'_> {
             .then_some(PlainFit { motor, left_counts })
     }
 
-    /// Levenberg's and Marquardt's steps, then a scan along the friction, until neither gains.
+    /// Alternates Levenberg-Marquardt steps and the line search along the friction until neither improves the fit.
     fn polished(&self, start: PlainFit, largest_command: f64) -> PlainFit {
         let mut best = self.descended(start, largest_command);
         loop {
@@ -167,7 +169,8 @@ impl Records<'_> {
         }
     }
 
-    /// Damped least squares over the logarithms of gain and time constant, and the friction as a share of the largest command.
+    /// Damped least squares over the logarithms of gain and time constant, and the friction relative to the largest
+    /// command.
     fn descended(&self, start: PlainFit, largest_command: f64) -> PlainFit {
         let unit = largest_command.max(f64::MIN_POSITIVE);
         let [shortest, longest] = self.span_of_time_constants();

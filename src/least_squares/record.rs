@@ -1,26 +1,26 @@
-//! A recording as the fit needs it, and what a first-order motor leaves of several.
+//! A recording as input of the fit, and the residuals of a first-order motor over several.
 
 use std::borrow::Cow;
 
 use super::{FirstOrder, start_of};
 use crate::recording::Run;
 
-/// A run as the fit needs it.
+/// Columns of a run for the fit.
 #[derive(Debug, Clone, Copy)]
 pub struct Record<'a> {
     /// Sample times in s.
     pub t_s: &'a [f64],
     /// Drive of the axis from each sample to the next.
     pub command: &'a [f64],
-    /// Counts from the first sample, plus half a count of rounding ([`counts_from_first`]).
+    /// Counts relative to the first sample, plus half a count of quantization ([`counts_from_first`]).
     pub counts: &'a [f64],
-    /// Counts in a radian.
+    /// Counts per radian.
     pub counts_per_rad: f64,
     /// Speed at the first sample in rad/s.
     pub start_rad_s: f64,
 }
 
-/// Counts from the first sample of a run, plus half a count of rounding.
+/// Counts relative to the first sample of a run, plus half a count of quantization.
 pub fn counts_from_first(run: &Run) -> Vec<f64> {
     let first = i128::from(run.counts.first().copied().unwrap_or(0));
     let counted = run.counts.iter();
@@ -29,10 +29,9 @@ pub fn counts_from_first(run: &Run) -> Vec<f64> {
         .collect()
 }
 
-/// Command and counts of a run.
 pub(crate) type Columns<'a> = (Cow<'a, [f64]>, Vec<f64>);
 
-/// Command and counts of each run, to make [`records`] of.
+/// Command and counts of each run, input of [`records`].
 pub(crate) fn columns(runs: &[Run]) -> Vec<Columns<'_>> {
     let columns = runs.iter();
     columns
@@ -40,7 +39,7 @@ pub(crate) fn columns(runs: &[Run]) -> Vec<Columns<'_>> {
         .collect()
 }
 
-/// The runs as the fit needs them, each beginning at rest or in motion, whichever its first samples show.
+/// The runs as input of the fit, each beginning at rest or in motion, as its first samples show.
 pub(crate) fn records<'a>(runs: &'a [Run], columns: &'a [Columns<'a>]) -> Vec<Record<'a>> {
     (runs.iter().zip(columns))
         .map(|(run, (command, counts))| {
@@ -67,7 +66,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The same, beginning with this speed.
+    /// The same with this initial speed.
     #[must_use]
     pub fn starting(self, speed_counts_s: f64) -> Self {
         Self {
@@ -76,7 +75,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Simulated counts from the first sample on, not rounded.
+    /// Simulated counts relative to the first sample, not quantized.
     pub(super) fn counts_for(&self, gain: f64, shape: FirstOrder) -> Vec<f64> {
         let mut angles = shape.angles(self.t_s, self.command, self.start_rad_s / gain);
         for angle in &mut angles {
@@ -86,17 +85,16 @@ impl<'a> Record<'a> {
     }
 }
 
-/// Several of them, fitted together.
 pub(super) struct Records<'a>(pub(super) &'a [Record<'a>]);
 
 impl Records<'_> {
-    /// Size of the largest command.
+    /// Largest absolute command.
     pub(super) fn largest_command(&self) -> f64 {
         let commands = self.0.iter().flat_map(|run| run.command);
         commands.fold(0.0, |most, u| f64::max(most, u.abs()))
     }
 
-    /// The shortest mean step and the longest run, in s; `None` where no time passes.
+    /// The shortest mean sample time and the longest run, in s; `None` if no time passes.
     pub(super) fn step_and_length_s(&self) -> Option<(f64, f64)> {
         let ends = self.0.iter().filter_map(|run| {
             let last = run.t_s.last()? - run.t_s.first()?;
@@ -105,8 +103,8 @@ impl Records<'_> {
         ends.reduce(|(step, length), (a, b)| (step.min(a), length.max(b)))
     }
 
-    /// The gain that suits this shape best; `None` where it would turn against the command. The speed at the first sample is
-    /// in proportion to the gain `guess`.
+    /// The best gain for this shape; `None` if it turns against the command. The initial speed is proportional to the
+    /// gain `guess`.
     pub(super) fn best_gain(&self, guess: f64, shape: FirstOrder) -> Option<f64> {
         let (mut with, mut square) = (0.0, 0.0);
         for run in self.0 {
@@ -122,12 +120,12 @@ impl Records<'_> {
         (gain.is_finite() && gain > 0.0).then_some(gain)
     }
 
-    /// Recorded less simulated counts of all runs end to end.
+    /// Recorded minus simulated counts of all runs, concatenated.
     pub(super) fn residuals(&self, gain: f64, shape: FirstOrder) -> Vec<f64> {
         let of_run = |run: &Record<'_>| {
             let angles = run.counts_for(gain, shape);
             let raw: Vec<f64> = run.counts.iter().zip(&angles).map(|(n, x)| n - x).collect();
-            // Where inside a count the shaft started: half a count of rounding is added.
+            // Initial fraction of a count, including half a count of quantization.
             let start = mean(&raw).clamp(0.0, 1.0);
             raw.into_iter().map(move |r| r - start)
         };

@@ -1,43 +1,43 @@
-//! Whether a recording begins at rest or in motion, and how fast.
+//! Initial speed of a recording: at rest or in motion.
 //!
-//! A parabola through the first samples gives the speed at the first of them. A motor that is nearly up to speed before the
-//! second sample bends otherwise: its first step is shorter than the others, which are even, and the parabola takes that for a
-//! start in motion. So where the parabola says motion, the step from rest of a first-order motor is fitted to the same samples,
+//! A parabola through the first samples gives the speed at the first of them. A motor with a short time constant has
+//! a short first interval and equal ones after it, which the parabola takes for initial motion. If the parabola shows
+//! motion, the step response of a first-order motor from rest is therefore fitted to the same samples,
 //!
 //! `n(t) = o + v (t - T (1 - exp(-t/T)))`,
 //!
-//! and rest stands where it leaves clearly less than the parabola, with as many numbers. A shaft that turns evenly from the
-//! first sample on shows no lag, and was turning before.
+//! and rest is accepted if its residual is clearly smaller, with as many coefficients. Steady motion from the first
+//! sample on has no lag, and was motion before it.
 
 use nalgebra::{Matrix3, Vector3};
 
 use super::Record;
 use crate::units::ROUNDING_VARIANCE as ROUNDING;
 
-/// Samples that tell the speed at the first of them.
+/// Samples from which the initial speed is estimated.
 const START_SAMPLES: usize = 6;
-/// A shaft that has this share of its mean speed over them at the first was turning before.
+/// Least initial speed of a shaft in motion, as a share of the mean speed of these samples.
 const TURNING: f64 = 0.3;
-/// Uncertainty of that speed beside what rounding makes, as a share.
+/// Relative uncertainty of that speed in addition to quantization.
 const START_SHARE: f64 = 0.05;
-/// Samples that tell a step from rest from a parabola: one that bends within the first six is even in the second six.
+/// Samples that distinguish a step response from a parabola: a lag within the first six is gone in the second six.
 const BENT_SAMPLES: usize = 12;
-/// How much less rest has to leave, in variances of a sample: three standard deviations.
+/// Least reduction of the residual by rest, in variances of a sample: three standard deviations.
 const CLEARLY: f64 = 9.0;
-/// Time constants that are tried, in mean steps between the samples: what is shorter is over before the second, and of what
-/// is longer the parabola is right. A tenth lies between two of them.
+/// Grid of time constants in mean sample times: shorter ones settle before the second sample, and for longer ones the
+/// parabola is right. Neighbours differ by a tenth.
 const TIME_CONSTANTS: (f64, f64, usize) = (0.1, 10.0, 48);
 
-/// How a recording begins.
+/// Initial state of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Start {
-    /// Speed at the first sample in counts/s; 0 from rest.
+    /// Initial speed in counts/s; 0 from rest.
     pub speed_counts_s: f64,
     /// Its variance in (counts/s)^2; 0 from rest.
     pub variance: f64,
 }
 
-/// How a recording begins: at rest, where it may have.
+/// Initial state of a recording: rest, if it is consistent.
 pub fn start_of(record: &Record<'_>) -> Start {
     let n = START_SAMPLES.min(record.counts.len());
     let (moving, _) = by_parabola(&record.t_s[..n], &record.counts[..n]);
@@ -46,7 +46,7 @@ pub fn start_of(record: &Record<'_>) -> Start {
     }
     let n = BENT_SAMPLES.min(record.counts.len());
     let (t_s, counts) = (&record.t_s[..n], &record.counts[..n]);
-    // A step is one level.
+    // A step has a constant command.
     let steps = record.command[..n]
         .windows(2)
         .all(|pair| pair[0] == pair[1]);
@@ -61,7 +61,7 @@ pub fn start_of(record: &Record<'_>) -> Start {
     }
 }
 
-/// Squares that the step from rest of a first-order motor leaves.
+/// Residual sum of squares of the step response of a first-order motor from rest.
 fn left_by_step(t_s: &[f64], counts: &[f64]) -> Option<f64> {
     let n = counts.len();
     let step_s = (t_s[n - 1] - t_s[0]) / (n - 1) as f64;
@@ -78,7 +78,7 @@ fn left_by_step(t_s: &[f64], counts: &[f64]) -> Option<f64> {
     left.filter(|left| left.is_finite()).min_by(f64::total_cmp)
 }
 
-/// Squares that the best straight line in `x` leaves.
+/// Residual sum of squares of the regression line in `x`.
 fn left_by_line(x: &[f64], counts: &[f64]) -> f64 {
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let (x_mean, n_mean) = (mean(x), mean(counts));
@@ -87,7 +87,7 @@ fn left_by_line(x: &[f64], counts: &[f64]) -> f64 {
     pairs().map(|(x, n)| (n - slope * x).powi(2)).sum()
 }
 
-/// Least squares of a parabola through these samples, and the squares that it leaves; rest where it may have been.
+/// The parabola through these samples and its residual sum of squares; rest if it is consistent.
 fn by_parabola(t_s: &[f64], counts: &[f64]) -> (Start, f64) {
     let rest = (Start::default(), 0.0);
     let n = counts.len();
@@ -135,7 +135,7 @@ mod tests {
 
     const SAMPLE_TIME_S: f64 = 0.01;
 
-    /// Counts of a motor with a steady speed of 2,000 counts/s that is `share` of it fast at the first sample.
+    /// Counts of a motor with a steady speed of 2,000 counts/s and an initial speed of `share` of it.
     fn counts(time_constant_s: f64, share: f64) -> (Vec<f64>, Vec<f64>) {
         let t_s: Vec<f64> = (0..300).map(|k| f64::from(k) * SAMPLE_TIME_S).collect();
         let turned = |t: &f64| {

@@ -1,4 +1,4 @@
-//! Recording from a board into a run file: configure it, start it, take what comes until it ends.
+//! Recording from a board into a run file: configuration, start, samples, end.
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -13,13 +13,13 @@ use super::{Captured, Columns, CommandKind, Ending, Flags, Observation, SharedLi
 use crate::board::{Board, BoardError, BoardEvent, Damage, Leap, Profile, Sample, UsbIdentity};
 use crate::platform::time::{Instant, MissedTickBehavior, interval};
 
-/// How often silence is looked for.
+/// Polling period for silence.
 const TICK: Duration = Duration::from_millis(100);
 
-/// How long a recording board may say nothing, beyond four sample times, before it counts as gone.
+/// Longest silence of a recording board, in addition to four sample times.
 const SILENCE: Duration = Duration::from_millis(1500);
 
-/// How long an END may take after STOP, and how often STOP is said.
+/// Time limit for an END after STOP, and number of attempts.
 const END_WITHIN: Duration = Duration::from_millis(250);
 const STOP_ATTEMPTS: u32 = 4;
 
@@ -30,40 +30,39 @@ pub struct CaptureRequest {
     pub sample_time_us: u32,
     /// Command over time.
     pub profile: Profile,
-    /// Samples to take; 0 for no end but being asked to stop.
+    /// Samples to take; 0 is unlimited.
     pub samples: u32,
-    /// Counts per revolution, if not what the board says.
+    /// Counts per revolution, if they differ from the board's.
     pub counts_per_rev: Option<f64>,
-    /// Driver supply in V, if not what the board says.
+    /// Driver supply in V, if it differs from the board's.
     pub supply_v: Option<f64>,
-    /// Where the run goes; an existing file is not overwritten.
+    /// Path of the run; an existing file is not overwritten.
     pub output: PathBuf,
-    /// The port, as it was named.
+    /// The port, as given.
     pub port: String,
     /// The USB device behind it.
     pub usb: Option<UsbIdentity>,
-    /// Further keys for the run's header.
+    /// Additional keys of the run's header.
     pub further: toml::Table,
 }
 
 impl CaptureRequest {
-    /// Counts per revolution: what was said, or what the board says.
+    /// Counts per revolution: as given, or the board's.
     pub(super) fn counts_per_rev(&self, hello: &Hello) -> f64 {
         self.counts_per_rev
             .unwrap_or(f64::from(hello.counts_per_rev))
     }
 
-    /// Supply in V: what was said, or what the board says.
+    /// Supply in V: as given, or the board's.
     fn supply_v(&self, hello: &Hello) -> f64 {
         self.supply_v.unwrap_or(f64::from(hello.supply_mv) / 1000.0)
     }
 
-    /// How long the board may say nothing.
     fn silence(&self) -> Duration {
         SILENCE + 4 * Duration::from_micros(u64::from(self.sample_time_us))
     }
 
-    /// No speed comes of an encoder without counts, and no command of a driver without a supply.
+    /// An encoder with 0 counts gives no speed, and a driver with 0 V no command.
     fn refuse_zeros(&self, hello: &Hello) -> Result<(), BoardError> {
         let states = |what, option| BoardError::StatesZero {
             path: self.port.clone(),
@@ -80,7 +79,7 @@ impl CaptureRequest {
     }
 }
 
-/// Why there is no recording, or not all of it.
+/// Errors of a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum CaptureError {
     /// The board.
@@ -105,7 +104,7 @@ pub async fn capture(
     let mut recorder = BoardRecorder::begin(request, board.hello(), live)?;
     board.encoder(request.counts_per_rev(board.hello()));
     if let Err(error) = board.start(request.samples).await {
-        // No motor has turned and no sample has come: the file would be a header alone.
+        // No motor has turned and no sample was received: the file would have a header only.
         recorder.recorder.discard();
         return Err(error.into());
     }
@@ -113,7 +112,7 @@ pub async fn capture(
     let ended = match ended {
         Ok(ended) => ended,
         Err(error) => {
-            // The motor must not run on; the board's END is of no use any more.
+            // The motor must be stopped; the board's END is not needed.
             let _ = board.stop();
             return Err(error);
         }
@@ -121,13 +120,13 @@ pub async fn capture(
     board.flush_log();
     let captured = recorder.finish(ended, board.damage())?;
     if !captured.contradictions.is_empty() {
-        // Who says wrong things of an end may not have ended.
+        // A board with a contradictory END may still be running.
         let _ = board.stop();
     }
     Ok(captured)
 }
 
-/// Takes events until the recording ends; returns the reason, and the board's END.
+/// Processes events until the recording ends; returns the reason, and the board's END.
 async fn follow(
     board: &mut Board,
     recorder: &mut BoardRecorder,
@@ -163,7 +162,7 @@ async fn follow(
                     }
                     Some(BoardEvent::Restarted(hello)) => {
                         let ending = ending_by_hello(board.hello(), &hello);
-                        // A board that was not reset runs on.
+                        // A board that was not reset is still running.
                         let _ = board.stop();
                         return Ok(ending.into());
                     }
@@ -186,7 +185,7 @@ async fn follow(
     }
 }
 
-/// Error of a HELLO during the run that differs.
+/// Ending for a different HELLO during the run.
 pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
     if known.boot_id == said.boot_id {
         Ending::BoardChanged
@@ -195,7 +194,7 @@ pub(super) fn ending_by_hello(known: &Hello, said: &Hello) -> Ending {
     }
 }
 
-/// Hands rows and raw log to the operating system when they are due.
+/// Flushes rows and raw log to the operating system when they are due.
 fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureError> {
     if recorder.recorder.flush_if_due()? {
         board.flush_log();
@@ -206,15 +205,15 @@ fn hand_on(recorder: &mut BoardRecorder, board: &Board) -> Result<(), CaptureErr
 /// Why the board is told to stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Why {
-    /// Whoever records asked for it.
+    /// Requested by the caller.
     Asked,
-    /// It says nothing any more.
+    /// The board is silent.
     Silence,
-    /// It continues after the samples that it was asked for.
+    /// The board continues after the requested samples.
     RunsOn,
 }
 
-/// STOP has been said, and is said again until END comes.
+/// STOP was sent, and is repeated until END arrives.
 #[derive(Debug, Default)]
 struct Stopping {
     why: Option<Why>,
@@ -231,11 +230,11 @@ impl Stopping {
     fn say(&mut self, board: &mut Board) {
         self.attempts += 1;
         self.last = Some(Instant::now());
-        // A line that is gone shows on the reading side.
+        // An error shows on the reading side.
         let _ = board.stop();
     }
 
-    /// Whether it has been said often enough without an END.
+    /// Whether all attempts were made without an END.
     fn is_over(&mut self, board: &mut Board) -> bool {
         if self.why.is_none() || self.last.is_some_and(|last| last.elapsed() < END_WITHIN) {
             return false;
@@ -247,37 +246,36 @@ impl Stopping {
         false
     }
 
-    /// Meaning of an END with this reason.
+    /// The ending for an END with this reason.
     fn ending_of(&self, reason: EndReason) -> Ending {
         match (reason, self.why) {
             (EndReason::Stopped, Some(Why::Silence)) => Ending::Silent,
-            // All that was asked for had come.
+            // All requested samples were received.
             (EndReason::Stopped, Some(Why::RunsOn)) => Ending::Complete,
             _ => reason.into(),
         }
     }
 }
 
-/// A recorder of a board's samples, whose time is counted from the first one.
+/// Recorder of a board's samples, with times relative to the first one.
 pub(super) struct BoardRecorder {
     pub(super) recorder: Recorder,
     first_us: Option<u64>,
-    /// Samples that were asked for; 0 for no end.
+    /// Requested samples; 0 is unlimited.
     asked: u32,
-    /// Most samples that can be missing behind the last one that came: more would have been silence.
+    /// Most samples that can be missing after the last one: more would have been silence.
     most_missing_at_the_end: u64,
-    /// Samples that came beyond those asked for.
+    /// Samples received beyond the requested ones.
     beyond: u64,
-    /// Number of the last sample that came, and one more.
+    /// Number of the last received sample, plus one.
     came: u64,
 }
 
-/// Result of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum SampleResult {
     /// It is a row.
     Recorded,
-    /// The board was not asked for it; it is counted, and no row.
+    /// It was not requested; it is counted, but no row.
     BeyondTheEnd,
 }
 
@@ -321,7 +319,7 @@ impl BoardRecorder {
         })
     }
 
-    /// Takes one sample, if it was asked for.
+    /// Records one sample, if it was requested.
     pub(super) fn take(&mut self, sample: Sample) -> Result<SampleResult, CaptureError> {
         self.came = sample.number + 1;
         if self.asked > 0 && sample.number >= u64::from(self.asked) {
@@ -331,7 +329,7 @@ impl BoardRecorder {
         let first_us = match self.first_us {
             Some(first_us) => first_us,
             None => {
-                // START makes the numbers begin at 0.
+                // START resets the numbers to 0.
                 self.recorder.lost_before_the_first(sample.number);
                 *self.first_us.insert(sample.device_us)
             }
@@ -353,12 +351,11 @@ impl BoardRecorder {
         Ok(SampleResult::Recorded)
     }
 
-    /// Whether more came than was asked for.
     pub(super) fn is_beyond(&self) -> bool {
         self.beyond > 0
     }
 
-    /// Ends the file: the board's END is checked against the received samples.
+    /// Ends the file after comparing the board's END with the received samples.
     pub(super) fn finish(self, ended: Ended, damage: Damage) -> Result<Captured, CaptureError> {
         let (lost, dropped_rows) = self.recorder.missing();
         let came = ReceivedSamples {

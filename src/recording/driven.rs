@@ -1,21 +1,21 @@
-//! Actual drive of a motor in a run, and its known differences.
+//! Applied drive of the motor in a run, and known differences of the run.
 
 use std::borrow::Cow;
 
 use super::{CommandKind, Run};
 use crate::motor::{KnownDifferences, KnownError};
 
-/// Reads `differs.KEY = VALUE` of a header.
+/// Parses `differs.KEY = VALUE` of a header.
 ///
 /// # Errors
-/// A key that names nothing, or a value that cannot be.
+/// An unknown key, or an impossible value.
 pub fn known_differences(header: &toml::Table) -> Result<KnownDifferences, KnownError> {
     let mut known = KnownDifferences::default();
     let Some(differs) = header.get("differs") else {
         return Ok(known);
     };
     let Some(table) = differs.as_table() else {
-        // A value where the keys belong: its own name is no key.
+        // A value in place of the keys is reported by its own name.
         known.set("differs", f64::NAN)?;
         return Ok(known);
     };
@@ -31,10 +31,10 @@ pub fn known_differences(header: &toml::Table) -> Result<KnownDifferences, Known
 }
 
 impl Run {
-    /// The command that the motor really got. A command in V is a duty times the nominal supply; where the supply was measured, or is
-    /// known to differ in this run, the motor got that duty of it. The reading at the end of an interval has seen the interval's
-    /// current, so that is the one in force from a sample to the next. A log whose commands were made from the measured supply has
-    /// them already.
+    /// The command that was applied to the motor. A command in V is a duty cycle times the nominal supply; with a
+    /// measured or known supply of this run, the duty cycle applies to that. A reading at the end of an interval is
+    /// affected by the interval's current, so that it applies to that interval. Logs whose commands were computed
+    /// from the measured supply are unchanged.
     pub fn driving_command(&self) -> Cow<'_, [f64]> {
         let nominal_v = match self.supply_v {
             Some(nominal_v) if self.command_kind == CommandKind::Voltage => nominal_v,
@@ -51,7 +51,7 @@ impl Run {
                 let mut driving = Vec::with_capacity(self.command.len());
                 for (k, command) in self.command.iter().enumerate() {
                     let reading = measured_v.get(k + 1).or(measured_v.get(k)).copied();
-                    // A sample may lack its reading.
+                    // Samples may lack the reading.
                     held_v = reading
                         .filter(|v| v.is_finite() && *v > 0.0)
                         .unwrap_or(held_v);

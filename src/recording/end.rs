@@ -1,4 +1,4 @@
-//! The board's END, checked against the received samples.
+//! Comparison of the board's END with the received samples.
 
 use firmware_protocol::EndReason;
 
@@ -7,18 +7,18 @@ use super::Ending;
 /// A board's END.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct End {
-    /// Samples that it says it took.
+    /// Samples taken, as stated.
     pub taken: u32,
-    /// Of these, how many it says that it could not send.
+    /// Samples that could not be sent, as stated.
     pub dropped: u32,
-    /// Why it ended.
+    /// Reason.
     pub reason: EndReason,
 }
 
 /// How a recording ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Ended {
-    /// Why.
+    /// Reason.
     pub ending: Ending,
     /// The board's END, if it came.
     pub end: Option<End>,
@@ -36,34 +36,33 @@ impl From<Ending> for Ended {
     }
 }
 
-/// Received samples of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct ReceivedSamples {
-    /// Samples that were asked for; 0 for no end.
+    /// Requested samples; 0 is unlimited.
     pub asked: u32,
-    /// Losses that sample numbers show.
+    /// Losses according to sample numbers.
     pub lost: u64,
-    /// Rows before which the board says that it dropped frames.
+    /// Rows before which the board reports dropped frames.
     pub dropped_rows: u64,
-    /// Number of the last sample that came, and one more.
+    /// Number of the last received sample, plus one.
     pub up_to: u64,
-    /// Samples that came beyond those asked for.
+    /// Samples received beyond the requested ones.
     pub beyond: u64,
-    /// Most samples that can be missing behind the last one that came.
+    /// Most samples that can be missing after the last one.
     pub most_missing_at_the_end: u64,
 }
 
-/// Result of an END.
+/// Result of the comparison.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Verdict {
-    /// Samples lost at the end, which no sample number shows.
+    /// Samples lost at the end, without an effect on sample numbers.
     pub lost_at_the_end: u64,
     /// Contradictions.
     pub contradictions: Vec<String>,
 }
 
 impl ReceivedSamples {
-    /// Holds an END against what came.
+    /// Compares an END with the received samples.
     pub(super) fn judge(&self, ended: &Ended) -> Verdict {
         let mut verdict = Verdict::default();
         let mut says = |what: String| verdict.contradictions.push(what);
@@ -75,7 +74,8 @@ impl ReceivedSamples {
             ));
         }
         let Some(end) = ended.end else {
-            // A board that took all, and whose last samples and END were lost, is silent for no longer than it is waited for.
+            // The loss of the last samples and the END of a complete recording causes no longer silence than the
+            // limit.
             let missing = asked.saturating_sub(self.up_to);
             if ended.ending == Ending::Silent && missing <= self.most_missing_at_the_end {
                 verdict.lost_at_the_end = missing;
@@ -106,7 +106,7 @@ impl ReceivedSamples {
         if end.reason == EndReason::Stopped && !ended.host_stopped {
             says("its END says that it was told to stop, and nobody told it".to_owned());
         }
-        // Whoever was asked for a number took no more; without one, a longer loss would have been silence.
+        // With a requested number the board took no more; without one, a longer loss would have been silence.
         let most = if asked > 0 {
             asked
         } else {
@@ -196,7 +196,7 @@ mod tests {
         assert_eq!(lost(320, Ending::Silent), 13);
         assert_eq!(lost(333, Ending::Silent), 0);
         assert_eq!(lost(320, Ending::Unplugged), 0);
-        // A board that fell silent long before took no more samples that anybody knows of.
+        // For a board that fell silent long before, no further samples are known.
         let early = ReceivedSamples {
             asked: 4000,
             up_to: 333,

@@ -1,4 +1,4 @@
-//! Names of files that are not there yet: nothing that exists is overwritten.
+//! Free file names: no existing file is overwritten.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::WriteError;
 use crate::platform::files::{File, OpenOptions};
 
-/// Refuses what no new file can be: a folder, a device, a pipe, or a path that ends in no name.
+/// Refuses paths that cannot be a new file: a folder, a device, a pipe, or a path without a name.
 ///
 /// # Errors
 /// Its kind.
@@ -49,7 +49,7 @@ fn names_from(path: &Path) -> impl Iterator<Item = PathBuf> {
     std::iter::once(path.to_owned()).chain(numbered)
 }
 
-/// Creates `path` or the next free name after it, atomically.
+/// Creates `path` or the next free name, atomically.
 pub(super) fn create_free(path: &Path) -> Result<(File, PathBuf), WriteError> {
     refuse_no_file(path)?;
     for candidate in names_from(path) {

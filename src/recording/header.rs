@@ -1,8 +1,8 @@
-//! The keys above a recorded run.
+//! Header keys of a recorded run.
 
 use crate::board::UsbIdentity;
 
-/// Facts about every recording before it begins.
+/// Properties of a recording that are known before it begins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts<'a> {
     /// Sample time in s.
@@ -13,13 +13,13 @@ pub(super) struct Facts<'a> {
     pub supply_v: f64,
     /// Name of the profile.
     pub profile: &'a str,
-    /// The port, as it was named.
+    /// The port, as given.
     pub port: &'a str,
     /// The USB device behind it.
     pub usb: Option<&'a UsbIdentity>,
 }
 
-/// The header of a recording that begins now; `further` keys are put in as they are.
+/// The header of a recording that begins now; `further` keys are added unchanged.
 pub(super) fn header(facts: Facts<'_>, further: toml::Table) -> toml::Table {
     let mut header = toml::Table::new();
     let mut put = |key: &str, value: toml::Value| {
@@ -53,7 +53,7 @@ pub(super) fn header(facts: Facts<'_>, further: toml::Table) -> toml::Table {
     header
 }
 
-/// A whole number as one.
+/// An integral number as an integer.
 fn number(value: f64) -> toml::Value {
     if value.fract() == 0.0 && value.abs() < 1e15 {
         toml::Value::Integer(value as i64)

@@ -1,31 +1,31 @@
 //! Plausibility of text lines: an implausible line is delayed until the next one confirms or refutes it.
 //!
-//! Text has no checksum: a digit that is lost or doubled on the line is a number like any other. A line whose time falls back or leaps, or
-//! whose count leaps, is written only if the next line continues from it. If the next one continues from the line before it, the
-//! odd one is skipped and counted.
+//! Text has no checksum: a number with a lost or doubled digit is still a number. A line whose time falls back or
+//! jumps, or whose count jumps, is written only if the next line continues from it. If the next one continues from
+//! the line before it, the odd one is skipped and counted.
 
 use crate::board::leap::LONGEST_STEP_US;
 use crate::board::text_lines::TextSample;
 
-/// A step of time beyond so many sample times is odd; the line is written all the same if the next one continues from it.
+/// Largest usual step of time in sample times; a longer one is confirmed by the next line.
 const ODD_STEPS: f64 = 2.5;
-/// Two lines whose time has fallen back agree where they are this near to each other, in sample times: the board was reset.
+/// Two lines with an earlier time agree within this many sample times: the board was reset.
 const AGREE_STEPS: i64 = 20;
-/// A count is odd beyond so many times the largest of the last steps, and so many counts of chatter.
+/// Largest usual step of counts as a multiple of the largest recent step, plus counts of chatter.
 const ODD_COUNTS: u64 = 5;
 const CHATTER_COUNTS: u64 = 16;
-/// Steps that say how the counts move, and how many there must be.
+/// Steps from which the motion is estimated, and the fewest.
 const STEPS: usize = 16;
 const FEWEST_STEPS: usize = 3;
-/// After so many lines in a row that were skipped, the line before them is no reference any more: the time restarted, or runs backward.
+/// Most consecutive skipped lines, after which the line before them is no reference: the time restarted, or runs
+/// backward.
 const MOST_SKIPPED: u64 = 8;
 
-/// A line that was read.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Line {
     pub sample: TextSample,
     pub host_us: u64,
-    /// Its time in microseconds, by whichever clock counts.
+    /// Its time in microseconds on the time base.
     pub at_us: i64,
 }
 
@@ -33,36 +33,36 @@ pub(super) struct Line {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ExpectedTiming {
     pub sample_time_us: i64,
-    /// How coarse the time is, in microseconds; 0 where it is fine.
+    /// Resolution of the time in microseconds; 0 if it is fine.
     pub coarse_us: i64,
-    /// The time is the board's: it may be odd.
+    /// The time is the board's, and may be implausible.
     pub is_boards: bool,
 }
 
-/// Result of a line and of the delayed one.
+/// Result of a line together with the delayed one.
 #[derive(Debug, Default)]
 pub(super) struct LineResult {
-    /// Lines to be written, in their order.
+    /// Lines to be written, in order.
     pub write: Vec<Line>,
-    /// Lines that were skipped.
+    /// Number of skipped lines.
     pub passed_over: u64,
-    /// Two lines agree that the board's time restarted, or none has gone on for long.
+    /// Two lines agree that the board's time restarted, or none has continued for long.
     pub is_reset: bool,
 }
 
-/// The line that is held back, and what it is compared with.
+/// The delayed line and its references.
 #[derive(Debug, Default)]
 pub(super) struct HeldLine {
     held: Option<Line>,
-    /// Time and counts of the last line that was written.
+    /// Time and counts of the last written line.
     last: Option<(i64, i64)>,
     steps: [u64; STEPS],
     seen: usize,
-    /// Lines that were skipped since the last one that was written.
+    /// Skipped lines since the last written one.
     passed_over: u64,
 }
 
-/// Decision about a delayed line by the next one.
+/// Decision about a delayed line.
 enum Decision {
     Kept,
     Skipped,
@@ -70,7 +70,6 @@ enum Decision {
 }
 
 impl HeldLine {
-    /// Takes a line.
     pub(super) fn take(&mut self, line: Line, usual: ExpectedTiming) -> LineResult {
         let mut taken = LineResult::default();
         let Some(last) = self.last else {
@@ -94,7 +93,7 @@ impl HeldLine {
                 }
             }
         }
-        // After an odd line that was skipped the line before it may come again.
+        // After a skipped line the previous one may be repeated.
         let is_fine = usual.is_boards && usual.coarse_us == 0;
         if is_fine && self.last.is_some_and(|(last_us, _)| last_us == line.at_us) {
             taken.passed_over += 1;
@@ -106,7 +105,7 @@ impl HeldLine {
         taken
     }
 
-    /// The line that is still held back at the end, if its time continues.
+    /// The delayed line at the end, if its time continues.
     pub(super) fn end(&mut self) -> Option<Line> {
         let last = self.last?.0;
         let goes_on =
@@ -114,7 +113,7 @@ impl HeldLine {
         self.held.take().filter(goes_on)
     }
 
-    /// Time of the last line that was written or is held back.
+    /// Time of the last written or delayed line.
     pub(super) fn latest_us(&self) -> Option<i64> {
         let held = self.held.map(|line| line.at_us);
         held.or(self.last.map(|last| last.0))
@@ -129,7 +128,7 @@ impl HeldLine {
         taken.write.push(line);
     }
 
-    /// Most counts of a step that is not odd.
+    /// Largest usual step of counts.
     fn usual_counts(&self) -> u64 {
         if self.seen < FEWEST_STEPS {
             return u64::MAX;
@@ -171,7 +170,7 @@ impl HeldLine {
                     Decision::Skipped
                 };
             }
-            // Of a coarse clock two lines may have the same stamp.
+            // With a coarse clock two lines may have the same time stamp.
             let falls =
                 next.at_us < held.at_us || (next.at_us == held.at_us && usual.coarse_us == 0);
             if falls && next.at_us >= last_us {
@@ -201,7 +200,7 @@ mod tests {
         is_boards: true,
     };
 
-    /// Times in ms and counts of the lines that are written, how many are ignored, and whether the board was reset.
+    /// Times in ms and counts of the written lines, the number of ignored ones, and whether the board was reset.
     fn written(lines: &[(i64, i64)]) -> (Vec<(i64, i64)>, u64, bool) {
         written_by(lines, USUAL)
     }
@@ -234,7 +233,7 @@ mod tests {
     fn an_odd_line_is_passed_over_and_two_that_agree_are_not() {
         let sound: Vec<(i64, i64)> = (0..10).map(|k| (5 * k, 6 * k)).collect();
         assert_eq!(written(&sound), (sound.clone(), 0, false));
-        // A digit doubled, dropped, or changed in the time; a count with a digit more; another program's line.
+        // A doubled, lost or changed digit in the time; an additional digit in the count; another program's line.
         for odd in [(220, 24), (2, 24), (35, 24), (20, 2400), (1, 2)] {
             let mut lines = sound.clone();
             lines[4] = odd;
@@ -242,10 +241,10 @@ mod tests {
             expected.remove(4);
             assert_eq!(written(&lines), (expected, 1, false), "{odd:?}");
         }
-        // The line before the odd one comes again: no two rows have one time.
+        // The line before the odd one is repeated: no two rows have the same time.
         let again = [&sound[..4], &[(1, 24), (15, 24)], &sound[4..]].concat();
         assert_eq!(written(&again), (sound.clone(), 2, false));
-        // A pause, and lines that are missing, at the end too.
+        // A pause, and missing lines, also at the end.
         let paused: Vec<(i64, i64)> = sound
             .iter()
             .map(|&(t, n)| (t + 400 * (t / 20), n))
@@ -253,7 +252,7 @@ mod tests {
         assert_eq!(written(&paused), (paused.clone(), 0, false));
         let ended = [&sound[..], &[(300, 60)]].concat();
         assert_eq!(written(&ended), (ended.clone(), 0, false));
-        // The same of a clock with steps of 10 ms.
+        // The same for a clock with steps of 10 ms.
         let coarse = ExpectedTiming {
             coarse_us: 10_000,
             ..USUAL
@@ -262,10 +261,10 @@ mod tests {
         lines[4].0 = 520;
         let (rows, passed_over, is_reset) = written_by(&lines, coarse);
         assert_eq!((rows.len(), passed_over, is_reset), (9, 1, false));
-        // A board that restarts, and a counter that is set to 0.
+        // A restarted board, and a reset counter.
         let anew = [&sound[..], &[(0, 0), (5, 0)]].concat();
         assert_eq!(written(&anew), (sound.clone(), 0, true));
-        // A time that runs backward, and one that is all over the place.
+        // A time that runs backward, and an erratic one.
         let ends = |odd: &dyn Fn(i64) -> i64| {
             let lines = [
                 &sound[..],

@@ -1,33 +1,32 @@
-//! How often a text board's lines come, by its own clock or by their arrival.
+//! Sample time of a text board's lines, from its clock or from arrival times.
 //!
-//! A clock that is printed with few digits repeats its stamps: 0.00, 0.01, 0.01, 0.02 for lines 5 ms apart. The sample time is then the
-//! slope of the stamps over the line's number (least squares), as it is of arrival times, which come in bunches. Of
-//! a fine clock it is the median step.
+//! A coarse clock repeats its stamps: 0.00, 0.01, 0.01, 0.02 for lines 5 ms apart. The sample time is then the
+//! least-squares slope of the stamps over the line number, as for arrival times, which come in bursts. For a fine
+//! clock it is the median step.
 
 use crate::board::text_lines::TextSample;
 
-/// Lines from which a fine clock's sample time is taken.
+/// Lines needed for the sample time of a fine clock.
 const FEW_LINES: usize = 21;
-/// Lines from which that of a coarse clock, or of arrivals, is taken; or as many as come in this time in microseconds.
+/// Lines needed for a coarse clock or arrival times; or as many as arrive in this time in microseconds.
 const MANY_LINES: usize = 201;
 const LONG_ENOUGH_US: u64 = 3_000_000;
-/// A clock is coarse where this share of its steps is 0: a line that comes twice is one in twenty.
+/// Least share of zero steps of a coarse clock: occasional repeated lines are one in twenty.
 const REPEATS: f64 = 0.2;
 
-/// The clock of the lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct LineClock {
     /// Sample time in microseconds.
     pub sample_time_us: i64,
-    /// By how much a coarse clock steps, in microseconds; 0 for a fine one.
+    /// Resolution of a coarse clock in microseconds; 0 for a fine one.
     pub coarse_us: i64,
-    /// By how much the first line may come after its stamp, in microseconds.
+    /// Largest delay of the first line after its stamp, in microseconds.
     pub first_late_us: i64,
-    /// The lines' own time is the time base.
+    /// The board's time is the time base.
     pub is_boards: bool,
 }
 
-/// Whether these lines, with their arrival times, are enough. `end_us` is how long the recording lasts, 0 for no end.
+/// Whether these lines with their arrival times suffice. `end_us` is the length of the recording, 0 if unlimited.
 pub(super) fn are_enough(lines: &[(TextSample, u64)], end_us: u64) -> bool {
     let (Some(first), Some(last)) = (lines.first(), lines.last()) else {
         return false;
@@ -48,7 +47,8 @@ pub(super) fn are_enough(lines: &[(TextSample, u64)], end_us: u64) -> bool {
         || (end_us > 0 && passed_us >= end_us)
 }
 
-/// Whether these lines are enough where the sample time is told: until two of them show that their time is fine, or none is there.
+/// Whether these lines suffice if the sample time is given: two of them show that the clock is fine, or there is
+/// none.
 pub(super) fn told(lines: &[(TextSample, u64)], told_us: i64) -> bool {
     let Some(times) = times(lines) else {
         return true;
@@ -60,7 +60,7 @@ pub(super) fn told(lines: &[(TextSample, u64)], told_us: i64) -> bool {
     times.windows(2).any(is_told) || lines.len() >= FEW_LINES
 }
 
-/// The clock of these lines, at least one, with their arrival times.
+/// The clock of these lines (at least one) with their arrival times.
 pub(super) fn line_clock(lines: &[(TextSample, u64)]) -> LineClock {
     let arrivals = || lines.iter().map(|line| line.1 as i64).collect::<Vec<_>>();
     let fine = |sample_time_us: i64, is_boards: bool| LineClock {
@@ -82,7 +82,7 @@ pub(super) fn line_clock(lines: &[(TextSample, u64)]) -> LineClock {
     }
     steps.retain(|step| *step > 0);
     let Some(coarse_us) = steps.iter().copied().min() else {
-        // A column that does not rise is no clock.
+        // A column that does not increase is no clock.
         return fine(slope(&arrivals()), false);
     };
     let sample_time_us = slope(&times).max(1);
@@ -102,14 +102,14 @@ fn times(lines: &[(TextSample, u64)]) -> Option<Vec<i64>> {
     lines.iter().map(|(sample, _)| sample.time_us).collect()
 }
 
-/// Whether stamps repeat as a coarse clock's do.
+/// Whether stamps repeat as those of a coarse clock.
 fn repeats(times: &[i64]) -> bool {
     let steps = times.len().saturating_sub(1);
     let same = times.windows(2).filter(|pair| pair[0] == pair[1]).count();
     steps > 0 && same as f64 >= REPEATS * steps as f64
 }
 
-/// The step from line to line: the slope of a straight line through these times.
+/// The step between lines: the slope of the regression line through these times.
 fn slope(times: &[i64]) -> i64 {
     let (Some(&first), n) = (times.first(), times.len() as f64) else {
         return 0;
@@ -138,7 +138,7 @@ mod tests {
                 time_us: time_us(k),
                 ..TextSample::default()
             };
-            // Arrivals in bunches of four.
+            // Arrivals in bursts of four.
             (sample, (k / 4 * 4 * 5000) as u64)
         };
         (0..n).map(line).collect()
@@ -167,7 +167,7 @@ mod tests {
             (clock.sample_time_us - 5000).abs() < 20 && !clock.is_boards,
             "{clock:?}"
         );
-        // A column that does not rise is no clock.
+        // A column that does not increase is no clock.
         assert!(!line_clock(&lines(|_| Some(7), 201)).is_boards);
         assert_eq!(line_clock(&untimed[..1]).sample_time_us, 1);
     }

@@ -1,7 +1,7 @@
-//! Bytes on their way into the reader of run files: no byte order mark, no line without an end.
+//! Filters before the reader of run files: byte order marks and unbounded lines.
 //!
-//! Lines are bounded, so that a file that is no run file (`/dev/zero`, a gigabyte without a line end) fails
-//! early instead of filling the memory.
+//! Lines are bounded, so that other files (`/dev/zero`, a gigabyte without a line end) fail early instead of filling
+//! the memory.
 
 use std::cell::Cell;
 use std::io::{self, Read};
@@ -11,8 +11,7 @@ const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 /// Longest line of a run file in bytes.
 const MAX_LINE_BYTES: usize = 1 << 16;
 
-/// The source without byte order marks, as some spreadsheets put them in front of UTF-8. A pipe may give
-/// its bytes one by one.
+/// Removes byte order marks, as some spreadsheets write them before UTF-8. A pipe may deliver single bytes.
 pub(super) fn without_byte_order_mark<R: Read>(
     mut source: R,
 ) -> io::Result<io::Chain<io::Cursor<Vec<u8>>, R>> {
@@ -29,8 +28,7 @@ pub(super) fn without_byte_order_mark<R: Read>(
     }
 }
 
-/// Fails on a line longer than [`MAX_LINE_BYTES`], before anything gathers it in memory. Line ends within
-/// quotes end no line.
+/// Fails on a line longer than [`MAX_LINE_BYTES`] before it is buffered. Line ends within quotes end no line.
 pub(super) struct LineLimit<'a, R> {
     source: R,
     line: u64,
@@ -41,7 +39,7 @@ pub(super) struct LineLimit<'a, R> {
 }
 
 impl<'a, R: Read> LineLimit<'a, R> {
-    /// Tells `last_byte` the last byte of each read.
+    /// Stores the last byte of each read in `last_byte`.
     pub fn new(source: R, last_byte: &'a Cell<u8>) -> Self {
         Self {
             source,
@@ -62,7 +60,7 @@ impl<R: Read> Read for LineLimit<'_, R> {
         }
         for &byte in &buffer[..count] {
             self.length += 1;
-            // Header lines may hold single quotation marks.
+            // Header lines may contain single quotation marks.
             self.comment |= self.length == 1 && byte == b'#';
             self.quoted ^= byte == b'"' && !self.comment;
             if byte == b'\n' && !self.quoted {

@@ -1,4 +1,4 @@
-//! A run: what was commanded and what the encoder counted, with its file and the velocity rule.
+//! Runs: commands and encoder counts, their file format, and the velocity estimate.
 
 mod capture;
 mod driven;

@@ -1,4 +1,4 @@
-//! Why a run file cannot be read, and what is said about one that can be read only in part.
+//! Errors and notes of reading a run file.
 
 use std::fmt;
 use std::io;
@@ -6,17 +6,17 @@ use std::io;
 use crate::plain::shown;
 use thiserror::Error;
 
-/// Why a run file cannot be read: which file, where, what to do.
+/// Why a run file cannot be read: file, place, remedy.
 #[derive(Debug, Error)]
 #[error("{file}: {problem}", file = shown(file))]
 pub struct ReadError {
-    /// The file, or another name of where the bytes came from.
+    /// The file, or another name of the source.
     pub file: String,
     /// The error.
     pub problem: ReadProblem,
 }
 
-/// Error of a run file. Rows are lines of the file, counted from 1.
+/// Error in a run file. Rows are lines of the file, counted from 1.
 #[derive(Debug, Error)]
 pub enum ReadProblem {
     /// It cannot be opened or read.
@@ -37,10 +37,10 @@ pub enum ReadProblem {
     MissingKey {
         /// The key.
         key: &'static str,
-        /// A value that it may have.
+        /// An example value.
         example: &'static str,
     },
-    /// A header key has a value that it cannot have.
+    /// A header key has an invalid value.
     #[error(
         "header key `{key}` is {found}, but must be {expected}\nhint: correct the line `# {key} = ...` at the top of the file"
     )]
@@ -52,7 +52,7 @@ pub enum ReadProblem {
         /// Expected value.
         expected: String,
     },
-    /// A `differs` key that names nothing, or a value that cannot be.
+    /// An unknown `differs` key, or an impossible value.
     #[error("header key `differs`: {0}")]
     Differs(#[source] crate::motor::KnownError),
     /// A format that this version does not read.
@@ -65,7 +65,7 @@ pub enum ReadProblem {
         "has no rows\nhint: after the header comes a line of column names, such as t_s,command_v,counts"
     )]
     NoColumns,
-    /// A column that every run has is missing.
+    /// A required column is missing.
     #[error(
         "line {line} names no column `{column}` (it names: {found})\nhint: `motorlab import` turns other logs into run files"
     )]
@@ -74,7 +74,7 @@ pub enum ReadProblem {
         line: u64,
         /// The missing column.
         column: &'static str,
-        /// The columns that there are.
+        /// The existing columns.
         found: String,
     },
     /// A column is named twice.
@@ -92,12 +92,12 @@ pub enum ReadProblem {
     CellCount {
         /// Line of the file.
         row: u64,
-        /// Cells it has.
+        /// Its number of cells.
         found: usize,
-        /// Columns there are.
+        /// Number of columns.
         expected: usize,
     },
-    /// A cell cannot be what its column holds.
+    /// A cell is invalid in its column.
     #[error(
         "row {row}, column `{column}`: `{found}` is not {expected}\nhint: correct the cell, or remove the row"
     )]
@@ -106,7 +106,7 @@ pub enum ReadProblem {
         row: u64,
         /// The column.
         column: &'static str,
-        /// The cell, shortened.
+        /// The cell, clipped.
         found: String,
         /// Expected value.
         expected: &'static str,
@@ -122,37 +122,37 @@ pub enum ReadProblem {
         column: &'static str,
         /// The number.
         found: String,
-        /// Possible values.
+        /// Valid range.
         range: String,
     },
-    /// Time does not rise.
+    /// Time does not increase.
     #[error(
         "row {row}, column `t_s`: time goes from {before} s to {after} s, and it must rise from row to row\nhint: where two recordings are in one file, cut it there; else remove the row"
     )]
     TimeNotRising {
         /// Line of the file.
         row: u64,
-        /// Time of the row before.
+        /// Time of the previous row.
         before: f64,
         /// Time of this row.
         after: f64,
     },
-    /// Time makes a leap.
+    /// Time jumps.
     #[error(
         "row {row}, column `t_s`: time leaps from {before} s to {after} s\nhint: a recording with a gap of more than an hour is two: cut the file there"
     )]
     TimeJumps {
         /// Line of the file.
         row: u64,
-        /// Time of the row before.
+        /// Time of the previous row.
         before: f64,
         /// Time of this row.
         after: f64,
     },
-    /// More rows than are taken into memory.
+    /// More rows than are read into memory.
     #[error("has more than {rows} rows, as many as are read\nhint: cut it into parts")]
     TooLong {
-        /// Rows that are read.
+        /// Most rows read.
         rows: usize,
     },
     /// Only a header and column names.
@@ -163,7 +163,7 @@ pub enum ReadProblem {
 }
 
 impl ReadProblem {
-    /// Line of the file, where the problem has one.
+    /// Line of the file, if the problem has one.
     pub fn row(&self) -> Option<u64> {
         match self {
             Self::HeaderToml { line, .. } => Some(*line as u64),
@@ -178,29 +178,29 @@ impl ReadProblem {
     }
 }
 
-/// Something that a reader of the run ought to know, though the run could be read.
+/// A note about a run that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ReadNote {
-    /// The last row was torn off, as by a crash, and left out.
+    /// The last row was incomplete, as after a crash, and ignored.
     TornTail {
         /// Line of the file.
         row: u64,
     },
-    /// The header has no `complete = true`: samples are missing, or the recording did not end properly.
+    /// The header has no `complete = true`: samples are missing, or the recording ended irregularly.
     NotComplete,
-    /// The header has no `sample_time_s`: the median step of `t_s` was taken.
+    /// The header has no `sample_time_s`: the median step of `t_s` is used.
     SampleTimeGuessed {
-        /// Name already used.
+        /// The value used.
         sample_time_s: f64,
     },
-    /// The header says `timing = "host"`: times are when the host got the samples.
+    /// The header has `timing = "host"`: times are arrival times.
     HostTimed,
-    /// The first row's time was not 0 and was taken as the origin.
+    /// The first row's time was not 0 and is used as the origin.
     OriginShifted {
         /// The first row's time.
         first_s: f64,
     },
-    /// Columns that mean nothing here.
+    /// Unknown columns.
     ColumnsLeftOut {
         /// Their names.
         names: Vec<String>,

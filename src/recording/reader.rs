@@ -1,7 +1,7 @@
-//! Reads run files, `motorlab-run/1`: TOML in leading `#` lines, then CSV.
+//! Reader of run files, `motorlab-run/1`: TOML in leading `#` lines, then CSV.
 //!
-//! A file that was cut off is read up to its last whole row and says so; anything else that does not
-//! fit is an error with the line and the column.
+//! A truncated file is read up to its last complete row, with a note; any other inconsistency is an error with line
+//! and column.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -19,10 +19,10 @@ use super::{RUN_FORMAT, Run};
 /// Longest header in bytes.
 const MAX_HEADER_BYTES: usize = 1 << 20;
 
-/// Reads a run file, with notes on what was left out.
+/// Reads a run file, with notes about ignored parts.
 ///
 /// # Errors
-/// The file cannot be read, or it is not a run file; the message says where and what to do.
+/// The file cannot be read, or is not a run file; the message has the place and the remedy.
 pub fn read_run(path: &Path) -> Result<(Run, Vec<ReadNote>), ReadError> {
     let file = path.display().to_string();
     let opened = File::open(path).and_then(|opened| {
@@ -47,7 +47,7 @@ pub fn read_run(path: &Path) -> Result<(Run, Vec<ReadNote>), ReadError> {
     })
 }
 
-/// Reads a run from any bytes; `name` stands for the file in messages.
+/// Reads a run from any source; `name` is its name in messages.
 ///
 /// # Errors
 /// As [`read_run`].
@@ -71,7 +71,7 @@ fn read(source: impl Read) -> Result<(Run, Vec<ReadNote>), ReadProblem> {
         && last_byte.get() != b'\n'
         && !run.complete
     {
-        // Without its line end nobody knows whether the last cell is whole.
+        // Without its line end the last cell may be incomplete.
         run.truncate(run.len() - 1);
         notes.push(ReadNote::TornTail { row });
     }
@@ -79,7 +79,7 @@ fn read(source: impl Read) -> Result<(Run, Vec<ReadNote>), ReadProblem> {
     Ok((run, notes))
 }
 
-/// Takes the leading `#` lines as one TOML document; also their number.
+/// Reads the leading `#` lines as one TOML document; returns their number as well.
 fn read_header(source: &mut impl BufRead) -> Result<(toml::Table, usize), ReadProblem> {
     let mut text = String::new();
     let mut lines = 0;
@@ -144,7 +144,7 @@ fn run_from_header(header: toml::Table) -> Result<Run, ReadProblem> {
     })
 }
 
-/// A header key that must be a number in this range, if it is there.
+/// A numeric header key in this range, if present.
 fn positive(
     header: &toml::Table,
     key: &'static str,
@@ -199,7 +199,7 @@ fn finish(run: &mut Run, notes: &mut Vec<ReadNote>) -> Result<(), ReadProblem> {
     Ok(())
 }
 
-/// Excerpt of a long text for a message.
+/// A text clipped for a message.
 pub(super) fn shortened(text: &str, most_chars: usize) -> String {
     let mut short: String = text.chars().take(most_chars).collect();
     if short.len() < text.len() {

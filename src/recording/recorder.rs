@@ -1,4 +1,4 @@
-//! Samples in, rows of the run file, statistics and the state of the display out: the path of every recording.
+//! The path of every recording: samples in, rows of the run file, statistics and display state out.
 //!
 //! ```text
 //! sample -> row (device time from the first sample) -> RunWriter
@@ -6,8 +6,8 @@
 //!                                                   -> Live (what a display looks at)
 //! ```
 //!
-//! A display never delays the recording: it reads [`Live`] at any time, and a recorder that finds it locked
-//! skips the update.
+//! The display never delays the recording: it reads [`Live`] at any time, and the recorder skips the update if it is
+//! locked.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -23,34 +23,34 @@ use super::{
 use crate::board::Damage;
 use crate::platform::time::sleep_until;
 
-/// Why a recording ended.
+/// Reason for the end of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ending {
-    /// All samples asked for were taken.
+    /// All requested samples were taken.
     Complete,
-    /// It was asked to stop.
+    /// A stop was requested.
     Stopped,
-    /// The board heard nothing of this program for half a second and stopped the motor.
+    /// The board received no message for half a second and stopped the motor.
     LinkLost,
     /// The board was unplugged.
     Unplugged,
     /// The board was reset during the run.
     BoardReset,
-    /// Without a reset the board said something else of itself than before.
+    /// The board sent another HELLO without a reset.
     BoardChanged,
-    /// The board continued after the samples asked for, and did not stop when it was told to.
+    /// The board continued after the requested samples and did not stop on request.
     RanOn,
     /// The board fell silent.
     Silent,
     /// The line failed.
     LineFailed,
-    /// The raw log that was replayed ends before the recording does.
+    /// The replayed raw log ends before the recording.
     LogEnded,
 }
 
 impl Ending {
-    /// Whether the recorder and the board both know that this was the end.
+    /// Whether recorder and board agree on the end.
     pub fn is_proper(self) -> bool {
         matches!(self, Self::Complete | Self::Stopped)
     }
@@ -71,18 +71,18 @@ impl From<EndReason> for Ending {
 pub(super) struct Finish {
     /// Why it ended.
     pub ending: Ending,
-    /// Samples lost at the end, which no sample number shows.
+    /// Samples lost at the end, without an effect on sample numbers.
     pub lost_at_the_end: u64,
-    /// Samples that the board says it took.
+    /// Samples taken, as the board states.
     pub taken: Option<u32>,
-    /// How many rows there must be; `None` where nobody asked for a number, or took that back.
+    /// Expected number of rows; `None` if unlimited, or after a stop.
     pub asked: Option<u64>,
     /// Contradictions.
     pub contradictions: Vec<String>,
 }
 
 impl Finish {
-    /// Of a recording that nobody says anything of but its rows.
+    /// For a recording with no facts but its rows.
     pub(super) fn by(ending: Ending) -> Self {
         Self {
             ending,
@@ -94,7 +94,7 @@ impl Finish {
     }
 }
 
-/// A recording that has ended.
+/// A finished recording.
 #[derive(Debug)]
 pub struct Captured {
     /// Its file.
@@ -105,13 +105,13 @@ pub struct Captured {
     pub statistics: Statistics,
     /// Damage on the line.
     pub damage: Damage,
-    /// Samples that the board says it took; `None` where its END did not arrive.
+    /// Samples taken, as the board states; `None` without its END.
     pub taken: Option<u32>,
     /// Contradictions between the board's statements and its samples.
     pub contradictions: Vec<String>,
-    /// Everything that was asked for is in the file.
+    /// All requested samples are in the file.
     pub complete: bool,
-    /// The run file was deleted on the way and its rows continued elsewhere, as this says.
+    /// The run file was deleted during the recording, and its rows continue at this path.
     pub rescued: Option<String>,
 }
 
@@ -132,7 +132,7 @@ pub struct Live {
     pub sample_time_s: f64,
 }
 
-/// One sample as a display shows it.
+/// One sample for a display.
 #[derive(Debug, Clone, Copy)]
 pub struct LivePoint {
     /// Device time in s from the first sample.
@@ -145,13 +145,13 @@ pub struct LivePoint {
     pub counts: i64,
 }
 
-/// Samples that a display can look back on.
+/// Samples kept for a display.
 const RECENT: usize = 4096;
 
 /// Shared with a display.
 pub type SharedLive = Arc<Mutex<Live>>;
 
-/// Measurements of a board with sensors for a sample.
+/// Measured values of a sample from a board with sensors.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Measured {
     /// Supply in V.
@@ -160,13 +160,12 @@ pub(super) struct Measured {
     pub current_a: Option<f64>,
 }
 
-/// Rows on their way to the file, the figures and the display.
 pub(super) struct Recorder {
     writer: RunWriter,
     gatherer: StatisticsGatherer,
     live: SharedLive,
     sample_time_s: f64,
-    /// Points that the display has not got yet, because it was looking.
+    /// Points not yet passed to the display, because it was locked.
     waiting: Vec<LivePoint>,
     rescued: Option<String>,
 }
@@ -195,7 +194,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Takes one sample: its time from the first one, when it arrived, and what was measured with it.
+    /// Records one sample: time since the first one, arrival time, and measured values.
     pub(super) fn append(
         &mut self,
         sample: Observation,
@@ -223,13 +222,13 @@ impl Recorder {
         Ok(())
     }
 
-    /// Samples before the first one that came, which its number shows.
+    /// Samples lost before the first received one, according to its number.
     pub(super) fn lost_before_the_first(&mut self, samples: u64) {
         self.gatherer.add_lost(samples);
     }
 
-    /// To be called when nothing more has arrived: hands the rows on if the last time is long enough ago, and
-    /// says whether it is.
+    /// Call when no data is pending: flushes the rows if the last flush is long enough ago, and returns whether it
+    /// is.
     pub(super) fn flush_if_due(&mut self) -> Result<bool, CaptureError> {
         let flushed = self.writer.flush_if_due();
         let flushed = self.survive(flushed)?;
@@ -237,7 +236,7 @@ impl Recorder {
         Ok(flushed.unwrap_or(true))
     }
 
-    /// Waits until rows must be handed on; for ever if there are none. Safe to cancel.
+    /// Waits until rows must be flushed; for ever without rows. Cancel-safe.
     pub(super) async fn due(&self) {
         match self.writer.due() {
             Some(due) => sleep_until(due.into()).await,
@@ -245,7 +244,7 @@ impl Recorder {
         }
     }
 
-    /// A deleted file is no reason to stop: its rows continue elsewhere, and that is said at the end.
+    /// A deleted file does not stop the recording: its rows continue elsewhere, which is reported at the end.
     fn survive<T>(&mut self, result: Result<T, WriteError>) -> Result<Option<T>, CaptureError> {
         match result {
             Ok(value) => Ok(Some(value)),
@@ -257,7 +256,7 @@ impl Recorder {
         }
     }
 
-    /// Lets the display see, unless it is looking right now.
+    /// Updates the display state, unless it is locked.
     fn show(&mut self, with_path: bool) {
         if self.waiting.len() < 8 && !with_path && self.writer.rows() > 8 {
             return;
@@ -277,18 +276,18 @@ impl Recorder {
         (live.samples, live.lost, live.overruns) = self.gatherer.counters();
     }
 
-    /// Takes the file away again, of a recording that did not begin.
+    /// Removes the file of a recording that did not begin.
     pub(super) fn discard(self) {
         self.writer.discard();
     }
 
-    /// Losses that sample numbers show, and rows before which the board says that it dropped frames.
+    /// Losses according to sample numbers, and rows before which the board reports dropped frames.
     pub(super) fn missing(&self) -> (u64, u64) {
         let (_, lost, _) = self.gatherer.counters();
         (lost, self.gatherer.dropped())
     }
 
-    /// Ends the file. `further` keys go into its summary too.
+    /// Ends the file. `further` keys are added to its summary.
     pub(super) fn finish(
         mut self,
         end: Finish,
@@ -325,7 +324,7 @@ fn rounded(value: f64, steps: f64) -> toml::Value {
     toml::Value::Float((value * steps).round() / steps)
 }
 
-/// The keys that a run gets at its end.
+/// The summary keys of a run.
 fn summary(statistics: &Statistics, damage: Damage, ending: Ending) -> toml::Table {
     let mut summary = toml::Table::new();
     let mut put = |key: &str, value: toml::Value| {

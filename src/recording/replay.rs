@@ -1,6 +1,7 @@
-//! Playing a raw log through the decoder into a run file, as if the board were there.
+//! Replay of a raw log through the decoder into a run file.
 //!
-//! The host's messages give the sample time, the profile and the number of samples; the board's give the samples, with the arrival times of the log.
+//! The host's messages give sample time, profile and number of samples; the board's give the samples, with the
+//! arrival times of the log.
 
 use std::io::BufRead;
 use std::path::PathBuf;
@@ -16,29 +17,29 @@ use crate::board::{Event, Expectations, Intake, rawlog};
 use crate::plain::shown;
 use crate::platform::time::Instant;
 
-/// How fast a log is played.
+/// Playback speed of a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Speed {
-    /// So many times as fast as it was recorded.
+    /// Multiple of the recorded speed.
     Times(f64),
-    /// As fast as it can be decoded.
+    /// As fast as it is decoded.
     Max,
 }
 
 /// Why a log cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The log, before there is a run.
+    /// An error of the log before the run begins.
     #[error(transparent)]
     Log(#[from] rawlog::ReadError),
-    /// The log, during the run; the run is whole up to there.
+    /// An error of the log during the run; the run is complete up to there.
     #[error("{} holds {rows} rows, and the log gives no more: {error}", shown(run))]
     Broken {
-        /// Error of the log.
+        /// The error.
         error: rawlog::ReadError,
         /// The run file.
         run: PathBuf,
-        /// Its rows.
+        /// Its number of rows.
         rows: u64,
     },
     /// The run file.
@@ -47,7 +48,7 @@ pub enum ReplayError {
     /// A recording of text lines.
     #[error(transparent)]
     Text(#[from] TextError),
-    /// It holds something else than a recording.
+    /// The log is not a recording.
     #[error(
         "the raw log holds no recording: {0}\nhint: record again with --log, from before the board starts until the recording ends"
     )]
@@ -55,7 +56,7 @@ pub enum ReplayError {
 }
 
 impl ReplayError {
-    /// The line of the log that is to blame, from 1.
+    /// The line of the error in the log, from 1.
     pub fn line(&self) -> Option<u64> {
         match self {
             Self::Log(error) | Self::Broken { error, .. } => error.line(),
@@ -63,7 +64,7 @@ impl ReplayError {
         }
     }
 
-    /// A log that cannot be read beyond some line, of which this much was recorded.
+    /// A log that is unreadable from some line on, with the part recorded before.
     pub(super) fn broken(error: rawlog::ReadError, captured: Captured) -> Self {
         Self::Broken {
             error,
@@ -73,7 +74,7 @@ impl ReplayError {
     }
 }
 
-/// Host's messages of a log so far.
+/// Host messages of a log so far.
 #[derive(Debug, Default)]
 struct HostMessages {
     decoder: FrameDecoder,
@@ -112,8 +113,8 @@ impl HostMessages {
     }
 }
 
-/// Plays a log into `request.output`. Sample time and number of samples are those of the log; of the
-/// request only names and overrides count. `stopped` is asked between events.
+/// Replays a log into `request.output`. Sample time and number of samples are the log's; of the request only names
+/// and overrides apply. `stopped` is polled between events.
 pub fn replay(
     log: &mut rawlog::Reader<impl BufRead>,
     request: &CaptureRequest,
@@ -232,7 +233,7 @@ pub(super) fn wait_until(begun: Instant, at_us: u64, speed: Speed, stopped: &imp
     let Speed::Times(factor) = speed else {
         return;
     };
-    // A log that is played slowly enough never ends.
+    // Slow enough, a log is played for ever.
     let due = Duration::try_from_secs_f64(at_us as f64 * 1e-6 / factor).unwrap_or(Duration::MAX);
     while let Some(left) = due.checked_sub(begun.elapsed()) {
         if stopped() {

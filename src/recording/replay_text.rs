@@ -1,4 +1,4 @@
-//! Playing a raw log of a plain sketch's text lines into a run file, as if the sketch were there.
+//! Replay of a raw log of text lines into a run file.
 
 use std::io::BufRead;
 
@@ -8,8 +8,7 @@ use super::{Ending, SharedLive};
 use crate::board::rawlog;
 use crate::platform::time::Instant;
 
-/// Plays a log of text lines into `request.output`, at the log's arrival times. `stopped` is asked
-/// between events.
+/// Replays a log of text lines into `request.output`, at the log's arrival times. `stopped` is polled between events.
 pub fn replay_text(
     log: &mut rawlog::Reader<impl BufRead>,
     request: TextRequest,
@@ -29,13 +28,13 @@ pub fn replay_text(
             Err(error) => {
                 return Err(match text.finish(Ending::LogEnded) {
                     Ok(text) => ReplayError::broken(error, text.captured),
-                    // Nothing of it was a recording yet.
+                    // The recording had not begun.
                     Err(_) => error.into(),
                 });
             }
         };
         let Some((at_us, event)) = next else {
-            // A recording that had no end of its own ends with its log.
+            // An unlimited recording ends with its log.
             break if has_end || log.torn() {
                 Ending::LogEnded
             } else {

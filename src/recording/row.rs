@@ -1,28 +1,28 @@
-//! One row of a run file, and how it is written.
+//! Rows of a run file and their format.
 
 use std::io::Write;
 
 use super::{CommandKind, Flags, velocity_rad_s};
 
-/// Which columns a run file has besides time, command and counts.
+/// Optional columns of a run file besides time, command and counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Columns {
     /// Quantity that the command column sets.
     pub command: CommandKind,
-    /// `seq`: the device numbers its samples.
+    /// `seq`: sample numbers of the device.
     pub seq: bool,
-    /// `host_t_s`: arrival times are known.
+    /// `host_t_s`: arrival times.
     pub host: bool,
-    /// `flags`: the device says what went wrong.
+    /// `flags`: errors reported by the device.
     pub flags: bool,
-    /// `supply_v`: the device measures its supply.
+    /// `supply_v`: measured supply.
     pub supply: bool,
-    /// `current_a`: the device measures the motor current.
+    /// `current_a`: measured motor current.
     pub current: bool,
 }
 
 impl Columns {
-    /// Everything that a board without sensors sends.
+    /// The columns of a board without sensors.
     pub fn recorded(command: CommandKind) -> Self {
         Self {
             command,
@@ -35,16 +35,16 @@ impl Columns {
     }
 }
 
-/// A time as it is written.
+/// A time and its format.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Time {
-    /// Microseconds, written with six decimals and no rounding.
+    /// Microseconds, written exactly with six decimals.
     Micros(i64),
     /// Seconds, written so that they read back as the same number.
     Seconds(f64),
 }
 
-/// One sample as it is written. Absent values of a column that the file has are left empty.
+/// One sample. Missing values of an existing column are empty cells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
     /// The device's sample number, unwrapped.
@@ -65,7 +65,7 @@ pub struct Row {
     pub current_a: Option<f64>,
 }
 
-/// Writes rows, with the speed between each and the one before.
+/// Formats rows, with the speed from the previous row.
 #[derive(Debug)]
 pub(super) struct RowFormatter {
     columns: Columns,
@@ -75,7 +75,7 @@ pub(super) struct RowFormatter {
 }
 
 impl RowFormatter {
-    /// For a file with these columns and this header (`counts_per_rev`, `sample_time_s`).
+    /// A formatter for these columns and this header (`counts_per_rev`, `sample_time_s`).
     pub(super) fn new(columns: Columns, header: &toml::Table) -> Self {
         let number = |key: &str| match header.get(key) {
             Some(toml::Value::Float(value)) => *value,
@@ -90,7 +90,7 @@ impl RowFormatter {
         }
     }
 
-    /// Appends the line of column names.
+    /// Appends the column names.
     pub(super) fn push_names(&self, buffer: &mut Vec<u8>) {
         let columns = &self.columns;
         let names = [
@@ -152,7 +152,7 @@ impl RowFormatter {
     }
 }
 
-/// A line under way; writing to memory cannot fail.
+/// A line under construction; writing to memory cannot fail.
 struct Line<'a> {
     buffer: &'a mut Vec<u8>,
     first: bool,
@@ -172,8 +172,8 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// A number is written as the standard library does: the shortest decimals that read back as the same number, without an
-    /// exponent.
+    /// Numbers have the standard library's format: the shortest decimals that read back as the same number, without
+    /// an exponent.
     fn cell(&mut self, value: Option<impl std::fmt::Display>) {
         self.separate();
         if let Some(value) = value {

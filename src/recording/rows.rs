@@ -1,4 +1,4 @@
-//! The CSV part of a run file: column names, then rows, each complete or absent.
+//! The CSV part of a run file: column names, then rows, each complete or rejected.
 
 use std::collections::HashSet;
 use std::io::{self, Read};
@@ -12,7 +12,7 @@ use crate::motor::plausible;
 /// Most rows of a run: four hours at 333 Hz, 400 MB in memory.
 pub(crate) const MAX_ROWS: usize = 5_000_000;
 
-/// The columns that a run may have, by name.
+/// The known columns.
 const KNOWN: [&str; 11] = [
     "t_s",
     "command_v",
@@ -27,7 +27,6 @@ const KNOWN: [&str; 11] = [
     "current_a",
 ];
 
-/// The CSV part of a file.
 pub(super) struct Table<R> {
     rows: csv::Reader<io::Chain<io::Cursor<Vec<u8>>, R>>,
     names: Vec<String>,
@@ -35,9 +34,9 @@ pub(super) struct Table<R> {
 }
 
 impl<R: Read> Table<R> {
-    /// Begins with the line of column names.
+    /// Reads the column names.
     pub fn new(source: R, header_lines: usize) -> Result<Self, ReadProblem> {
-        // The names may be from another file, with its mark.
+        // The CSV part may come from another file, with its byte order mark.
         let source = without_byte_order_mark(source).map_err(ReadProblem::Io)?;
         let mut rows = csv::ReaderBuilder::new()
             .flexible(true)
@@ -89,7 +88,7 @@ fn csv_problem(error: csv::Error, header_lines: usize) -> ReadProblem {
     }
 }
 
-/// One cell and where it stands, for messages.
+/// One cell and its place, for messages.
 struct TextCell<'a> {
     text: &'a str,
     column: &'static str,
@@ -116,7 +115,7 @@ impl TextCell<'_> {
         self.number_in(plausible::TIME_S)
     }
 
-    /// A command, or what is measured beside it.
+    /// A command, or a measured value of the drive.
     fn drive(&self) -> Result<f64, ReadProblem> {
         self.number_in(plausible::COMMAND)
     }
@@ -140,7 +139,7 @@ impl TextCell<'_> {
     }
 
     fn whole<T: std::str::FromStr>(&self) -> Result<T, ReadProblem> {
-        // Spreadsheets write whole numbers as 12.0.
+        // Spreadsheets write integers as 12.0.
         let digits = self
             .text
             .split_once('.')
@@ -157,7 +156,7 @@ impl TextCell<'_> {
     }
 }
 
-/// Reads all rows into the run's columns. The last row's line, where that row was whole.
+/// Reads all rows into the run's columns. Returns the line of the last complete row.
 pub(super) fn fill<R: Read>(
     run: &mut Run,
     mut table: Table<R>,
@@ -213,7 +212,7 @@ pub(super) fn fill<R: Read>(
                 }
             },
         }
-        // A row that does not fit is torn off if it is the last one, and an error if another follows.
+        // An invalid row is incomplete if it is the last one, and an error if another follows.
         if let Some(problem) = waiting {
             return Err(problem);
         }
@@ -240,7 +239,7 @@ pub(super) fn fill<R: Read>(
     Ok(last_row)
 }
 
-/// Where each column stands in a row.
+/// Index of each column in a row.
 struct Places {
     time: usize,
     command: usize,
@@ -254,7 +253,7 @@ struct Places {
 }
 
 impl Places {
-    /// Reads a whole row, or leaves the run as it was.
+    /// Adds a complete row, or leaves the run unchanged.
     fn push(
         &self,
         run: &mut Run,
@@ -276,7 +275,7 @@ impl Places {
             row,
         };
         let optional = |at: Option<usize>, column| at.map(|at| cell(at, column));
-        // A measured value that a sample lacks is an empty cell.
+        // A missing measured value is an empty cell.
         type Read = fn(&TextCell<'_>) -> Result<f64, ReadProblem>;
         let measured = |cell: Option<TextCell<'_>>, read: Read| match cell {
             Some(cell) if cell.text.is_empty() => Ok(Some(f64::NAN)),

@@ -1,4 +1,4 @@
-//! A run in memory, column by column, in SI.
+//! A run in memory, in columns and SI units.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -8,30 +8,30 @@ use serde::{Deserialize, Serialize};
 
 use crate::motor::{CommandKind, KnownDifferences};
 
-/// Key of the header of an imported run: to which its log rounds speeds, in counts/s.
+/// Header key of an imported run: the resolution of its logged speeds, in counts/s.
 pub(crate) const SPEED_RESOLUTION: &str = "speed_resolution_counts_s";
 
-/// Flags of a sample, from the board and the recorder.
+/// Flags of a sample, from board and recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Flags {
-    /// The sample was taken late because the one before was not finished.
+    /// The sample was late because the previous one was not finished.
     pub overrun: bool,
-    /// Frames before this one were dropped because the line was full.
+    /// Frames before this one were dropped because the send buffer was full.
     pub dropped: bool,
     /// Both encoder channels changed at once: an edge was missed.
     pub encoder_error: bool,
     /// The command was limited by the supply.
     pub saturated: bool,
-    /// The board's time fell back here, or continued by another span than the sample numbers say.
+    /// The board's time fell back here, or disagrees with the sample numbers.
     #[serde(default)]
     pub time_leap: bool,
-    /// The counts moved faster here than any motor can.
+    /// The counts changed faster here than any motor can.
     #[serde(default)]
     pub counts_leap: bool,
 }
 
 impl Flags {
-    /// Name and value of each flag, in the order in which a run file lists them.
+    /// Name and value of each flag, in the order of a run file.
     fn named(self) -> [(&'static str, bool); 6] {
         [
             ("overrun", self.overrun),
@@ -56,7 +56,7 @@ impl fmt::Display for Flags {
     }
 }
 
-/// A word in a `flags` column that names no flag.
+/// An unknown word in a `flags` column.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "'{0}' is no flag\nhint: a sample's flags are overrun, dropped, encoder_error, saturated, time_leap and counts_leap, joined by +"
@@ -84,18 +84,18 @@ impl FromStr for Flags {
     }
 }
 
-/// One recorded or simulated run. All columns that are there have the same length.
+/// One recorded or simulated run. All existing columns have the same length.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Run {
-    /// Where it was read from, if it was.
+    /// Path of its file, if it was read from one.
     pub path: Option<PathBuf>,
-    /// Every header key of the file as TOML, known or not.
+    /// Every header key of the file as TOML, including unknown ones.
     pub header: toml::Table,
     /// Nominal sample time in s.
     pub sample_time_s: f64,
     /// Encoder counts per revolution (x4 decoded).
     pub counts_per_rev: f64,
-    /// Driver supply in V, if the header has it.
+    /// Driver supply in V, if it is in the header.
     pub supply_v: Option<f64>,
     /// Quantity that `command` sets.
     pub command_kind: CommandKind,
@@ -107,9 +107,9 @@ pub struct Run {
     pub counts: Vec<i64>,
     /// The device's sample numbers, unwrapped.
     pub seq: Option<Vec<u64>>,
-    /// Host's monotonic arrival times in s; a diagnostic, never the time base.
+    /// Host's monotonic arrival times in s; for diagnostics, not a time base.
     pub host_t_s: Option<Vec<f64>>,
-    /// Speeds as recorded in rad/s; `None` in row 0.
+    /// Recorded speeds in rad/s; `None` in row 0.
     pub velocity_rad_s: Option<Vec<Option<f64>>>,
     /// Flags of each sample.
     pub flags: Option<Vec<Flags>>,
@@ -119,7 +119,7 @@ pub struct Run {
     pub measured_current_a: Option<Vec<f64>>,
     /// Known differences of this run from the motor file (header keys `differs.KEY`).
     pub known: KnownDifferences,
-    /// The file says that the recording was ended properly.
+    /// The recording ended regularly, according to the file.
     pub complete: bool,
 }
 
@@ -129,7 +129,7 @@ impl Run {
         self.counts.len()
     }
 
-    /// The run without these samples, whose numbers are in order; the command before each continues.
+    /// The run without these samples (ascending indices); the command before each is held.
     #[must_use]
     pub fn without(&self, samples: &[usize]) -> Self {
         let is_left = |k: usize| samples.binary_search(&k).is_err();
@@ -146,7 +146,7 @@ impl Run {
         ) -> Option<Vec<T>> {
             column.as_ref().map(|column| kept(column, is_left))
         }
-        // A speed is a difference to the sample before.
+        // A speed is the difference to the previous sample.
         let mut speeds = self.velocity_rad_s.clone();
         for speed in speeds.iter_mut() {
             for k in samples {
@@ -187,30 +187,30 @@ impl Run {
         cut(&mut self.measured_current_a, length);
     }
 
-    /// Whether its times are the arrival times of a host (header key `timing = "host"`): late by
-    /// milliseconds and bunched, unlike those of a device.
+    /// Whether its times are arrival times (header key `timing = "host"`): late by milliseconds and in bursts, unlike
+    /// a device's.
     pub fn is_host_timed(&self) -> bool {
         self.header.get("timing").and_then(toml::Value::as_str) == Some("host")
     }
 
-    /// Whether its position is integrated from logged speeds, whose errors add up.
+    /// Whether its position is integrated from logged speeds, whose errors accumulate.
     pub fn is_integrated(&self) -> bool {
         self.integration().is_some()
     }
 
-    /// Whether these are means since the sample before, as differences of positions are.
+    /// Whether these speeds are means since the previous sample, as differences of positions.
     pub fn is_integrated_backward(&self) -> bool {
         (self.integration()).is_some_and(|rule| rule.ends_with("backward"))
     }
 
-    /// To which the log rounds the speeds that its position is integrated from, in counts/s.
+    /// Resolution of the logged speeds from which its position is integrated, in counts/s.
     pub fn speed_resolution_counts_s(&self) -> Option<f64> {
         let imported = self.header.get("imported")?;
         let said = imported.get(SPEED_RESOLUTION)?.as_float();
         said.filter(|said| said.is_finite() && *said > 0.0 && self.is_integrated())
     }
 
-    /// How its position is integrated from logged speeds, in the header's words.
+    /// Integration rule of its position, as in the header.
     fn integration(&self) -> Option<&str> {
         let imported = self.header.get("imported");
         let imported = imported.and_then(|imported| imported.get("position"));
@@ -218,7 +218,7 @@ impl Run {
         (said.and_then(toml::Value::as_str)).filter(|said| said.starts_with("integrated"))
     }
 
-    /// Whether nothing says which motor it is of: an imported log, or lines of text from a board.
+    /// Whether its motor is unknown: an imported log, or text lines of a board.
     pub fn is_foreign(&self) -> bool {
         let device = self.header.get("device").and_then(toml::Value::as_str);
         self.header.contains_key("imported") || device == Some("text lines")

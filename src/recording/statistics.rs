@@ -1,4 +1,4 @@
-//! Summary of a capture, accumulated sample by sample in bounded memory.
+//! Summary of a recording, accumulated per sample in bounded memory.
 
 use std::collections::BTreeMap;
 
@@ -8,13 +8,13 @@ use super::Flags;
 use crate::board::{ClockFit, ClockFitter};
 use crate::units::{rad_per_count, rpm_from_rad_s};
 
-/// Most distinct intervals that are distinguished; beyond that they are counted in coarser steps.
+/// Most distinct intervals; beyond that they are counted in coarser steps.
 const MOST_INTERVALS: usize = 4096;
 
-/// Shortest time of one command, in s, from which a steady speed is taken.
+/// Shortest duration of one command in s for a steady speed.
 const STEADY_AFTER_S: f64 = 0.2;
 
-/// Most points kept of the interval under one command.
+/// Most points kept of the interval of one command.
 const MOST_INTERVAL_POINTS: usize = 256;
 
 /// Shortest, median and longest interval between samples in microseconds of device time.
@@ -22,49 +22,49 @@ const MOST_INTERVAL_POINTS: usize = 256;
 pub struct Intervals {
     /// Shortest.
     pub min_us: i64,
-    /// Median (to the microsecond as long as the intervals take fewer than 4096 values).
+    /// Median (exact to the microsecond for fewer than 4096 distinct intervals).
     pub median_us: i64,
-    /// Longest, losses and leaps left out.
+    /// Longest, without losses and discontinuities.
     pub max_us: i64,
 }
 
-/// The figures at the end of a capture.
+/// Summary of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Statistics {
     /// Samples recorded.
     pub samples: u64,
-    /// Samples that the device took and that are not in the file.
+    /// Samples taken by the device that are not in the file.
     pub lost: u64,
     /// Samples that the device took late.
     pub overruns: u64,
-    /// Samples after which the device says that it dropped frames.
+    /// Samples after which the device reports dropped frames.
     pub dropped: u64,
-    /// Samples with an illegal encoder transition since the one before.
+    /// Samples with an illegal encoder transition since the previous one.
     pub encoder_errors: u64,
     /// Samples whose command was limited by the supply.
     pub saturated: u64,
-    /// Samples at which the device's time fell back or leapt.
+    /// Samples at which the device's time fell back or jumped.
     pub time_leaps: u64,
-    /// Samples at which the counts moved faster than any motor can.
+    /// Samples at which the counts changed faster than any motor can.
     pub counts_leaps: u64,
     /// Device time from the first to the last sample in s.
     pub duration_s: f64,
     /// Intervals between successive samples.
     pub device_dt: Option<Intervals>,
-    /// Device clock against the host's.
+    /// Device clock relative to the host's.
     pub clock: Option<ClockFit>,
-    /// Mean speed in RPM over the second half of the last long interval under one command that is not 0.
+    /// Mean speed in RPM over the second half of the last long interval of a non-zero command.
     pub steady_rpm: Option<f64>,
 }
 
-/// One sample as the statistics take it.
+/// One sample as input of the statistics.
 #[derive(Debug, Clone, Copy)]
 pub struct Observation {
-    /// The device's sample number, unwrapped, if it numbers them.
+    /// The device's sample number, unwrapped, if there is one.
     pub seq: Option<u64>,
     /// Device time in microseconds.
     pub device_us: i64,
-    /// Arrival time in microseconds, if the device has a clock of its own to compare with.
+    /// Arrival time in microseconds, if the device has its own clock.
     pub host_us: Option<i64>,
     /// Command.
     pub command: f64,
@@ -74,7 +74,7 @@ pub struct Observation {
     pub flags: Flags,
 }
 
-/// Gathers [`Statistics`].
+/// Accumulates [`Statistics`].
 #[derive(Debug, Clone)]
 pub struct StatisticsGatherer {
     counts_per_rev: f64,
@@ -144,7 +144,7 @@ impl StatisticsGatherer {
         self.last = Some(sample);
     }
 
-    /// Adds losses that no sample number shows: before the first sample, or after the last.
+    /// Adds losses without an effect on sample numbers: before the first sample, or after the last.
     pub fn add_lost(&mut self, samples: u64) {
         self.lost = self.lost.saturating_add(samples);
     }
@@ -167,7 +167,7 @@ impl StatisticsGatherer {
         (self.samples, self.lost, self.flagged[0])
     }
 
-    /// Samples so far after which the device says that it dropped frames.
+    /// Samples so far after which the device reports dropped frames.
     pub fn dropped(&self) -> u64 {
         self.flagged[1]
     }
@@ -252,7 +252,7 @@ impl IntervalCounts {
     }
 }
 
-/// Evenly thinned points of the interval under one command.
+/// Uniformly thinned points of the interval of one command.
 #[derive(Debug, Clone)]
 struct CommandInterval {
     points: Vec<(i64, i64)>,
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn losses_flags_and_the_steady_speed_are_counted() {
         let mut gatherer = StatisticsGatherer::new(720.0);
-        // 720 counts/s is one turn a second: 60 RPM, after a rest, with samples 500 to 502 lost.
+        // 720 counts/s is one revolution per second: 60 RPM, after a rest, with samples 500 to 502 lost.
         for seq in (0..1000).filter(|seq| !(500..503).contains(seq)) {
             let driven_s = (seq as f64 - 100.0).max(0.0) * 0.003;
             let command = if seq < 100 { 0.0 } else { 4.5 };

@@ -1,8 +1,8 @@
-//! The steps of time from sample to sample.
+//! Statistics of the time steps of a run.
 
 use super::Run;
 
-/// The steps of a run's time in order of size.
+/// The time steps in ascending order.
 #[derive(Debug)]
 pub(crate) struct Steps {
     sorted_s: Vec<f64>,
@@ -14,51 +14,51 @@ impl Steps {
         Self::of_steps(run.t_s.windows(2).map(|pair| pair[1] - pair[0]).collect())
     }
 
-    /// The same of steps in s, in any order.
+    /// From steps in s, in any order.
     pub fn of_steps(mut steps_s: Vec<f64>) -> Option<Self> {
         steps_s.sort_by(f64::total_cmp);
         (!steps_s.is_empty()).then_some(Self { sorted_s: steps_s })
     }
 
-    /// How many there are.
+    /// Number of steps.
     pub fn len(&self) -> usize {
         self.sorted_s.len()
     }
 
-    /// The step in s that this share of all steps is no longer than.
+    /// The quantile of the steps in s at this share.
     pub fn at(&self, share: f64) -> f64 {
         let last = self.sorted_s.len() - 1;
         self.sorted_s[(last as f64 * share).round() as usize]
     }
 
-    /// The middle one in s.
+    /// The median in s.
     pub fn median_s(&self) -> f64 {
         self.at(0.5)
     }
 
-    /// The mean in s of those that are no longer than `longest_s`.
+    /// The mean in s of the steps up to `longest_s`.
     pub fn mean_s(&self, longest_s: f64) -> f64 {
         let kept = self.sorted_s.partition_point(|&step_s| step_s <= longest_s);
         self.sorted_s[..kept].iter().sum::<f64>() / kept as f64
     }
 
-    /// How far the middle nine tenths lie apart in s: what scatter is usual in this log.
+    /// The range of the middle nine tenths in s: the usual scatter of this log.
     pub fn spread_s(&self) -> f64 {
         self.at(0.95) - self.at(0.05)
     }
 
-    /// The longest step in s that is still one of this log's own: beyond it there is a pause.
+    /// The longest usual step in s, beyond which there is a pause.
     pub fn longest_usual_s(&self) -> f64 {
         let median_s = self.median_s();
         (PAUSE_STEPS * median_s).max(median_s + PAUSE_SPREADS * self.spread_s())
     }
 }
 
-/// A step of at least so many times the median is a pause. Irregular logs of real motors (EV3, XL-330, ODrive) have
-/// steps of up to 3 medians, and one that waits for its line up to 4.3.
+/// Least ratio of a pause to the median step. Irregular logs of real motors (EV3, XL-330, ODrive) have steps of up to
+/// 3 medians, and one that waits for its line up to 4.3.
 const PAUSE_STEPS: f64 = 5.0;
-/// A log that is uneven by itself has pauses only beyond so many times the spread of the middle nine tenths of its steps:
-/// a loop of 0.4 ms that prints has steps of 15 ms, which are 5 to 11 spreads.
+/// Least ratio of a pause to the spread of the middle nine tenths in an irregular log: a loop of 0.4 ms that prints
+/// has steps of 15 ms, which are 5 to 11 spreads.
 const PAUSE_SPREADS: f64 = 15.0;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Why there is no recording of a sketch that prints text lines, and what to do about it.
+//! Errors of a recording of text lines, with their remedies.
 
 use std::io;
 
@@ -13,19 +13,19 @@ pub enum TextError {
     /// The file or the log.
     #[error(transparent)]
     Capture(#[from] CaptureError),
-    /// Nothing that could be a sample.
+    /// No line is a sample.
     #[error(
         "no line on {port} could be read as a sample: {}", no_sample(heard, last_skipped.as_ref()), port = shown(port)
     )]
     NoSample {
         /// The port.
         port: String,
-        /// Received.
+        /// Received bytes.
         heard: Box<Heard>,
-        /// The last line that was skipped, and why.
+        /// The last skipped line, and the reason.
         last_skipped: Option<(String, Skipped)>,
     },
-    /// The lines do not say what is commanded.
+    /// The lines contain no command.
     #[error(
         "the lines on {port} do not state the command of the motor\nhint: name what the sketch does with --profile (such as --profile step), or print a column command_v or pwm", port = shown(port)
     )]
@@ -33,7 +33,7 @@ pub enum TextError {
         /// The port.
         port: String,
     },
-    /// The board's time runs a thousand or a million times as fast, or as slowly, as the host's.
+    /// The board's time differs from the host's by a factor of 10^3 or 10^6.
     #[error(
         "the time of the lines on {port} runs {} the host's, as if `{named}` were `{meant}`\nhint: --columns {columns}",
         times(*factor), port = shown(port)
@@ -41,9 +41,9 @@ pub enum TextError {
     TimeUnit {
         /// The port.
         port: String,
-        /// How many times as fast.
+        /// The factor.
         factor: f64,
-        /// The unit that was taken.
+        /// The stated unit.
         named: &'static str,
         /// The unit that fits.
         meant: &'static str,
@@ -55,7 +55,7 @@ pub enum TextError {
     Line {
         /// The port.
         port: String,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
 }

@@ -1,13 +1,13 @@
-//! A device's unit of time, compared with a host's clock.
+//! Comparison of a device's unit of time with a host's clock.
 
-/// Powers of ten by which a unit of time is mistaken: us, ms and s for one another.
+/// Powers of ten between confused units of time: us, ms and s.
 pub(crate) const MISTAKEN: [i32; 4] = [-6, -3, 3, 6];
 
-/// Within this factor the device's time runs as fast as a unit says: a host's reads come late by less.
+/// Tolerance of the ratio as a factor: late reads change it by less.
 const WITHIN: f64 = 2.0;
 
-/// By which power of ten the device's seconds run faster than the host's: 0 where they do not, -6, -3, 3 or 6 where another
-/// unit is meant; `None` where it is none of these.
+/// Power of ten by which the device's seconds are faster than the host's: 0 if they agree, -6, -3, 3 or 6 for another
+/// unit; `None` otherwise.
 pub(crate) fn power_of_unit(device_per_host: f64) -> Option<i32> {
     let near = |power: &i32| {
         let ratio = device_per_host / 10f64.powi(*power);

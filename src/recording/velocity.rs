@@ -1,9 +1,9 @@
-//! The one rule that turns counts into speed, for recorder and simulator alike.
+//! Velocity estimate from counts, for recorder and simulator.
 //!
-//! `velocity[k] = (counts[k] - counts[k-1]) * 2 pi / (counts_per_rev * sample_time_s * n)`, where `n`
-//! is the number of samples really elapsed (1, or more after a loss). It is the difference that the
-//! lab's microcontroller computes: half a sample late, and coarse by one count
-//! (`2 pi / (counts_per_rev * sample_time_s)`, 0.29 rad/s at 0.03 s and 2.9 rad/s at 0.003 s).
+//! Finite difference `velocity[k] = (counts[k] - counts[k-1]) * 2 pi / (counts_per_rev * sample_time_s * n)`, with
+//! `n` the number of elapsed samples (1, or more after a loss). It is that of the lab's microcontroller: delayed by
+//! half a sample, with a resolution of one count (`2 pi / (counts_per_rev * sample_time_s)`, 0.29 rad/s at 0.03 s and
+//! 2.9 rad/s at 0.003 s).
 
 use crate::units::rad_per_count;
 
@@ -17,9 +17,9 @@ pub fn velocity_rad_s(
     delta_counts * rad_per_count(counts_per_rev) / (sample_time_s * elapsed_samples as f64)
 }
 
-/// Speeds of a whole run in rad/s; the first is `None`, and so is one whose `seq` does not advance.
+/// Speeds of a run in rad/s; `None` for the first row, and where `seq` does not advance.
 ///
-/// `seq` holds the device's sample numbers where it has them; without it every row counts as one sample.
+/// `seq` are the device's sample numbers; without them every row counts as one sample.
 pub fn difference_velocities(
     counts: &[i64],
     seq: Option<&[u64]>,

@@ -1,4 +1,4 @@
-//! Why a run file cannot be written, and what to do about it.
+//! Errors of writing a run file, with their remedies.
 
 use std::io;
 use std::path::PathBuf;
@@ -9,15 +9,15 @@ use crate::plain::shown;
 /// Why a run file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// The file cannot be made.
+    /// The file cannot be created.
     #[error("cannot create {}: {source}{}", shown(path), system_hint(source))]
     Create {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// There can be no new file under this name.
+    /// The path cannot be a new file.
     #[error(
         "{} {what}, and a recording needs a file of its own\nhint: name a file that does not exist yet",
         shown(path)
@@ -28,7 +28,7 @@ pub enum WriteError {
         /// Its kind.
         what: &'static str,
     },
-    /// Another program has cut or lengthened the file; nothing is appended to it any more.
+    /// Another program changed the length of the file; nothing more is appended.
     #[error(
         "{} was changed by another program while it was written: of {written_bytes} bytes with {rows} rows it has {found_bytes}\nhint: find out which other program writes there, and record again",
         shown(path)
@@ -38,12 +38,12 @@ pub enum WriteError {
         path: PathBuf,
         /// Rows that were written to it.
         rows: u64,
-        /// Bytes that were.
+        /// Bytes written.
         written_bytes: u64,
-        /// Bytes that it has.
+        /// Bytes found.
         found_bytes: u64,
     },
-    /// Writing failed on the way; the file ends with a whole row.
+    /// A write error; the file ends with a complete row.
     #[error(
         "cannot write {} any further: {source}; it holds {rows} whole rows{}",
         shown(path),
@@ -52,12 +52,12 @@ pub enum WriteError {
     Append {
         /// The file.
         path: PathBuf,
-        /// Whole rows in it.
+        /// Complete rows in it.
         rows: u64,
-        /// Why.
+        /// Cause.
         source: io::Error,
     },
-    /// The file was deleted, or its directory was, while it was written.
+    /// The file or its directory was deleted during the recording.
     #[error(
         "{} vanished while it was written\nhint: everything up to then is in {}",
         shown(path),
@@ -66,7 +66,7 @@ pub enum WriteError {
     Vanished {
         /// The file.
         path: PathBuf,
-        /// Where its rows are now.
+        /// Path of its rows.
         rescued: PathBuf,
     },
     /// The header cannot be written as TOML.
@@ -74,7 +74,7 @@ pub enum WriteError {
     Header(#[from] toml::ser::Error),
 }
 
-/// Hint for an error of the system, as a line of its own.
+/// Hint for a system error, on a line of its own.
 fn system_hint(error: &io::Error) -> String {
     let hint = match error.kind() {
         io::ErrorKind::NotFound => {

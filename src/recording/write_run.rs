@@ -1,13 +1,13 @@
-//! A whole run as a file.
+//! Writer of a complete run.
 
 use std::path::{Path, PathBuf};
 
 use super::row::{Columns, Row, Time};
 use super::{Flags, Run, RunWriter, WriteError};
 
-/// Writes a whole run, simulated or imported, and ends it as `run.complete` says. Returns the path,
-/// which is the next free name if `path` exists. Header keys that the run does not keep as columns or
-/// fields are written as they are; its summary, if it has one, is kept.
+/// Writes a complete run, simulated or imported, with `run.complete` as its ending. Returns the path, which is the
+/// next free name if `path` exists. Header keys that are not columns or fields of the run are written unchanged; an
+/// existing summary is kept.
 pub fn write_run(run: &Run, path: &Path) -> Result<PathBuf, WriteError> {
     let mut header = toml::Table::new();
     header.insert("sample_time_s".to_owned(), run.sample_time_s.into());
@@ -27,7 +27,7 @@ pub fn write_run(run: &Run, path: &Path) -> Result<PathBuf, WriteError> {
         current: run.measured_current_a.is_some(),
     };
     let mut writer = RunWriter::create(path, &header, columns)?;
-    // A measured value that a sample lacks is an empty cell.
+    // A missing measured value is an empty cell.
     let at = |column: &Option<Vec<f64>>, k: usize| {
         let value = column.as_ref().map(|values| values[k]);
         value.filter(|value| !value.is_nan())

@@ -1,10 +1,9 @@
 //! The crash-safe writer of run files.
 //!
-//! Rows are appended and handed to the operating system every [`FLUSH_EVERY`] at the latest, so a
-//! process that is killed leaves a file with every whole row up to then. The header stands at the top
-//! and yet holds what is known only at the end: a block of comment lines is reserved there, and
-//! [`RunWriter::finish`] overwrites it in place with `complete = true` and the summary. A file without
-//! that line was not ended properly.
+//! Rows are appended and flushed to the operating system at least every [`FLUSH_EVERY`], so that the file of a killed
+//! process has every complete row up to then. The summary is known only at the end but belongs into the header: a
+//! block of comment lines is reserved there, and [`RunWriter::finish`] overwrites it in place with `complete = true`
+//! and the summary. A file without that line ended irregularly.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -21,27 +20,26 @@ use crate::platform::time::Instant;
 /// Value of the `format` key.
 pub const RUN_FORMAT: &str = "motorlab-run/1";
 
-/// Rows wait in memory no longer than this (as long as [`RunWriter::flush_if_due`] is called when they are
-/// [`RunWriter::due`]).
+/// Longest time that rows wait in memory (if [`RunWriter::flush_if_due`] is called when they are [`RunWriter::due`]).
 pub const FLUSH_EVERY: Duration = Duration::from_millis(25);
 
-/// Rows are handed on no sooner than this after the last time.
+/// Shortest time between two flushes.
 const FLUSH_REST: Duration = Duration::from_micros(500);
 
-/// Bytes kept free in the header for the summary: 30 keys of 40 characters, which none has.
+/// Bytes reserved in the header for the summary: 30 keys of 40 characters, more than any has.
 const RESERVED_BYTES: usize = 1200;
 
-/// Rows wait in memory up to this many bytes.
+/// Most bytes of rows in memory.
 const MOST_BUFFERED: usize = 1 << 18;
 
-/// Writes one run file. Dropping it without [`RunWriter::finish`] leaves a readable, incomplete file.
+/// Writer of one run file. Dropping it without [`RunWriter::finish`] leaves a readable, incomplete file.
 #[derive(Debug)]
 pub struct RunWriter {
     file: File,
     path: PathBuf,
     formatter: RowFormatter,
     buffer: Vec<u8>,
-    /// Bytes of whole rows (and header) that the operating system has.
+    /// Bytes of header and complete rows passed to the operating system.
     written_bytes: u64,
     rows: u64,
     buffered_rows: u64,
@@ -50,8 +48,8 @@ pub struct RunWriter {
 }
 
 impl RunWriter {
-    /// Begins a file with `header` at its top; `format` is added. An existing file is never
-    /// overwritten: the next free name is taken, and [`RunWriter::path`] says which.
+    /// Begins a file with `header` and the key `format`. An existing file is never overwritten: the next free name is
+    /// taken, as [`RunWriter::path`] states.
     pub fn create(path: &Path, header: &toml::Table, columns: Columns) -> Result<Self, WriteError> {
         let (file, path) = create_free(path)?;
         let mut writer = Self {
@@ -70,7 +68,7 @@ impl RunWriter {
         Ok(writer)
     }
 
-    /// Puts the header into the buffer; says where its reserved block begins.
+    /// Writes the header into the buffer; returns the offset of its reserved block.
     fn write_header(&mut self, header: &toml::Table) -> Result<u64, WriteError> {
         let (tables, plain): (toml::Table, toml::Table) = one_line_table(header)
             .into_iter()
@@ -85,7 +83,7 @@ impl RunWriter {
         Ok(reserved_at)
     }
 
-    /// Where the rows go: the path asked for, or the next free name.
+    /// Path of the file: the requested one, or the next free name.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -95,7 +93,7 @@ impl RunWriter {
         self.rows + self.buffered_rows
     }
 
-    /// Appends one row, with its speed by the one velocity rule, which is returned in rad/s.
+    /// Appends one row with its speed estimate, which is returned in rad/s.
     pub fn append(&mut self, row: &Row) -> Result<Option<f64>, WriteError> {
         if self.rows() >= MAX_ROWS as u64 {
             self.flush()?;
@@ -113,7 +111,7 @@ impl RunWriter {
         Ok(speed)
     }
 
-    /// Hands the rows to the operating system if the last time is at least half a millisecond ago; says whether it is.
+    /// Flushes the rows if the last flush is at least half a millisecond ago; returns whether it is.
     pub fn flush_if_due(&mut self) -> Result<bool, WriteError> {
         if self.last_flush.elapsed() < FLUSH_REST {
             return Ok(false);
@@ -121,13 +119,13 @@ impl RunWriter {
         self.flush().map(|()| true)
     }
 
-    /// When the rows that wait in memory must be handed on at the latest; `None` if there are none.
+    /// Time by which the rows in memory must be flushed; `None` if there are none.
     pub fn due(&self) -> Option<Instant> {
         (self.buffered_rows > 0).then(|| self.last_flush + FLUSH_EVERY)
     }
 
-    /// Hands all rows to the operating system. After an error the file ends with a whole row; after
-    /// [`WriteError::Vanished`] the writer is still good and continues in the rescued copy.
+    /// Flushes all rows to the operating system. After an error the file ends with a complete row; after
+    /// [`WriteError::Vanished`] the writer remains usable and continues in the rescued copy.
     pub fn flush(&mut self) -> Result<(), WriteError> {
         self.last_flush = Instant::now();
         if self.buffer.is_empty() {
@@ -146,7 +144,7 @@ impl RunWriter {
         Ok(())
     }
 
-    /// Another program that cuts a file leaves a hole of zeros beneath what is appended: then nothing is.
+    /// Appending to a file that another program has truncated would leave a hole of zeros.
     fn refuse_altered(&self) -> Result<(), WriteError> {
         let found_bytes = self.file.metadata().map_or(0, |metadata| metadata.len());
         if found_bytes == self.written_bytes {
@@ -160,15 +158,15 @@ impl RunWriter {
         })
     }
 
-    /// Takes the file away again, of a recording that did not begin.
+    /// Removes the file of a recording that did not begin.
     pub fn discard(self) {
         if self.rows() == 0 && !has_vanished(&self.file, &self.path) {
-            // The rest is a file with a header and no row.
+            // If this fails, a file with a header and no rows remains.
             let _ = remove_file(&self.path);
         }
     }
 
-    /// After a failed write: keeps the whole rows that got through.
+    /// After a failed write: keeps the complete rows.
     fn cut_back(&mut self, source: io::Error) -> WriteError {
         let on_disk = self.file.metadata().map_or(0, |metadata| metadata.len());
         let got_through = on_disk.saturating_sub(self.written_bytes) as usize;
@@ -190,8 +188,7 @@ impl RunWriter {
         }
     }
 
-    /// Copies a deleted file, which lives on as long as it is open, to a place that still exists, and
-    /// continues there.
+    /// Copies a deleted file, whose open handle is still valid, to an existing folder, and continues there.
     fn rescue(&mut self) -> Result<(), WriteError> {
         let name = self.path.file_name().unwrap_or("run.csv".as_ref());
         let places = [PathBuf::new(), std::env::temp_dir()];
@@ -249,7 +246,6 @@ impl RunWriter {
     }
 }
 
-/// Appends each line of `text` as a comment.
 fn comment_lines(buffer: &mut Vec<u8>, text: &str) {
     for line in text.lines() {
         buffer.extend_from_slice(if line.is_empty() { b"#" } else { b"# " });
@@ -258,10 +254,10 @@ fn comment_lines(buffer: &mut Vec<u8>, text: &str) {
     }
 }
 
-/// Shortest comment line that is a comment of the TOML document too: `# #` and the newline.
+/// Shortest line that is a comment in TOML as well: `# #` and the newline.
 const SHORTEST_FILL: usize = 4;
 
-/// Appends exactly `length` bytes (at least [`SHORTEST_FILL`], or none) of empty comment lines.
+/// Appends exactly `length` bytes (0, or at least [`SHORTEST_FILL`]) of empty comment lines.
 fn fill(buffer: &mut Vec<u8>, mut length: usize) {
     const LINE: usize = 100;
     while length >= SHORTEST_FILL {

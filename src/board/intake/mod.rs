@@ -1,17 +1,15 @@
-//! Bytes in, validated samples out, without a line or a clock of its own: live capture, replay and the
-//! benchmarks use it.
+//! Decoder of a board's bytes: bytes in, validated samples out, without I/O; used by capture, replay and benchmarks.
 //!
 //! ```text
 //! bytes -> frame (COBS, CRC-16) -> message (every field in range) -> plausible? -> sample (64 bit)
 //! ```
 //!
-//! A frame with a CRC that is right at random must also fit to the sample before it: its number lies ahead,
-//! its device time lies `n TS` later, its counts moved no faster than an encoder can, and its command
-//! is the one that the profile has for its number. What does not fit is held back; if the next frame
-//! fits to it, both are samples and the first of them is marked with its [`Leap`] (a late board, a counter
-//! or a clock that was set back), else it is rejected and its number counts as lost.
+//! A frame with a CRC that is right at random must also agree with the previous sample: a later number, device time
+//! `n TS` later, counts within the limits of an encoder, and the profile's command for its number. An inconsistent
+//! sample is held back; if the next one agrees with it, both are accepted and the first is marked with its [`Leap`]
+//! (a late board, a counter or a clock that was reset), else it is rejected and its number counts as lost.
 //!
-//! A repeated HELLO during a run changes nothing; one with other contents ends the recording: its board is another one.
+//! A repeated HELLO during a run is ignored; one with other contents ends the recording, as the board was replaced.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, CountsUnwrapper, EndReason, FrameDecoder, Hello, MessageError,
@@ -25,12 +23,12 @@ use super::leap::{LONGEST_STEP_US, Leap};
 use super::motion::Motion;
 use plausibility::{Doubt, Fit};
 
-/// A validated sample, with counters that run on.
+/// A validated sample with unwrapped counters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sample {
-    /// Sample number from START on.
+    /// Sample number from START.
     pub number: u64,
-    /// Device time in microseconds; only differences mean something.
+    /// Device time in microseconds, with an arbitrary origin.
     pub device_us: u64,
     /// Arrival time in microseconds on the host's monotonic clock.
     pub host_us: u64,
@@ -40,45 +38,45 @@ pub struct Sample {
     pub counts: i64,
     /// Flags of the board.
     pub flags: SampleFlags,
-    /// In what it does not follow from the sample before.
+    /// Discontinuities relative to the previous sample.
     pub leap: Leap,
-    /// Measured current in mA, where the board has the sensor.
+    /// Measured current in mA, if the board has the sensor.
     pub current_ma: Option<i16>,
-    /// Measured supply in mV, where the board has the sensor.
+    /// Measured supply in mV, if the board has the sensor.
     pub supply_mv: Option<u16>,
 }
 
 /// Event of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event {
-    /// Who it is; during a run only where that differs from the HELLO before.
+    /// Identity; during a run only if it differs from the previous HELLO.
     Hello(Hello),
-    /// It took a host message.
+    /// A host message was accepted.
     Ack {
         /// Type of the message.
         of: u8,
-        /// Of a chunk: the segment expected next.
+        /// For a chunk: the next expected segment.
         detail: u16,
     },
-    /// It refused a host message.
+    /// A host message was refused.
     Nak {
         /// Type of the message.
         of: u8,
-        /// Why.
+        /// Reason.
         reason: Refusal,
     },
     /// A sample.
     Sample(Sample),
-    /// The recording is over.
+    /// End of the recording.
     End {
         /// Samples taken.
         taken: u32,
-        /// Of these, how many it could not send.
+        /// Samples that it could not send.
         dropped: u32,
-        /// Why it is over.
+        /// Reason.
         reason: EndReason,
     },
-    /// It speaks another version of the protocol.
+    /// Another protocol version.
     OtherVersion(u8),
 }
 
@@ -87,38 +85,38 @@ pub enum Event {
 pub struct Damage {
     /// Frames with a wrong CRC, wrong stuffing or a wrong length.
     pub bad_frames: u64,
-    /// Frames with a right CRC that do not fit to the samples around them.
+    /// Frames with a right CRC that disagree with the neighbouring samples.
     pub implausible: u64,
-    /// Frames that came again.
+    /// Repeated frames.
     pub repeated: u64,
 }
 
-/// Reference for the plausibility of a sample.
+/// Expected values for the plausibility of a sample.
 #[derive(Debug, Clone, Default)]
 pub struct Expectations {
-    /// Sample time in microseconds; 0 if it is not known.
+    /// Sample time in microseconds; 0 if unknown.
     pub sample_time_us: u32,
-    /// The uploaded profile: for how many samples which command in mV. Empty if it is not known.
+    /// The uploaded profile: pairs of number of samples and command in mV. Empty if unknown.
     pub commands: Vec<(u64, i16)>,
 }
 
-/// Turns a board's bytes into events.
+/// Decoder from a board's bytes to events.
 #[derive(Debug, Clone)]
 pub struct Intake {
     decoder: FrameDecoder,
     fields: BoardFields,
-    /// Who the board is, and whether it is recording: then it cannot become another one.
+    /// The board's identity, and whether it is recording, during which it cannot change.
     hello: Option<Hello>,
     recording: bool,
     counts_per_rev: f64,
     expectations: Expectations,
-    /// Where in `expectations.commands` the last sample was: index and number of its first sample.
+    /// Position of the last sample in `expectations.commands`: index and number of the segment's first sample.
     segment: (usize, u64),
-    /// Nothing before the first whole frame counts as damage: the port was opened in the middle.
+    /// Before the first complete frame nothing counts as damage: the port was opened in the middle.
     in_step: bool,
     wire: Option<firmware_protocol::Sample>,
     suspect: Option<Suspect>,
-    /// How far the board's clock has leapt ahead of the time that runs on here, in microseconds.
+    /// Offset of the board's clock relative to the continuous time here, in microseconds.
     ahead_us: i64,
     sequence: SequenceUnwrapper,
     micros: MicrosUnwrapper,
@@ -128,7 +126,7 @@ pub struct Intake {
     heard: Heard,
 }
 
-/// A sample that does not follow from the one before, held back until the next one comes.
+/// An inconsistent sample, held back until the next one.
 #[derive(Debug, Clone, Copy)]
 struct Suspect {
     sample: firmware_protocol::Sample,
@@ -162,7 +160,7 @@ impl Default for Intake {
 }
 
 impl Intake {
-    /// Begins a recording: numbers start from 0 again.
+    /// Begins a recording: numbers restart from 0.
     pub fn expect(&mut self, expectations: Expectations) {
         self.expectations = expectations;
         self.segment = (0, 0);
@@ -176,7 +174,7 @@ impl Intake {
         self.motion = Motion::default();
     }
 
-    /// Says how fine the encoder is, in counts per revolution: how far it can count between two samples.
+    /// Sets the encoder's resolution in counts per revolution, which limits the counts between two samples.
     pub fn encoder(&mut self, counts_per_rev: f64) {
         self.counts_per_rev = counts_per_rev;
     }
@@ -186,12 +184,12 @@ impl Intake {
         self.damage
     }
 
-    /// The first bytes that were no frame: what a foreign board sent.
+    /// The first bytes that were no frame: output of a foreign board.
     pub fn heard(&self) -> &Heard {
         &self.heard
     }
 
-    /// Takes bytes that arrived at `host_us`; hands each event to `out`.
+    /// Processes bytes that arrived at `host_us`; passes each event to `out`.
     pub fn push(&mut self, host_us: u64, bytes: &[u8], mut out: impl FnMut(Event)) {
         for &byte in bytes {
             if !self.in_step {
@@ -241,8 +239,8 @@ impl Intake {
         }
     }
 
-    /// A buffer on the way may give a HELLO late or twice: during a run one with the same contents is ignored,
-    /// and one with other contents changes nothing here and is handed on.
+    /// A buffer may delay or repeat a HELLO: during a run an identical one is ignored, and a different one is passed
+    /// on without an effect here.
     fn take_hello(&mut self, hello: Hello, out: &mut impl FnMut(Event)) {
         match self.hello {
             Some(known) if self.recording && is_same_board(&known, &hello) => return,
@@ -264,7 +262,7 @@ impl Intake {
     ) {
         let fit = self.fit(self.wire.as_ref(), &sample);
         let doubt = self.doubt(&sample).filter(|_| fit == Fit::Follows);
-        // A sample that follows from a doubtful one confirms it, even if it also follows from the one before.
+        // A sample that agrees with a doubtful one confirms it, even if it also agrees with the one before.
         let settles = self.suspect.is_some_and(|held| {
             held.doubt.is_some()
                 && self.is_ahead(&held.sample)
@@ -283,7 +281,7 @@ impl Intake {
             return;
         }
         match self.suspect.take() {
-            // Two frames in a row that fit to each other and lie ahead: the implausible one was before.
+            // Two consistent frames in a row: the implausible one was the one before.
             Some(before)
                 if self.is_ahead(&before.sample)
                     && self.fit(Some(&before.sample), &sample) == Fit::Follows =>
@@ -313,7 +311,7 @@ impl Intake {
         }
     }
 
-    /// Hands on a sample that was held back, marked by what the one after it tells.
+    /// Releases a held-back sample, marked according to the one after it.
     fn release(
         &mut self,
         held: Suspect,
@@ -334,8 +332,8 @@ impl Intake {
         out(Event::Sample(self.accept(held.sample, held.host_us, leap)));
     }
 
-    /// Takes a sample. Its time runs on by the board's clock; where that fell back, or leapt by more than
-    /// [`LONGEST_STEP_US`], by the sample numbers.
+    /// Accepts a sample. Its time follows the board's clock; where that falls back or jumps by more than
+    /// [`LONGEST_STEP_US`], the sample numbers.
     fn accept(&mut self, sample: firmware_protocol::Sample, host_us: u64, leap: Leap) -> Sample {
         let number = match self.sequence.push(sample.sequence) {
             Sequence::Next { number, .. } => number,
@@ -380,7 +378,7 @@ impl Intake {
     }
 }
 
-/// Whether both say the same of a board; its sample time may have been set in between.
+/// Whether both describe the same board; its sample time may have been set in between.
 pub(super) fn is_same_board(known: &Hello, said: &Hello) -> bool {
     let sample_time_us = known.sample_time_us;
     *known

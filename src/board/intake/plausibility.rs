@@ -1,35 +1,34 @@
-//! Whether a frame whose CRC is right follows from the sample before it: by number, device time, counts and command.
+//! Consistency of a frame with the previous sample: number, device time, counts and command.
 
 use firmware_protocol::Sequence;
 
 use super::super::leap::{Leap, most_counts};
 use super::Intake;
 
-/// A board that is late says so; then its time may be off by so many sample times.
+/// Largest time error in sample times of a board that reports an overrun.
 const LATE_SAMPLES: u64 = 16;
 
-/// Doubt that only the next sample resolves.
+/// A doubt that only the next sample resolves.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Doubt {
-    /// Behind a gap of so many microseconds, in which a counter of 16 bits can have wrapped.
+    /// After a gap of this many microseconds, in which a 16-bit counter may have wrapped.
     Gap(f64),
-    /// The counter moved by so many counts to 0.
+    /// The counter moved by this many counts to 0.
     Reset(f64),
 }
 
-/// How a sample goes with another one.
+/// Consistency of a sample with another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fit {
-    /// It follows from it.
+    /// It follows.
     Follows,
-    /// It may come after it, if it is not alone.
+    /// It may follow, if the next sample agrees.
     Leaps(Leap),
-    /// It cannot come after it.
+    /// It cannot follow.
     Never,
 }
 
 impl Intake {
-    /// Counts from one sample to another.
     pub(super) fn moved(
         &self,
         from: &firmware_protocol::Sample,
@@ -61,7 +60,7 @@ impl Intake {
         sequence.push(sample.sequence) != Sequence::Stale
     }
 
-    /// How `sample` goes with `last`; without one, whether it can be the first.
+    /// Consistency of `sample` with `last`; without one, whether it can be the first.
     pub(super) fn fit(
         &self,
         last: Option<&firmware_protocol::Sample>,
@@ -80,7 +79,7 @@ impl Intake {
             return Fit::Never;
         }
         let Some(last) = last else {
-            // The first sample has nothing to fit to but its number.
+            // The first sample is checked by its number only.
             return if number == 0 || sample_time_us == 0 {
                 Fit::Follows
             } else {
@@ -103,7 +102,7 @@ impl Intake {
             } else {
                 sample_time_us / 2
             };
-        // Gaps of more than 71 minutes cannot be told from shorter ones.
+        // Gaps beyond 71 minutes are aliased to shorter ones.
         let off_us = (elapsed_us as i64 - (expected_us % (1 << 32)) as i64).unsigned_abs();
         let moved = if self.fields.counts_16_bit {
             u64::from(
@@ -125,7 +124,7 @@ impl Intake {
         }
     }
 
-    /// The command that the profile has for sample `number`, which lies ahead of the last one.
+    /// The profile's command for sample `number`, which is after the last one.
     pub(super) fn expected_command(&self, number: u64) -> Option<i16> {
         let (mut index, mut first) = self.segment;
         loop {

@@ -1,7 +1,7 @@
 //! Meaning of each number of a text line.
 //!
-//! Names are those that sketches print, in any case and with `_`, `-` or a unit in brackets:
-//! `t_us`, `micros`, `time_ms`, `millis`, `t_s`, `counts`, `encoder`, `command_v`, `pwm` …
+//! Names are those that sketches print, in any case, with `_`, `-` or a unit in brackets: `t_us`, `micros`,
+//! `time_ms`, `millis`, `t_s`, `counts`, `encoder`, `command_v`, `pwm` …
 
 use std::fmt;
 
@@ -23,15 +23,15 @@ pub enum Column {
     Sequence,
     /// Encoder counts.
     Counts,
-    /// Encoder counts since the line before (`readAndReset`), summed up.
+    /// Encoder counts since the previous line (`readAndReset`), which are summed.
     Increments,
-    /// Speed in this unit, summed up over time.
+    /// Speed in this unit, which is integrated over time.
     Speed(SpeedUnit),
     /// Command in V.
     CommandVolts,
     /// Command as the 8-bit PWM value of `analogWrite`, signed.
     CommandPwm255,
-    /// Command in per cent of full drive.
+    /// Command in percent of full drive.
     CommandPercent,
     /// Measured supply in V.
     SupplyVolts,
@@ -41,7 +41,7 @@ pub enum Column {
     Ignored,
 }
 
-/// Every name under which a column is known; the first of a column is the one that is printed.
+/// Every name of a column; the first one is the printed one.
 pub(super) const NAMES: &[(&str, Column)] = &[
     ("t_us", Column::TimeMicros),
     ("time_us", Column::TimeMicros),
@@ -119,7 +119,7 @@ pub(super) const NAMES: &[(&str, Column)] = &[
 ];
 
 impl Column {
-    /// The column that goes by this name, whatever its case, spaces or bracketed unit.
+    /// The column with this name, ignoring case, spaces and a bracketed unit.
     pub fn from_name(name: &str) -> Option<Self> {
         let plain = plain(name);
         NAMES
@@ -128,7 +128,7 @@ impl Column {
             .map(|&(_, column)| column)
     }
 
-    /// Whether both are the same quantity, in whatever unit.
+    /// Whether both are the same quantity in any unit.
     pub(super) fn is_kind_of(self, other: Self) -> bool {
         let kind = |column| match column {
             Self::TimeMicros | Self::TimeMillis | Self::TimeSeconds => Self::TimeMicros,
@@ -139,7 +139,7 @@ impl Column {
         kind(self) == kind(other)
     }
 
-    /// The column of time in the unit that is `factor` times as long, if there is one.
+    /// The column of time with a unit `factor` times as long, if there is one.
     pub(crate) fn in_unit_times(self, factor: f64) -> Option<Self> {
         let units = [
             (Self::TimeMicros, 1e-6),
@@ -154,7 +154,7 @@ impl Column {
         found.map(|&(column, _)| column)
     }
 
-    /// The names that are printed, one a column.
+    /// The printed names, one per column.
     pub fn names() -> String {
         let mut names: Vec<&str> = NAMES.iter().map(|(_, column)| column.name()).collect();
         names.dedup();
@@ -170,7 +170,7 @@ impl Column {
     }
 }
 
-/// `"Encoder (counts)"` and `" ENCODER"` are both `encoder`; `"time [us]"` is `time_us`.
+/// `"Encoder (counts)"` and `" ENCODER"` both give `encoder`; `"time [us]"` gives `time_us`.
 fn plain(name: &str) -> String {
     let name = name.trim().to_ascii_lowercase();
     let (stem, unit) = match name.find(['(', '[']) {
@@ -187,7 +187,7 @@ fn plain(name: &str) -> String {
             format!("{stem}_{unit}")
         }
         "%" => format!("{stem}_percent"),
-        // A speed in brackets of another unit is not one of rpm.
+        // A speed with another unit in brackets is not in RPM.
         unit if !unit.is_empty() && SPEEDS.contains(&stem.as_str()) => {
             format!("{stem}_{}", unit.replace(['/', ' '], "_"))
         }
@@ -195,19 +195,19 @@ fn plain(name: &str) -> String {
     }
 }
 
-/// Why a set of columns cannot be used.
+/// Errors in a set of columns.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ColumnError {
-    /// A name that no column goes by.
+    /// An unknown name.
     #[error(
         "unknown column `{name}`\nhint: {}the names are {}; `-` leaves a column out",
         nearest.map_or_else(String::new, |name| format!("did you mean `{name}`? ")),
         Column::names()
     )]
     Unknown {
-        /// The name as given.
+        /// The given name.
         name: String,
-        /// The known name that is meant, if one is near.
+        /// The most similar known name, if any.
         nearest: Option<&'static str>,
     },
     /// A speed without its unit, or an angle.
@@ -215,23 +215,23 @@ pub enum ColumnError {
         "`{name}` is neither a count nor a speed whose unit is known\nhint: name a speed by its unit (rpm, rad_s, deg_s, rev_s, counts_s), and it is summed up; leave a column out with `-`; a log of angles is read by `motorlab import`"
     )]
     NotCounts {
-        /// The name as given.
+        /// The given name.
         name: String,
     },
-    /// The same meaning twice.
+    /// A meaning given twice.
     #[error("two columns mean `{name}`\nhint: leave one out with `-`")]
     Twice {
-        /// The meaning given twice.
+        /// The meaning.
         name: &'static str,
     },
-    /// No counts among them.
+    /// No column of counts.
     #[error(
         "no column holds the encoder counts\nhint: name one of them `counts`, or `increments` or a speed (rpm, rad_s, …), which are summed up"
     )]
     NoCounts,
 }
 
-/// The columns of a text board, in the order in which a line has them.
+/// The columns of a text board, in the order of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Columns(Vec<Column>);
 
@@ -260,7 +260,7 @@ impl Columns {
                 });
             }
         }
-        // Counts are better than what has to be summed up, whole increments better than speeds.
+        // Counts are preferred to integrated quantities, increments to speeds.
         let rank = |column: &Column| match column {
             Column::Counts => Some(0),
             Column::Increments => Some(1),
@@ -279,7 +279,7 @@ impl Columns {
         Ok(Self(columns.into_iter().map(used).collect()))
     }
 
-    /// The column that is summed up to counts; `None` where there are counts.
+    /// The column that is integrated to counts; `None` if there are counts.
     pub fn summed_up(&self) -> Option<Column> {
         let is_summed = |column: &&Column| matches!(column, Column::Increments | Column::Speed(_));
         self.0.iter().find(is_summed).copied()
@@ -290,7 +290,7 @@ impl Columns {
         &self.0
     }
 
-    /// Whether the board says when it took a sample; otherwise the timing is the host's.
+    /// Whether the board states sample times; otherwise the host's arrival times are used.
     pub fn has_device_time(&self) -> bool {
         self.0.iter().any(|column| {
             matches!(
@@ -308,10 +308,10 @@ impl fmt::Display for Columns {
     }
 }
 
-/// Names of speeds that say no unit.
+/// Names of speeds without a unit.
 const SPEEDS: &[&str] = &["speed", "velocity", "vel", "omega"];
 
-/// Names under which sketches print speeds and angles.
+/// Common names of speeds and angles.
 const SPEEDS_AND_ANGLES: &[&str] = &[
     "rpm", "speed", "velocity", "vel", "omega", "rad_s", "deg_s", "rps", "rad", "deg", "angle",
     "theta", "degrees", "radians",

@@ -1,4 +1,4 @@
-//! Bytes of a text board in, samples out, a line at a time; every skipped line is reported with its reason.
+//! Decoder of a text board's bytes: one line at a time into samples; every skipped line is reported with its reason.
 
 use super::event::{Skipped, TextEvent, TextSample};
 use super::fields::{Field, split, split_header};
@@ -6,23 +6,23 @@ use super::teleplot::{Signal, Teleplot};
 use super::unwrapper::Unwrapper;
 use super::{Column, ColumnError, Columns};
 
-/// Longest line that is read; a longer one is skipped up to its end.
+/// Longest line read; a longer one is skipped.
 pub const MAX_LINE_BYTES: usize = 512;
 
-/// Full drive as a PWM value of 8 bits.
+/// Full drive as an 8-bit PWM value.
 const FULL_PWM255: f64 = 255.0;
 const MICROS_WRAP: i64 = 1 << 32;
 const I16_WRAP: i64 = 1 << 16;
 
-/// Streaming decoder of a text board's bytes. Never panics, holds at most one line.
+/// Streaming decoder of a text board's bytes. Never panics, buffers at most one line.
 #[derive(Debug, Clone)]
 pub struct TextDecoder {
     columns: Option<Columns>,
     /// The columns were given: labels do not change them.
     given: bool,
-    /// The last byte ended a line and was a carriage return: a newline after it belongs to it.
+    /// The last line ended with a carriage return, whose newline may follow.
     after_return: bool,
-    /// Length of the line that ended last, if it was a sample.
+    /// Length of the last line, if it was a sample.
     last_sample_bytes: usize,
     line: Vec<u8>,
     line_number: u64,
@@ -36,10 +36,10 @@ pub struct TextDecoder {
 }
 
 impl TextDecoder {
-    /// A decoder that knows its columns, or reads them off the first header or labelled line.
+    /// A decoder with these columns, or those of the first header or labelled line.
     ///
-    /// The first line is usually torn, since a port is opened in the middle of one: it is skipped
-    /// like any other line that does not fit.
+    /// The first line is usually incomplete, since the port is opened in the middle of one: it is skipped like any
+    /// other invalid line.
     pub fn new(columns: Option<Columns>) -> Self {
         Self {
             given: columns.is_some(),
@@ -67,12 +67,12 @@ impl TextDecoder {
         self.longest_line
     }
 
-    /// Whether the counter was seen to go round at 16 bits.
+    /// Whether the counter was seen to wrap at 16 bits.
     pub fn counts_wrap(&self) -> bool {
         !self.wide_counts && self.counts.has_wrapped()
     }
 
-    /// Takes one byte; an event comes with the last byte of a line that is not blank.
+    /// Processes one byte; returns an event with the last byte of a line that is not blank.
     pub fn push(&mut self, byte: u8) -> Option<TextEvent> {
         if std::mem::take(&mut self.after_return) && byte == b'\n' {
             if self.last_sample_bytes > 0 {
@@ -126,7 +126,7 @@ impl TextDecoder {
         let Some(numbers) = self.numbers(&fields) else {
             return self.read_header(text, &fields);
         };
-        // The first line may be torn: its fields are not to be counted.
+        // The first line may be incomplete: its fields are not counted.
         if self.columns.is_none() && numbers.len() == 1 && self.line_number > 1 {
             self.columns = Columns::new(vec![Column::Counts]).ok();
         }
@@ -140,7 +140,7 @@ impl TextDecoder {
         self.sample(text, columns.as_slice(), &numbers, wire_bytes)
     }
 
-    /// The numbers of a line; what stands in an ignored column may be text, and is 0 then.
+    /// The numbers of a line; an ignored column may contain text, which gives 0.
     fn numbers(&self, fields: &[Field]) -> Option<Vec<f64>> {
         let columns = self.columns.as_ref().map_or(&[][..], Columns::as_slice);
         if columns.len() == fields.len() {
@@ -149,7 +149,7 @@ impl TextDecoder {
         fields.iter().map(Field::number).collect()
     }
 
-    /// `t_us:1200 counts:17`: each line says itself what it holds.
+    /// `t_us:1200 counts:17`: each line states its columns.
     fn read_labelled(&mut self, text: &str, fields: &[Field], wire_bytes: usize) -> TextEvent {
         if let Some(columns) = self.columns.clone().filter(|_| self.given) {
             return match self.numbers(fields) {
@@ -179,8 +179,8 @@ impl TextDecoder {
         }
     }
 
-    /// A labelled line where the columns were given: their names and units count, in the line's order; a label
-    /// that is known to mean another quantity is a clash.
+    /// A labelled line with given columns: their names and units apply, in the line's order; a label with another
+    /// known meaning is a clash.
     fn read_by_given(
         &mut self,
         text: &str,
@@ -206,7 +206,7 @@ impl TextDecoder {
         self.sample(text, columns, numbers, wire_bytes)
     }
 
-    /// A line of words is a header when most of them name columns, counts among them; else a banner.
+    /// A line of words is a header if most of them name columns, counts among them; else a banner.
     fn read_header(&mut self, text: &str, fields: &[Field]) -> TextEvent {
         let columns: Vec<_> = split_header(text).map(Column::from_name).collect();
         let known = columns.iter().flatten().count();
@@ -275,7 +275,7 @@ impl TextDecoder {
     }
 }
 
-/// The numbers of fields whose columns are known; text in an ignored column is 0.
+/// The numbers of fields with known columns; text in an ignored column is 0.
 fn numbers_of(fields: &[Field], columns: &[Column]) -> Option<Vec<f64>> {
     let number = |(field, column): (&Field, &Column)| match column {
         Column::Ignored => Some(field.number().unwrap_or(0.0)),

@@ -1,17 +1,17 @@
-//! The results of a line: a sample, a header, or why it was skipped.
+//! The result of a line: a sample, a header, or why it was skipped.
 
 use super::{Column, ColumnError, Columns};
 
-/// One sample as a text board printed it; what the line does not have is `None`.
+/// One sample as printed by a text board; missing values are `None`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct TextSample {
-    /// Board time in microseconds, unwrapped, on the board's own origin.
+    /// Unwrapped board time in microseconds, on the board's origin.
     pub time_us: Option<i64>,
     /// Sample number.
     pub sequence: Option<u64>,
     /// Encoder counts; those of a 16-bit `int` are unwrapped.
     pub counts: i64,
-    /// Quantity to be summed up to counts, in the column's unit.
+    /// Value to be integrated to counts, in the column's unit.
     pub summand: Option<(Column, f64)>,
     /// Command in V.
     pub command_v: Option<f64>,
@@ -23,33 +23,33 @@ pub struct TextSample {
     pub current_a: Option<f64>,
 }
 
-/// Why a line gave no sample.
+/// Why a line was skipped.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Skipped {
-    /// Words where numbers should be: a banner, or a line torn by a reset.
+    /// Words in place of numbers: a banner, or a line cut by a reset.
     NotNumbers,
-    /// Another number of fields than there are columns.
+    /// The number of fields differs from that of the columns.
     FieldCount {
-        /// Fields that the columns ask for.
+        /// Number of columns.
         expected: usize,
-        /// Fields of the line.
+        /// Number of fields.
         found: usize,
     },
-    /// A number that its column cannot hold: not finite, or counts with a fraction.
+    /// A number that is invalid in its column: not finite, or counts with a fraction.
     BadValue {
         /// The column's name.
         column: &'static str,
     },
     /// Longer than [`MAX_LINE_BYTES`](super::MAX_LINE_BYTES).
     TooLong,
-    /// The columns are not known yet: no header line, no labels, no `--columns`.
+    /// The columns are still unknown: no header line, no labels, no `--columns`.
     ColumnsUnknown,
-    /// The line's labels name no counts.
+    /// No label is a name of counts.
     NoCountsLabelled {
         /// The labels, joined by commas.
         labels: String,
     },
-    /// A label of the line means another quantity than the column at its place.
+    /// A label means another quantity than the column in its place.
     Clash {
         /// The label.
         label: String,
@@ -63,15 +63,15 @@ pub enum Skipped {
 pub enum TextEvent {
     /// A sample.
     Sample(TextSample),
-    /// A header line, or the first labelled line, told what the columns mean.
+    /// A header line, or the first labelled line, with the meaning of the columns.
     Header(Columns),
-    /// A header line that names columns, but cannot be used.
+    /// A header line that names columns, but is invalid.
     BadHeader(ColumnError),
-    /// A line that gave no sample, with its text (lossy) for messages.
+    /// A skipped line, with its text (lossy) for messages.
     Skipped {
-        /// Line number, the first being 1.
+        /// Line number, from 1.
         line: u64,
-        /// Why.
+        /// Reason.
         why: Skipped,
         /// The line's text.
         text: String,

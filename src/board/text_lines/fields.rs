@@ -1,8 +1,8 @@
-//! The fields of a line: numbers with or without labels and units, in whatever brackets.
+//! The fields of a line: numbers with or without labels, units and brackets.
 
 use super::Column;
 
-/// Units that may stand behind a number, as in `20ms` and `3.5 V` without its blank.
+/// Units directly after a number, as in `20ms` and `3.5V`.
 const UNITS: &[&str] = &[
     "us", "\u{b5}s", "\u{3bc}s", "ms", "s", "v", "a", "rpm", "rad/s", "deg/s", "rev/s", "counts",
     "ticks", "%",
@@ -16,7 +16,7 @@ pub(super) struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// Whether nothing but blanks is between this number, which has no unit, and a field of the same text.
+    /// Whether only blanks are between this number, which has no unit, and a field of the same text.
     fn is_before(&self, text: &str, field: &str) -> bool {
         let offset = |part: &str| (part.as_ptr() as usize).checked_sub(text.as_ptr() as usize);
         let between = (offset(self.value).map(|at| at + self.value.len())).zip(offset(field));
@@ -25,7 +25,7 @@ impl<'a> Field<'a> {
             && blanks.is_some_and(|between| between.bytes().all(|byte| byte == b' '))
     }
 
-    /// The number, without the unit behind it.
+    /// The number without its unit.
     pub(super) fn number(&self) -> Option<f64> {
         self.parts().map(|parts| parts.0)
     }
@@ -44,7 +44,7 @@ impl<'a> Field<'a> {
         }
     }
 
-    /// Whether the unit behind the number makes it another time than the column's.
+    /// Whether the number's unit of time differs from the column's.
     pub(super) fn contradicts(&self, column: Column) -> bool {
         let times = [Column::TimeSeconds, Column::TimeMillis, Column::TimeMicros];
         let unit = self.parts().map_or("", |parts| parts.1);
@@ -72,7 +72,7 @@ impl<'a> Field<'a> {
     }
 }
 
-/// A number; a comma in it is a decimal one.
+/// A number; a comma is a decimal one.
 fn parsed(text: &str) -> Option<f64> {
     match text.parse() {
         Ok(number) => Some(number),
@@ -80,7 +80,7 @@ fn parsed(text: &str) -> Option<f64> {
     }
 }
 
-/// Whether commas stand in numbers: something else separates, and a digit is on both sides of each.
+/// Whether commas are decimal: another separator is present, and each comma is between digits.
 fn has_decimal_commas(text: &str) -> bool {
     let bytes = text.as_bytes();
     let is_digit = |at: Option<usize>| {
@@ -92,7 +92,8 @@ fn has_decimal_commas(text: &str) -> bool {
         && commas.all(|(at, _)| is_digit(at.checked_sub(1)) && is_digit(Some(at + 1)))
 }
 
-/// The prefix of a message: `I (590) motor: ` of ESP-IDF with its milliseconds, `[0.590] ` with seconds, `[590ms] ` with its unit.
+/// The time stamp before a message: `I (590) motor: ` of ESP-IDF in milliseconds, `[0.590] ` in seconds, `[590ms] `
+/// with unit.
 fn stamp(text: &str) -> Option<(Field<'_>, &str)> {
     let (label, value, rest) = match text.strip_prefix('[') {
         Some(inside) => {
@@ -116,18 +117,18 @@ fn stamp(text: &str) -> Option<(Field<'_>, &str)> {
     is_number.then_some((field, rest))
 }
 
-/// A unit behind a blank.
+/// A unit after a blank.
 fn is_unit(text: &str) -> bool {
     UNITS.contains(&text.to_lowercase().as_str())
 }
 
-/// Splits at commas (other than decimal ones), semicolons, tabs and blanks. Brackets and quotation marks, in which Python
-/// and JSON print, part fields too.
+/// Splits at commas (except decimal ones), semicolons, tabs and blanks. Brackets and quotation marks of Python and
+/// JSON separate fields as well.
 pub(super) fn split(text: &str) -> Vec<Field<'_>> {
     let parts = [',', ';', '\t', ' ', '(', ')', '[', ']', '{', '}', '"', '\''];
     let (stamp, text) = stamp(text).map_or((None, text), |(field, rest)| (Some(field), rest));
     let has_decimal_commas = has_decimal_commas(text);
-    // Where blanks alone separate, a word that is a unit may as well be a field.
+    // With blanks as the only separator a word that is a unit may be a field.
     let has_marks = text.contains([',', ';', '\t']);
     let is_between = |c: char| parts.contains(&c) && !(c == ',' && has_decimal_commas);
     let mut out: Vec<Field> = stamp.into_iter().collect();
@@ -137,7 +138,7 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
             None => (None, field),
         };
         match out.last_mut() {
-            // `20 ms, 3.5 V`, with a blank between.
+            // `20 ms, 3.5 V`: blank before the unit.
             Some(last)
                 if has_marks
                     && label.is_none()
@@ -148,11 +149,11 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
                 let to = field.as_ptr() as usize - text.as_ptr() as usize + field.len();
                 last.value = &text[from..to];
             }
-            // `label: value`, with a blank between.
+            // `label: value`: blank after the colon.
             Some(last) if last.value.is_empty() && last.label.is_some() && label.is_none() => {
                 last.value = value;
             }
-            // `"label": value`, with a quotation mark between.
+            // `"label": value`: quotation mark before the colon.
             Some(last) if label == Some("") && last.label.is_none() => {
                 *last = Field {
                     label: Some(last.value),
@@ -165,7 +166,7 @@ pub(super) fn split(text: &str) -> Vec<Field<'_>> {
     out
 }
 
-/// A header's names may hold blanks where another separator is used: `Time [us], Encoder counts`.
+/// Names in a header may contain blanks if another separator is used: `Time [us], Encoder counts`.
 pub(super) fn split_header(text: &str) -> impl Iterator<Item = &str> {
     let separators: &[char] = if text.contains([',', ';', '\t']) {
         &[',', ';', '\t']
@@ -204,7 +205,7 @@ mod tests {
             assert_eq!(numbers(text), expected, "{text}");
         }
         assert_eq!(numbers("9x0 5kg ms"), [None, None, None]);
-        // Between blanks alone a unit is a word.
+        // With blanks as the only separator a unit is a word.
         assert_eq!(numbers("20 A 3"), [Some(20.0), None, Some(3.0)]);
     }
 

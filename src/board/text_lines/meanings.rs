@@ -3,7 +3,7 @@
 use super::columns::{Column, NAMES};
 
 impl Column {
-    /// Every column once, by the name that is printed for it.
+    /// Every column once, by its printed name.
     pub fn printed() -> Vec<Self> {
         let mut columns: Vec<Self> = NAMES.iter().map(|(_, column)| *column).collect();
         columns.dedup();

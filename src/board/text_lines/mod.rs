@@ -1,12 +1,12 @@
-//! Boards that print plain text: an ordinary Arduino sketch with `Serial.println`, read as it is.
+//! Boards that print plain text: an ordinary Arduino sketch with `Serial.println`.
 //!
-//! A line holds one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value`
-//! pairs as the Arduino serial plotter takes them. The meaning of each number comes from `--columns`, from
-//! the labels (Teleplot's lines, `>counts:590:17`, are labels too), or from a header line that the sketch prints once. Increments and speeds stand for counts where there are none. Banners and torn lines are skipped
-//! and counted, never guessed at.
+//! A line contains one sample: numbers separated by spaces, tabs, commas or semicolons, or `label:value` pairs of the
+//! Arduino serial plotter. The meaning of each number is given by `--columns`, by the labels (including Teleplot's,
+//! `>counts:590:17`), or by a header line that the sketch prints once. Increments and speeds replace counts where
+//! there are none. Banners and incomplete lines are skipped and counted, never guessed.
 //!
-//! A line of `n` bytes takes `10 n / baud` seconds on the wire. Where that is more than the sample time,
-//! `print` blocks and sampling slips: [`longest_line_bytes`] gives the limit to warn at.
+//! A line of `n` bytes takes `10 n / baud` seconds on the wire. If that exceeds the sample time, `print` blocks and
+//! samples are late: [`longest_line_bytes`] is the limit for a warning.
 
 mod columns;
 mod decoder;
@@ -22,7 +22,7 @@ pub use decoder::{MAX_LINE_BYTES, TextDecoder};
 pub use event::{Skipped, TextEvent, TextSample};
 pub use speed_unit::SpeedUnit;
 
-/// Longest line in bytes, end of line included, that `baud` carries in one sample time.
+/// Longest line in bytes, end of line included, that `baud` transmits in one sample time.
 ///
 /// Ten bits a byte (8N1): 34 bytes at 115200 baud and 3 ms.
 pub fn longest_line_bytes(baud: u32, sample_time_s: f64) -> usize {

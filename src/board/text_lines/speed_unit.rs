@@ -3,22 +3,22 @@
 /// Unit of a speed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedUnit {
-    /// Turns a minute.
+    /// Revolutions per minute.
     Rpm,
-    /// Not named: taken as turns a minute, which is said.
+    /// Not stated: assumed to be revolutions per minute, with a message.
     Unsaid,
     /// rad/s.
     RadPerS,
     /// Degrees a second.
     DegPerS,
-    /// Turns a second.
+    /// Revolutions per second.
     RevPerS,
-    /// Encoder counts a second.
+    /// Encoder counts per second.
     CountsPerS,
 }
 
 impl SpeedUnit {
-    /// Turns a second in one of it, or counts a second.
+    /// Revolutions per second of one unit; `None` for counts per second.
     pub fn in_turns(self) -> Option<f64> {
         match self {
             Self::Rpm | Self::Unsaid => Some(1.0 / 60.0),

@@ -1,9 +1,8 @@
-//! Teleplot's lines, a signal each: `>counts:590:17` with milliseconds, `>counts:17§unit|flags` without; and MegunoLink's, such as
-//! `{TIMEPLOT|DATA|counts|T|17}`.
+//! Lines of Teleplot, one per signal: `>counts:590:17` with milliseconds, `>counts:17§unit|flags` without; and of
+//! MegunoLink, such as `{TIMEPLOT|DATA|counts|T|17}`.
 //!
-//! The signals of one time, or up to the one that comes again, are one line of labels.
+//! The signals of one time, or up to the first repetition, are combined into one labelled line.
 
-/// One signal's value.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Signal<'a> {
     name: &'a str,
@@ -12,7 +11,7 @@ pub(super) struct Signal<'a> {
 }
 
 impl<'a> Signal<'a> {
-    /// Of a line with a single sample.
+    /// The signal of a line with a single sample.
     pub fn of(line: &'a str) -> Option<Self> {
         if let Some(rest) = line.strip_prefix("{TIMEPLOT") {
             return Self::of_megunolink(rest);
@@ -28,7 +27,7 @@ impl<'a> Signal<'a> {
         is_one.then_some(Self { name, ms, value })
     }
 
-    /// Of what follows `{TIMEPLOT`: a channel, if any, then the parts. Its time is that of the arrival.
+    /// The text after `{TIMEPLOT`: a channel, if any, then the parts. Its time is that of the arrival.
     fn of_megunolink(rest: &'a str) -> Option<Self> {
         let (_, parts) = rest.strip_suffix('}')?.split_once("|DATA|")?;
         let (name, value) = parts.split_once("|T|")?;
@@ -43,7 +42,7 @@ impl<'a> Signal<'a> {
     }
 }
 
-/// Signals that have come of a line that is not whole yet.
+/// Signals of a line that is not complete.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Teleplot {
     names: Vec<String>,
@@ -51,7 +50,6 @@ pub(super) struct Teleplot {
     row: Row,
 }
 
-/// A line of labels.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Row {
     pub text: String,
@@ -60,7 +58,7 @@ pub(super) struct Row {
 }
 
 impl Teleplot {
-    /// One more signal; the line before it where it begins another.
+    /// Adds a signal; returns the completed line if this one begins another.
     pub fn push(&mut self, signal: &Signal<'_>, wire_bytes: usize) -> Option<Row> {
         let comes_again = self.names.iter().any(|name| name == signal.name);
         let is_next = comes_again || self.ms.as_deref() != signal.ms;

@@ -1,6 +1,6 @@
-//! Counters of a few bits unwrapped to 64.
+//! Unwrapping of counters to 64 bits.
 
-/// Undoes the wrap of a counter: a jump back or forth by more than three quarters of its range is a wrap.
+/// Unwraps a counter: a jump by more than three quarters of its range is a wrap.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Unwrapper {
     last_raw: Option<i64>,
@@ -8,7 +8,7 @@ pub(super) struct Unwrapper {
 }
 
 impl Unwrapper {
-    /// The count of the whole counter for a reading of one whose range is `range`.
+    /// The unwrapped count for a reading of a counter with range `range`.
     pub(super) fn unwrap(&mut self, raw: i64, range: i64) -> i64 {
         if let Some(last) = self.last_raw {
             let jump = raw.saturating_sub(last);
@@ -22,7 +22,7 @@ impl Unwrapper {
         raw.saturating_add(self.offset)
     }
 
-    /// Whether the counter wrapped more often one way than the other.
+    /// Whether the counter wrapped more often in one direction than in the other.
     pub(super) fn has_wrapped(&self) -> bool {
         self.offset != 0
     }

@@ -1,9 +1,9 @@
-//! The virtual board's firmware: what a lab board does, without a line and without a clock of its own.
+//! The virtual board's firmware, without I/O and without a clock.
 //!
-//! It answers host messages and takes samples when it is told to. Sample `k` is taken at `k TS` of the
-//! board's own crystal; the bench lives in true time, `k TS / (1 + ppm 1e-6)`. The command of sample
-//! `k` is set when it is taken and holds until sample `k + 1`. On a bench whose commands are noted late by `To` the motor is ahead of its
-//! samples: the board knows its profile, and gives at `t` what it notes at `t + To`.
+//! It responds to host messages and takes samples when called. Sample `k` is taken at `k TS` of the board's crystal;
+//! the bench runs in true time, `k TS / (1 + ppm 1e-6)`. The command of sample `k` is set when it is taken and held
+//! until sample `k + 1`. On a bench with a logging delay `To` the motor is ahead of its samples: the board applies at
+//! `t` the profile's command of `t + To`.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, EndReason, Hello, HostMessage, PROTOCOL_VERSION, ProfileSegment,
@@ -12,23 +12,23 @@ use firmware_protocol::{
 
 use crate::board::Bench;
 
-/// Most segments of a profile: what fits into an Uno's memory.
+/// Most segments of a profile: the memory of an Uno.
 const MAX_SEGMENTS: u16 = 128;
 /// Shortest sample time of an Uno in microseconds.
 const SHORTEST_SAMPLE_TIME_US: u16 = 1000;
-/// Board time that passes between two recordings in microseconds.
+/// Board time between two recordings in microseconds.
 const PAUSE_US: u64 = 5_000_000;
 
-/// How this board differs from the ordinary one.
+/// Properties of this board.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FirmwareOptions {
-    /// How much faster its crystal runs than true time, in parts per million.
+    /// Rate error of its crystal in parts per million; positive if it is fast.
     pub clock_ppm: f64,
-    /// Its `micros()` at power-on: near 2^32 makes it wrap early.
+    /// Its `micros()` at power-on: near 2^32 it wraps early.
     pub micros_at_start: u32,
     /// Its counter has 16 bits.
     pub counts_16_bit: bool,
-    /// Another number after each reset.
+    /// Changes with each reset.
     pub boot_id: u32,
     /// Its name.
     pub name: String,
@@ -46,25 +46,23 @@ impl Default for FirmwareOptions {
     }
 }
 
-/// Share of a sample by which a lateness that is meant to be whole samples is off, by rounding.
+/// Rounding tolerance for a delay of whole samples, in samples.
 const WHOLE: f64 = 1e-6;
 
-/// A recording under way.
 #[derive(Debug, Clone)]
 struct Recording {
-    /// Samples asked for; 0 for no end.
+    /// Requested samples; 0 is unlimited.
     samples: u32,
     /// Samples taken.
     taken: u32,
-    /// Frames that found no room on the line.
+    /// Frames that did not fit the line's buffer.
     dropped: u32,
-    /// A frame was dropped since the last one that was sent.
+    /// A frame was dropped since the last one sent.
     just_dropped: bool,
     segment: usize,
     samples_in_segment: u32,
 }
 
-/// The state of the board between messages.
 #[derive(Debug)]
 pub(super) struct Firmware<B> {
     bench: B,
@@ -74,12 +72,12 @@ pub(super) struct Firmware<B> {
     announced: Option<(u16, u16)>,
     recording: Option<Recording>,
     last_end: Option<BoardMessage>,
-    /// Board time at which the recording under way began.
+    /// Board time at the start of the current recording.
     started_us: u64,
-    /// Board time of the last sample, on the board's own clock, from power-on.
+    /// Board time of the last sample since power-on.
     now_us: u64,
     command_v: f64,
-    /// The command before it, in force until then, in true time in s.
+    /// The previous command, and the true time in s up to which it is in force.
     until: Option<(f64, f64)>,
 }
 
@@ -100,7 +98,7 @@ impl<B: Bench> Firmware<B> {
         }
     }
 
-    /// As after a reset: everything that was uploaded is forgotten, the boot id is a new one.
+    /// State after a reset: uploads are deleted, the boot id is new.
     pub(super) fn reset(&mut self) {
         self.options.boot_id = self.options.boot_id.wrapping_add(1);
         self.sample_time_us = 30_000;
@@ -134,14 +132,14 @@ impl<B: Bench> Firmware<B> {
         self.recording.is_some()
     }
 
-    /// True time of the next sample in microseconds since the recording began.
+    /// True time of the next sample in microseconds since the start of the recording.
     pub(super) fn next_sample_true_us(&self) -> Option<f64> {
         let recording = self.recording.as_ref()?;
         let board_us = f64::from(recording.taken) * f64::from(self.sample_time_us);
         Some(board_us / (1.0 + self.options.clock_ppm * 1e-6))
     }
 
-    /// Answers a host message; ALIVE has no answer.
+    /// Response to a host message; ALIVE has none.
     pub(super) fn answer(&mut self, message: &HostMessage) -> Option<BoardMessage> {
         let of = message.kind();
         let outcome = match message {
@@ -179,7 +177,7 @@ impl<B: Bench> Firmware<B> {
 
     fn take_chunk(&mut self, first: u16, segments: &[ProfileSegment]) -> Result<u16, Refusal> {
         let (announced, crc) = self.announced.ok_or(Refusal::State)?;
-        // A chunk that comes again, because its ACK was lost, is taken once.
+        // A chunk repeated because its ACK was lost is accepted once.
         let known = usize::from(first);
         if known > self.profile.len() {
             return Err(Refusal::ChunkOrder);
@@ -214,14 +212,14 @@ impl<B: Bench> Firmware<B> {
         });
         self.last_end = None;
         if self.now_us > 0 {
-            // Between recordings the motor, switched off, comes to rest.
+            // Between recordings the motor is off and comes to rest.
             self.now_us += PAUSE_US;
         }
         self.started_us = self.now_us;
         Ok(0)
     }
 
-    /// Ends the recording, motor off; what a lost END is repeated from.
+    /// Ends the recording, motor off; also the source of a repeated END.
     pub(super) fn stop(&mut self, reason: EndReason) -> Option<BoardMessage> {
         if let Some(recording) = self.recording.take() {
             self.command_v = 0.0;
@@ -239,8 +237,7 @@ impl<B: Bench> Firmware<B> {
         }))
     }
 
-    /// Takes the sample that is due, and sets the command that holds from now on. Afterwards comes the
-    /// END if it was the last one.
+    /// Takes the due sample, sets the next command, and returns the END after the last sample.
     pub(super) fn take_sample(&mut self) -> Option<(BoardMessage, Option<BoardMessage>)> {
         let recording = self.recording.as_mut()?;
         let elapsed_us = u64::from(recording.taken) * u64::from(self.sample_time_us);
@@ -299,7 +296,7 @@ impl<B: Bench> Firmware<B> {
         Some((BoardMessage::Data(sample), end))
     }
 
-    /// The frame of the sample just taken found no room on the line.
+    /// The frame of the last sample did not fit the line's buffer.
     pub(super) fn sample_was_dropped(&mut self) {
         if let Some(recording) = &mut self.recording {
             recording.dropped += 1;
@@ -309,13 +306,12 @@ impl<B: Bench> Firmware<B> {
         }
     }
 
-    /// The END of the recording just ended, with its losses up to now.
+    /// The END of the last recording, with its losses so far.
     pub(super) fn last_end(&self) -> Option<BoardMessage> {
         self.last_end
     }
 }
 
-/// The command in mV of a sample of a profile.
 fn command_at(profile: &[ProfileSegment], sample: u64) -> i16 {
     let mut first = 0;
     for segment in profile {
@@ -328,7 +324,7 @@ fn command_at(profile: &[ProfileSegment], sample: u64) -> i16 {
 }
 
 impl Recording {
-    /// The command of the sample under way; steps on through the profile.
+    /// The command of the current sample; advances through the profile.
     fn command_mv(&mut self, profile: &[ProfileSegment]) -> i16 {
         while let Some(segment) = profile.get(self.segment) {
             let is_last = self.segment + 1 == profile.len();

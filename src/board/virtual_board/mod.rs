@@ -1,12 +1,12 @@
-//! A board without hardware: it speaks the wire protocol and drives a bench.
+//! A virtual board: the wire protocol over a simulated bench.
 //!
 //! ```text
 //! Bench (motor simulation) <- Firmware -> faults -> BoardSide -> whoever opens VirtualBoard::location
 //! ```
 //!
-//! Its line ends within this process or, on Unix, at a pseudo-terminal that any program may open.
-//! Opening its far end resets it, as DTR does an Arduino. It runs in real time, by a factor faster, or
-//! as fast as its reader takes the bytes; device time is the same in each case.
+//! Its line ends within this process or, on Unix, at a pseudo-terminal for other programs. Opening the far end resets
+//! it, as DTR does an Arduino. It runs in real time, faster by a factor, or as fast as its reader reads; device time
+//! is the same in each case.
 
 mod firmware;
 #[cfg(target_family = "wasm")]
@@ -38,44 +38,44 @@ use super::location::Location;
 use super::pty::Pty;
 use crate::platform::time::Instant;
 
-/// How board time passes.
+/// Rate of board time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Pace {
     /// As on a real board.
     #[default]
     RealTime,
-    /// So many times faster.
+    /// Faster by this factor.
     Times(f64),
-    /// As fast as the reader takes the bytes.
+    /// As fast as the reader reads.
     AsFastAsPossible,
 }
 
-/// How a virtual board behaves.
+/// Behaviour of a virtual board.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct VirtualBoardOptions {
-    /// Its firmware's HELLO and its clock.
+    /// HELLO and clock of its firmware.
     pub firmware: FirmwareOptions,
-    /// How its time passes.
+    /// Rate of its time.
     pub pace: Pace,
     /// Faults of its line.
     pub faults: Faults,
-    /// From reset to HELLO, as a boot loader takes it.
+    /// Time from reset to HELLO: the boot loader.
     pub boot: Duration,
-    /// Text that it prints before HELLO.
+    /// Text printed before HELLO.
     pub banner: String,
 }
 
-/// Bytes that wait for room on the line; a frame that does not fit any more is dropped whole.
+/// Size of the send buffer in bytes; a frame that does not fit is dropped.
 const SEND_BUFFER: usize = 256;
 
-/// Longest wait in one turn: how late a stopped board notices.
+/// Longest wait in one turn, and so the delay with which a stopped board ends.
 const TURN: Duration = Duration::from_millis(20);
 
-/// Longest turn that counts. A longer one is this computer standing still, suspended or overloaded, with
-/// board and host alike: a real board would not, so that its time stands still too.
+/// Longest turn that counts. A longer one means that this computer was suspended or overloaded, board and host alike;
+/// board time does not advance in it.
 const LONGEST_TURN: Duration = Duration::from_millis(50);
 
-/// Time between two looks whether somebody has opened the port.
+/// Polling period for the opening of the port.
 const LOOK_AGAIN: Duration = Duration::from_millis(2);
 
 /// A running virtual board; dropping it unplugs it.
@@ -87,10 +87,10 @@ pub struct VirtualBoard {
 }
 
 impl VirtualBoard {
-    /// Plugs in a board that drives `bench`, at a pseudo-terminal which any program may open.
+    /// Plugs in a board with `bench` at a pseudo-terminal for other programs.
     ///
     /// # Errors
-    /// No pseudo-terminal or no thread can be had.
+    /// No pseudo-terminal or thread is available.
     #[cfg(unix)]
     pub fn spawn(bench: impl Bench + 'static, options: VirtualBoardOptions) -> io::Result<Self> {
         let pty = Pty::open()?;
@@ -98,10 +98,10 @@ impl VirtualBoard {
         Self::plug_in(pty, location, bench, options)
     }
 
-    /// Plugs in a board that drives `bench`, for this process alone; messages call it `name`.
+    /// Plugs in a board with `bench` for this process alone, with the name `name` in messages.
     ///
     /// # Errors
-    /// No thread can be had.
+    /// No thread is available.
     pub fn in_process(
         name: &str,
         bench: impl Bench + 'static,
@@ -136,7 +136,7 @@ impl VirtualBoard {
         &self.location
     }
 
-    /// The serial port to open; of a board within this process what messages call it.
+    /// The serial port to open; for a board within this process its name in messages.
     pub fn path(&self) -> &Path {
         self.location.path()
     }
@@ -180,14 +180,13 @@ struct Running<L, B> {
     options: VirtualBoardOptions,
     queue: Queue,
     line: FaultyPort<Queue>,
-    /// Bytes past the faults that wait for room on the line.
+    /// Bytes behind the faults that wait for room on the line.
     outgoing: Vec<u8>,
     decoder: FrameDecoder,
     connected: bool,
-    /// When HELLO is due after a reset.
     hello_at: Option<Instant>,
     started_at: Instant,
-    /// How long the host has said nothing, as far as this board was there to hear it.
+    /// How long the host was silent while this board ran.
     silence: Duration,
     turned_at: Instant,
     hung_up: bool,
@@ -224,7 +223,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
             .let_it_drain(&mut self.outgoing, self.connected)
     }
 
-    /// One turn, which waits for the line where there is nothing else to do; says whether somebody has the port open.
+    /// One turn, which waits for the line if there is nothing else to do; returns whether the port is open.
     fn turn(&mut self) -> io::Result<bool> {
         let patience = self.patience();
         let ready = self.board_side.wait(patience, !self.outgoing.is_empty())?;
@@ -249,9 +248,8 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
         Ok(true)
     }
 
-    /// Time passes for the board and for what it hears, but not while this computer stands still. A board
-    /// whose time is not the computer's hears silence only while it waits for the line: a host that has
-    /// to share the processor with a board in a hurry gets no time for it, and is not to blame.
+    /// Advances the time of the board and of the host's silence, except while this computer stands still. A board
+    /// faster than real time counts silence only while it waits for the line, as the host shares its processor.
     fn begin_turn(&mut self, patience: Duration) {
         let turn = self.turned_at.elapsed();
         self.turned_at += turn;
@@ -262,7 +260,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
         self.started_at += turn.saturating_sub(LONGEST_TURN);
     }
 
-    /// Nobody has the port open: the motor is off, and what was said is lost.
+    /// The port is closed: the motor is off, and queued bytes are discarded.
     fn nobody_there(&mut self) {
         if self.connected {
             self.connected = false;
@@ -280,7 +278,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
         self.hello_at = Some(Instant::now() + self.options.boot);
     }
 
-    /// How long to wait for the line when there is nothing else to do.
+    /// Wait for the line if there is nothing else to do.
     fn patience(&self) -> Duration {
         let now = Instant::now();
         let hello = self.hello_at.map(|at| at.saturating_duration_since(now));
@@ -314,7 +312,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
             };
             let Ok(message) = message else { continue };
             if self.hello_at.is_some() {
-                // Still in the boot loader.
+                // In the boot loader.
                 continue;
             }
             self.silence = Duration::ZERO;
@@ -360,7 +358,7 @@ impl<L: BoardSide, B: Bench> Running<L, B> {
         Ok(())
     }
 
-    /// Hands a message to the line, through its faults.
+    /// Sends a message through the line's faults.
     fn say(&mut self, message: &BoardMessage) -> io::Result<()> {
         let mut wire = [0; MAX_WIRE];
         if let Some(length) = message.encode(&mut wire) {

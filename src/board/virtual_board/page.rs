@@ -1,4 +1,4 @@
-//! A virtual board whose turns are taken by the event loop of a page, which has no threads.
+//! A virtual board that runs in turns of a page's event loop, which has no threads.
 
 use super::{Bench, LOOK_AGAIN, Location, Running, VirtualBoardOptions, channel};
 use crate::platform::time::{JoinHandle, sleep, spawn};
@@ -11,12 +11,12 @@ pub struct VirtualBoardOnPage {
 }
 
 impl VirtualBoardOnPage {
-    /// Plugs in a board that drives `bench`; messages call it `name`.
+    /// Plugs in a board with `bench`, with the name `name` in messages.
     pub fn plug_in(name: &str, bench: impl Bench + 'static, options: VirtualBoardOptions) -> Self {
         let (near, far) = channel(name);
         let mut running = Running::new(near, bench, options);
         let turns = spawn(async move {
-            // A line that fails is one that is not there any more.
+            // A failing line is closed.
             while !running.hung_up && running.turn().is_ok() {
                 sleep(LOOK_AGAIN).await;
             }

@@ -1,4 +1,4 @@
-//! The beginning of a recording of text lines: the sample time from the first lines, and the file's header.
+//! Start of a recording of text lines: the sample time from the first lines, and the file's header.
 
 use super::super::header::{Facts, header};
 use super::super::held_line::HeldLine;
@@ -10,7 +10,7 @@ use crate::board::motion::Motion;
 use crate::board::text_lines::Column;
 
 impl TextRecording<'_> {
-    /// Begins the file and takes the samples that waited for it.
+    /// Begins the file and writes the samples that waited for it.
     pub(super) fn begin(&mut self) -> Result<Option<Ending>, TextError> {
         let waiting = std::mem::take(&mut self.waiting);
         let Some(&(first, first_host_us)) = waiting.first() else {

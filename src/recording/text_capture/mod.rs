@@ -1,8 +1,8 @@
-//! Recording from a plain sketch that prints its samples as text lines.
+//! Recording from a sketch that prints its samples as text lines.
 //!
-//! Lines in, a run file out; there is no handshake and no checksum. Lines with the board's time have it as time base, which
-//! shows lost lines; for others the arrival times are the time base, and the file has `timing = "host"`. The command is
-//! that of the lines, else that of the profile.
+//! Lines in, a run file out; there is no handshake and no checksum. The board's time is the time base if lines have
+//! it, which shows lost lines; else arrival times are, and the file has `timing = "host"`. The command is that of the
+//! lines, else that of the profile.
 
 mod begin;
 mod remarks;
@@ -25,54 +25,54 @@ use crate::board::{
 };
 use crate::platform::time::{Instant, MissedTickBehavior, interval};
 
-/// How often rows are handed to the operating system and silence is looked for.
+/// Polling period for flushing rows and for silence.
 const TICK: Duration = Duration::from_millis(20);
 
-/// How long a sketch may print nothing, beyond four sample times, before it counts as gone.
+/// Longest silence of a sketch, in addition to four sample times.
 const SILENCE: Duration = Duration::from_millis(1500);
 
-/// Value of the header key `sample_time` where nobody stated it.
+/// Value of the header key `sample_time` if it was not stated.
 pub(crate) const MEASURED: &str = "measured from the lines";
 
 /// Settings of a recording from a sketch.
 #[derive(Debug, Clone)]
 pub struct TextRequest {
-    /// Meaning of each number; `None` takes it from the sketch's header line or labels.
+    /// Meaning of each number; `None`: from the sketch's header line or labels.
     pub columns: Option<text_lines::Columns>,
-    /// Sample time in microseconds; `None` takes it from the first samples.
+    /// Sample time in microseconds; `None`: from the first samples.
     pub sample_time_us: Option<u32>,
     /// Counts per revolution.
     pub counts_per_rev: f64,
-    /// Driver supply in V, which a PWM command is a fraction of.
+    /// Driver supply in V, the reference of a PWM command.
     pub supply_v: f64,
-    /// Which of the two above is the lab handout's by default: in words.
+    /// Which of the two values above are the lab handout's defaults.
     pub assumed: Vec<String>,
     /// Command of the sketch, if its lines lack it.
     pub profile: Option<Profile>,
-    /// How long to record in s; 0 for no end but being asked to stop.
+    /// Duration in s; 0 is unlimited.
     pub duration_s: f64,
     /// Bits per second on the line.
     pub baud: u32,
-    /// How long the first sample may take.
+    /// Time limit for the first sample.
     pub patience: Duration,
-    /// Where the run goes; an existing file is not overwritten.
+    /// Path of the run; an existing file is not overwritten.
     pub output: PathBuf,
-    /// The port, as it was named.
+    /// The port, as given.
     pub port: String,
     /// The USB device behind it.
     pub usb: Option<UsbIdentity>,
 }
 
-/// Shortest time between two lines that a host's clock is compared with, in microseconds: lines that came in
-/// one read have none (measured: reads of one line are 1 ms and more apart).
+/// Shortest interval between two lines for a comparison with the host's clock, in microseconds: lines in one read
+/// have no interval (measured: reads of one line are 1 ms and more apart).
 const LEAST_INTERVAL_US: u64 = 500;
 
-/// A recording of a sketch, with what there is to say about it.
+/// A recording from a sketch, with its notes.
 #[derive(Debug)]
 pub struct TextCaptured {
     /// The recording.
     pub captured: Captured,
-    /// Remarks for the user.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
@@ -139,36 +139,36 @@ pub async fn capture_text(
     text.finish(ending)
 }
 
-/// A recording of text lines under way, without a line of its own.
+/// A recording of text lines without I/O.
 pub(super) struct TextRecording<'a> {
     request: TextRequest,
     live: &'a SharedLive,
     decoder: TextDecoder,
     heard: Heard,
-    /// When the last sample came, or the wait for the first one began.
+    /// Time of the last sample, or of the start.
     sampled_at: Instant,
     /// Samples before the sample time is known, with their arrival times.
     waiting: Vec<(TextSample, u64)>,
     running: Option<Running>,
     first_line_over: bool,
-    /// Board's and host's time of the first sample and of the last.
+    /// Board's and host's time of the first and the last sample.
     clocks: Option<[(i64, u64); 2]>,
-    /// Largest PWM value that was said.
+    /// Largest PWM value.
     largest_pwm: f64,
-    /// Largest command in V that was said.
+    /// Largest command in V.
     largest_command_v: f64,
     skipped: u64,
     last_skipped: Option<(String, Skipped)>,
     damage: Damage,
 }
 
-/// Facts once the file has begun.
+/// State after the file has begun.
 struct Running {
     recorder: Recorder,
     sample_time_us: i64,
-    /// The lines have the board's time.
+    /// The board's time is the time base.
     device_timed: bool,
-    /// By how much that time steps, in microseconds, where it is coarse; 0 where it is fine.
+    /// Resolution of that time in microseconds if it is coarse; 0 if it is fine.
     coarse_us: i64,
     numbered: bool,
     first_us: i64,
@@ -176,10 +176,10 @@ struct Running {
     last_us: Option<i64>,
     last_counts: Option<i64>,
     motion: Motion,
-    /// Increments or speeds summed up, in counts.
+    /// Integrated increments or speeds in counts.
     summed_counts: f64,
     seq: u64,
-    /// Lines that no reader of run files would take, and that no sample number shows.
+    /// Lines that a reader of run files would reject, without an effect on sample numbers.
     unread: u64,
 }
 
@@ -203,13 +203,13 @@ impl<'a> TextRecording<'a> {
         }
     }
 
-    /// Takes bytes; the ending, if they bring it.
+    /// Processes bytes; returns the ending, if they cause it.
     pub(super) fn push(&mut self, host_us: u64, bytes: &[u8]) -> Result<Option<Ending>, TextError> {
         for &byte in bytes {
             if self.running.is_none() {
                 self.heard.push(byte);
             }
-            // The port is opened in the middle of a line: what is left of it may look like a sample.
+            // The port is opened in the middle of a line, whose rest may resemble a sample.
             let torn = !self.first_line_over;
             self.first_line_over |= matches!(byte, b'\n' | b'\r');
             match self.decoder.push(byte) {
@@ -249,8 +249,8 @@ impl<'a> TextRecording<'a> {
         Ok(None)
     }
 
-    /// A unit of time that is wrong by 1000 shows at the second line: both since the first line and since the
-    /// last one the board's time must run by that factor, so that a late read is no reason.
+    /// A unit of time that is wrong by 1000 shows at the second line: the board's time must be off by that factor
+    /// since the first line and since the last one, which excludes a late read.
     fn compare_with_host_clock(
         &mut self,
         sample: &TextSample,
@@ -298,7 +298,7 @@ impl<'a> TextRecording<'a> {
         })
     }
 
-    /// Takes a line once the file has begun: an odd one is held back until the next one.
+    /// Adds a line after the file has begun: an odd one is held back until the next one.
     fn append(&mut self, sample: TextSample, host_us: u64) -> Result<Option<Ending>, TextError> {
         let Some(running) = &mut self.running else {
             return Ok(None);
@@ -332,7 +332,7 @@ impl<'a> TextRecording<'a> {
         Ok(taken.is_reset.then_some(Ending::BoardReset))
     }
 
-    /// How long lines may gather before they are read: not at all where their arrival is the time base.
+    /// How long lines may accumulate before they are read: 0 if arrival times are the time base.
     fn longest_gather(&self) -> Duration {
         match &self.running {
             Some(running) if running.device_timed => longest_gather(
@@ -350,7 +350,7 @@ impl<'a> TextRecording<'a> {
         Ok(())
     }
 
-    /// How long the line may be silent.
+    /// Longest silence of the line.
     fn patience(&self) -> Duration {
         match &self.running {
             Some(running) => {
@@ -372,10 +372,9 @@ impl<'a> TextRecording<'a> {
         }
     }
 
-    /// Ends the file.
     pub(super) fn finish(mut self, ending: Ending) -> Result<TextCaptured, TextError> {
         if self.running.is_none() {
-            // Fewer samples than the sample time is usually taken from.
+            // Fewer samples than the sample time normally needs.
             self.begin()?;
         }
         if let Some(line) = self
@@ -383,7 +382,7 @@ impl<'a> TextRecording<'a> {
             .as_mut()
             .and_then(|running| running.lines.end())
         {
-            // Whatever it would end has ended.
+            // An ending caused by this line is obsolete.
             self.write(line)?;
         }
         let notes = self.notes();

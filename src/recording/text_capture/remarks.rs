@@ -1,4 +1,4 @@
-//! Remarks on a recording of text lines: contradictions, and limits of its time and counts.
+//! Notes about a recording of text lines: contradictions, and limits of its times and counts.
 
 use super::super::Ending;
 use super::TextRecording;
@@ -6,11 +6,11 @@ use super::row::PWM_FULL_SCALE;
 use crate::board::text_lines::{self, Column, SpeedUnit};
 use crate::motor::plausible::Shown;
 
-/// By how much more than full scale a command may be before it is said: a tenth.
+/// Tolerance of a command relative to full scale: a tenth.
 const BEYOND: f64 = 1.1;
 
 impl TextRecording<'_> {
-    /// Contradictions of the lines: then the exit status is no good one.
+    /// Contradictions in the lines, which cause a non-zero exit status.
     pub(super) fn contradictions(&self, ending: Ending) -> Vec<String> {
         let mut found = Vec::new();
         let supply_v = self.request.supply_v;
@@ -41,7 +41,7 @@ impl TextRecording<'_> {
         found
     }
 
-    /// Error of counts that are a sum.
+    /// Uncertainty of integrated counts.
     fn summed_up(&self) -> Option<String> {
         let summed_up = self.decoder.columns()?.summed_up()?;
         Some(match summed_up {
@@ -64,7 +64,7 @@ impl TextRecording<'_> {
         })
     }
 
-    /// Remarks for the user.
+    /// Notes for the user.
     pub(super) fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         let Some(running) = &self.running else {

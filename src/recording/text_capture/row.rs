@@ -1,4 +1,4 @@
-//! One line of text into one row: its time, its counts, its command.
+//! Conversion of a text line to a row: time, counts, command.
 
 use super::super::held_line::Line;
 use super::super::recorder::Measured;
@@ -8,7 +8,7 @@ use crate::board::leap::most_counts;
 use crate::board::text_lines::{Column, TextSample};
 use crate::motor::plausible::{COMMAND, COUNTS};
 
-/// By how much arrivals may come in bunches, in microseconds (measured elsewhere: 35 to 40 ms; generous).
+/// Largest delay of an arrival in a burst, in microseconds (measured: 35 to 40 ms; generous).
 const BUNCH_US: u64 = 250_000;
 
 /// Largest value of `analogWrite`.
@@ -32,12 +32,12 @@ impl TextRecording<'_> {
         let mut t_us = at_us.saturating_sub(running.first_us);
         if let Some(last_us) = running.last_us {
             if running.coarse_us > 0 {
-                // Evenly spread between the stamps: no line comes before its own, nor after the next one.
+                // Evenly spaced between the stamps: no line is before its own stamp or after the next one.
                 let even_us = last_us.saturating_add(running.sample_time_us);
                 t_us = even_us.clamp(t_us, t_us.saturating_add(running.coarse_us));
             }
             if running.coarse_us > 0 || !running.device_timed {
-                // Lines that came with one read have one arrival time; that of a run rises.
+                // Lines of one read have the same arrival time; times of a run must increase.
                 t_us = t_us.max(last_us + 1);
             }
             let steps = (t_us - last_us).saturating_add(running.sample_time_us / 2)
@@ -55,7 +55,7 @@ impl TextRecording<'_> {
             sample.counts = running.summed_counts.round() as i64;
         }
         running.last_us = Some(t_us);
-        // Arrivals come in bunches: without the board's time a quarter of a second passes for any step.
+        // Arrivals come in bursts: without the board's time any step may take a quarter of a second.
         let bunch_us = if running.device_timed { 0 } else { BUNCH_US };
         let counts_per_rev = self.request.counts_per_rev;
         let goes_round = self.decoder.counts_wrap();
@@ -92,7 +92,7 @@ impl TextRecording<'_> {
             return Ok(ending);
         }
         if running.numbered {
-            // The number of the next row shows them.
+            // They show in the number of the next row.
             running.unread = 0;
         }
         let observation = Observation {
@@ -118,8 +118,8 @@ impl TextRecording<'_> {
     }
 }
 
-/// Counts since the row before by what a line says; those of the first row came before the recording. A speed is taken to have
-/// held since the row before, as one does that was made of a difference.
+/// Counts of a line since the previous row; those of the first row precede the recording. A speed applies to the
+/// interval since the previous row, as for a finite difference.
 fn counts_since((column, value): (Column, f64), passed_s: Option<f64>, counts_per_rev: f64) -> f64 {
     let Some(passed_s) = passed_s else {
         return 0.0;
@@ -131,13 +131,12 @@ fn counts_since((column, value): (Column, f64), passed_s: Option<f64>, counts_pe
     value * turns_per_s.map_or(1.0, |factor| factor * counts_per_rev) * passed_s
 }
 
-/// The command in V that a line says, if it says one.
 fn command_v(sample: &TextSample, supply_v: f64) -> Option<f64> {
     let of_pwm = |pwm: f64| pwm / PWM_FULL_SCALE * supply_v;
     sample.command_v.or(sample.command_pwm255.map(of_pwm))
 }
 
-/// Whether no reader of run files refuses what a line says: a row that does so takes its whole file with it.
+/// Whether a reader of run files accepts the line: an invalid row invalidates the file.
 fn can_be_read(sample: &TextSample, supply_v: f64) -> bool {
     let measured = [
         command_v(sample, supply_v),
