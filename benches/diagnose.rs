@@ -1,8 +1,9 @@
-//! How long a diagnosis takes, and how that grows with the samples.
+//! Computing time of a diagnosis as a function of the number of samples.
 //!
-//! `cargo bench --bench diagnose`; `items/s` is samples a second. `three_runs` is a step at 0.03 s, one at 0.003 s and
-//! 15 s of reversing at 0.003 s, of a motor with one effect, from the generator of the blind cases; `longer` is one
-//! reversing run of so many seconds, `hours` one of 1.2 million samples. `benches/diagnose_peer.py` fits one effect to as many samples with SciPy.
+//! `cargo bench --bench diagnose`; `items/s` is samples per second. `three_runs` is a step at 0.03 s, one at 0.003 s
+//! and 15 s of reversing at 0.003 s, of a motor with one effect, from the generator of the blind cases; `longer` is
+//! one reversing run of the given length in s, `hours` one of 1.2 million samples. `benches/diagnose_peer.py` fits
+//! one effect to as many samples with SciPy.
 
 use case_generator::generate;
 use divan::counter::ItemsCount;
@@ -41,7 +42,7 @@ fn longer(bencher: Bencher<'_, '_>, seconds: u32) {
     time(bencher, &[run], &Motor::default());
 }
 
-/// An hour at 3 ms and ten at 30 ms, of levels between which a dead zone does nothing but in 2 % of the time.
+/// An hour at 3 ms and ten at 30 ms, with levels of which 2 % are within a dead zone.
 #[divan::bench(args = [0.003, 0.03], sample_count = 1)]
 fn hours(bencher: Bencher<'_, '_>, sample_time_s: f64) {
     let samples = 1_200_000;
@@ -59,7 +60,7 @@ fn hours(bencher: Bencher<'_, '_>, sample_time_s: f64) {
     time(bencher, &[run], &Motor::default());
 }
 
-/// The handout's motor with an effect, under a command.
+/// The handout's motor with an effect under a command.
 fn recording(
     effect: &str,
     (sample_time_s, samples): (f64, usize),

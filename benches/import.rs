@@ -1,7 +1,7 @@
-//! Bytes per second of `import`: a log of text, converted and written as a run file.
+//! Throughput of `import` in bytes per second: a text log, converted and written as a run file.
 //!
-//! `cargo bench --bench import`: `narrow` is the commonest log, three numbers a row; `wide` is one of a robot, ten columns of which
-//! three are read; `understood` is the look at the beginning that every import without a mapping begins with.
+//! `cargo bench --bench import`: `narrow` is the most common log, three numbers per row; `wide` is a robot's, ten
+//! columns of which three are read; `understood` is the analysis of the beginning in an import without a mapping.
 
 use std::fmt::Write as _;
 
@@ -15,7 +15,6 @@ fn main() {
 
 const ROWS: usize = 200_000;
 
-/// Milliseconds, PWM and counts.
 fn narrow() -> String {
     let mut text = "time_ms,pwm,counts\n".to_owned();
     for k in 0..ROWS {
@@ -24,7 +23,7 @@ fn narrow() -> String {
     text
 }
 
-/// Ten columns, as floats are printed.
+/// Ten columns in the usual format of floats.
 fn wide() -> String {
     let mut text = "time_ms,pwm,counts,ax,ay,az,gx,gy,gz,temp\n".to_owned();
     for k in 0..ROWS {

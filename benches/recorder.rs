@@ -1,9 +1,9 @@
-//! Samples per second of the whole recorder, and its memory over a million of them.
+//! Throughput of the recorder in samples per second, and its memory over a million of them.
 //!
-//! `cargo bench --bench recorder`: virtual board -> pseudo-terminal -> reader thread -> frames -> samples
-//! -> run file, with `items/s` samples a second (a board at 3 ms sends 333). `pty_alone` is the ceiling:
-//! as many bytes through a pseudo-terminal, thrown away. `cargo bench --bench recorder -- --memory` records
-//! 10,000 to 3,000,000 samples and prints the process's peak memory in each.
+//! `cargo bench --bench recorder`: virtual board -> pseudo-terminal -> reader thread -> frames -> samples -> run
+//! file, with `items/s` samples per second (a board at 3 ms sends 333). `pty_alone` is the upper bound: the same
+//! bytes through a pseudo-terminal, discarded. `cargo bench --bench recorder -- --memory` records 10,000 to 3,000,000
+//! samples and prints the process's peak memory for each.
 
 #[path = "support/mod.rs"]
 mod support;
@@ -29,7 +29,6 @@ fn main() {
 }
 
 const SAMPLES: u32 = 20_000;
-/// Bytes of a DATA frame.
 const FRAME: usize = 18;
 
 #[divan::bench(sample_count = 10, sample_size = 1)]
@@ -83,7 +82,7 @@ fn pty_alone(bencher: Bencher<'_, '_>) {
                     Err(error) => panic!("after {read} bytes: {error}"),
                 };
             }
-            // Only now may the near end close: closing it drops what has not been read.
+            // Closing the near end drops unread bytes.
             drop(sender.join());
         });
     });

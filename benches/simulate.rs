@@ -1,7 +1,7 @@
-//! Samples simulated per second on one core: 6,300 samples at TS = 0.003 s of a reversing run.
+//! Throughput of the simulator on one core: 6,300 samples at TS = 0.003 s of a reversing run.
 //!
-//! `cargo bench --bench simulate`; `items/s` is samples a second. `benches/peers.py` runs the same drive through SciPy
-//! and python-control.
+//! `cargo bench --bench simulate`; `items/s` is samples per second. `benches/peers.py` simulates the same drive with
+//! SciPy and python-control.
 
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
@@ -17,7 +17,7 @@ fn main() {
 
 const SAMPLE_TIME_S: f64 = 0.003;
 const SAMPLES: usize = 6300;
-/// Every level holds for 150 samples (0.45 s).
+/// Levels held for 150 samples (0.45 s) each.
 const LEVELS_V: [f64; 12] = [
     4.5, 0.0, -4.5, 1.5, -0.6, 3.0, -3.0, 0.3, 2.0, 0.9, -1.2, -2.2,
 ];
@@ -58,7 +58,7 @@ fn without_friction() -> Motor {
     motor
 }
 
-/// The arithmetic alone: `y = E y + P n` for three states, and nothing else that a simulation does.
+/// Lower bound: the recurrence `y = E y + P n` for three states alone.
 #[divan::bench]
 fn bare_recurrence(bencher: Bencher<'_, '_>) {
     let matrix = [[1.0, 0.0029, 0.0003], [0.0, 0.95, 0.3], [0.0, -0.07, 0.001]];
@@ -81,7 +81,7 @@ fn bare_recurrence(bencher: Bencher<'_, '_>) {
     });
 }
 
-/// Sine and cosine of an angle, each waiting for the one before; `items/s` is calls a second.
+/// Sine and cosine of angles in a dependency chain; `items/s` is calls per second.
 fn angles_one_after_the_other(bencher: Bencher<'_, '_>, sin_cos: impl Fn(f64) -> (f64, f64)) {
     bencher.counter(ItemsCount::new(SAMPLES)).bench_local(|| {
         let mut angle = black_box(0.3);

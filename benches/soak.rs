@@ -1,7 +1,7 @@
-//! The recorder in long runs: samples lost, memory, processor time, fit of the board's clock.
+//! Long recordings: samples lost, memory, processor time, fit of the board's clock.
 //!
-//! `cargo bench --bench soak` takes three minutes; words behind `--` choose rows by name. The board is
-//! a `motorlab virtual` of its own, so that the figures are the recorder's alone.
+//! `cargo bench --bench soak` takes three minutes; words after `--` select rows by name. The board is a separate
+//! process (`motorlab virtual`), so that the figures are the recorder's alone.
 
 #[path = "../tests/support/process.rs"]
 mod process;
@@ -13,9 +13,9 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// A row of the table: its name, the board, the sample time in s, how long to record in s.
+/// Rows of the table: name, board, sample time in s, duration in s.
 const ROWS: [(&str, &str, &str, &str); 4] = [
-    // micros() wraps after 55 minutes of it.
+    // micros() wraps after 55 minutes.
     (
         "hour",
         "virtual:?speed=max&micros_start=994967296",
@@ -34,7 +34,7 @@ fn motorlab(directory: &Path) -> Command {
     command
 }
 
-/// A board that is unplugged when this goes.
+/// A board process, killed on drop.
 struct Board(Child);
 
 impl Drop for Board {
@@ -75,7 +75,7 @@ fn record(board: &str, sample_time: &str, duration: &str) -> Result<String, Box<
         }
         (first_kb, peak_kb, cpu_s)
     });
-    // The watch ends with the process's memory, before it is waited for.
+    // The measurement reads the process's memory until it ends.
     let (first_kb, peak_kb, cpu_s) = watch.join().map_err(|_| "the watch failed")?;
     let elapsed_s = started.elapsed().as_secs_f64();
     let output = child.wait_with_output()?;

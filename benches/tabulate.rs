@@ -1,4 +1,4 @@
-//! Two thousand documents of diagnoses as tables and as the fleet page: seconds, and the page's size.
+//! Two thousand diagnosis documents as tables and as the fleet page: time, and size of the page.
 //!
 //! `cargo bench --bench tabulate` (all features, for Parquet too)
 
@@ -9,9 +9,8 @@ use motorlab::fleet::{Document, Population, tables};
 use motorlab::report::fleet::{Names, page};
 use rayon::prelude::*;
 
-/// Documents.
 const DOCUMENTS: usize = 2_000;
-/// Longest time in s.
+/// Time limit in s.
 const MOST_S: f64 = 5.0;
 
 fn main() {

@@ -1,8 +1,8 @@
 //! Decode throughput: 100,000 DATA frames (1.8 MB) read from a file in chunks of 4096 bytes.
 //!
-//! `cargo bench --bench wire`. `merely_read` is the ceiling: the same reads, nothing done with them. Each
-//! further line adds a layer: frames (COBS, CRC-16), messages (every field in range), samples (counters
-//! unwrapped, compared with the sample before). A serial line at 115200 baud brings 0.0115 MB/s.
+//! `cargo bench --bench wire`. `merely_read` is the upper bound: the same reads without processing. Each further
+//! benchmark adds a layer: frames (COBS, CRC-16), messages (every field in range), samples (counters unwrapped,
+//! compared with the previous sample). A serial line at 115200 baud carries 0.0115 MB/s.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -20,7 +20,7 @@ const SAMPLES: u32 = 100_000;
 const SAMPLE_TIME_US: u32 = 3_000;
 const COMMAND_MV: i16 = 4_500;
 
-/// Bytes that a board sends while it records; a turning motor, so that all fields change.
+/// Bytes of a board during a recording of a turning motor, so that all fields change.
 fn stream() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut wire = [0; MAX_WIRE];
@@ -40,7 +40,7 @@ fn stream() -> Vec<u8> {
     bytes
 }
 
-/// Benches one way to take in the stream; `take` gets each chunk, `done` says its result.
+/// Measures one decoder; `take` processes each chunk, `done` returns its result.
 fn over_file<S>(
     bencher: Bencher<'_, '_>,
     start: impl Fn() -> S + Sync,
@@ -69,7 +69,7 @@ fn over_file<S>(
 
 #[divan::bench]
 fn a_merely_read(bencher: Bencher<'_, '_>) {
-    // Nothing is counted here: that it is all of them is taken as read.
+    // Nothing is decoded here: the count is assumed.
     over_file(bencher, || (), |_, _| (), |()| SAMPLES);
 }
 

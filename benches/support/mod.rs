@@ -1,4 +1,4 @@
-//! A recording from a virtual board over a pseudo-terminal, as `motorlab capture virtual:` makes it.
+//! A recording from a virtual board over a pseudo-terminal, as by `motorlab capture virtual:`.
 
 use std::path::Path;
 use std::time::Duration;
@@ -8,7 +8,7 @@ use motorlab::board::{
 };
 use motorlab::recording::{CaptureRequest, Captured, SharedLive, capture};
 
-/// Records `samples` samples every 3 ms as fast as the line takes them, into `output`.
+/// Records `samples` samples of 3 ms as fast as the line transmits them, into `output`.
 pub fn record(bench: impl Bench + 'static, samples: u32, output: &Path) -> Captured {
     let options = VirtualBoardOptions {
         pace: Pace::AsFastAsPossible,

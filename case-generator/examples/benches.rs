@@ -5,10 +5,11 @@
 //! cargo run -p case-generator --release --example benches -- chosen SPEC.json DIR
 //! ```
 //!
-//! `breadth` writes the cases of `motorlab blind make --breadth` of the same seed and count: DIR/case-0001/motor.toml, run1.csv and so
-//! on, unseen.csv. Then DIR/truth.json has of each case its label and its bench (family, protocol, random load, stated tolerance).
-//! `chosen` writes one run for each entry of the JSON object in SPEC.json, under the entry's name (`case_generator::Chosen` has the keys of
-//! an entry), and DIR/visible.json: the residual of each one's effects after re-identified parameters, in counts.
+//! `breadth` writes the cases of `motorlab blind make --breadth` of the same seed and count:
+//! DIR/case-0001/motor.toml, run1.csv and so on, unseen.csv; DIR/truth.json has the label and the bench of each case
+//! (family, protocol, random load, stated tolerance). `chosen` writes one run for each entry of the JSON object in
+//! SPEC.json, under the entry's name (`case_generator::Chosen` has the keys of an entry), and DIR/visible.json: the
+//! residual of its effects after re-identified parameters, in counts.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -71,7 +72,7 @@ fn chosen(spec: &Path, directory: &Path) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Results of the function for 0 to `count`, by name.
+/// Results of the function for 0 to `count`, by name, in parallel.
 fn on_all_cores(
     count: usize,
     make: impl Fn(usize) -> Result<(String, Value), String> + Sync,

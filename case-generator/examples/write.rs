@@ -1,14 +1,14 @@
-//! Writes cases to a directory, labels to a file of their own:
+//! Writes cases to a directory, labels to a separate file:
 //!
 //! ```text
 //! cargo run -p case-generator --release --example write -- --seed 1 --count 40 --kind singles DIR --labels FILE
 //! ```
 //!
 //! `--kind` is mixed, singles, pairs, none, outside (or unknown), an effect's id, or two ids joined by `+`.
-//! `--other-motors` draws motors unlike the handout's; `--random-torque X` multiplies the random torque; `--friction-elsewhere` draws how friction splits
-//! between motor and load, where there are two.
-//! A case's directory holds motor.toml (nominal), run1.csv (step at 30 ms), run2.csv (step at 3 ms),
-//! run3.csv (reversing at 3 ms, 15 s) and unseen.csv (another such).
+//! `--other-motors` draws motors unlike the handout's; `--random-torque X` multiplies the random torque;
+//! `--friction-elsewhere` draws the division of friction between motor and load, if there are two bodies. A case's
+//! directory has motor.toml (nominal), run1.csv (step at 30 ms), run2.csv (step at 3 ms), run3.csv (reversing at 3
+//! ms, 15 s) and unseen.csv (another reversing run).
 
 use std::collections::BTreeMap;
 use std::error::Error;

@@ -1,4 +1,4 @@
-//! One rotating body: semi-implicit in speed, trapezoidal in angle, with dry friction by the bristle law.
+//! One rotating body: semi-implicit in speed, trapezoidal in angle, with dry friction of the bristle model.
 
 use crate::friction::Bristles;
 
@@ -8,7 +8,6 @@ pub(crate) struct Body {
     pub(crate) angle: f64,
     pub(crate) speed: f64,
     pub(crate) inertia: f64,
-    /// Share of the friction.
     pub(crate) share: f64,
     pub(crate) bristles: Bristles,
     /// Whether dry friction has been broken away since it last held.
@@ -16,8 +15,8 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Dry friction in N m where static friction exceeds sliding friction: bristles that are fully deflected slide from there, and
-    /// hold again where the speed reverses.
+    /// Dry friction in N m where static friction exceeds sliding friction: fully deflected bristles slide, and hold
+    /// again when the speed reverses.
     pub(crate) fn friction_level(&mut self, holding_nm: f64, sliding_nm: f64) -> f64 {
         if holding_nm <= sliding_nm {
             return sliding_nm;
@@ -31,7 +30,7 @@ impl Body {
         if self.slides { sliding_nm } else { holding_nm }
     }
 
-    /// Accelerates the body by `torque` less its friction.
+    /// Accelerates the body by `torque` minus its friction.
     pub(crate) fn step(&mut self, torque: f64, sliding_nm: f64, viscous: f64, h: f64) {
         let dry = self.bristles.step(self.speed, sliding_nm * self.share, h);
         let per_inertia = h / self.inertia;

@@ -1,6 +1,7 @@
-//! Benches of many kinds: other motors, plain protocols, sample times from 1 to 30 ms.
+//! The breadth set: several families of motors, plain protocols, sample times from 1 to 30 ms.
 //!
-//! One step is what most users bring. The magnitudes of effects are those of [`Effect`], scaled to the motor's supply and speed.
+//! A single step is the most common recording. Magnitudes of effects are those of [`Effect`], scaled to the motor's
+//! supply and speed.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -19,7 +20,7 @@ use crate::unmodelled::OUTSIDE;
 
 /// Families of motors.
 pub const FAMILIES: [&str; 4] = ["lab", "hobby", "fast", "servo"];
-/// How they are driven.
+/// Command protocols.
 pub const PROTOCOLS: [&str; 7] = [
     "step",
     "two_levels",
@@ -39,13 +40,13 @@ pub struct Bench {
     pub protocol: &'static str,
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// One sigma of every figure of the motor file, relative.
+    /// Relative standard deviation of every value of the motor file.
     pub tolerance: f64,
-    /// Whether the motor file says so.
+    /// Whether the motor file states it.
     pub is_stated: bool,
-    /// Whether a small load has_random_torque.
+    /// Whether there is a small random load.
     pub has_random_torque: bool,
-    /// Ids that are hidden.
+    /// Ids of the hidden effects.
     pub ids: Vec<&'static str>,
 }
 
@@ -54,9 +55,9 @@ pub struct Bench {
 pub struct BenchCase {
     /// The case.
     pub case: Case,
-    /// How it was drawn.
+    /// Its parameters as drawn.
     pub bench: Bench,
-    /// The motor file, with the tolerance where it is stated.
+    /// The motor file, with the tolerance if it is stated.
     pub motor_file: String,
 }
 
@@ -65,14 +66,15 @@ pub struct BenchCase {
 pub enum HiddenEffects {
     /// Nothing.
     Nothing,
-    /// So many effects of the catalogue.
+    /// This many effects of the catalogue.
     Effects(usize),
-    /// One that it does not have.
+    /// An effect outside the catalogue.
     Outside,
 }
 
-/// So many cases: a quarter hide nothing, a third one effect, a sixth two, a twentieth three, a tenth something outside, and a tenth one
-/// effect on the plainest protocol, which may not tell it from another.
+/// A plan of cases: a quarter without effects, a third with one, a sixth with two, a twentieth with three, a tenth
+/// outside the catalogue, and a tenth with one effect on the plainest protocol, which may not separate it from
+/// others.
 pub fn plan_breadth(cases: usize, seed: u64) -> Vec<(u64, HiddenEffects, Option<&'static str>)> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x6272_6561_6474_6800);
     let mut plan: Vec<(u64, HiddenEffects, Option<&'static str>)> = (0..cases)
@@ -123,7 +125,7 @@ fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     rng.random_range(low.ln()..high.ln()).exp()
 }
 
-/// A motor of a family: supply, no-load speed, resistance, time constant and shares of friction say the rest.
+/// A motor of a family, from supply, no-load speed, resistance, time constant and shares of friction.
 fn motor_of(family: &str, rng: &mut impl Rng) -> Motor {
     let (supplies, speed, counts): (&[f64], (f64, f64), &[f64]) = match family {
         "hobby" => (
@@ -162,7 +164,7 @@ fn motor_of(family: &str, rng: &mut impl Rng) -> Motor {
     }
 }
 
-/// An effect's magnitudes, in this motor's own scales where they are drawn for the lab motor's.
+/// An effect's magnitudes on this motor's scales, if they are drawn for the lab motor's.
 fn scaled(mut effect: Effect, motor: &Motor) -> Effect {
     let volts = motor.supply_v / Motor::HANDOUT.supply_v;
     let speed = motor.top_speed_rad_s() / Motor::HANDOUT.top_speed_rad_s();
@@ -278,7 +280,7 @@ fn draw(
         .collect();
     profiles.push(profile_of("random", &motor, ts.max(0.002), rng));
     let has_random_torque = rng.random_bool(0.5);
-    // Of the dry friction; the stall torque's share is what is asked.
+    // Drawn relative to dry friction, stated relative to the stall torque.
     let stall = motor.torque_constant_nm_per_a * motor.supply_v / motor.resistance_ohm;
     let random_torque = RandomTorque {
         sigma: if has_random_torque {
@@ -437,7 +439,7 @@ mod tests {
                 let moved = run.counts.iter().any(|n| n.abs() > 10);
                 assert!(moved, "{:?}", bench.bench);
             }
-            // The nominal value is off by the tolerance: not exact, and not by five sigma.
+            // A nominal value that is off by the tolerance: neither exact nor by five sigma.
             let (kb, draw_nominal) = (
                 label.motor.back_emf_v_s_per_rad,
                 bench.case.nominal.back_emf_v_s_per_rad,

@@ -1,4 +1,4 @@
-//! One whole case: three runs, one unseen, the nominal motor, and the label.
+//! One case: three runs, one held-out run, the nominal motor, and the label.
 
 use std::collections::BTreeMap;
 
@@ -15,16 +15,16 @@ use crate::record::{CaseRun, Conditions, record};
 use crate::strength::{beyond_refit, counts_under_conditions, counts_without_noise, rms};
 use crate::true_motor::TrueMotor;
 
-/// Options of the drawing, besides the effect itself.
+/// Options of the draw, besides the effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Motors other than the handout's: each figure by up to a factor of two, other encoders, supplies.
+    /// Motors other than the handout's: each value by up to a factor of two, other encoders and supplies.
     pub other_motors: bool,
-    /// Multiplies the random torque of load and friction, which by itself is 0.03 to 1 % of Tf (one sigma).
+    /// Factor on the random torque of load and friction, which is 0.03 to 1 % of Tf (one sigma).
     pub random_torque_scale: f64,
-    /// An effect has to change the angle by this many counts (RMS over the runs).
+    /// Least change of the angle by an effect in counts (RMS over the runs).
     pub least_counts: f64,
-    /// Of motors with backlash or compliance, friction sits elsewhere than inertia does.
+    /// For motors with backlash or compliance, friction is divided otherwise than inertia.
     pub friction_elsewhere: bool,
 }
 
@@ -44,20 +44,20 @@ impl Default for Options {
 pub struct Label {
     /// `none`, `single`, `pair` or `outside`.
     pub kind: String,
-    /// The effects hidden, with their true parameters; those that a motor file calls by other names
-    /// (inertia, friction) hold the true value there and `motor` the value without the effect.
+    /// The hidden effects with their true parameters; for those that a motor file has under other names (inertia,
+    /// friction) the true value is here and the value without the effect in `motor`.
     pub effects: Vec<Effect>,
-    /// Of each effect: by how many counts (RMS over the three runs) the angle differs without it.
+    /// Strength of each effect: change of the angle without it in counts (RMS over the three runs).
     pub strength_counts: BTreeMap<String, f64>,
-    /// Residual of all effects together in counts RMS after re-identification of R, K, J, b and Tf within their tolerances
-    /// (linear estimate); 0 where there is none.
+    /// Residual of all effects together in counts RMS after re-identification of R, K, J, b and Tf within their
+    /// tolerances (linear estimate); 0 without effects.
     pub beyond_refit_counts: f64,
-    /// RMS in counts between the unseen run and the true motor without its random torque (same random numbers where the
-    /// effect draws any): no model that knows the truth, but not the random torque, gets below.
+    /// RMS in counts between the held-out run and the true motor without its random torque (same random numbers of
+    /// effects): the lower bound of a model without knowledge of the random torque.
     pub unseen_floor_counts: f64,
     /// The motor, without the effects.
     pub motor: Motor,
-    /// One sigma of the random torque of load and of friction, relative to Tf.
+    /// Standard deviation of the random torque of load and of friction, relative to Tf.
     #[serde(alias = "wander_relative")]
     pub random_torque_relative: f64,
     /// Correlation time of the random torque in s.
@@ -65,20 +65,20 @@ pub struct Label {
     pub random_torque_time_s: f64,
 }
 
-/// A case: what a diagnosis gets, and what it does not get.
+/// A case: the input of a diagnosis, and the withheld part.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Step at 0.03 s, step at 0.003 s (4 s each), multi-level reversing at 0.003 s (15 s).
     pub runs: Vec<CaseRun>,
     /// Another multi-level reversing run, for scoring predictions.
     pub unseen_run: CaseRun,
-    /// The motor as its owner believes it to be, effects not included.
+    /// The nominal motor, without effects.
     pub nominal: Motor,
     /// The truth.
     pub label: Label,
 }
 
-/// A case of the handout's kind of motor; the same seed and kind give the same case.
+/// A case of the handout's kind of motor, determined by seed and kind.
 pub fn generate(seed: u64, kind: &Kind) -> Case {
     generate_with(seed, kind, &Options::default())
 }
@@ -96,7 +96,7 @@ pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
         if drawing.drawn.margin >= 1.0 {
             break;
         }
-        // An effect without a magnitude of its own may do nothing in these runs of this motor.
+        // An effect without a drawn magnitude may have no influence in these runs of this motor.
         let other = DrawnCase::draw(&ids, options, &mut rng);
         if other.drawn.margin > drawing.drawn.margin {
             drawing = other;
@@ -157,10 +157,10 @@ pub fn generate_with(seed: u64, kind: &Kind, options: &Options) -> Case {
     }
 }
 
-/// Most motors that are drawn until the effects change the angle by enough.
+/// Most motors drawn until the effects change the angle by enough.
 const MOST_DRAWINGS: usize = 20;
 
-/// A motor, how it is driven, and its effects.
+/// A motor with its command and effects.
 struct DrawnCase {
     motor: Motor,
     nominal: Motor,
@@ -193,7 +193,7 @@ impl DrawnCase {
     }
 }
 
-/// The three runs of a case, then the unseen one.
+/// The three runs of a case, then the held-out one.
 fn profiles(motor: &Motor, rng: &mut impl Rng) -> Vec<Profile> {
     let supply = motor.supply_v;
     let breakaway =
@@ -212,11 +212,11 @@ struct DrawnEffects {
     strengths: BTreeMap<String, f64>,
     /// Encoder reading with all effects, without random torque.
     counts: Vec<f64>,
-    /// The weakest effect's strength in multiples of the least one.
+    /// The weakest effect's strength relative to the least one.
     margin: f64,
 }
 
-/// Draws magnitudes until each effect changes the angle by enough; after many tries, the strongest.
+/// Draws magnitudes until each effect changes the angle by enough; after many attempts, the strongest.
 fn draw_effects(
     ids: &[&str],
     plain: &TrueMotor,
@@ -279,8 +279,8 @@ fn draw_effects(
     })
 }
 
-/// The least strength of an effect. Jitter is judged by another limit: a spread of a whole sample at
-/// 3 ms moves the handout's motor by a count and a half at top speed, never by two.
+/// The least strength of an effect. Jitter has another limit: a spread of a whole sample at 3 ms changes the
+/// handout's motor by 1.5 counts at top speed.
 fn least_counts(id: &str, options: &Options) -> f64 {
     if id == "sample_jitter" {
         options.least_counts.min(0.4)
@@ -299,8 +299,8 @@ fn floor_counts(hidden: &TrueMotor, run: &CaseRun, conditions: Conditions) -> f6
         ..conditions
     };
     let counts: Vec<f64> = run.counts.iter().map(|&c| c as f64).collect();
-    // floor(x + phi) - x has the mean phi - 1/2, where phi, the fraction of a count at the start, is for
-    // a fit to choose: the mean of the difference, as far as phi can make it, is no error.
+    // floor(x + phi) - x has the mean phi - 1/2, where phi, the initial fraction of a count, is free in a fit: a mean
+    // difference within its range is no error.
     let expected = counts_under_conditions(hidden, &run.profile, still);
     let difference: Vec<f64> = counts.iter().zip(&expected).map(|(c, e)| c - e).collect();
     let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;

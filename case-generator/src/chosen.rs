@@ -1,6 +1,7 @@
-//! One recording of which everything is chosen: the motor, the effects with their magnitudes, the command, the random load.
+//! One recording with a specified motor, effects with magnitudes, command and random load.
 //!
-//! Series (one effect at growing strengths, one recording cut to growing lengths) need this; [`crate::generate`] draws everything.
+//! For series (one effect at increasing strengths, one recording cut to increasing lengths); [`crate::generate`]
+//! draws everything.
 
 use serde::Deserialize;
 
@@ -26,9 +27,9 @@ pub struct Chosen {
     pub protocol: String,
     /// Sample time in s.
     pub sample_time_s: f64,
-    /// Levels in V, each with how long it is held in s.
+    /// Levels in V, each with its duration in s.
     pub levels: Vec<(f64, f64)>,
-    /// One sigma of the random load as a share of the stall torque.
+    /// Standard deviation of the random load as a share of the stall torque.
     pub load_share: f64,
     /// Correlation time of the random load in s.
     pub load_time_s: f64,
@@ -36,7 +37,7 @@ pub struct Chosen {
     pub seed: u64,
 }
 
-/// A recording as it was chosen.
+/// The recording of a specification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChosenRun {
     /// The recording.
@@ -73,7 +74,7 @@ pub fn record_chosen(chosen: &Chosen) -> Result<ChosenRun, String> {
         sample_time_s: chosen.sample_time_s,
         command_v,
     };
-    // The plant knows the load in units of the dry friction.
+    // The plant has the load in units of the dry friction.
     let stall_nm = motor.torque_constant_nm_per_a * motor.stall_current_a();
     let conditions = Conditions {
         random_torque: RandomTorque {

@@ -1,4 +1,4 @@
-//! The plant against closed forms, and the random processes against their laws.
+//! The plant compared with closed forms, and the random processes with their distributions.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ const NO_RANDOM_TORQUE: RandomTorque = RandomTorque {
     time_s: 1.0,
 };
 
-/// A motor with next to no inductance and no dry friction.
+/// A motor with almost no inductance and no dry friction.
 fn first_order() -> Motor {
     Motor {
         inductance_h: 1e-7,
@@ -119,12 +119,12 @@ fn a_driven_flank_leads_the_load_by_half_the_gap() {
     for volts in [3.0, -3.0] {
         plant.hold(volts, plant.now() + 1.0);
         let lead = plant.twist() * volts.signum();
-        // The flank itself bends by a hundredth of a count under friction.
+        // The flank itself deflects by a hundredth of a count under friction.
         assert!((lead - 0.5 * gap_rad).abs() < 0.02 * hidden.motor.count_rad());
     }
 }
 
-/// Forward both bodies answer as one; back the motor alone does, while the load runs on.
+/// Forward both bodies respond together; backward the motor alone does, while the load keeps turning.
 #[test]
 fn a_one_way_clutch_carries_the_load_forward_only() {
     let m = first_order();
@@ -146,20 +146,20 @@ fn a_one_way_clutch_carries_the_load_forward_only() {
             plant.hold(volts, t);
             let gone = t - time_constant_s * (1.0 - (-t / time_constant_s).exp());
             let off_counts = (plant.read_angle() - end * gone * volts.signum()) / m.count_rad();
-            // The rollers bend by some hundredths of a count while they drive.
+            // The rollers deflect by some hundredths of a count while they drive.
             assert!(
                 off_counts.abs() < 0.1,
                 "{volts} V, {t} s: {off_counts} counts"
             );
         }
-        // The motor brakes, and the load does not: it overruns.
+        // The motor brakes, and the load overruns.
         let twist = plant.twist();
         plant.hold(0.0, plant.now() + 0.3);
         assert!(volts < 0.0 || plant.twist() < twist - 0.5);
     }
 }
 
-/// A contact that opens at every draw leaves no current, and no torque.
+/// A contact that is always open leaves no current and no torque.
 #[test]
 fn an_open_contact_leaves_no_torque() {
     let mut hidden = TrueMotor::without_effects(first_order());
@@ -170,7 +170,8 @@ fn an_open_contact_leaves_no_torque() {
     let mut plant = at_rest(&hidden);
     plant.hold(4.5, 0.01);
     let speed = plant.speed();
-    // Open since the second look, 0.2 ms after the start, and damped by its bearing alone: 0.2 s is the time constant.
+    // Open from the second update, 0.2 ms after the start, and damped by its bearing alone: 0.2 s is the time
+    // constant.
     plant.hold(4.5, 0.11);
     let expected = speed * (-0.5_f64).exp();
     assert!(speed > 0.0 && (plant.speed() - expected).abs() < 1e-3 * expected);
@@ -192,7 +193,7 @@ fn an_encoder_loses_the_share_of_edges_asked_for() {
 fn the_random_torque_has_its_variance_and_correlation_time() {
     let mut rng = Pcg64Mcg::seed_from_u64(3);
     let mut random_torque = OrnsteinUhlenbeck::new(2.0, 0.5, &mut rng);
-    // Half a correlation time a step: neighbours correlate by exp(-1/2).
+    // Half a correlation time per step: neighbours correlate by exp(-1/2).
     let values: Vec<f64> = (0..40_000)
         .map(|_| random_torque.step(0.25, &mut rng))
         .collect();

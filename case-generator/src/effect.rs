@@ -1,9 +1,8 @@
-//! The effects of the catalogue: their ids, their magnitudes as drawn, and what they change.
+//! The effects of the catalogue: ids, drawn magnitudes, and their changes of the motor.
 //!
-//! Ids and names of parameters are those of motorlab's motor files, written down a second time here
-//! because nothing is shared. Magnitudes are drawn over the catalogue's ranges, log-uniformly where a
-//! range spans more than a factor of three. An effect that merely changes a figure of the motor has to
-//! change it by more than three sigmas of the figure's own tolerance: less is no effect but a tolerance.
+//! Ids and names of parameters are those of motorlab's motor files, repeated here because no code is shared.
+//! Magnitudes are drawn over the catalogue's ranges, log-uniformly if a range spans more than a factor of three. An
+//! effect that is a change of one of the motor's parameters exceeds three standard deviations of its tolerance.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -46,7 +45,7 @@ pub const CATALOGUE: [&str; 27] = [
     "clock_error",
 ];
 
-/// Effects that the catalogue has grown by since the sets of [`crate::plan`] were fixed: drawn where asked for by name.
+/// Effects added to the catalogue since the sets of [`crate::plan`] were fixed: drawn only by name.
 pub const LATER: [&str; 12] = [
     "asymmetric_viscous",
     "static_friction",
@@ -75,7 +74,7 @@ fn log_uniform(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     (rng.random_range(low.ln()..high.ln())).exp()
 }
 
-/// A factor from the range that no tolerance of the figure would excuse.
+/// A factor from the range outside the tolerance.
 fn clear_factor(rng: &mut impl Rng, low: f64, high: f64) -> f64 {
     loop {
         let factor = log_uniform(rng, low, high);
@@ -215,7 +214,7 @@ impl Effect {
                 ("amplitude_rad", log_uniform(rng, 0.3, 6.0) * count),
                 ("phase_rad", phase(rng)),
             ],
-            // Up to one whole sample of the fast runs, which share it with the slow one.
+            // Up to one sample time of the fast runs; the slow one has the same.
             "sample_jitter" => vec![("spread_s", log_uniform(rng, 0.00015, 0.003))],
             "clock_error" => {
                 let sign = if rng.random_bool(0.5) { 1.0 } else { -1.0 };
@@ -278,7 +277,7 @@ impl Effect {
         }
     }
 
-    /// The same with a split of friction between motor and load of its own, where there are two.
+    /// The same with a separately drawn division of friction between motor and load, if there are two bodies.
     pub(crate) fn with_friction_elsewhere(mut self, rng: &mut impl Rng) -> Self {
         if matches!(self.id.as_str(), "backlash" | "compliance") {
             let weight = four_digits(log_uniform(rng, 0.1, 10.0));
@@ -304,7 +303,7 @@ impl Effect {
         }
     }
 
-    /// Puts the effect into a motor.
+    /// Adds the effect to a motor.
     pub(crate) fn apply(&self, hidden: &mut TrueMotor) {
         match self.id.as_str() {
             "transport_delay" => hidden.delay_s = self.value("delay_s"),
@@ -403,7 +402,7 @@ impl Effect {
 
     fn coupling(&self, contact: Contact) -> Coupling {
         let load_fraction = self.value("load_fraction");
-        // Friction per inertia at the load over that at the motor.
+        // Friction per inertia of the load over that of the motor.
         let weight = self.parameters.get("load_friction_weight");
         let rubs = load_fraction * weight.copied().unwrap_or(1.0);
         Coupling {

@@ -1,7 +1,7 @@
 //! The winding behind a pulsed bridge whose current decays through diodes between the pulses.
 //!
-//! Within a pulse, between pulses, and while no current flows, the winding is a resistance, an inductance and a constant voltage: solved
-//! exactly from one switching instant to the next.
+//! Within a pulse, between pulses, and without current, the winding is a resistance, an inductance and a constant
+//! voltage: solved exactly between switching instants.
 
 use crate::motor::Motor;
 use crate::true_motor::Pulses;
@@ -12,14 +12,14 @@ pub(crate) struct WindingStep {
     pub(crate) emf: f64,
     pub(crate) resistance: f64,
     pub(crate) duty: f64,
-    /// Beginning of the step since the first pulse, in s.
+    /// Begin of the step since the first pulse, in s.
     pub(crate) now_s: f64,
     /// Its length in s.
     pub(crate) h: f64,
 }
 
 impl WindingStep {
-    /// The current in A at the end of the step from that at its beginning, and its mean over the step.
+    /// The current in A at the end of the step, and its mean over the step.
     pub(crate) fn freewheel(&self, pulses: Pulses, m: &Motor, current: f64) -> (f64, f64) {
         let (s, duty) = (self.duty.signum(), self.duty.abs().min(1.0));
         let (on_v, against_v) = (self.volts * s / duty, self.emf * s);
@@ -44,7 +44,7 @@ impl WindingStep {
             let reaches_zero = !is_on && current * goal < 0.0;
             let blocked = !is_on && current == 0.0 && goal < 0.0 && against_v <= on_v;
             if reaches_zero {
-                // The diode blocks from where the current is 0.
+                // The diode blocks when the current reaches 0.
                 dt = dt.min((1.0 - current / goal).ln() / rate);
             }
             if blocked {

@@ -1,11 +1,10 @@
-//! Dry friction as a field of bristles (LuGre; Canudas de Wit et al. 1995).
+//! Dry friction as a bristle model (LuGre; Canudas de Wit et al. 1995).
 //!
-//! `dz/dt = w - s0 |w| z / g`, `F = s0 z + s1(w) dz/dt`, where `g` is the torque that steady sliding
-//! meets. `s1` falls off with speed, which keeps the law passive. With bristles that bend by a
-//! hundredth of a count this is what dry friction looks like to an encoder; with longer ones it is
-//! presliding.
+//! `dz/dt = w - s0 |w| z / g`, `F = s0 z + s1(w) dz/dt`, with the torque `g` of steady sliding. `s1` decreases with
+//! speed, which keeps the model passive. With a deflection of a hundredth of a count this is dry friction within the
+//! encoder's resolution; with a larger one it is presliding.
 
-/// One rubbing contact.
+/// One friction contact.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bristles {
     /// Stiffness s0 in N m/rad.
@@ -16,12 +15,11 @@ pub(crate) struct Bristles {
     deflection: f64,
 }
 
-/// Speed in rad/s at which the bristles' own damping has halved.
+/// Speed in rad/s at which the bristles' damping is halved.
 const DAMPING_SPEED: f64 = 0.05;
 
 impl Bristles {
-    /// Bristles that give way at `torque_nm` after bending by `bend_rad`, damped so that `inertia`
-    /// on them rings with the damping ratio given.
+    /// Bristles that slide at `torque_nm` after deflecting by `bend_rad`, with this damping ratio for `inertia`.
     pub(crate) fn new(torque_nm: f64, bend_rad: f64, inertia: f64, damping_ratio: f64) -> Self {
         let stiffness = torque_nm / bend_rad;
         Self {
@@ -31,13 +29,13 @@ impl Bristles {
         }
     }
 
-    /// Torque of the bent bristles, without their damping.
+    /// Torque of the deflected bristles, without their damping.
     pub(crate) fn force(&self) -> f64 {
         self.stiffness * self.deflection
     }
 
-    /// Friction torque against the speed `w` after a step of `h` seconds; `sliding_nm` is g.
-    /// The deflection is stepped implicitly: stable for any speed.
+    /// Friction torque against the speed `w` after a step of `h` seconds; `sliding_nm` is g. Implicit in the
+    /// deflection: stable for any speed.
     pub(crate) fn step(&mut self, w: f64, sliding_nm: f64, h: f64) -> f64 {
         if sliding_nm <= 0.0 {
             self.deflection = 0.0;

@@ -18,7 +18,7 @@ pub enum Kind {
     Single(&'static str),
     /// Two effects of the catalogue.
     Pair(&'static str, &'static str),
-    /// One effect that the catalogue does not have.
+    /// One effect outside the catalogue.
     Outside(&'static str),
 }
 
@@ -32,7 +32,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// A word that names no kind of case.
+/// An unknown kind of case.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownKind(pub String);
 
@@ -74,25 +74,25 @@ impl FromStr for Kind {
     }
 }
 
-/// Whether one motor can hide both: two different effects, and not two ways of hanging a load on it.
+/// Whether one motor can have both: different effects, and not both a load on the shaft.
 pub(crate) fn can_pair(a: &str, b: &str) -> bool {
     let couples = |id: &str| id == "backlash" || id == "compliance";
     a != b && !(couples(a) && couples(b))
 }
 
-/// Which kinds a set of cases holds.
+/// Composition of a set of cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Mix {
-    /// Of every hundred: 54 single effects, 20 pairs, 10 without any, 16 outside the catalogue.
+    /// Per hundred: 54 single effects, 20 pairs, 10 without effects, 16 outside the catalogue.
     #[default]
     Mixed,
-    /// Single effects only, all as often as one another.
+    /// Single effects only, equally often.
     Singles,
     /// Pairs only.
     Pairs,
-    /// No effect in any.
+    /// No effect in any case.
     None,
-    /// Outside the catalogue only, all as often as one another.
+    /// Outside the catalogue only, equally often.
     Outside,
 }
 
@@ -111,8 +111,8 @@ impl FromStr for Mix {
     }
 }
 
-/// The cases of a set: each its own seed and kind. Every effect comes as often as every other, to within
-/// one; the order is shuffled; the same `seed` gives the same cases.
+/// The cases of a set with their seeds and kinds. Effects occur equally often, to within one; the order is shuffled;
+/// determined by `seed`.
 pub fn plan(cases: usize, seed: u64, mix: Mix) -> Vec<(u64, Kind)> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed ^ 0x706c_616e_0000_0001);
     let share = |percent: usize| (cases * percent + 50) / 100;
@@ -145,7 +145,7 @@ pub fn plan(cases: usize, seed: u64, mix: Mix) -> Vec<(u64, Kind)> {
         .collect()
 }
 
-/// Deals every name once before any comes again.
+/// Deals every name once before any is repeated.
 struct Deck {
     names: &'static [&'static str],
     left: Vec<&'static str>,

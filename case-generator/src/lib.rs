@@ -1,7 +1,6 @@
-//! Makes recordings of imagined motors with known hidden effects, apart from the simulator that
-//! diagnoses them: no code is shared with it, the integrator steps at 10 us, dry friction is a bristle
-//! law, contacts are springs with dampers, load and friction have a random torque, ticks come late, and some motors
-//! hide what no catalogue lists.
+//! Generator of simulated recordings with known hidden effects, independent of the simulator that diagnoses them: no
+//! shared code, an integrator with steps of 10 us, dry friction as a bristle model, contacts as springs with dampers,
+//! random torques of load and friction, late ticks, and effects outside the catalogue.
 //!
 //! ```
 //! let case = case_generator::generate(1, &"stribeck".parse().unwrap());
@@ -10,8 +9,8 @@
 //! assert!(case.runs[0].to_csv().starts_with("# format = \"motorlab-run/1\""));
 //! ```
 //!
-//! The flow: [`Motor`] and effects are drawn from the seed -> profiles -> the plant, stepped -> the
-//! board's samples ([`CaseRun`]) -> [`Case`] with its [`Label`].
+//! Data flow: [`Motor`] and effects are drawn from the seed -> profiles -> the plant, stepped -> the board's samples
+//! ([`CaseRun`]) -> [`Case`] with its [`Label`].
 
 mod body;
 pub mod breadth;

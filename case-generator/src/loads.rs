@@ -1,4 +1,4 @@
-//! Load and friction torques against the motion, from position and speed of a body.
+//! Load and friction torques from position and speed of a body.
 
 use crate::body::Body;
 use crate::true_motor::TrueMotor;
@@ -14,12 +14,12 @@ pub(crate) fn viscous(x: &TrueMotor, speed: f64) -> f64 {
     x.motor.viscous_friction_nm_s_per_rad * (1.0 + x.viscous_asymmetry * speed.signum())
 }
 
-/// Static friction of both bodies together, where sliding friction is `sliding_nm`.
+/// Static friction of both bodies together, for sliding friction `sliding_nm`.
 pub(crate) fn holding_nm(x: &TrueMotor, sliding_nm: f64) -> f64 {
     sliding_nm + (x.static_nm - x.motor.coulomb_friction_nm).max(0.0)
 }
 
-/// Dry friction that steady sliding at this speed meets, of both bodies together.
+/// Dry friction of steady sliding at this speed, of both bodies together.
 pub(crate) fn sliding_nm(
     x: &TrueMotor,
     disturbance: &Disturbance,
@@ -29,7 +29,7 @@ pub(crate) fn sliding_nm(
 ) -> f64 {
     let mut sliding = x.motor.coulomb_friction_nm * disturbance.friction_factor;
     if x.friction_asymmetry != 0.0 {
-        // Which way it would go decides at rest.
+        // At rest the direction of the net torque decides.
         let way = if speed.abs() > 1e-4 {
             speed
         } else {

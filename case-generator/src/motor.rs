@@ -1,13 +1,13 @@
-//! The motor of a case as it truly is, and the nominal motor that its owner believes in.
+//! The true motor of a case, and its nominal motor.
 //!
-//! The owner's figures are each off by one sigma of 5 %: `nominal = true (1 + 0.05 n)`, n standard
-//! normal, as a data sheet or a multimeter leaves them.
+//! The nominal values have a standard deviation of 5 %: `nominal = true (1 + 0.05 n)`, n standard normal, as from a
+//! data sheet or a multimeter.
 
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 
-/// One-sigma relative error of every nominal figure.
+/// Relative standard deviation of the nominal values.
 pub const NOMINAL_SIGMA: f64 = 0.05;
 
 /// A brushed DC motor with encoder, in SI.
@@ -47,8 +47,8 @@ impl Motor {
         supply_v: 4.5,
     };
 
-    /// A motor drawn around the handout's: every figure 10 % (one sigma, lognormal) from it, or with
-    /// `other_motors` by a factor of up to two either way, another encoder and another supply.
+    /// A motor drawn around the handout's: every value with 10 % (one sigma, lognormal), or with `other_motors` by up
+    /// to a factor of two, with another encoder and another supply.
     pub(crate) fn draw(rng: &mut impl Rng, other_motors: bool) -> Self {
         let mut motor = Self::HANDOUT;
         for figure in motor.figures_mut() {
@@ -62,14 +62,14 @@ impl Motor {
             const ENCODERS: [f64; 6] = [360.0, 500.0, 720.0, 1000.0, 1440.0, 2048.0];
             motor.counts_per_rev = ENCODERS[rng.random_range(0..ENCODERS.len())];
             motor.supply_v = [4.5, 5.0, 6.0, 7.4][rng.random_range(0..4)];
-            // Kt and Kb are one constant seen from two sides; they differ by losses only.
+            // Kt and Kb are the same constant except for losses.
             motor.torque_constant_nm_per_a =
                 motor.back_emf_v_s_per_rad * rng.random_range(0.9..1.05);
         }
         motor
     }
 
-    /// The nominal motor of its owner: every figure 5 % off, to four digits.
+    /// The nominal motor: every value 5 % off, with four digits.
     pub(crate) fn draw_nominal(&self, rng: &mut impl Rng) -> Self {
         let mut nominal = *self;
         for figure in nominal.figures_mut() {
@@ -79,7 +79,7 @@ impl Motor {
         nominal
     }
 
-    /// The figures that a maker's sheet gives with an error: not the encoder, not the supply.
+    /// The values of a data sheet with a tolerance: not encoder and supply.
     pub(crate) fn figures_mut(&mut self) -> [&mut f64; 7] {
         [
             &mut self.resistance_ohm,
@@ -99,7 +99,7 @@ impl Motor {
             / (self.viscous_friction_nm_s_per_rad + per_volt * self.back_emf_v_s_per_rad)
     }
 
-    /// Current of the held motor at the full supply in A.
+    /// Stall current at the full supply in A.
     pub fn stall_current_a(&self) -> f64 {
         self.supply_v / self.resistance_ohm
     }
@@ -109,12 +109,12 @@ impl Motor {
         std::f64::consts::TAU / self.counts_per_rev
     }
 
-    /// The motor file, with a tolerance of 5 % on every figure that is off by that much.
+    /// The motor file with its tolerance of 5 %.
     pub fn to_toml(&self) -> String {
         self.to_toml_within(Some(NOMINAL_SIGMA))
     }
 
-    /// The motor file, with this tolerance on every figure that is off, or with none stated.
+    /// The motor file with this tolerance, or without a stated one.
     pub(crate) fn to_toml_within(self, tolerance: Option<f64>) -> String {
         let keys = [
             ("resistance_ohm", self.resistance_ohm),
@@ -144,12 +144,10 @@ impl Motor {
     }
 }
 
-/// A standard normal number.
 pub(crate) fn normal(rng: &mut impl Rng) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// Rounds to four significant digits.
 pub(crate) fn four_digits(value: f64) -> f64 {
     if value == 0.0 || !value.is_finite() {
         return value;

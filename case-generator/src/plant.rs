@@ -1,8 +1,8 @@
 //! The plant: voltage in, encoder counts out, stepped at 10 us or finer.
 //!
-//! Electrical: `L di/dt = v - R i - Kb w - Vd sgn i`, implicit in i; the voltage drop as a soft
-//! threshold. Mechanical: semi-implicit in speed, trapezoidal in angle, one body or two; dry friction is
-//! a bristle law, contacts are springs with dampers, so there is no ideal sticking and no ideal impact.
+//! Electrical: `L di/dt = v - R i - Kb w - Vd sgn i`, implicit in i; the voltage drop as a soft threshold.
+//! Mechanical: semi-implicit in speed, trapezoidal in angle, one body or two; dry friction is a bristle model,
+//! contacts are springs with dampers, so that there is neither ideal sticking nor ideal impact.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -18,12 +18,13 @@ use crate::unmodelled::{Disturbance, PlantState, UnmodelledState};
 
 /// Largest step in s.
 pub const STEP_S: f64 = 10e-6;
-/// How often slow things (random torque, heat, unmodelled effects) are updated, in s.
+/// Update period in s of slow quantities (random torque, heat, unmodelled effects).
 const SLOW_S: f64 = 100e-6;
-/// Bend of plain dry friction's bristles in counts.
+/// Deflection of dry friction's bristles in counts.
 const DRY_BEND_COUNTS: f64 = 0.01;
-/// The same where friction holds more than it brakes: bristles that let go at 0.999 of what they hold have moved seven times their bend by
-/// then. From a hundredth of a count to a ten-thousandth what that leaves falls from 1.18 to 0.36 counts RMS over 15 s (seed 73, random torque 0.31).
+/// The same if static friction exceeds Coulomb friction: bristles that slide at 0.999 of their level have then moved
+/// by seven times their deflection. From a hundredth of a count to a ten-thousandth the remaining error decreases
+/// from 1.18 to 0.36 counts RMS over 15 s (seed 73, random torque 0.31).
 const HOLDING_BEND_COUNTS: f64 = 0.0001;
 
 /// A motor with its hidden effects during a recording.
@@ -43,19 +44,19 @@ pub(crate) struct Plant<'a> {
     now_s: f64,
     slow_done_s: f64,
     start_fraction: f64,
-    /// Last whole count under the shaft, for encoders that lose edges.
+    /// Last integral count of the shaft, for encoders that lose edges.
     edge: i64,
     counted: i64,
-    /// Angle whose edges an encoder that loses some by their rate has kept, and what a filter behind it says, with its speed.
+    /// Angle after the loss of edges by their rate, and after the filter, with its speed.
     kept_angle: f64,
     filtered: (f64, f64),
     noise_rng: Pcg64Mcg,
-    /// Apart from that of the random torque, which an effect that draws random numbers then leaves unchanged.
+    /// Separate from that of the random torque, which is therefore independent of effects with random numbers.
     effect_rng: Pcg64Mcg,
 }
 
 impl<'a> Plant<'a> {
-    /// At rest at angle 0, the encoder's edge `start_fraction` of a count behind.
+    /// At rest at angle 0, `start_fraction` of a count after an encoder edge.
     pub(crate) fn new(
         hidden: &'a TrueMotor,
         level: RandomTorque,
@@ -128,7 +129,7 @@ impl<'a> Plant<'a> {
         self.now_s
     }
 
-    /// Sets two bodies turning against each other, without momentum of the whole.
+    /// Gives the two bodies opposite speeds without total momentum.
     #[cfg(test)]
     pub(crate) fn kick(&mut self, speed: f64) {
         if let Some((load, _)) = &mut self.load {
@@ -144,12 +145,11 @@ impl<'a> Plant<'a> {
             .map_or(0.0, |(load, _)| self.rotor.angle - load.angle)
     }
 
-    /// Speed of the shaft that carries the encoder, in rad/s.
     pub(crate) fn speed(&self) -> f64 {
         self.encoder_body().speed
     }
 
-    /// Angle that the encoder reads, before it is counted, in rad.
+    /// Angle that the encoder reads before quantization, in rad.
     pub(crate) fn read_angle(&self) -> f64 {
         if self.hidden.filter_s > 0.0 {
             return self.filtered.0;
@@ -160,7 +160,6 @@ impl<'a> Plant<'a> {
         self.disc_angle()
     }
 
-    /// The angle on the encoder's disc in rad.
     fn disc_angle(&self) -> f64 {
         let angle = self.encoder_body().angle + self.disturbance.angle_offset_rad;
         angle + self.hidden.eccentricity.at(angle) - self.hidden.eccentricity.at(0.0)
@@ -194,7 +193,7 @@ impl<'a> Plant<'a> {
     /// Holds a command until the time given.
     pub(crate) fn hold(&mut self, command: f64, until_s: f64) {
         self.command = command;
-        // An unmodelled of the command or the driver answers at once.
+        // An unmodelled effect of command or driver acts immediately.
         self.slow_step(0.0);
         let span = until_s - self.now_s;
         if span <= 0.0 {
@@ -297,7 +296,7 @@ impl<'a> Plant<'a> {
         let current = mean_current.unwrap_or(self.current);
         self.motor_torque = m.torque_constant_nm_per_a * ripple * current;
         let rotor_torque = self.motor_torque + x.cogging.at(self.rotor.angle);
-        // Load, on the far side where there are two bodies.
+        // Load, on the second body if there are two.
         match &mut self.load {
             None => {
                 let against =
@@ -343,7 +342,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Keeps a share of the angle passed by its edge rate, and filters its speed.
+    /// Applies the loss of edges by their rate, and filters the speed.
     fn update_sensor(&mut self, moved: f64, h: f64) {
         let x = self.hidden;
         let mut kept = moved;
@@ -359,7 +358,7 @@ impl<'a> Plant<'a> {
         }
     }
 
-    /// Moves the board's count by the edges passed, less those lost.
+    /// Updates the board's count by the passed edges, less the lost ones.
     fn count_edges(&mut self) {
         let now = self.whole_count();
         let passed = now - self.edge;

@@ -1,4 +1,4 @@
-//! The commands: steps, and multi-level reversing sequences.
+//! Command profiles: steps, and multi-level reversing sequences.
 
 use rand::{Rng, RngExt};
 
@@ -13,7 +13,7 @@ pub struct Profile {
     pub command_v: Vec<f64>,
 }
 
-/// Whole millivolts, as a recorder sends them.
+/// Integral millivolts, as a recorder sends them.
 pub(crate) fn millivolts(volts: f64) -> f64 {
     (volts * 1000.0).round() / 1000.0
 }
@@ -33,8 +33,8 @@ impl Profile {
         }
     }
 
-    /// Levels of either sign, held for 0.12 to 0.9 s: a quarter near `breakaway_v` (0.7 to 3 times),
-    /// a fifth zero (the motor brakes), the rest anything up to the supply.
+    /// Levels of both signs, held for 0.12 to 0.9 s: a quarter near `breakaway_v` (0.7 to 3 times), a fifth zero (the
+    /// motor brakes), the rest up to the supply.
     pub(crate) fn multi_level(
         sample_time_s: f64,
         duration_s: f64,

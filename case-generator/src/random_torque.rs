@@ -1,5 +1,5 @@
-//! Random torque of load and friction, a process noise that no deterministic model predicts: an Ornstein-Uhlenbeck process,
-//! stepped exactly (Gillespie 1996).
+//! Random torque of load and friction, a process noise that no deterministic model predicts: an Ornstein-Uhlenbeck
+//! process, stepped exactly (Gillespie 1996).
 
 use rand::Rng;
 
@@ -14,7 +14,7 @@ pub(crate) struct OrnsteinUhlenbeck {
 }
 
 impl OrnsteinUhlenbeck {
-    /// Starts at a value drawn from the stationary law.
+    /// Starts at a value of the stationary distribution.
     pub(crate) fn new(sigma: f64, time_s: f64, rng: &mut impl Rng) -> Self {
         Self {
             sigma,

@@ -1,8 +1,7 @@
 //! The board of a case: plays a profile, samples the encoder, writes a run file.
 //!
-//! A board's ticks come a few microseconds late and its device clock says so; its samples reach the
-//! host about a millisecond later. A case's own timing effect (jitter, a wrong clock, stalls) is what the
-//! device clock does not say.
+//! A board's ticks are a few microseconds late, which its device clock shows; samples reach the host about a
+//! millisecond later. A case's timing effect (jitter, clock error, stalls) is not visible in the device clock.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -24,13 +23,13 @@ const HOST_DELAY_S: f64 = 0.4e-3;
 pub struct CaseRun {
     /// Commands.
     pub profile: Profile,
-    /// As in the header: nominal resolution and supply.
+    /// Nominal resolution, as in the header.
     pub counts_per_rev: f64,
     /// Supply in V as in the header.
     pub supply_v: f64,
     /// Device time in s of each sample, from the first.
     pub t_s: Vec<f64>,
-    /// Arrival of each sample on the host in s, on a clock of its own.
+    /// Arrival time of each sample in s, on the host's clock.
     pub host_t_s: Vec<f64>,
     /// Encoder counts.
     pub counts: Vec<i64>,
@@ -62,7 +61,7 @@ pub(crate) struct Conditions {
     pub(crate) seed: u64,
 }
 
-/// A recording together with the angle that the encoder truly read, in rad, at each sample.
+/// A recording with the true angle at the encoder in rad at each sample.
 pub(crate) struct Recording {
     pub(crate) run: CaseRun,
     pub(crate) angle_rad: Vec<f64>,
@@ -109,12 +108,12 @@ pub(crate) fn record(
         events.push((tick + delta, Event::Sample));
         let given = (tick + hidden.delay_s - hidden.ahead_s).max(0.0);
         events.push((given, Event::Command(command)));
-        // Whole microseconds of the device's own clock.
+        // Microseconds of the device's clock.
         t_s.push(((k as f64 * profile.sample_time_s + late) * 1e6).round() / 1e6);
         let delay = 0.7e-3 - HOST_DELAY_S * (1.0 - rng.random_range(0.0..1.0_f64)).ln();
         host_t_s.push(host_offset + host_rate * (tick + delta + delay));
     }
-    // Stable: a sample at the same instant as a command is read before the command is given.
+    // Stable: a sample at the time of a command is read before the command is set.
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
     for k in 1..host_t_s.len() {
         host_t_s[k] = host_t_s[k].max(host_t_s[k - 1]);

@@ -1,4 +1,4 @@
-//! How much of a gap a hidden effect makes, and how much of it re-tuning could hide.
+//! Strength of a hidden effect, and the part of it that re-identified parameters explain.
 
 use crate::motor::{Motor, NOMINAL_SIGMA};
 use crate::profile::Profile;
@@ -6,7 +6,6 @@ use crate::random_torque::RandomTorque;
 use crate::record::{Conditions, record};
 use crate::true_motor::TrueMotor;
 
-/// No random torque.
 const NO_RANDOM_TORQUE: RandomTorque = RandomTorque {
     sigma: 0.0,
     time_s: 1.0,
@@ -14,8 +13,8 @@ const NO_RANDOM_TORQUE: RandomTorque = RandomTorque {
 
 /// Encoder reading of a motor without random torque, in nominal counts, over all profiles.
 ///
-/// Sensor effects that act on whole counts (lost edges, another resolution) show in the counts only, so
-/// these are used; both motors of a comparison start at the same fraction of a count.
+/// Sensor effects on whole counts (lost edges, another resolution) are visible in the counts only, so that these are
+/// used; both motors of a comparison start at the same fraction of a count.
 pub(crate) fn counts_without_noise(
     hidden: &TrueMotor,
     profiles: &[Profile],
@@ -32,14 +31,14 @@ pub(crate) fn counts_without_noise(
     all
 }
 
-/// [`counts_without_noise`] of one profile under conditions of its own.
+/// [`counts_without_noise`] of one profile under these conditions.
 pub(crate) fn counts_under_conditions(
     hidden: &TrueMotor,
     profile: &Profile,
     conditions: Conditions,
 ) -> Vec<f64> {
     let recording = record(hidden, profile, hidden.motor.counts_per_rev, conditions);
-    // The whole counts hold what edges were lost or added; the angle has what lies between edges.
+    // The counts have lost or added edges; the angle has the fraction between edges.
     let count_rad = hidden.motor.count_rad();
     let whole = hidden.miss_probability > 0.0
         || hidden.max_edge_rate_hz.is_finite()
@@ -64,8 +63,8 @@ pub(crate) fn rms(a: &[f64], b: &[f64]) -> f64 {
     (sum / a.len().max(1) as f64).sqrt()
 }
 
-/// RMS in counts of what is left of `with - without` once R, K, J, b and Tf are re-tuned to it, linearly
-/// and within their tolerances: `min over x of |d - S x|^2 12 + |x / 0.05|^2`.
+/// Residual RMS in counts of `with - without` after re-identification of R, K, J, b and Tf, linearly and within their
+/// tolerances: `min over x of |d - S x|^2 12 + |x / 0.05|^2`.
 pub(crate) fn beyond_refit(
     plain: &TrueMotor,
     profiles: &[Profile],

@@ -1,11 +1,12 @@
-//! The torque between motor and load, from their twist: flanks with a gap, a spring, a slipping clutch or a one-way clutch.
+//! Torque between motor and load from their twist: flanks with a gap, a spring, a slipping clutch or a one-way
+//! clutch.
 
 use std::f64::consts::TAU;
 
 use crate::friction::Bristles;
 use crate::true_motor::Contact;
 
-/// Frequency in Hz at which two bodies ring on a stiff flank or on a clutch that holds.
+/// Natural frequency in Hz of two bodies on a stiff flank or a gripping clutch.
 const CONTACT_HZ: f64 = 300.0;
 
 /// Torque of the coupling for a twist and its rate.
@@ -25,7 +26,7 @@ pub(crate) enum Transmission {
         bristles: Bristles,
     },
     OneWay {
-        /// Twist at which the rollers begin to grip: it follows a load that overruns.
+        /// Twist at which the rollers begin to grip: it follows an overrunning load.
         seat: f64,
         stiffness: f64,
         damping: f64,

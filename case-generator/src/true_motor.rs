@@ -21,12 +21,12 @@ impl Wave {
     }
 }
 
-/// How motor and load are coupled, where they are two bodies.
+/// Coupling of motor and load as two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Coupling {
     /// Share of the inertia on the load side.
     pub(crate) load_fraction: f64,
-    /// Share of the friction there.
+    /// Share of the friction on the load side.
     pub(crate) load_friction_share: f64,
     pub(crate) encoder_on_load: bool,
     pub(crate) contact: Contact,
@@ -37,14 +37,14 @@ pub(crate) struct Coupling {
 pub(crate) struct Pulses {
     /// Their period over L/R.
     pub(crate) period_ratio: f64,
-    /// The diodes lead back into the supply; else they short-circuit the motor one way.
+    /// The diodes lead back into the supply; else they short-circuit the motor in one direction.
     pub(crate) into_supply: bool,
 }
 
 /// Transmission of the torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Contact {
-    /// Stiff flanks that touch at half the gap to either side; they push, never pull.
+    /// Stiff flanks at half the gap on either side, which push and never pull.
     Flanks { gap_rad: f64 },
     /// A spring and damper of this frequency and damping ratio, the two bodies free.
     Spring {
@@ -53,7 +53,7 @@ pub(crate) enum Contact {
     },
     /// A clutch that slips at this torque.
     Clutch { limit_nm: f64 },
-    /// Rollers that grip one way, wherever the two sides stand, and let the load overrun.
+    /// Rollers that grip in one direction, at any position, and let the load overrun.
     OneWay,
 }
 
@@ -62,13 +62,13 @@ pub(crate) enum Contact {
 pub(crate) struct TrueMotor {
     pub(crate) motor: Motor,
     pub(crate) delay_s: f64,
-    /// By how much the motor is ahead of the column of its commands.
+    /// Lead of the motor relative to the logged commands.
     pub(crate) ahead_s: f64,
     pub(crate) dead_zone_v: f64,
-    /// The same forward and back.
+    /// Forward and back.
     pub(crate) dead_zones_v: (f64, f64),
     pub(crate) drop_v: f64,
-    /// Further drops forward and back.
+    /// Additional drops forward and back.
     pub(crate) drops_v: (f64, f64),
     pub(crate) gain_asymmetry: f64,
     /// Share of both motor constants that is lost at the stall's copper loss.
@@ -84,13 +84,13 @@ pub(crate) struct TrueMotor {
     pub(crate) stribeck_nm: f64,
     pub(crate) stribeck_speed_rad_s: f64,
     pub(crate) friction_asymmetry: f64,
-    /// Bend at which dry friction gives way; 0 for the hundredth of a count of plain dry friction.
+    /// Deflection at which dry friction slides; 0 for the hundredth of a count of plain dry friction.
     pub(crate) break_in_rad: f64,
     pub(crate) driving_fraction: f64,
     pub(crate) driven_fraction: f64,
     pub(crate) drag: f64,
     pub(crate) viscous_asymmetry: f64,
-    /// Torque up to which friction holds, where it is more than the one it brakes with.
+    /// Static friction, if it exceeds Coulomb friction.
     pub(crate) static_nm: f64,
     pub(crate) load_nm: f64,
     pub(crate) gravity: Wave,
@@ -98,10 +98,10 @@ pub(crate) struct TrueMotor {
     pub(crate) coupling: Option<Coupling>,
     pub(crate) miss_probability: f64,
     pub(crate) max_edge_rate_hz: f64,
-    /// Edge rate at which half of the edges are lost, and how steeply.
+    /// Edge rate at which half of the edges are lost, and the exponent.
     pub(crate) half_lost_hz: f64,
     pub(crate) loss_exponent: f64,
-    /// Time constant of the filter behind the logged speed; 0 for none.
+    /// Time constant of the filter of the logged speed; 0 for none.
     pub(crate) filter_s: f64,
     pub(crate) eccentricity: Wave,
     pub(crate) jitter_s: f64,
@@ -110,7 +110,7 @@ pub(crate) struct TrueMotor {
 }
 
 impl TrueMotor {
-    /// The plain motor.
+    /// The motor without effects.
     pub(crate) fn without_effects(motor: Motor) -> Self {
         Self {
             motor,

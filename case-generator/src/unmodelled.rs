@@ -1,4 +1,4 @@
-//! Effects that no catalogue lists, one or more in every stage of the chain.
+//! Effects outside the catalogue, at least one in every stage of the chain.
 //!
 //! | id | stage | depends on |
 //! | --- | --- | --- |
@@ -25,7 +25,8 @@ use rand::{Rng, RngExt};
 use crate::effect::Effect;
 use crate::motor::Motor;
 
-/// A bridge that is hot closes again at this share of the heat at which it opens: chips state hysteresis of 20 to 40 K on some 150 K.
+/// Share of its cutout heat at which a bridge closes again: data sheets state a hysteresis of 20 to 40 K on some 150
+/// K.
 const COOL: f64 = 0.8;
 
 /// Ids of the effects outside the catalogue.
@@ -186,12 +187,12 @@ impl Unmodelled {
         }
     }
 
-    /// Whether it shows in the counts but not in the angle that the encoder reads.
+    /// Whether it is visible in the counts but not in the angle at the encoder.
     pub(crate) fn adds_counts(&self) -> bool {
         matches!(self, Self::SpuriousCounts { .. })
     }
 
-    /// The unmodelled effect that an effect's id and parameters describe; none for a catalogue effect.
+    /// The unmodelled effect of an effect's id and parameters; `None` for a catalogue effect.
     pub(crate) fn new(effect: &Effect) -> Option<Self> {
         let v = |name: &str| effect.parameters.get(name).copied().unwrap_or(0.0);
         Some(match effect.id.as_str() {
@@ -273,7 +274,7 @@ pub(crate) struct PlantState {
     pub(crate) friction_nm: f64,
 }
 
-/// Action of an unmodelled effect on the plant, constant until the next update.
+/// Effect on the plant, constant until the next update.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Disturbance {
     pub(crate) command_v: f64,
@@ -306,9 +307,9 @@ impl Disturbance {
 #[derive(Debug, Clone)]
 pub(crate) struct UnmodelledState {
     unmodelled: Unmodelled,
-    /// Energy taken in, heat, output voltage, settledness or angle jumped: each needs one number.
+    /// Absorbed energy, heat, output voltage, settling or angle jumped: one state variable each.
     state: f64,
-    /// End of the present event in s; infinite for one whose end is not known.
+    /// End of the present event in s; infinite if unknown.
     until_s: f64,
     counts: i64,
 }
@@ -316,7 +317,7 @@ pub(crate) struct UnmodelledState {
 impl UnmodelledState {
     pub(crate) fn new(unmodelled: Unmodelled) -> Self {
         let state = match unmodelled {
-            // It has stood for long before the run.
+            // It has rested for long before the run.
             Unmodelled::GreaseSettling { .. } => 1.0,
             _ => 0.0,
         };
@@ -328,7 +329,7 @@ impl UnmodelledState {
         }
     }
 
-    /// Whether an event is on that occurs `rate_hz` times a second and lasts `mean_s` on average (both exponential).
+    /// Whether an event is active that occurs at `rate_hz` and lasts `mean_s` on average (both exponential).
     fn event_is_on(
         &mut self,
         t_s: f64,
@@ -343,7 +344,7 @@ impl UnmodelledState {
         t_s < self.until_s
     }
 
-    /// The action after `dt` further seconds.
+    /// The effect after `dt` seconds.
     pub(crate) fn step(&mut self, plant: PlantState, dt: f64, rng: &mut impl Rng) -> Disturbance {
         let mut disturbance = Disturbance::none(plant.command_v);
         match self.unmodelled {

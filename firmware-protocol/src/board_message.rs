@@ -1,4 +1,4 @@
-//! Message of a board: HELLO, ACK, NAK, DATA, END, TEXT; validated from raw frames.
+//! Messages of a board: HELLO, ACK, NAK, DATA, END, TEXT; validated from raw frames.
 
 use crate::fields::{Body, Fields};
 use crate::frame::{RawFrame, encode_frame};
@@ -6,26 +6,26 @@ use crate::{MAGIC, MessageError, ShortText};
 
 /// Frame types of a board's messages.
 pub mod kind {
-    /// Who the board is.
+    /// Identity of the board.
     pub const HELLO: u8 = 0x01;
-    /// A host message was taken.
+    /// A host message was accepted.
     pub const ACK: u8 = 0x02;
     /// A host message was refused.
     pub const NAK: u8 = 0x03;
     /// One sample.
     pub const DATA: u8 = 0x04;
-    /// The recording is over.
+    /// End of the recording.
     pub const END: u8 = 0x05;
-    /// Words for people.
+    /// Text for the user.
     pub const TEXT: u8 = 0x06;
 }
 
-/// Fields of a board's samples and the width of its counter; the bits of HELLO's `fields`.
+/// Optional fields of a board's samples and the width of its counter; the bits of HELLO's `fields`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct BoardFields {
     /// DATA ends with the measured motor current.
     pub current: bool,
-    /// DATA ends with the measured supply (after the current, where both are there).
+    /// DATA ends with the measured supply (after the current, if there are both).
     pub supply: bool,
     /// The counter has 16 bits and wraps there; the host unwraps it.
     pub counts_16_bit: bool,
@@ -47,18 +47,18 @@ impl BoardFields {
     }
 }
 
-/// Who the board is and what it can do.
+/// Identity and properties of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Hello {
-    /// Version of the protocol that it speaks.
+    /// Version of its protocol.
     pub protocol_version: u8,
     /// Version of its firmware, major and minor.
     pub firmware_version: (u8, u8),
-    /// Another number after each reset.
+    /// Changes with each reset.
     pub boot_id: u32,
     /// Sample time in force, in microseconds.
     pub sample_time_us: u32,
-    /// Shortest sample time that it takes, in microseconds.
+    /// Shortest possible sample time in microseconds.
     pub shortest_sample_time_us: u16,
     /// Counts per revolution of its encoder, x4 decoded.
     pub counts_per_rev: u32,
@@ -66,18 +66,18 @@ pub struct Hello {
     pub supply_mv: u16,
     /// Fields of its samples.
     pub fields: BoardFields,
-    /// Longest profile that it holds.
+    /// Largest number of segments of a profile.
     pub max_segments: u16,
-    /// Its name, such as `uno`.
+    /// Name, such as `uno`.
     pub name: ShortText,
 }
 
 /// Flags of one sample; the bits of DATA's flags.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SampleFlags {
-    /// The sample was late: the one before was not finished, or its timer match was missed.
+    /// The sample was late: the previous one was not finished, or its timer match was missed.
     pub overrun: bool,
-    /// Frames before this one were dropped whole, because the line was full.
+    /// Frames before this one were dropped, because the send buffer was full.
     pub dropped: bool,
     /// Both encoder channels changed at once since the last sample: counts are missing.
     pub encoder_error: bool,
@@ -105,10 +105,10 @@ impl SampleFlags {
     }
 }
 
-/// One sample as it came over the wire, with its counters still wrapped.
+/// One sample as received, with wrapped counters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Sample {
-    /// Sample number modulo 2^16, from 0 at START; samples dropped by the board are counted too.
+    /// Sample number modulo 2^16, from 0 at START; samples dropped by the board are counted.
     pub sequence: u16,
     /// The board's `micros()` when the counter was read, modulo 2^32.
     pub time_us: u32,
@@ -118,41 +118,41 @@ pub struct Sample {
     pub command_mv: i16,
     /// Flags of the board.
     pub flags: SampleFlags,
-    /// Measured current in mA, where the board has the sensor.
+    /// Measured current in mA, if the board has the sensor.
     pub current_ma: Option<i16>,
-    /// Measured supply in mV, where the board has the sensor.
+    /// Measured supply in mV, if the board has the sensor.
     pub supply_mv: Option<u16>,
 }
 
-/// Why a recording is over.
+/// Reason for the end of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum EndReason {
-    /// As many samples as START asked for.
+    /// The requested samples were taken.
     Complete = 0,
-    /// The host said STOP.
+    /// STOP was received.
     Stopped = 1,
-    /// Nothing was heard of the host for half a second.
+    /// No message of the host for half a second.
     LinkLost = 2,
 }
 
-/// Why a host message was refused.
+/// Reason of a refused host message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Refusal {
-    /// The board does not know this type of message.
+    /// Unknown type of message.
     Unknown = 1,
-    /// The body has not the right length.
+    /// Wrong length of the body.
     Length = 2,
-    /// Not now: it is recording, or not ready to.
+    /// Wrong state: recording, or not ready to.
     State = 3,
-    /// The sample time is shorter than it can keep, or zero.
+    /// Sample time too short, or zero.
     SampleTime = 4,
-    /// More segments than it holds, or a chunk beyond the announced number.
+    /// More segments than the board's memory, or a chunk beyond the announced number.
     ProfileTooLong = 5,
     /// A chunk is missing before this one.
     ChunkOrder = 6,
-    /// The profile's CRC does not fit: upload it again.
+    /// Wrong CRC of the profile: upload it again.
     ProfileCrc = 7,
 }
 
@@ -185,42 +185,42 @@ impl core::fmt::Display for Refusal {
 /// A validated message of a board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BoardMessage {
-    /// Who the board is; after a reset without being asked, else the answer to IDENTIFY.
+    /// Identity; sent after a reset, and in response to IDENTIFY.
     Hello(Hello),
-    /// The host message of type `of` was taken.
+    /// The host message of type `of` was accepted.
     Ack {
-        /// Type of the message taken.
+        /// Type of the accepted message.
         of: u8,
-        /// Of a profile chunk: the index of the segment expected next; else 0.
+        /// For a profile chunk: index of the next expected segment; else 0.
         detail: u16,
     },
     /// The host message of type `of` was refused.
     Nak {
-        /// Type of the message refused.
+        /// Type of the refused message.
         of: u8,
-        /// Why.
+        /// Reason.
         reason: Refusal,
     },
     /// One sample.
     Data(Sample),
-    /// The recording is over and the motor is off.
+    /// The recording has ended and the motor is off.
     End {
         /// Samples taken, dropped ones included.
         taken: u32,
         /// Samples that could not be sent.
         dropped: u32,
-        /// Why it is over.
+        /// Reason.
         reason: EndReason,
     },
-    /// Words for people.
+    /// Text for the user.
     Text(ShortText),
 }
 
 impl BoardMessage {
-    /// Reads a frame of a board whose samples carry `fields` (those of its HELLO).
+    /// Parses a frame of a board whose samples have `fields` (those of its HELLO).
     ///
     /// # Errors
-    /// An unknown type, a body too short or too long for it, a value that the type does not have.
+    /// An unknown type, a wrong length, or an invalid value.
     pub fn parse(raw: RawFrame<'_>, fields: BoardFields) -> Result<Self, MessageError> {
         let wrong_length = MessageError::Length { kind: raw.kind };
         let mut body = Fields(raw.body);
@@ -265,8 +265,8 @@ impl BoardMessage {
         }
     }
 
-    /// Writes the whole frame, ending 0 included, into `output`; its length, or `None` where `output`
-    /// is too short ([`crate::MAX_WIRE`] always suffices).
+    /// Encodes the frame, ending 0 included, into `output`; returns its length, or `None` if `output` is too short
+    /// ([`crate::MAX_WIRE`] always suffices).
     pub fn encode(&self, output: &mut [u8]) -> Option<usize> {
         let body = Body::new();
         let (kind, body) = match self {

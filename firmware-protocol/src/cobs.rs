@@ -1,12 +1,12 @@
 //! Consistent Overhead Byte Stuffing (Cheshire and Baker, 1999) of frames shorter than 254 bytes.
 //!
-//! The encoded bytes hold no 0, so that 0 ends a frame wherever a reader comes in. A frame this short
-//! grows by exactly one byte.
+//! The encoded bytes contain no 0, so that a 0 ends a frame wherever a reader begins. A frame of this length grows by
+//! exactly one byte.
 
-/// Longest input that one code byte can still cover.
+/// Longest input of a single code byte.
 pub const MAX_INPUT: usize = 253;
 
-/// Stuffs `input` into `output` without the ending 0; the length, or `None` where it does not fit.
+/// Encodes `input` into `output` without the ending 0; returns the length, or `None` if it does not fit.
 pub fn encode(input: &[u8], output: &mut [u8]) -> Option<usize> {
     if input.len() > MAX_INPUT || output.len() < input.len() + 1 {
         return None;
@@ -25,7 +25,7 @@ pub fn encode(input: &[u8], output: &mut [u8]) -> Option<usize> {
     Some(input.len() + 1)
 }
 
-/// Takes the stuffing off in place; the length, or `None` where the bytes are not stuffed right.
+/// Decodes in place; returns the length, or `None` for an invalid encoding.
 pub fn decode_in_place(bytes: &mut [u8]) -> Option<usize> {
     let mut read = 0;
     let mut written = 0;

@@ -1,7 +1,7 @@
 //! CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, not reflected, no final XOR.
 //!
-//! Check value, of the ASCII digits `123456789`: 0x29B1. Every burst of errors up to 16 bits is
-//! caught; of other damage, one frame in 65,536 slips through.
+//! Check value, of the ASCII digits `123456789`: 0x29B1. Every burst error of up to 16 bits is detected; of other
+//! errors, one frame in 65,536 is not.
 
 /// Value before the first byte.
 pub const CRC_START: u16 = 0xFFFF;
@@ -26,7 +26,7 @@ const TABLE: [u16; 256] = {
     table
 };
 
-/// The CRC after `bytes`, continued from `crc`.
+/// The CRC of `bytes`, continued from `crc`.
 pub fn crc16(crc: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(crc, |crc, &byte| {
         (crc << 8) ^ TABLE[usize::from((crc >> 8) as u8 ^ byte)]

@@ -2,7 +2,7 @@
 
 use crate::frame::MAX_BODY;
 
-/// Reads numbers off the front of a body; `None` where it ends too early.
+/// Reads numbers from the front of a body; `None` if it ends too early.
 pub(crate) struct Fields<'a>(pub &'a [u8]);
 
 impl<'a> Fields<'a> {
@@ -41,7 +41,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// A body being written. What goes beyond [`MAX_BODY`] is left out: no message is that long.
+/// A body under construction. Bytes beyond [`MAX_BODY`] are dropped: no message is that long.
 pub(crate) struct Body {
     bytes: [u8; MAX_BODY],
     length: usize,

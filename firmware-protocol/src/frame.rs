@@ -1,7 +1,7 @@
-//! Frames: `COBS(type, body, CRC-16) 0`, and the decoder that finds them in a stream of bytes.
+//! Frames `COBS(type, body, CRC-16) 0`, and their decoder.
 //!
-//! A [`RawFrame`] has a right CRC, but nothing in it has been looked at; the messages of
-//! [`crate::board_message`] and [`crate::host_message`] are what has been validated.
+//! A [`RawFrame`] has a right CRC but an unchecked body; the messages of [`crate::board_message`] and
+//! [`crate::host_message`] are validated.
 
 use crate::cobs;
 use crate::crc::{CRC_START, crc16};
@@ -13,12 +13,12 @@ pub const MAX_WIRE: usize = 1 + MAX_BODY + 2 + 1 + 1;
 /// Longest run of stuffed bytes between two zeros.
 const MAX_STUFFED: usize = MAX_WIRE - 1;
 
-/// A frame whose CRC is right.
+/// A frame with a right CRC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RawFrame<'a> {
-    /// Kind of message of the body.
+    /// Type of message.
     pub kind: u8,
-    /// The message's bytes.
+    /// Body of the message.
     pub body: &'a [u8],
 }
 
@@ -29,9 +29,9 @@ pub enum FrameError {
     TooLong,
     /// Shorter than type and CRC.
     TooShort,
-    /// Not stuffed right.
+    /// Invalid COBS encoding.
     Stuffing,
-    /// The CRC does not fit.
+    /// Wrong CRC.
     Crc,
 }
 
@@ -48,8 +48,8 @@ impl core::fmt::Display for FrameError {
 
 impl core::error::Error for FrameError {}
 
-/// Writes a frame with its ending 0 into `output`; its length, or `None` where the body is longer
-/// than [`MAX_BODY`] or `output` is too short ([`MAX_WIRE`] always suffices).
+/// Encodes a frame with its ending 0 into `output`; returns its length, or `None` if the body is longer than
+/// [`MAX_BODY`] or `output` is too short ([`MAX_WIRE`] always suffices).
 pub fn encode_frame(kind: u8, body: &[u8], output: &mut [u8]) -> Option<usize> {
     if body.len() > MAX_BODY {
         return None;
@@ -64,9 +64,10 @@ pub fn encode_frame(kind: u8, body: &[u8], output: &mut [u8]) -> Option<usize> {
     Some(stuffed + 1)
 }
 
-/// Finds frames in a stream of bytes. Holds one frame, never allocates, never panics.
+/// Streaming decoder of frames. Buffers one frame, never allocates, never panics.
 ///
-/// After any damage it is in step again at the next 0, so that at most the frames hit are lost: a
+/// After any damage it resynchronizes at the next 0, so that at most the damaged frames are lost: a changed or
+/// missing 0 joins two frames, which both fail; an additional 0 splits one, which fails.
 /// flipped or missing 0 joins two frames, which both fail; a false 0 splits one, which fails.
 #[derive(Debug, Clone)]
 pub struct FrameDecoder {
@@ -82,7 +83,7 @@ impl Default for FrameDecoder {
 }
 
 impl FrameDecoder {
-    /// A decoder that holds nothing yet.
+    /// A decoder with an empty buffer.
     pub const fn new() -> Self {
         Self {
             buffer: [0; MAX_STUFFED],
@@ -91,8 +92,7 @@ impl FrameDecoder {
         }
     }
 
-    /// Takes one byte. With the 0 that ends it comes the frame, or why there is none; zeros in a row
-    /// are nothing.
+    /// Processes one byte. The ending 0 returns the frame, or the error; repeated zeros return nothing.
     pub fn push(&mut self, byte: u8) -> Option<Result<RawFrame<'_>, FrameError>> {
         if byte != 0 {
             match self.buffer.get_mut(self.length) {
@@ -114,19 +114,19 @@ impl FrameDecoder {
         Some(check(&mut self.buffer[..length]))
     }
 
-    /// Whether bytes wait for their ending 0.
+    /// Whether a frame is incomplete.
     pub fn is_inside_frame(&self) -> bool {
         self.length > 0
     }
 
-    /// Forgets what waits, as after opening a port in the middle of a frame.
+    /// Discards the buffer, as after opening a port in the middle of a frame.
     pub fn reset(&mut self) {
         self.length = 0;
         self.overlong = false;
     }
 }
 
-/// Takes off the stuffing and looks at the CRC.
+/// Decodes COBS and checks the CRC.
 fn check(stuffed: &mut [u8]) -> Result<RawFrame<'_>, FrameError> {
     let length = cobs::decode_in_place(stuffed).ok_or(FrameError::Stuffing)?;
     let plain = &stuffed[..length];

@@ -1,4 +1,4 @@
-//! Message of a host: IDENTIFY, CONFIGURE, PROFILE, CHUNK, START, STOP, ALIVE.
+//! Messages of a host: IDENTIFY, CONFIGURE, PROFILE, CHUNK, START, STOP, ALIVE.
 
 use crate::MessageError;
 use crate::crc::{CRC_START, crc16};
@@ -7,29 +7,29 @@ use crate::frame::{RawFrame, encode_frame};
 
 /// Frame types of a host's messages.
 pub mod kind {
-    /// Say HELLO.
+    /// Request of a HELLO.
     pub const IDENTIFY: u8 = 0x81;
-    /// Sample time and what zero volts mean.
+    /// Sample time, and the meaning of zero volts.
     pub const CONFIGURE: u8 = 0x82;
-    /// A profile of so many segments follows.
+    /// Announcement of a profile with its number of segments.
     pub const PROFILE: u8 = 0x83;
     /// A part of the profile.
     pub const CHUNK: u8 = 0x84;
-    /// Record.
+    /// Start of a recording.
     pub const START: u8 = 0x85;
-    /// Stop recording.
+    /// End of a recording.
     pub const STOP: u8 = 0x86;
-    /// The host is still there.
+    /// The host is alive.
     pub const ALIVE: u8 = 0x87;
 }
 
-/// Most segments that one CHUNK carries.
+/// Most segments in one CHUNK.
 pub const CHUNK_SEGMENTS: usize = 12;
 
 /// One held command of a profile: 4 bytes on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ProfileSegment {
-    /// For how many samples it holds; the last segment's command holds on after them.
+    /// Duration in samples; the last segment's command is held after it.
     pub samples: u16,
     /// The command in mV.
     pub command_mv: i16,
@@ -61,7 +61,7 @@ pub struct Chunk {
 }
 
 impl Chunk {
-    /// A chunk of the segments, or `None` where they are none or more than [`CHUNK_SEGMENTS`].
+    /// A chunk of the segments; `None` for no segments or more than [`CHUNK_SEGMENTS`].
     pub fn new(first: u16, segments: &[ProfileSegment]) -> Option<Self> {
         if segments.is_empty() {
             return None;
@@ -87,32 +87,32 @@ impl Chunk {
 /// A validated message of a host.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HostMessage {
-    /// Say HELLO.
+    /// Request of a HELLO.
     Identify,
-    /// Sample so, until configured otherwise.
+    /// Configuration of sampling.
     Configure {
         /// Sample time in microseconds.
         sample_time_us: u32,
-        /// A command of 0 opens the motor's circuit (coast) where it otherwise shorts it (brake).
+        /// A command of 0 opens the motor's circuit (coast) instead of shorting it (brake).
         coast_at_zero: bool,
     },
-    /// A profile follows in chunks.
+    /// Announcement of a profile in chunks.
     Profile {
-        /// How many segments it has.
+        /// Number of segments.
         segments: u16,
-        /// [`profile_crc`] of them all.
+        /// [`profile_crc`] of all segments.
         crc: u16,
     },
     /// A part of the profile.
     Chunk(Chunk),
-    /// Record so many samples, or until STOP where that is 0.
+    /// Start of a recording.
     Start {
-        /// How many samples.
+        /// Number of samples; 0 is unlimited.
         samples: u32,
     },
-    /// Stop recording; the motor goes off.
+    /// End of the recording; the motor is switched off.
     Stop,
-    /// The host is still there. A board that records and hears no frame for 0.5 s stops the motor.
+    /// The host is alive. A recording board without a frame for 0.5 s stops the motor.
     Alive,
 }
 
@@ -130,10 +130,10 @@ impl HostMessage {
         }
     }
 
-    /// Reads a host's frame.
+    /// Parses a host's frame.
     ///
     /// # Errors
-    /// An unknown type, a body too short or too long for it.
+    /// An unknown type, or a wrong length.
     pub fn parse(raw: RawFrame<'_>) -> Result<Self, MessageError> {
         let mut body = Fields(raw.body);
         let message = match raw.kind {
@@ -162,8 +162,8 @@ impl HostMessage {
         }
     }
 
-    /// Writes the whole frame, ending 0 included, into `output`; its length, or `None` where `output`
-    /// is too short ([`crate::MAX_WIRE`] always suffices).
+    /// Encodes the frame, ending 0 included, into `output`; returns its length, or `None` if `output` is too short
+    /// ([`crate::MAX_WIRE`] always suffices).
     pub fn encode(&self, output: &mut [u8]) -> Option<usize> {
         let body = match self {
             Self::Identify | Self::Stop | Self::Alive => Body::new(),

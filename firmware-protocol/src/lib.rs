@@ -1,13 +1,12 @@
-//! The wire between a motorlab board and its host. `PROTOCOL.md` beside this crate specifies it.
+//! The wire protocol between a motorlab board and its host. `PROTOCOL.md` beside this crate specifies it.
 //!
 //! ```text
 //! bytes --FrameDecoder--> RawFrame --parse--> BoardMessage / HostMessage --unwrap--> a running sample
 //!         COBS, CRC-16    CRC right           every field in its range      64-bit numbers
 //! ```
 //!
-//! A [`RawFrame`] and a validated message are different types: nothing unchecked gets further than
-//! [`BoardMessage::parse`]. No function here panics, whatever the bytes; none allocates; the crate
-//! needs no standard library and serves firmware and host alike.
+//! A [`RawFrame`] and a validated message are different types: unchecked data stop at [`BoardMessage::parse`]. No
+//! function panics, whatever the bytes; none allocates; the crate is `no_std` for firmware and host alike.
 //!
 //! ```
 //! use firmware_protocol::{BoardFields, BoardMessage, FrameDecoder, HostMessage, MAX_WIRE};
@@ -47,36 +46,36 @@ pub use unwrap::{CountsUnwrapper, MicrosUnwrapper, Sequence, SequenceUnwrapper};
 
 /// First bytes of every HELLO, in every version.
 pub const MAGIC: [u8; 4] = *b"MLAB";
-/// The version that this crate speaks.
+/// The protocol version of this crate.
 pub const PROTOCOL_VERSION: u8 = 1;
 /// Bits per second on the serial line.
 pub const BAUD: u32 = 115_200;
-/// A board that records and hears no frame of its host for this long stops the motor, in ms.
+/// Time in ms after which a recording board without a frame of its host stops the motor.
 pub const LINK_TIMEOUT_MS: u32 = 500;
-/// A host says ALIVE at least this often while it records, in ms.
+/// Longest interval of ALIVE messages during a recording, in ms.
 pub const ALIVE_INTERVAL_MS: u32 = 150;
 
-/// Why a frame with the right CRC is no message.
+/// Why a frame with a right CRC is no message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MessageError {
-    /// A type that this version does not have.
+    /// A type unknown to this version.
     Unknown {
         /// The type.
         kind: u8,
     },
-    /// The body is too short or too long for its type.
+    /// A wrong length for the type.
     Length {
         /// The type.
         kind: u8,
     },
-    /// A value that the type does not have.
+    /// An invalid value.
     Value {
         /// The type.
         kind: u8,
     },
-    /// A HELLO of something else.
+    /// A HELLO of another protocol.
     Magic,
-    /// A HELLO of another version of the protocol.
+    /// A HELLO of another version of this protocol.
     Version {
         /// The version.
         found: u8,

@@ -1,4 +1,4 @@
-//! The Arduino sketch that speaks this protocol, file by file, for programs that hand it out.
+//! The Arduino sketch that implements this protocol, as files.
 
 /// Name and text of each file in the sketch's folder, which must be called `motorlab`.
 pub const FILES: [(&str, &str); 9] = [

@@ -1,8 +1,8 @@
-//! A few words of text without allocation.
+//! Short text without allocation.
 
 use crate::frame::MAX_BODY;
 
-/// Up to [`MAX_BODY`] bytes of text; what is not UTF-8 is cut off.
+/// Up to [`MAX_BODY`] bytes of text; invalid UTF-8 is cut off.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct ShortText {
     bytes: [u8; MAX_BODY],
@@ -10,7 +10,7 @@ pub struct ShortText {
 }
 
 impl ShortText {
-    /// The longest start of `bytes` that is UTF-8 and fits.
+    /// The longest prefix of `bytes` that is UTF-8 and fits.
     pub fn new(bytes: &[u8]) -> Self {
         let bytes = &bytes[..bytes.len().min(MAX_BODY)];
         let good = match core::str::from_utf8(bytes) {

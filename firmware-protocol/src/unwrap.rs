@@ -1,35 +1,35 @@
-//! Counters that wrap on the wire, made to run on: sample numbers, microseconds, counts.
+//! Unwrapping of counters: sample numbers, microseconds, counts.
 //!
-//! Each takes the shortest way from the last value: right as long as the truth moves by less than half
-//! the counter's range between two samples that arrive.
+//! Each takes the smallest difference from the last value: right as long as the counter changes by less than half its
+//! range between two received samples.
 
-/// Sample numbers: 16 bits on the wire, 64 bits here, and how many were lost on the way.
+/// Sample numbers: 16 bits on the wire, 64 bits unwrapped, and the number of lost samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SequenceUnwrapper {
     last: Option<u64>,
 }
 
-/// A sample number that runs on.
+/// An unwrapped sample number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sequence {
-    /// A later sample than the last; `lost` are missing between the two.
+    /// A later sample; `lost` are missing in between.
     Next {
         /// The number.
         number: u64,
         /// Samples missing before it.
         lost: u64,
     },
-    /// The last sample over again, or an earlier one: not to be recorded.
+    /// The last sample again, or an earlier one: not to be recorded.
     Stale,
 }
 
 impl SequenceUnwrapper {
-    /// Nothing seen yet; the first sample may be any, those before it (from 0) count as lost.
+    /// Initial state; the first sample may be any, those before it (from 0) count as lost.
     pub const fn new() -> Self {
         Self { last: None }
     }
 
-    /// Runs `wrapped` on from the last number. Losses of up to 32,767 samples in a row are counted right.
+    /// Unwraps a number. Losses of up to 32,767 consecutive samples are counted correctly.
     pub fn push(&mut self, wrapped: u16) -> Sequence {
         let (number, lost) = match self.last {
             None => (u64::from(wrapped), u64::from(wrapped)),
@@ -58,7 +58,7 @@ impl MicrosUnwrapper {
         Self { last: None }
     }
 
-    /// Runs `wrapped` on from the last time. Gaps of up to 71.58 min are right; time never runs back.
+    /// Unwraps a time. Gaps of up to 71.58 min are right; time never decreases.
     pub fn push(&mut self, wrapped: u32) -> u64 {
         let micros = match self.last {
             None => u64::from(wrapped),
@@ -77,7 +77,7 @@ pub struct CountsUnwrapper {
 }
 
 impl CountsUnwrapper {
-    /// Nothing seen yet, of a board whose counter has 16 or 32 bits.
+    /// Initial state for a counter of 16 or 32 bits.
     pub const fn new(sixteen_bit: bool) -> Self {
         Self {
             last: None,
@@ -85,7 +85,7 @@ impl CountsUnwrapper {
         }
     }
 
-    /// Runs `wrapped` on from the last counts, the shorter way round.
+    /// Unwraps counts by the smallest difference.
     pub fn push(&mut self, wrapped: i32) -> i64 {
         let counts = match self.last {
             None if self.sixteen_bit => i64::from(wrapped as i16),

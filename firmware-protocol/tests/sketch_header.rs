@@ -1,4 +1,4 @@
-//! The sketch's header of wire constants and the crate say the same.
+//! The sketch's header of wire constants agrees with the crate.
 
 use firmware_protocol::board_message::kind as board;
 use firmware_protocol::host_message::kind as host;

@@ -1,4 +1,4 @@
-//! Whole streams: what damage costs, and that nothing panics.
+//! Damage in whole streams: lost frames, and no panics.
 
 mod swallow;
 
@@ -18,7 +18,7 @@ fn sample(k: u16) -> Sample {
     }
 }
 
-/// Frames of samples 0 to `count`, and where each begins.
+/// Frames of samples 0 to `count`, and the start of each.
 fn stream(count: u16) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = Vec::new();
     let mut starts = Vec::new();
@@ -71,7 +71,7 @@ fn every_single_bit_flip_is_caught_and_costs_at_most_the_two_frames_that_it_touc
 
 #[test]
 fn half_a_million_damaged_streams_do_no_harm() {
-    // Bytes near to real frames (damaged ones) get further than plain noise; both are tried.
+    // Damaged frames are decoded further than noise; both are tested.
     let (clean, _) = stream(8);
     let mut state = 1u64;
     let mut random = move || {
@@ -125,7 +125,7 @@ proptest! {
             let end = starts.get(k + 1).copied().unwrap_or(bytes.len());
             starts[k] < to && end > from
         };
-        // A frame that the hole tears open runs on into the frame right after the hole.
+        // A frame cut by the hole continues in the frame right after it.
         let torn = starts.iter().any(|&s| s < from && from < s + 18);
         let joined = |k: usize| torn && starts[k] == to;
         for (k, start) in starts.iter().enumerate() {

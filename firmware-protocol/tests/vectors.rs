@@ -1,6 +1,5 @@
-//! Test vectors that the crate and the sketch share: `vectors/frames.txt`, one frame a line,
-//! `name: message = bytes on the wire`. The bytes were worked out by `vectors/make.py`, which shares
-//! no code with this crate.
+//! Test vectors shared by crate and sketch: `vectors/frames.txt`, one frame per line, `name: message = bytes on the
+//! wire`. The bytes were computed by `vectors/make.py`, which shares no code with this crate.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, Chunk, EndReason, FrameDecoder, Hello, HostMessage, MAX_WIRE,

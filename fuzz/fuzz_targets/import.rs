@@ -1,7 +1,7 @@
-//! Any bytes as a mapping file and a log of another program: nothing panics, every row of the log is in a
-//! run, counted as bad, or counted as one that only sets what is held, and the runs are run files that can be read.
+//! Arbitrary bytes as a mapping file and a log of another program: no panic, every row of the log is in a run,
+//! counted as bad, or counted as one that only sets held values, and the runs are readable run files.
 //!
-//! A line `----` stands between mapping and log.
+//! A line `----` separates mapping and log.
 #![no_main]
 
 use std::fs;

@@ -1,5 +1,5 @@
-//! Any bytes as a log of another program without a mapping: nothing panics, whatever its form, and a mapping that is found is one that a
-//! mapping file can hold.
+//! Arbitrary bytes as a log of another program without a mapping: no panic for any format, and every mapping found
+//! can be written as a mapping file.
 #![no_main]
 
 use std::io::Read as _;

@@ -1,5 +1,4 @@
-//! Any bytes as a raw log: nothing panics, what is read is read again after it is written, and what is
-//! replayed of it is a run file that can be read.
+//! Arbitrary bytes as a raw log: no panic, events survive writing and reading, and the replay is a readable run file.
 #![no_main]
 
 use std::fs;
@@ -26,7 +25,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
         }
         .expect("memory");
     }
-    // An event without bytes is not written.
+    // Events without bytes are not written.
     events.retain(
         |(_, event)| !matches!(event, Event::FromBoard(b) | Event::ToBoard(b) if b.is_empty()),
     );

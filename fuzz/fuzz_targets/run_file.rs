@@ -1,12 +1,12 @@
-//! Any bytes as a run file: nothing panics, a run that is read obeys the guarantees of a run, and reading
-//! does not depend on how the bytes come in chunks.
+//! Arbitrary bytes as a run file: no panic, a run satisfies the invariants of a run, and reading is independent of
+//! the chunks of the source.
 #![no_main]
 
 use std::io::{self, Read};
 
 use motorlab::recording::read_run_from;
 
-/// Gives at most `chunk` bytes a read.
+/// A source that returns at most `chunk` bytes per read.
 struct InChunks<'a> {
     bytes: &'a [u8],
     chunk: usize,

@@ -1,8 +1,7 @@
-//! Any bytes as what a plain sketch prints: nothing panics, a line that is no sample gives none,
-//! and what is recorded of it is a run file that can be read.
+//! Arbitrary bytes as output of a plain sketch: no panic, a line that is no sample gives none, and the recording is a
+//! readable run file.
 //!
-//! The first byte chooses what the recorder is told (columns, sample time, profile), the second how the
-//! rest arrives.
+//! The first byte selects the recorder's settings (columns, sample time, profile), the second the chunks of the rest.
 #![no_main]
 
 use std::fs;
@@ -31,7 +30,7 @@ libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let events = text.iter().filter_map(|&byte| decoder.push(byte)).count();
     assert!(events <= lines);
     if chunk_length & 1 != 0 {
-        // Lines alone are tried a hundred times as fast as recordings.
+        // Lines alone are a hundred times as fast as recordings.
         return;
     }
 

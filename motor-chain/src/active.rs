@@ -1,4 +1,4 @@
-//! The effects that a model has, with their values.
+//! The effects of a model, with their values.
 
 use crate::Parameters;
 use crate::catalogue::{
@@ -10,32 +10,32 @@ use crate::synonyms::nearest_name;
 /// A wrong name or value of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
-    /// No such effect.
+    /// Unknown effect.
     #[error("there is no effect '{id}'\nhint: {}`motorlab effects` lists the effects", did_you_mean(.nearest))]
     UnknownEffect {
-        /// The requested value.
+        /// The given id.
         id: String,
-        /// The nearest id there is.
+        /// The most similar known id.
         nearest: Option<&'static str>,
     },
-    /// No such parameter of the effect.
+    /// Unknown parameter of the effect.
     #[error("effect '{id}' has no parameter '{key}'\nhint: {}`motorlab effects {id}` lists its parameters", did_you_mean(.nearest))]
     UnknownParameter {
         /// The effect.
         id: &'static str,
-        /// The requested value.
+        /// The given key.
         key: String,
-        /// The nearest key there is.
+        /// The most similar known key.
         nearest: Option<&'static str>,
     },
-    /// A value that cannot be.
+    /// An impossible value.
     #[error("{key} = {} of effect '{id}' cannot be: expected {} .. {}\nhint: `motorlab effects {id}` lists its parameters with their units", Shown(*.value), Shown(*.lo), Shown(*.hi))]
     ImpossibleValue {
         /// The effect.
         id: &'static str,
         /// The key.
         key: &'static str,
-        /// The requested value.
+        /// The given value.
         value: f64,
         /// Smallest possible value.
         lo: f64,
@@ -48,7 +48,7 @@ pub(crate) fn did_you_mean(nearest: &Option<&'static str>) -> String {
     nearest.map_or(String::new(), |name| format!("did you mean '{name}'? "))
 }
 
-/// Every id that an effect can have.
+/// Every id of an effect.
 fn ids() -> impl Iterator<Item = &'static str> {
     catalogue().iter().chain(again()).map(|kind| kind.id)
 }
@@ -57,12 +57,12 @@ fn ids() -> impl Iterator<Item = &'static str> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ActiveEffect {
     index: usize,
-    /// Values in the order of the kind's parameters; the rest is 0.
+    /// Values in the order of the kind's parameters; unused ones are 0.
     pub values: [f64; MAX_PARAMETERS],
 }
 
 impl ActiveEffect {
-    /// An effect by id, its values in the order of its parameters; the last ones may be left out where they have a default that
+    /// An effect by id with its values in the order of its parameters; trailing ones may be omitted if their default
     /// does not depend on the motor.
     pub fn new(id: &str, values: &[f64]) -> Result<Self, EffectError> {
         let (index, kind) = find(id).ok_or_else(|| EffectError::UnknownEffect {
@@ -95,7 +95,7 @@ impl ActiveEffect {
         Ok(active)
     }
 
-    /// An effect by id with some keys given and the others at their defaults for this motor.
+    /// An effect by id with these keys, the others at their defaults for this motor.
     pub fn from_keys<'a>(
         id: &str,
         given: impl IntoIterator<Item = (&'a str, f64)>,
@@ -126,7 +126,7 @@ impl ActiveEffect {
         kind(self.index)
     }
 
-    /// Its number in the catalogue, and beyond the catalogue for a second instance.
+    /// Its index in the catalogue, after the catalogue for a second instance.
     pub fn index(&self) -> usize {
         self.index
     }
@@ -137,22 +137,22 @@ impl ActiveEffect {
     }
 }
 
-/// Sample time for defaults that are multiples of one, where no run says which.
+/// Sample time for defaults relative to one, without a run.
 const DEFAULT_SAMPLE_TIME_S: f64 = 0.003;
 
-/// The effects that are part of a model: each id at most once, in the catalogue's order, second instances last.
+/// The effects of a model: each id at most once, in the catalogue's order, second instances last.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Effects {
     active: Vec<ActiveEffect>,
 }
 
 impl Effects {
-    /// No effect at all: the nominal chain.
+    /// No effects: the nominal chain.
     pub fn none() -> Self {
         Self::default()
     }
 
-    /// Adds an effect, or replaces the values of one that is there.
+    /// Adds an effect, or replaces its values.
     pub fn set(&mut self, effect: ActiveEffect) {
         match self.active.binary_search_by_key(&effect.index, |e| e.index) {
             Ok(k) => self.active[k] = effect,
@@ -160,7 +160,7 @@ impl Effects {
         }
     }
 
-    /// Takes an effect out; whether it was there.
+    /// Removes an effect; returns whether it was present.
     pub fn remove(&mut self, id: &str) -> bool {
         let before = self.active.len();
         self.active.retain(|effect| effect.kind().id != id);
@@ -177,7 +177,7 @@ impl Effects {
         self.active.iter()
     }
 
-    /// The effects with their values open to change.
+    /// The effects with mutable values.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut ActiveEffect> {
         self.active.iter_mut()
     }

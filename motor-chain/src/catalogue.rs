@@ -1,8 +1,7 @@
-//! The catalogue: every effect of the signal chain that motorlab knows.
+//! The catalogue of effects of the signal chain.
 //!
-//! An effect is one small type in the file of its stage. Here is its one registry line; the motor
-//! file's `[effects.<id>]`, the virtual board, the documentation's table and the diagnosis read it from
-//! [`catalogue`].
+//! An effect is one small type in the file of its stage, with one line of registration here; the motor file's
+//! `[effects.<id>]`, the virtual board, the documentation's table and the diagnosis read it from [`catalogue`].
 
 pub mod ids;
 
@@ -18,10 +17,10 @@ use crate::scalar::Scalar;
 use crate::stages::mechanical::{friction, load};
 use crate::stages::{command, driver, electrical, sensor, timing, transmission};
 
-/// The most parameters that one effect has.
+/// Largest number of parameters of one effect.
 pub const MAX_PARAMETERS: usize = 5;
 
-/// A stage of the signal chain, in the order in which a signal passes it.
+/// A stage of the signal chain, in the order of the signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {
@@ -37,7 +36,7 @@ pub enum Stage {
     Transmission,
     /// The encoder.
     Sensor,
-    /// When the encoder is read.
+    /// Sampling times of the encoder.
     Timing,
 }
 
@@ -76,23 +75,23 @@ impl fmt::Display for Stage {
 /// Description of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct EffectKind {
-    /// Its name in files and in JSON.
+    /// Its id in files and in JSON.
     pub id: &'static str,
-    /// The stage it belongs to.
+    /// Its stage.
     pub stage: Stage,
-    /// One line of what it is.
+    /// Description in one line.
     pub summary: &'static str,
     /// Its equation.
     pub equation: &'static str,
-    /// Where the equation is from.
+    /// Source of the equation.
     pub source: &'static str,
     /// Commands that excite it.
     pub excited_by: &'static str,
-    /// Ids and names of what looks much the same in a run.
+    /// Ids and names of effects and parameters with a similar response.
     pub confounded_with: &'static [&'static str],
     /// Its parameters, in order.
     pub parameters: &'static [EffectParameter],
-    /// Whether two runs with the same command differ by it.
+    /// Whether it differs between two runs with the same command.
     pub random: bool,
 }
 
@@ -101,7 +100,7 @@ pub(crate) trait Effect {
     /// Description of it.
     const KIND: EffectKind;
 
-    /// Puts the effect with these values into the chain.
+    /// Adds the effect with these values to the chain.
     fn install<S: Scalar>(values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>);
 }
 
@@ -111,7 +110,7 @@ macro_rules! registry {
 
         static AGAIN: &[EffectKind] = &[$(EffectKind { id: $id, ..<$stage2::$effect2 as Effect>::KIND }),*];
 
-        /// Puts effect number `index` with these values into the chain.
+        /// Adds effect number `index` with these values to the chain.
         pub(crate) fn install<S: Scalar>(index: usize, values: &[S; MAX_PARAMETERS], chain: &mut Chain<S>) {
             let installers = [
                 $(<$stage::$effect as Effect>::install::<S>,)*
@@ -163,23 +162,24 @@ registry! {
     sensor::SpeedFilter,
     timing::SampleJitter,
     timing::ClockError;
-    // Effects that repeat with the angle can be used twice, with different orders.
+    // Effects periodic in the angle can be used twice, with different orders.
     again:
     "torque_ripple#2" = electrical::TorqueRipple,
     "cogging#2" = load::Cogging
 }
 
-/// Every effect, in the order in which a signal meets it.
+/// Every effect, in the order of the signal chain.
 pub fn catalogue() -> &'static [EffectKind] {
     CATALOGUE
 }
 
-/// Effects that a motor may have a second time: the same law under an id of its own, `cogging#2`. Their numbers follow the catalogue's.
+/// Second instances of effects: the same law with an id of its own, `cogging#2`. Their indices follow the
+/// catalogue's.
 pub fn again() -> &'static [EffectKind] {
     AGAIN
 }
 
-/// The effect with this number, of the catalogue or of [`again`].
+/// The effect with this index, of the catalogue or of [`again`].
 pub fn kind(index: usize) -> &'static EffectKind {
     match index.checked_sub(CATALOGUE.len()) {
         None => &CATALOGUE[index],
@@ -187,7 +187,7 @@ pub fn kind(index: usize) -> &'static EffectKind {
     }
 }
 
-/// The effect with this id, and its number.
+/// The effect with this id, and its index.
 pub fn find(id: &str) -> Option<(usize, &'static EffectKind)> {
     CATALOGUE
         .iter()

@@ -1,6 +1,6 @@
 //! The signal chain: command -> driver -> electrical -> mechanical -> transmission -> sensor -> timing.
 //!
-//! Every stage holds the numbers of its own equations; an effect changes its stage and nothing else.
+//! Every stage has the parameters of its equations; an effect changes its stage only.
 
 use crate::CommandKind;
 use crate::catalogue::{self, Effects, MAX_PARAMETERS};
@@ -14,7 +14,7 @@ use crate::stages::timing::Timing;
 use crate::stages::transmission::Transmission;
 use crate::{Model, Parameters};
 
-/// The stages with their numbers, in the order in which a signal passes them.
+/// The stages with their parameters, in the order of the signal.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Chain<S> {
     /// Quantity that the command sets.
@@ -26,12 +26,12 @@ pub(crate) struct Chain<S> {
     pub transmission: Transmission<S>,
     pub sensor: Sensor<S>,
     pub timing: Timing<S>,
-    /// Counts per revolution that the run's header states.
+    /// Counts per revolution in the run's header.
     pub stated_counts_per_rev: S,
 }
 
 impl<S: Scalar> Chain<S> {
-    /// The chain of a motor with its effects; `number` turns value `k` into a scalar: the nine parameters first, in
+    /// The chain of a motor with its effects; `number` converts value `k` to a scalar: first the nine parameters in
     /// the order of [`Parameters`], then each effect's in the order of the catalogue.
     pub(crate) fn new(
         parameters: &Parameters,
@@ -96,7 +96,7 @@ impl<S: Scalar> Chain<S> {
         chain
     }
 
-    /// Whether the current is a state of its own, rather than given by voltage and speed at once.
+    /// Whether the current is a state, not an algebraic function of voltage and speed.
     #[inline(always)]
     pub(crate) fn current_is_state(&self) -> bool {
         self.kind == CommandKind::Voltage && self.electrical.inductance_h.value() > 0.0

@@ -1,24 +1,24 @@
-//! Quantity that a command sets: a voltage, a current or a torque.
+//! Quantity of a command: a voltage, a current or a torque.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Parameters;
 
-/// Quantity that the command column sets; it names the column in the file.
+/// Quantity of the command column, which determines its name in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CommandKind {
     /// `command_v`: voltage set at the driver.
     #[default]
     Voltage,
-    /// `command_a`: amperes, of an axis with current control.
+    /// `command_a`: current of a current-controlled axis in A.
     Current,
-    /// `command_nm`: newton metres, of an axis with torque control.
+    /// `command_nm`: torque of a torque-controlled axis in N m.
     Torque,
 }
 
 impl CommandKind {
-    /// The command, in its unit, that holds a torque of 1 N m at rest: `R/Kt`, `1/Kt` or 1.
+    /// Command per torque at rest, in its unit per N m: `R/Kt`, `1/Kt` or 1.
     pub fn per_nm(self, parameters: &Parameters) -> f64 {
         match self {
             Self::Voltage => parameters.resistance_ohm / parameters.torque_constant_nm_per_a,

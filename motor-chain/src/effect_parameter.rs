@@ -6,7 +6,7 @@ use crate::plausible;
 /// Scale of a parameter's plausible range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// The unit itself.
+    /// The unit.
     Absolute,
     /// The run's sample time.
     SampleTime,
@@ -18,9 +18,9 @@ pub enum Scale {
     Resistance,
     /// 1 / (stall current^2 resistance): the rise per watt that adds 100 % at stall.
     PerStallPower,
-    /// Nominal Coulomb torque (3 % of the stall torque where the nominal is less).
+    /// Nominal Coulomb torque (at least 3 % of the stall torque).
     CoulombTorque,
-    /// Nominal viscous coefficient (0.1 % of Kt Kb / R where the nominal is less).
+    /// Nominal viscous coefficient (at least 0.1 % of Kt Kb / R).
     ViscousCoefficient,
     /// Nominal inertia.
     Inertia,
@@ -28,17 +28,17 @@ pub enum Scale {
     NoLoadSpeed,
     /// Torque at stall.
     StallTorque,
-    /// Time constant with which the motor comes up to speed.
+    /// Mechanical time constant.
     TimeConstant,
-    /// 1 / (2 pi times that), in Hz.
+    /// 1 / (2 pi time constant), in Hz.
     TimeConstantAsFrequency,
-    /// Resistance times that: turns a share of it that is an electrical time constant into an inductance.
+    /// Resistance times time constant: converts a relative electrical time constant to an inductance.
     ResistanceTimesTimeConstant,
-    /// Edge rate in 1/s at the speed whose back EMF is the supply.
+    /// Edge rate in 1/s at the no-load speed.
     TopRate,
     /// Supply voltage.
     Supply,
-    /// Viscous coefficient over top speed: the drag that equals the viscous torque at top speed.
+    /// Viscous coefficient over no-load speed: the drag that equals the viscous torque there.
     DragAtTopSpeed,
 }
 
@@ -46,7 +46,7 @@ impl Scale {
     /// The scale in the parameter's own unit.
     pub fn of(self, p: &Parameters, sample_time_s: f64) -> f64 {
         let stall_a = p.supply_v / p.resistance_ohm;
-        // A motor file may have neither back EMF nor viscous friction; no scale may be 0.
+        // Without back EMF and viscous friction no scale may be 0.
         let back_emf = p
             .back_emf_v_s_per_rad
             .max(1e-3 * p.torque_constant_nm_per_a);
@@ -77,19 +77,19 @@ impl Scale {
     }
 }
 
-/// Lower end of a range, in multiples of an upper end that is capped, where it would come near it.
+/// Least ratio of the ends of a range whose upper end is capped.
 const NARROWEST: f64 = 0.1;
 
-/// How plausible values spread over the range.
+/// Prior distribution over the range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Prior {
-    /// Evenly.
+    /// Uniform.
     Uniform,
-    /// Evenly in the logarithm; the range is positive.
+    /// Uniform in the logarithm; the range is positive.
     LogUniform,
-    /// Evenly around the circle, 0 .. 2 pi.
+    /// Uniform on the circle, 0 .. 2 pi.
     Phase,
-    /// One of these, all alike.
+    /// One of these, equally probable.
     OneOf(&'static [f64]),
 }
 
@@ -98,51 +98,51 @@ pub enum Prior {
 pub struct EffectParameter {
     /// Key in a motor file, with its unit.
     pub key: &'static str,
-    /// Unit as it is printed; empty for a pure number.
+    /// Unit for output; empty for a dimensionless value.
     pub unit: &'static str,
     /// Smallest plausible value, in multiples of `scale`.
     pub lo: f64,
     /// Largest plausible value, in multiples of `scale`.
     pub hi: f64,
-    /// The value that changes nothing (in multiples of `scale`) and the least plausible distance from it (of the
-    /// logarithm where the prior is in the logarithm); less is scatter between motors of a kind, no effect.
+    /// The value without an effect (in multiples of `scale`) and the least plausible distance from it (of the
+    /// logarithm for a log-uniform prior); less is the tolerance of motors, no effect.
     pub neutral: Option<(f64, f64)>,
     /// Scale of `lo` and `hi`.
     pub scale: Scale,
-    /// An upper end in multiples of another scale, in force where it is the larger one.
+    /// An alternative upper end in multiples of another scale, used if it is larger.
     pub or_up_to: Option<(f64, Scale)>,
     /// Largest upper end, in the parameter's unit.
     pub at_most: f64,
-    /// How plausible values spread between them.
+    /// Prior distribution over the range.
     pub prior: Prior,
-    /// The value where the file leaves the key out.
+    /// Value if the file omits the key.
     pub default: Absent,
-    /// Values that are possible at all (a smaller resistance than nought is not).
+    /// Possible values (a resistance is not negative).
     pub possible: (f64, f64),
-    /// Whether the encoder's angle depends smoothly on it.
+    /// Whether the encoder's angle is a smooth function of it.
     pub smooth: bool,
 }
 
-/// Value where a motor file omits a key.
+/// Default of an omitted key.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Absent {
     /// This value.
     Value(f64),
-    /// So many times `scale`.
+    /// This multiple of `scale`.
     Scaled(f64),
-    /// The middle of the plausible range (geometric where the prior is in the logarithm).
+    /// The middle of the plausible range (geometric for a log-uniform prior).
     Middle,
 }
 
 impl EffectParameter {
-    /// With a value that changes nothing and the least plausible distance from it.
+    /// Sets the value without an effect and the least plausible distance from it.
     pub(crate) const fn away_from(mut self, neutral: f64, least: f64) -> Self {
         self.neutral = Some((neutral, least));
         self
     }
 
-    /// The value that changes nothing, in SI, and the least plausible distance from it (of the logarithm where the
-    /// prior is in the logarithm).
+    /// The value without an effect, in SI, and the least plausible distance from it (of the logarithm for a
+    /// log-uniform prior).
     pub fn neutral(&self, parameters: &Parameters) -> Option<(f64, f64)> {
         let (neutral, least) = self.neutral?;
         let scale = self.scale.of(parameters, 1.0);
@@ -152,7 +152,7 @@ impl EffectParameter {
         })
     }
 
-    /// A smooth parameter, plausible from `lo` to `hi` (in `scale`), possible wherever it is positive.
+    /// A smooth parameter with a plausible range from `lo` to `hi` (in `scale`), possible if positive.
     pub(crate) const fn new(
         key: &'static str,
         unit: &'static str,
@@ -184,43 +184,43 @@ impl EffectParameter {
             .defaulting_to(0.0)
     }
 
-    /// The same with an upper end in multiples of another scale where that is more.
+    /// Sets an alternative upper end in multiples of another scale.
     pub(crate) const fn or_up_to(mut self, multiple: f64, scale: Scale) -> Self {
         self.or_up_to = Some((multiple, scale));
         self
     }
 
-    /// The same with an upper end that is never more, in the parameter's unit.
+    /// Sets the largest upper end, in the parameter's unit.
     pub(crate) const fn at_most(mut self, value: f64) -> Self {
         self.at_most = value;
         self
     }
 
-    /// The same with other possible values.
+    /// Sets the possible values.
     pub(crate) const fn possible(mut self, lo: f64, hi: f64) -> Self {
         self.possible = (lo, hi);
         self
     }
 
-    /// The same with another default.
+    /// Sets the default.
     pub(crate) const fn defaulting_to(mut self, value: f64) -> Self {
         self.default = Absent::Value(value);
         self
     }
 
-    /// The same with another default, in multiples of the scale.
+    /// Sets the default in multiples of the scale.
     pub(crate) const fn defaulting_to_scaled(mut self, multiple: f64) -> Self {
         self.default = Absent::Scaled(multiple);
         self
     }
 
-    /// The same, but the angle does not depend smoothly on it.
+    /// Marks the angle as a non-smooth function of it.
     pub(crate) const fn not_smooth(mut self) -> Self {
         self.smooth = false;
         self
     }
 
-    /// Values that are possible, within what is plausible of any quantity of this unit.
+    /// Possible values, restricted to the plausible range of its unit.
     pub fn plausible(&self) -> (f64, f64) {
         let most = plausible::largest_of_effect(self.key, self.unit);
         let (lo, hi) = self.possible;
@@ -240,7 +240,7 @@ impl EffectParameter {
         range
     }
 
-    /// Value where a file omits the key.
+    /// Default of an omitted key.
     pub fn default(&self, parameters: &Parameters, sample_time_s: f64) -> f64 {
         let (lo, hi) = self.range(parameters, sample_time_s);
         match (self.default, self.prior) {
@@ -258,10 +258,10 @@ mod tests {
     use super::*;
     use crate::catalogue::catalogue;
 
-    /// Times that are not the motor's: of heat, of a filter in firmware; and the frequency of a spring.
+    /// Times that do not scale with the motor's: of heat and of a filter in firmware; and the frequency of a spring.
     const NOT_THE_MOTORS: [&str; 2] = ["time_constant_s", "frequency_hz"];
 
-    /// The handout's motor in a world of other volts, amperes, newton metres and seconds.
+    /// The handout's motor in other units of volt, ampere, newton metre and second.
     fn in_other_units(volt: f64, ampere: f64, nm: f64, second: f64) -> Parameters {
         let mut p = Parameters::default();
         p.resistance_ohm *= volt / ampere;
@@ -313,7 +313,7 @@ mod tests {
         }
     }
 
-    /// Motors of a watch, a drone, a servo, a scooter and a winch; the second turns 600 rad/s at 24 V.
+    /// Motors of a watch, a drone, a servo, a scooter and a winch; the second has 600 rad/s at 24 V.
     const MOTORS: [Parameters; 5] = [
         parameters([60.0, 3e-4, 3e-4, 1e-10, 1e-4, 1e-10, 1e-6, 12.0, 1.5]),
         parameters([1.1, 0.04, 0.04, 2e-6, 4e-4, 6e-6, 2e-3, 2000.0, 24.0]),
@@ -352,7 +352,7 @@ mod tests {
                         let most = match p.unit {
                             "V" => 0.4 * motor.supply_v,
                             "rad/s" => 0.5 * w0,
-                            // Where friction is nearly all that the motor gives, multiples of it are more.
+                            // For high nominal friction its multiples may exceed the stall torque.
                             "N m" => stall_nm.max(5.0 * motor.coulomb_friction_nm),
                             _ if p.key == "delay_s" => LONGEST_DELAY_S,
                             _ => continue,
@@ -367,7 +367,7 @@ mod tests {
                 }
             }
         }
-        // A delay may last five time constants however short the samples are: 32 and 42 ms at 5 ms are delays.
+        // A delay may be five time constants for short samples: 32 and 42 ms at 5 ms are delays.
         let delay = catalogue()[0].parameters[0];
         assert!(delay.range(&Parameters::default(), 0.005).1 > 0.15);
     }

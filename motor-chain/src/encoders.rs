@@ -1,4 +1,4 @@
-//! Encoder readings of one motion, sample by sample, as an angle at the motor file's counts per revolution.
+//! Encoder readings along a motion at each sample, as an angle at the motor file's counts per revolution.
 
 use crate::chain::Chain;
 use crate::integrator::dense_output::Sample;
@@ -7,19 +7,19 @@ use crate::integrator::schedule::Reader;
 use crate::reading::{MeanCounts, encoder_shaft};
 use crate::scalar::Scalar;
 
-/// The angle that an encoder would say before it rounds.
+/// The angle of an encoder before quantization.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct AngleReading<S> {
     mean: MeanCounts<S>,
     rad_per_count: S,
     is_on_load: bool,
-    /// Real seconds for a second of the board's clock, and how late a sample is.
+    /// Real seconds per second of the board's clock, and the lateness of a sample.
     clock_scale: S,
     late_s: S,
 }
 
 impl<S: Scalar> AngleReading<S> {
-    /// Of a chain whose shaft starts at this angle (rad) and speed (rad/s).
+    /// For a chain whose shaft starts at this angle (rad) and speed (rad/s).
     pub fn new(chain: &Chain<S>, (angle_rad, speed_rad_s): (f64, f64)) -> Self {
         Self {
             mean: MeanCounts::new(chain.sensor, S::from(angle_rad), S::from(speed_rad_s)),
@@ -30,7 +30,7 @@ impl<S: Scalar> AngleReading<S> {
         }
     }
 
-    /// Reads on from a shaft that has been put to this angle and speed.
+    /// Restarts at this angle and speed of the shaft.
     fn restart(&mut self, angle_rad: S, speed_rad_s: S, board_s: f64) {
         let at_s = self.clock_scale * board_s + self.late_s;
         self.mean.restart(angle_rad, speed_rad_s, at_s);
@@ -38,7 +38,7 @@ impl<S: Scalar> AngleReading<S> {
 
     #[inline(always)]
     fn read<const N: usize>(&mut self, sample: &Sample<'_, S, N>, board_s: f64) -> S {
-        // A rigid motor has one angle: its place is known when this is compiled.
+        // A rigid motor has one angle: its index is a constant.
         let shaft = encoder_shaft::<N>(self.is_on_load);
         let (clock_scale, late_s) = (self.clock_scale, self.late_s);
         let counts = (self.mean).read(
@@ -50,12 +50,12 @@ impl<S: Scalar> AngleReading<S> {
     }
 }
 
-/// One encoder's reader: it reads off the angle, and nothing else unless edges are lost.
+/// Reader of one encoder: it needs the angle only, unless edges are lost.
 pub(crate) struct Encoder<'a, S, E> {
     pub encoder: AngleReading<S>,
     /// Sample times from the first, on the board's clock.
     pub times_s: &'a [f64],
-    /// Takes the number of the sample and the angle.
+    /// Called with the index of the sample and the angle.
     pub emit: E,
 }
 
@@ -70,12 +70,12 @@ impl<S: Scalar, const N: usize, E: FnMut(usize, S)> Reader<S, N> for Encoder<'_,
     }
 }
 
-/// The reader of many encoders.
+/// Reader of several encoders.
 pub(crate) struct Encoders<'a, S, E> {
     pub encoders: Vec<AngleReading<S>>,
     /// Sample times from the first, on the board's clock.
     pub times_s: &'a [f64],
-    /// Takes the number of the encoder, that of the sample, and the angle.
+    /// Called with the index of the encoder, that of the sample, and the angle.
     pub emit: E,
 }
 

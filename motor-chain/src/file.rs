@@ -12,34 +12,34 @@ use crate::plausible::{self, Range, Shown};
 use crate::synonyms::nearest_name;
 use crate::{Effects, Parameters};
 
-/// Characters of a key or a value that a message shows.
+/// Characters of a key or a value in a message.
 const MOST_SHOWN: usize = 60;
 
 /// Longest motor file in bytes.
 const MOST_BYTES: u64 = 1 << 20;
 
-/// A motor: what a motor file says.
+/// A motor: the content of a motor file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Motor {
     /// Nominal parameters.
     pub parameters: Parameters,
-    /// Relative one-sigma tolerance by parameter key.
+    /// Relative standard deviation by parameter key.
     pub tolerance: BTreeMap<String, f64>,
     /// Effects that are part of the model.
     pub effects: Effects,
-    /// Whether nothing has measured the resistance, nor any torque.
+    /// Whether neither the resistance nor a torque was measured.
     pub resistance_assumed: bool,
 }
 
-/// Error of a motor file.
+/// Errors of a motor file.
 #[derive(Debug, thiserror::Error)]
 pub enum MotorFileError {
-    /// It cannot be read at all.
+    /// The file cannot be read.
     #[error("{path}: {source}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// Cause.
         source: std::io::Error,
     },
     /// It is not TOML.
@@ -52,17 +52,17 @@ pub enum MotorFileError {
         /// Message of the TOML parser.
         message: String,
     },
-    /// A key that means nothing here.
+    /// An unknown key.
     #[error("line {line}: unknown key '{key}'\nhint: {}`motorlab motor --template` prints all keys", did_you_mean(.nearest))]
     UnknownKey {
         /// Line, from 1.
         line: usize,
         /// The key.
         key: String,
-        /// The nearest known one.
+        /// The most similar known key.
         nearest: Option<&'static str>,
     },
-    /// A value that is not the number expected.
+    /// A value of another type.
     #[error(
         "line {line}: {key} must be {expected}, found {found}\nhint: correct the value; `motorlab motor --template` prints every key with a value"
     )]
@@ -76,14 +76,14 @@ pub enum MotorFileError {
         /// Value found.
         found: String,
     },
-    /// A value that no motor has.
+    /// A value outside the plausible range.
     #[error("line {line}: {key} = {} cannot be: expected {range}\nhint: the key's name states its unit; convert the value to it", Shown(*.value))]
     Implausible {
         /// Line, from 1.
         line: usize,
         /// The key.
         key: String,
-        /// Its value.
+        /// The value.
         value: f64,
         /// Possible values.
         range: Range,
@@ -96,22 +96,22 @@ pub enum MotorFileError {
         /// The error.
         error: EffectError,
     },
-    /// One of the above, in this file.
+    /// An error in a file.
     #[error("{path}: {error}")]
     InFile {
         /// The file.
         path: PathBuf,
-        /// Error in it.
+        /// The error.
         error: Box<MotorFileError>,
     },
 }
 
-/// Reads a motor file; keys that it leaves out are the lab handout's.
+/// Reads a motor file; omitted keys have the lab handout's values.
 pub fn read_motor(path: impl AsRef<Path>) -> Result<Motor, MotorFileError> {
     read_motor_and_lacking(path).map(|(motor, _)| motor)
 }
 
-/// The same with the keys of [`Parameters`] that the file leaves out.
+/// As [`read_motor`], with the keys of [`Parameters`] that the file omits.
 pub fn read_motor_and_lacking(
     path: impl AsRef<Path>,
 ) -> Result<(Motor, Vec<&'static str>), MotorFileError> {
@@ -129,7 +129,7 @@ pub fn read_motor_and_lacking(
     Ok((motor, Parameters::KEYS.into_iter().filter(lacks).collect()))
 }
 
-/// The whole file, unless it is longer than any motor file.
+/// The file's text, unless it is too long.
 fn read_bounded(path: &Path) -> io::Result<String> {
     let mut text = String::new();
     let file = File::open(path)?.take(MOST_BYTES + 1);
@@ -179,7 +179,7 @@ impl Motor {
             }
         }
         motor.check(text)?;
-        // Defaults of an effect's keys may depend on parameters that stand anywhere in the file: read effects last.
+        // Defaults of an effect's keys depend on parameters anywhere in the file: effects are read last.
         if let Some(value) = table.get("effects") {
             motor.read_effects(text, value)?;
         }
@@ -210,7 +210,7 @@ impl Motor {
         }
         for effect in self.effects.iter() {
             let id = effect.kind().id;
-            // A bare key of TOML has no `#`.
+            // A bare TOML key may not contain `#`.
             let quote = if id.contains('#') { "\"" } else { "" };
             let _ = writeln!(text, "\n[effects.{quote}{id}{quote}]");
             for (parameter, value) in effect.parameters() {
@@ -276,7 +276,7 @@ impl Motor {
         Ok(())
     }
 
-    /// Values that no motor has.
+    /// Refuses values outside the plausible ranges.
     fn check(&self, text: &str) -> Result<(), MotorFileError> {
         for key in Parameters::KEYS {
             let value = self.parameters.get(key).unwrap_or(0.0);
@@ -324,7 +324,7 @@ fn wrong(line: usize, key: &str, expected: &'static str, found: &toml::Value) ->
     }
 }
 
-/// Excerpt of a long text for a message.
+/// A text clipped for a message.
 fn shortened(text: &str) -> String {
     let mut short: String = text.chars().take(MOST_SHOWN).collect();
     if short.len() < text.len() {
@@ -344,8 +344,8 @@ fn number(value: &toml::Value, key: &str, line: usize) -> Result<f64, MotorFileE
         .ok_or_else(|| wrong(line, key, "a finite number", value))
 }
 
-/// Line (from 1) of `key` in `[section]` (both as they stand in the text), of the section's own line where `key` is
-/// empty, and 1 where the text writes it another way.
+/// Line (from 1) of `key` in `[section]` (both as written in the text), of the section's header for an empty `key`,
+/// and 1 if the text has another notation.
 fn line_of(text: &str, section: &str, key: &str) -> usize {
     let mut current = String::new();
     for (k, line) in text.lines().enumerate() {

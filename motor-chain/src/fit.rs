@@ -1,7 +1,7 @@
-//! The simulator as a fit calls it: many parameter sets on one drive, without allocation, with derivatives.
+//! The simulator for fits: many parameter sets under one drive, without allocation, with derivatives.
 //!
-//! Derivatives are carried through the equations as dual numbers, through the instants of events too (an event's time
-//! depends on the parameters), so they are those of the simulated angle itself, not of a difference scheme.
+//! Derivatives are propagated as dual numbers through the equations and through the times of events, which depend on
+//! the parameters, so that they are those of the simulated angle and not of finite differences.
 
 use std::borrow::Cow;
 
@@ -23,24 +23,24 @@ pub use crate::integrator::schedule::{Reset, Skipped};
 pub use crate::parameter_id::ParameterId;
 pub use crate::workspace::Workspace;
 
-/// Most steps for each longest step of a run, on average, and for each as long as a spring allows. A small motor with a voltage drop
-/// takes more than 40 under a chirp at 1 ms, where an event ends nearly every sample.
+/// Largest mean number of steps per longest step of a run, and per longest step that a spring allows. A small motor
+/// with a voltage drop takes more than 40 under a chirp at 1 ms, where an event ends nearly every sample.
 const MOST_STEPS: u64 = 100;
 const MOST_BY_PACE: u64 = 2;
 
-/// Largest error of a step: a thousandth of a count over a run, a hundredth of what rounding leaves. With a torque ripple, whose
-/// steps are many, a hundredth of a count.
+/// Largest error of a step: a thousandth of a count over a run, a hundredth of quantization. With a torque ripple,
+/// whose steps are many, a hundredth of a count.
 const TOLERANCE: f64 = 1e-3;
 const TOLERANCE_OF_RIPPLE: f64 = 1e-2;
 
-/// Most derivatives that a simulation carries: more are simulated eight by eight. There are two widths, 4 and 8. Each is
-/// another copy of the whole integrator; one of 6 would take 15 to 20 % off the time of five or six derivatives.
+/// Most derivatives carried by one simulation: more are computed in groups of eight. There are two widths, 4 and 8,
+/// each a copy of the integrator; a width of 6 would save 15 to 20 % for five or six derivatives.
 const WIDEST: usize = 8;
 
-/// A drive made ready to be simulated with many motors.
+/// A drive prepared for simulations with many motors.
 ///
-/// Angles are those that the encoder would say before it rounds, with the effects of sensor and timing, at the motor
-/// file's counts per revolution; means where an effect is random ([`super::Trajectory::measured_angle_rad`]).
+/// Angles are encoder readings before quantization, with the effects of sensor and timing, at the motor file's counts
+/// per revolution; means if an effect is random ([`super::Trajectory::measured_angle_rad`]).
 #[derive(Debug, Clone)]
 pub struct Simulator {
     schedule: Schedule,
@@ -52,7 +52,7 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// For this drive and model.
+    /// A simulator for this drive and model.
     pub fn new(drive: &Drive<'_>, model: Model) -> Result<Self, SimulationError> {
         Ok(Self {
             schedule: Schedule::new(drive)?.coarser(),
@@ -64,40 +64,40 @@ impl Simulator {
         })
     }
 
-    /// The same of a run in which this is known to differ from the motors that are asked for.
+    /// Sets the known differences of this run from the motors.
     #[must_use]
     pub fn knowing(mut self, known: KnownDifferences) -> Self {
         self.known = known;
         self
     }
 
-    /// The same of a log whose speeds are each the mean since the sample before: what filters them takes a step a sample
-    /// (exponential smoothing by `1 - exp(-TS/tau)`), as firmware does.
+    /// Sets whether the speeds of the log are means since the previous sample: a filter is then updated once per
+    /// sample (exponential smoothing by `1 - exp(-TS/tau)`), as in firmware.
     #[must_use]
     pub fn filtering_samples(mut self, does: bool) -> Self {
         self.filters_samples = does;
         self
     }
 
-    /// The same from an angle (rad) and a speed (rad/s) other than rest at 0: of a recording that begins in motion,
-    /// and of effects that depend on where in a turn the shaft is.
+    /// Sets the initial angle (rad) and speed (rad/s): for a recording that begins in motion, and for effects that
+    /// depend on the angle.
     #[must_use]
     pub fn starting(mut self, angle_rad: f64, speed_rad_s: f64) -> Self {
         self.start = (angle_rad, speed_rad_s);
         self
     }
 
-    /// The same with a shaft that is put elsewhere in between: segments of a run, each from what was measured at its first
-    /// sample (multiple shooting: Bock, 1983). States that are not measured continue: heat, current, the side of a gap, a command under
-    /// way. `resets` are in the order of their samples.
+    /// Sets restarts of the shaft: segments of a run, each from the measured state at its first sample (multiple
+    /// shooting: Bock, 1983). Unmeasured states continue: heat, current, side of a gap, delayed commands. `resets`
+    /// are in ascending order of their samples.
     #[must_use]
     pub fn resetting(mut self, resets: Vec<Reset>) -> Self {
         self.schedule = self.schedule.with_resets(resets);
         self
     }
 
-    /// The same with starts that are faster by so much (rad/s): that of the run, which is of sample 0, and those that it is put to at
-    /// samples. Others go on as before.
+    /// Increases initial speeds by these amounts (rad/s): sample 0 is the start of the run, the others are samples of
+    /// restarts. Other starts are unchanged.
     #[must_use]
     pub fn starting_faster(mut self, by_rad_s: impl IntoIterator<Item = (usize, f64)>) -> Self {
         for (sample, by_rad_s) in by_rad_s {
@@ -108,22 +108,22 @@ impl Simulator {
         self
     }
 
-    /// The same of a run of which intervals are left out: what is long against all that happens in a motor but its warming up. The
-    /// drive goes on after each as if nothing had been before, with a reset there. `skipped` is in the order of the samples.
+    /// Sets omitted intervals of the run, long compared with all of a motor's time constants except the thermal one.
+    /// The drive continues after each from a restart there. `skipped` is in ascending order of the samples.
     #[must_use]
     pub fn skipping(mut self, skipped: Vec<Skipped>) -> Self {
         self.schedule = self.schedule.with_skipped(skipped);
         self
     }
 
-    /// The same from where another one starts.
+    /// Sets the initial state of another simulator.
     #[must_use]
     pub fn starting_as(mut self, other: &Self) -> Self {
         self.start = other.start;
         self
     }
 
-    /// The same with the steps, the known differences and the filter of a run whose drive this one's was cut from.
+    /// Sets steps, known differences and filter of the run that this drive was cut from.
     #[must_use]
     pub fn cut_from(mut self, run: &Self) -> Self {
         self.schedule = self.schedule.stepping_as(&run.schedule);
@@ -132,7 +132,7 @@ impl Simulator {
         self
     }
 
-    /// Number of samples of the drive: the length of an angle column.
+    /// Number of samples of the drive.
     pub fn samples(&self) -> usize {
         self.schedule.len()
     }
@@ -140,8 +140,8 @@ impl Simulator {
     /// Writes the encoder's angle in rad at every sample into `angles_rad` ([`Self::samples`] long).
     ///
     /// # Errors
-    /// An angle that is not finite; a motor too stiff for a fit, with over 100 steps for each longest one on average (12 ms
-    /// at most), and over two for each that its spring asks for.
+    /// An angle that is not finite; a motor too stiff for a fit, with over 100 steps per longest one on average (12
+    /// ms at most), and over two per step that its spring needs.
     pub fn angles(
         &self,
         motor: &Motor,
@@ -158,8 +158,8 @@ impl Simulator {
         finite(angles_rad)
     }
 
-    /// Angles of motors that [`move_alike`], from one simulation: row `m` of `angles_rad`
-    /// (`samples` long, one after the other) is what the encoder of motor `m` says.
+    /// Angles of motors with the same motion ([`move_alike`]), from one simulation: row `m` of `angles_rad`
+    /// (`samples` long, concatenated) is the reading of motor `m`'s encoder.
     ///
     /// # Errors
     /// As [`Self::angles`].
@@ -190,7 +190,7 @@ impl Simulator {
         rows.take(motors.len()).try_for_each(finite)
     }
 
-    /// The motor with what is known to differ in this run.
+    /// The motor with the known differences of this run.
     fn in_this_run<'a>(&self, motor: &'a Motor) -> Cow<'a, Motor> {
         if self.known.is_empty() {
             Cow::Borrowed(motor)
@@ -213,8 +213,8 @@ impl Simulator {
         chain
     }
 
-    /// The same with the derivatives by the parameters `wanted`: column `j` of `columns` (`samples` long, one after the
-    /// other) is `d angle / d wanted[j]`, 0 throughout for one that the motor does not have.
+    /// The angles with their derivatives by the parameters `wanted`: column `j` of `columns` (`samples` long,
+    /// concatenated) is `d angle / d wanted[j]`, 0 for one that the motor does not have.
     ///
     /// # Errors
     /// As [`Self::angles`].
@@ -253,7 +253,7 @@ impl Simulator {
     ) -> Result<(), SimulationError> {
         let samples = self.samples();
         let motor = &*self.in_this_run(motor);
-        // Numbers are asked for in this order: nominal parameters, then each effect's.
+        // Values are numbered in this order: nominal parameters, then each effect's.
         let mut order = (0..Parameters::KEYS.len()).map(ParameterId::Nominal).chain(
             motor.effects.iter().flat_map(|effect| {
                 let count = effect.kind().parameters.len();
@@ -336,7 +336,7 @@ impl Simulator {
         measured
     }
 
-    /// Angles of many motors, on all cores: row `m` of `angles_rad` (`samples` long, one after the other) is motor `m`'s.
+    /// Angles of many motors in parallel: row `m` of `angles_rad` (`samples` long, concatenated) is motor `m`'s.
     ///
     /// # Errors
     /// As [`Self::angles`], of the first motor that has one.
@@ -351,7 +351,7 @@ impl Simulator {
     }
 }
 
-/// Whether two motors differ in their encoder at most, and in which side of the transmission it sits on.
+/// Whether two motors differ in their encoder at most, including its side of the transmission.
 pub fn move_alike(a: &Motor, b: &Motor) -> bool {
     fn moving(motor: &Motor) -> impl Iterator<Item = (usize, f64)> {
         let effects = motor.effects.iter();

@@ -1,8 +1,8 @@
 //! Known differences of one run from the motor: a disc on the shaft, a load on an arm, another winding.
 //!
-//! Voltage in and counts out alone never tell inertia, torque constant and resistance apart: the equations of motion
-//! hold with all of them times the same number. Runs of one axis with a known inertia or load between them do
-//! (Gautier, Identification of robot dynamics, 1986; the payload method of Khalil, Gautier and Lemoine, ICRA 2007).
+//! Voltage and counts alone do not separate inertia, torque constant and resistance: the equations of motion are
+//! invariant under a common factor. Runs of one axis with a known inertia or load between them determine it (Gautier,
+//! Identification of robot dynamics, 1986; the payload method of Khalil, Gautier and Lemoine, ICRA 2007).
 
 use crate::catalogue::MAX_PARAMETERS;
 use crate::catalogue::ids;
@@ -10,26 +10,26 @@ use crate::plausible::{Range, of_parameter};
 use crate::synonyms::nearest_name;
 use crate::{ActiveEffect, Motor, ParameterId, Parameters};
 
-/// Inertia in kg m^2 that is added to the shaft's.
+/// Added inertia in kg m^2.
 const ADDED_INERTIA: &str = "inertia_added_kg_m2";
-/// Torque in N m of a load on an arm, `torque sin(angle + phase)`, the angle counted from where the counts are 0.
+/// Torque in N m of a load on an arm, `torque sin(angle + phase)`, with the angle relative to count 0.
 const GRAVITY: &str = "gravity_torque_nm";
 
-/// A difference that cannot be.
+/// An invalid difference.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum KnownError {
-    /// No such key.
+    /// An unknown key.
     #[error(
         "'{key}' is nothing that a run can differ in\nhint: {}give {ADDED_INERTIA}, {GRAVITY}, or a key of the motor file",
         crate::active::did_you_mean(nearest)
     )]
     UnknownKey {
-        /// The requested value.
+        /// The given key.
         key: String,
-        /// The nearest key there is.
+        /// The most similar known key.
         nearest: Option<&'static str>,
     },
-    /// A value that no motor has.
+    /// A value outside the plausible range.
     #[error(
         "{key} = {value} cannot be: expected {expected}\nhint: the key's name states its unit; convert the value to it"
     )]
@@ -43,8 +43,8 @@ pub enum KnownError {
     },
 }
 
-/// Steps of the fixed point that finds where an eccentric encoder stands. Each leaves the amplitude's share of the error
-/// before, some hundredths.
+/// Fixed-point iterations for the shaft's angle behind an eccentric encoder. Each reduces the error by the factor of
+/// the amplitude, some hundredths.
 const FIXED_POINT_STEPS: usize = 8;
 
 /// Known differences of one run from the motor that all runs share.
@@ -63,7 +63,7 @@ const FIXED_POINT_STEPS: usize = 8;
 pub struct KnownDifferences {
     inertia_added_kg_m2: f64,
     gravity_torque_nm: Option<f64>,
-    /// Numbers of [`Parameters::KEYS`] with the value in this run.
+    /// Indices in [`Parameters::KEYS`] with the value in this run.
     parameters: Vec<(usize, f64)>,
 }
 
@@ -71,7 +71,7 @@ impl KnownDifferences {
     /// Adds the difference under this key, in SI.
     ///
     /// # Errors
-    /// A key that names nothing, or a value that no motor has.
+    /// An unknown key, or a value outside the plausible range.
     pub fn set(&mut self, key: &str, value: f64) -> Result<(), KnownError> {
         let within = |range: Range| {
             if range.holds(value) {
@@ -84,7 +84,7 @@ impl KnownDifferences {
                 })
             }
         };
-        // Nothing added, or no load, is a difference too.
+        // An added inertia or load of 0 is a difference as well.
         let from_none = |key| Range {
             lo: 0.0,
             ..of_parameter(key)
@@ -114,23 +114,23 @@ impl KnownDifferences {
         *self == Self::default()
     }
 
-    /// Whether it has a load or a disc: a torque that is known in N m, beside those that are seen relative to `Kt/R`.
+    /// Whether it includes a load or a disc: a torque known in N m, which makes `Kt/R` identifiable.
     pub fn has_torque(&self) -> bool {
         self.inertia_added_kg_m2 > 0.0 || self.gravity_torque_nm.is_some_and(|torque| torque != 0.0)
     }
 
-    /// Torque in N m that its load and its disc ask for, at an angle in rad and an acceleration in rad/s^2; an arm hangs at 0.
+    /// Torque in N m of its load and its disc at an angle in rad and an acceleration in rad/s^2; the arm hangs at 0.
     pub fn torque_nm(&self, angle_rad: f64, acceleration_rad_s2: f64) -> f64 {
         let load_nm = self.gravity_torque_nm.unwrap_or(0.0);
         self.inertia_added_kg_m2 * acceleration_rad_s2 + load_nm * angle_rad.sin()
     }
 
-    /// Whether its load is known, so that nothing else is the torque of gravity.
+    /// Whether its load is known, and so the whole torque of gravity.
     pub fn has_load(&self) -> bool {
         self.gravity_torque_nm.is_some()
     }
 
-    /// The supply in V, where it is known to differ.
+    /// The supply in V, if it differs.
     pub fn supply_v(&self) -> Option<f64> {
         let supply = Parameters::KEYS.iter().position(|key| *key == "supply_v");
         self.parameters
@@ -139,7 +139,7 @@ impl KnownDifferences {
             .map(|(_, value)| *value)
     }
 
-    /// Whether a number of the motor is another, known one in this run: what is fitted to it does not move this run.
+    /// Whether it replaces a parameter of the motor, whose fitted value then has no effect on this run.
     pub fn overrides(&self, id: ParameterId) -> bool {
         match id {
             ParameterId::Nominal(number) => {
@@ -152,8 +152,8 @@ impl KnownDifferences {
         }
     }
 
-    /// The motor as it is in this run. A known load takes the place of the torque of `gravity_load`, whose phase stays
-    /// (0 where the motor does not have the effect); an added inertia is added to that of the effect too.
+    /// The motor of this run. A known load replaces the torque of `gravity_load`, whose phase is kept (0 if the motor
+    /// does not have the effect); an added inertia is also added to that of the effect.
     pub fn applied_to(&self, motor: &Motor) -> Motor {
         let mut motor = motor.clone();
         for &(number, value) in &self.parameters {
@@ -180,12 +180,12 @@ impl KnownDifferences {
 }
 
 impl Motor {
-    /// The motor seen by a run whose first sample shows this angle of the encoder, in rad: a simulation begins at 0, so the phase of
-    /// everything that repeats with the angle is advanced.
+    /// The motor for a run whose first encoder angle is `shown_rad`: simulations begin at 0, so that the phase of
+    /// everything periodic in the angle is advanced.
     #[must_use]
     pub fn begun_at(&self, shown_rad: f64) -> Self {
         let mut motor = self.clone();
-        // An encoder off its axis shows `theta + e sin(theta + phi)`: the shaft stands where that is what it shows.
+        // An eccentric encoder reads `theta + e sin(theta + phi)`, which is solved for the shaft's angle.
         let mut angle_rad = shown_rad;
         if let Some(off_axis) = self.effects.get(ids::ENCODER_ECCENTRICITY) {
             let [amplitude_rad, phase_rad, ..] = off_axis.values;

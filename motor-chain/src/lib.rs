@@ -36,10 +36,10 @@ pub use simulate::{
 };
 pub use synonyms::{is_alike, nearest_name};
 
-/// Which of the handout's models: without or with the inductance of the motor file.
+/// The handout's model order: without or with the inductance of the motor file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Model {
-    /// L = 0: the current follows the voltage at once. (The effect `inductance` still brings its own.)
+    /// L = 0: the current is algebraic. (The effect `inductance` has its own.)
     FirstOrder,
     /// With the winding's inductance.
     #[default]

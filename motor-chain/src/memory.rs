@@ -1,14 +1,14 @@
-//! Encoder readings that depend on the past: edges lost by their rate, and a log of a filtered speed.
+//! Encoder readings with memory: edges lost by their rate, and the log of a filtered speed.
 //!
-//! Between two samples `h` apart, of which angle and speed are known, the edge rate is the parabola with the right ends and the right
-//! integral: `kept x'` is integrated over it by Gauss and Legendre's rule of five points. The result passes the filter: the
-//! integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for the cubic through both ends (Hermite). A filter
-//! that takes a step a sample is exponential smoothing: `q <- x + (q - x) exp(-h/tau)`.
+//! Between two samples `h` apart with known angle and speed, the edge rate is the parabola with these end values and
+//! this integral: `kept x'` is integrated over it by five-point Gauss-Legendre quadrature. The result passes the
+//! filter: the integral of a low-passed speed is the low-passed angle, `tau q' = x - q`, exact for cubic Hermite
+//! interpolation. A filter with one update per sample is exponential smoothing: `q <- x + (q - x) exp(-h/tau)`.
 
 use crate::scalar::Scalar;
 use crate::stages::sensor::Sensor;
 
-/// Points and weights of Gauss and Legendre's rule on 0 .. 1.
+/// Nodes and weights of Gauss-Legendre quadrature on 0 .. 1.
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_24),
@@ -20,22 +20,22 @@ const GAUSS: [(f64, f64); 5] = [
 /// State of an encoder, in counts, counts/s and s.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Memory<S> {
-    /// When it was last read, in real time.
+    /// Time of the last reading, in real time.
     at_s: S,
-    /// Its reading without memory, and the rate of that.
+    /// Its reading without memory, and the rate.
     unrounded: (S, S),
     /// The part that was kept, and its rate.
     kept: (S, S),
     /// The filter's state.
     filtered: S,
-    /// Lag of the filter at a steady speed, at the start.
+    /// Initial lag of the filter at a steady speed.
     behind: S,
-    /// Whether nothing has been read yet.
+    /// Whether there is no reading yet.
     begins: bool,
 }
 
 impl<S: Scalar> Memory<S> {
-    /// At time 0, at this angle (rad) and speed (rad/s), which has been steady.
+    /// At time 0, at this angle (rad) and a steady speed (rad/s).
     pub(crate) fn new(sensor: &Sensor<S>, angle_rad: S, speed_rad_s: S) -> Self {
         let unrounded = sensor.unrounded(angle_rad);
         let rate = sensor.rate(angle_rad, speed_rad_s);
@@ -54,7 +54,7 @@ impl<S: Scalar> Memory<S> {
         }
     }
 
-    /// The same from this (real) time on.
+    /// Sets the (real) start time.
     pub(crate) fn begin_at(&mut self, at_s: S) {
         self.at_s = at_s;
     }
@@ -85,7 +85,7 @@ impl<S: Scalar> Memory<S> {
             self.filtered = if sensor.filters_samples {
                 let forgotten = (-h / tau_s).exp();
                 if self.begins {
-                    // Of a speed that has been steady.
+                    // For a steady speed before the start.
                     self.behind = self.kept.1 * h * forgotten / (S::from(1.0) - forgotten);
                     self.filtered = self.kept.0 - self.behind;
                 }
@@ -103,7 +103,7 @@ impl<S: Scalar> Memory<S> {
     }
 }
 
-/// Edges kept in 1/s where they come at this rate.
+/// Rate of kept edges in 1/s at this edge rate.
 fn kept_rate<S: Scalar>(sensor: &Sensor<S>, rate: S) -> S {
     match &sensor.rate_loss {
         Some(loss) => rate * loss.kept(rate),
@@ -111,7 +111,7 @@ fn kept_rate<S: Scalar>(sensor: &Sensor<S>, rate: S) -> S {
     }
 }
 
-/// Counts kept between two readings, each with its rate, `h` s apart.
+/// Counts kept between two readings with their rates, `h` s apart.
 fn kept_between<S: Scalar>(sensor: &Sensor<S>, (x0, r0): (S, S), (x1, r1): (S, S), h: S) -> S {
     let rise = x1 - x0;
     if h.value() <= 0.0 {
@@ -128,12 +128,12 @@ fn kept_between<S: Scalar>(sensor: &Sensor<S>, (x0, r0): (S, S), (x1, r1): (S, S
     sum * h
 }
 
-/// `tau q' = x - q` after `h` s, for the cubic `x` between two readings with their rates.
+/// `tau q' = x - q` after `h` s, for cubic Hermite interpolation of `x`.
 fn lag<S: Scalar>(q: S, (x0, r0): (S, S), (x1, r1): (S, S), h: S, tau: S) -> S {
     let slope = (x1 - x0) / h;
     let second = (slope * 3.0 - r0 * 2.0 - r1) / h;
     let third = (r0 + r1 - slope * 2.0) / (h * h);
-    // x less its derivatives times powers of -tau is what a cubic leaves when all else has died away.
+    // The particular solution for a cubic: x and its derivatives times powers of -tau.
     let bend = |t: S| second * 2.0 + third * t * 6.0;
     let left = |x: S, rate: S, t: S| x - tau * (rate - tau * (bend(t) - tau * third * 6.0));
     left(x1, r1, h) + (q - left(x0, r0, S::zero())) * (-h / tau).exp()

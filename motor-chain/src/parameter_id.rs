@@ -1,4 +1,4 @@
-//! Which number of a model is meant: a nominal parameter, or one of an effect.
+//! Identifiers of a model's parameters: nominal, or of an effect.
 
 use crate::catalogue::{self, EffectParameter};
 use crate::{Motor, Parameters};
@@ -6,9 +6,9 @@ use crate::{Motor, Parameters};
 /// One number of a model: a nominal parameter, or one of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ParameterId {
-    /// Number in [`Parameters::KEYS`].
+    /// Index in [`Parameters::KEYS`].
     Nominal(usize),
-    /// Number of the effect in the catalogue and of the parameter in the effect.
+    /// Index of the effect in the catalogue, and of the parameter in the effect.
     Effect(usize, usize),
 }
 
@@ -44,7 +44,7 @@ impl ParameterId {
         }
     }
 
-    /// Its value in a motor; `None` where the motor does not have the effect.
+    /// Its value in a motor; `None` if the motor does not have the effect.
     pub fn get(self, motor: &Motor) -> Option<f64> {
         match self {
             Self::Nominal(k) => motor.parameters.get(Parameters::KEYS[k]),
@@ -56,7 +56,7 @@ impl ParameterId {
         }
     }
 
-    /// Sets its value in a motor; `false` where the motor does not have the effect.
+    /// Sets its value in a motor; `false` if the motor does not have the effect.
     pub fn set(self, motor: &mut Motor, value: f64) -> bool {
         let slot = match self {
             Self::Nominal(k) => motor.parameters.get_mut(Parameters::KEYS[k]),

@@ -1,4 +1,4 @@
-//! The nominal parameters of a DC motor, with the lab handout's numbers as the default.
+//! The nominal parameters of a DC motor, with the lab handout's values as default.
 //!
 //! `L di/dt = v - R i - Kb w`, `J dw/dt = Kt i - b w - Tf sgn(w)`.
 
@@ -65,7 +65,7 @@ impl Parameters {
         copy.get_mut(key).map(|value| *value)
     }
 
-    /// The value under this key, open to change.
+    /// Mutable value under this key.
     pub fn get_mut(&mut self, key: &str) -> Option<&mut f64> {
         Some(match key {
             "resistance_ohm" => &mut self.resistance_ohm,

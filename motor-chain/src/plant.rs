@@ -1,4 +1,4 @@
-//! The same chain stepped from outside, command by command: what a virtual board is wired to.
+//! The simulated motor of a virtual board, stepped command by command.
 
 use std::collections::VecDeque;
 
@@ -11,7 +11,7 @@ use crate::reading::{Encoder, Lateness, encoder_shaft};
 use crate::simulate::SimulationError;
 use crate::{Model, Motor};
 
-/// A motor on a bench. Time starts at 0, at rest; how a run is split into calls changes no bit of it.
+/// A motor on a bench. Time starts at 0, at rest; the results do not depend on the division into calls.
 #[derive(Debug, Clone)]
 pub struct Plant {
     engine: AnyEngine,
@@ -20,9 +20,9 @@ pub struct Plant {
     clock_scale: f64,
     delay_s: f64,
     notes_late_s: f64,
-    /// Present command on the board's side.
+    /// Present command of the board.
     command: f64,
-    /// Commands on their way to the driver: real time in s and value.
+    /// Delayed commands: real arrival time in s and value.
     on_their_way: VecDeque<(f64, f64)>,
     now_s: f64,
     encoder: Encoder,
@@ -53,12 +53,12 @@ impl AnyEngine {
 }
 
 impl Plant {
-    /// A motor at rest; `seed` is of what is random.
+    /// A motor at rest; `seed` is that of random effects.
     pub fn new(motor: &Motor, kind: CommandKind, seed: u64) -> Result<Self, SimulationError> {
         Self::starting_at(motor, kind, seed, 0.5)
     }
 
-    /// The same with the shaft `start_count_fraction` (0 .. 1) into a count.
+    /// A motor at rest at this fraction of a count (0 .. 1).
     pub fn starting_at(
         motor: &Motor,
         kind: CommandKind,
@@ -95,7 +95,7 @@ impl Plant {
             late: (jitter_s > 0.0).then(|| Lateness::new(jitter_s, seed)),
             shaft: (0.0, 0.0, 0.0),
         };
-        // A motor without inertia or with a parameter that is no number moves nowhere.
+        // A motor without inertia or with an invalid parameter does not move.
         let (angle_rad, speed, current) = plant
             .engine
             .clone()
@@ -109,9 +109,9 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Lets the motor run from where it is to `until_s` (on the board's clock) with `command` held.
+    /// Advances the motor to `until_s` (on the board's clock) with a constant `command`.
     ///
-    /// Time does not run backwards: an `until_s` in the past changes the command and nothing else.
+    /// Time does not decrease: an earlier `until_s` changes the command only.
     pub fn hold(&mut self, command: f64, until_s: f64) {
         if command.is_finite() && command != self.command {
             self.command = command;
@@ -149,18 +149,18 @@ impl Plant {
         self.stated_counts_per_rev
     }
 
-    /// By how much the column of the commands is late, in s of the motor's time: a board that plays a profile gives what the profile has
-    /// so much later, and notes what it has now.
+    /// Delay of the logged commands in s of the motor's time: the board applies a profile's command earlier than it
+    /// logs it.
     pub fn notes_late_s(&self) -> f64 {
         self.notes_late_s
     }
 
-    /// Reads the encoder, late by a random time where samples are.
+    /// Reads the encoder, with the random lateness of a sample.
     pub fn counts(&mut self) -> i64 {
         let mut at_s = self.now_s * self.clock_scale;
         let (angle, speed, _) = match &mut self.late {
             Some(late) => {
-                // The command may change before the late sample is taken on the next call: look ahead in a copy.
+                // The command may change before the late sample is taken: the time after it is simulated in a copy.
                 at_s += late.next_s();
                 let (mut engine, mut on_their_way) =
                     (self.engine.clone(), self.on_their_way.clone());
@@ -176,10 +176,10 @@ impl Plant {
     }
 }
 
-/// Whole ticks and the rest of a time; a rest of rounding alone is none.
+/// Integral ticks and the rest of a time; a rest due to rounding is 0.
 fn ticks(real_s: f64, tick_s: f64) -> (u64, f64) {
     let ticks = real_s / tick_s;
-    // Sample times are whole milliseconds or so and decimal fractions: bring them back onto their tick.
+    // Sample times are decimal fractions: rounding errors are removed.
     let near = ticks.round();
     if (ticks - near).abs() < 1e-5 {
         (near as u64, 0.0)

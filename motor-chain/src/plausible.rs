@@ -1,7 +1,7 @@
-//! The one table of plausible ranges: what a number of a file or a flag can be. Whatever reads a number checks it here,
-//! so that nothing further in has to ask whether a motor, an encoder or a clock like that can be.
+//! Plausible ranges of the values in files and flags. Every reader checks against this table, so that later code need
+//! not.
 //!
-//! The ranges are wide: a value at an end is rarer than a typing error or a wrong unit, and still can be simulated.
+//! The ranges are wide: a value at an end is rarer than a typing error or a wrong unit, but can still be simulated.
 
 use std::fmt;
 
@@ -12,17 +12,17 @@ pub struct Range {
     pub lo: f64,
     /// Largest plausible value.
     pub hi: f64,
-    /// Unit as it is printed; empty for a pure number.
+    /// Unit for output; empty for a dimensionless value.
     pub unit: &'static str,
-    /// Advice where a value is outside.
+    /// Advice for a value outside.
     pub remedy: &'static str,
 }
 
-/// Time from sample to sample in s: a microsecond is faster than any encoder board, a minute slower than any motor.
+/// Sample time in s: a microsecond is faster than any encoder board, a minute slower than any motor.
 pub const SAMPLE_TIME_S: Range = range(1e-6, 60.0, "s", "is it in seconds?");
 
-/// Encoder counts per revolution, all edges counted. The finest absolute encoders have 2^32 a turn, behind a gear more; an
-/// encoder that makes one count in a hundred turns sits on the fast side of a gear of its own.
+/// Encoder counts per revolution, all edges counted. The finest absolute encoders have 2^32 per revolution, and more
+/// with a gear; an encoder with one count in a hundred revolutions is on the fast side of a gear.
 pub const COUNTS_PER_REV: Range = range(
     0.01,
     1e12,
@@ -36,7 +36,7 @@ pub const SUPPLY_V: Range = range(1e-3, 1e5, "V", "is it in volts?");
 /// Time of a sample in s; 1e10 s is more than three centuries, so that times since 1970 fit.
 pub const TIME_S: Range = range(-1e10, 1e10, "s", "is it in seconds?");
 
-/// Time between two rows of a run in s: whoever simulates a run simulates its gaps too.
+/// Time between two rows of a run in s; a simulation includes the gap.
 pub const GAP_S: Range = range(
     0.0,
     3600.0,
@@ -44,7 +44,7 @@ pub const GAP_S: Range = range(
     "a recording with a longer gap is two: cut the file there",
 );
 
-/// How long a run, a profile or a simulation lasts in s: a recording of four months.
+/// Duration of a run, a profile or a simulation in s: up to four months.
 pub const DURATION_S: Range = range(1e-6, 1e7, "s", "is it in seconds?");
 
 /// Encoder counts of a sample: differences of two of them fit into 64 bits.
@@ -55,10 +55,10 @@ pub const COUNTS: Range = range(
     "is it the position in counts of the encoder?",
 );
 
-/// A command in V, A or N m, and what is measured in V or A.
+/// A command in V, A or N m, and a measured value in V or A.
 pub const COMMAND: Range = range(-1e6, 1e6, "", "is it in V, A or N m?");
 
-/// Relative one-sigma tolerance of a parameter.
+/// Relative standard deviation of a parameter.
 pub const TOLERANCE: Range = range(0.0, 10.0, "", "a tolerance is relative: 0.05 is 5 %");
 
 /// A factor that a mapping file applies to a column.
@@ -69,7 +69,7 @@ pub const SCALE: Range = range(
     "it is what one unit of the column is worth",
 );
 
-/// Offset of a mapping file's column, and the range at which its values wrap.
+/// Offset of a mapping file's column, and the range of its wrap.
 pub const OFFSET: Range = range(-1e19, 1e19, "", "it is in the column's own unit");
 
 const fn range(lo: f64, hi: f64, unit: &'static str, remedy: &'static str) -> Range {
@@ -81,7 +81,7 @@ const fn range(lo: f64, hi: f64, unit: &'static str, remedy: &'static str) -> Ra
     }
 }
 
-/// The range of a nominal parameter, by its key in a motor file: from a watch's motor to a wind turbine's.
+/// The range of a nominal parameter by its key: from a watch's motor to a wind turbine's.
 pub fn of_parameter(key: &str) -> Range {
     let (lo, hi, unit) = match key {
         "resistance_ohm" => (1e-6, 1e6, "ohm"),
@@ -98,10 +98,10 @@ pub fn of_parameter(key: &str) -> Range {
     range(lo, hi, unit, "is it in SI units, as the key says?")
 }
 
-/// How large a parameter of an effect may be, by its key and its unit; how small is the effect's own affair.
+/// Upper limit of a parameter of an effect, by its key and its unit; the lower limit is the effect's.
 pub fn largest_of_effect(key: &str, unit: &str) -> f64 {
     match (key, unit) {
-        // Later than a sample can be: the slowest sample time there is.
+        // Up to the longest sample time.
         ("delay_s" | "spread_s" | "offset_s", _) => SAMPLE_TIME_S.hi,
         (_, "s") => 1e6,
         (_, "Hz") => 1e4,
@@ -114,14 +114,14 @@ pub fn largest_of_effect(key: &str, unit: &str) -> f64 {
         (_, "N m") => of_parameter("coulomb_friction_nm").hi,
         (_, "rad") => 1e3,
         ("cycles_per_rev", _) => 1e5,
-        // A ratio, or a coefficient in units of its own.
+        // A ratio, or a dimensionless coefficient.
         (_, "") => 1e3,
         _ => 1e9,
     }
 }
 
 impl Range {
-    /// Whether a value lies in it; what is no number does not.
+    /// Whether a value is in the range; NaN is not.
     pub fn holds(&self, value: f64) -> bool {
         (self.lo..=self.hi).contains(&value)
     }
@@ -138,7 +138,7 @@ impl fmt::Display for Range {
     }
 }
 
-/// A number in a message: never hundreds of digits.
+/// A number in a message, in scientific notation if it is long.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown(pub f64);
 

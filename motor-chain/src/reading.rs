@@ -1,4 +1,4 @@
-//! Quantity read off the shaft: counts edge by edge, their mean, and how late a sample is taken.
+//! Encoder and timing at the shaft: counts edge by edge, their mean, and the lateness of samples.
 
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
@@ -8,7 +8,7 @@ use crate::memory::Memory;
 use crate::scalar::Scalar;
 use crate::stages::sensor::Sensor;
 
-/// Where in the state the angle of the shaft is that carries the encoder; its speed is the next.
+/// Index in the state of the encoder's angle; its speed is the next.
 #[inline(always)]
 pub(crate) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
     if N > ONE_BODY && is_on_load {
@@ -18,11 +18,10 @@ pub(crate) fn encoder_shaft<const N: usize>(is_on_load: bool) -> usize {
     }
 }
 
-/// Most groups in which the edges of one sample are lost or counted; up to so many each edge is a group. At 3 ms that is
-/// a million edges a second, ten times what a board without a hardware decoder counts.
+/// Most groups in which the edges of one sample are lost or counted; up to this number each edge is a group. At 3 ms
+/// that is a million edges a second, ten times the rate of a board without a hardware decoder.
 const MOST_GROUPS: u64 = 4096;
 
-/// A number in 0 .. 1.
 fn uniform(random: &mut Pcg64Mcg) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }
@@ -74,7 +73,7 @@ impl Encoder {
         }
     }
 
-    /// Counts when the shaft has come to this angle and speed at this (real) time.
+    /// Counts at this angle and speed of the shaft at this (real) time.
     pub(crate) fn read(&mut self, angle_rad: f64, speed_rad_s: f64, at_s: f64) -> i64 {
         let unrounded = if self.sensor.remembers() {
             (self.memory).read(&self.sensor, (angle_rad, speed_rad_s), at_s)
@@ -108,7 +107,7 @@ impl Encoder {
     }
 }
 
-/// The encoder's counts before rounding, their mean where edges are lost.
+/// The encoder's counts before quantization; their mean if edges are lost.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MeanCounts<S> {
     sensor: Sensor<S>,
@@ -119,7 +118,7 @@ pub(crate) struct MeanCounts<S> {
 }
 
 impl<S: Scalar> MeanCounts<S> {
-    /// From this angle and speed on.
+    /// Starts at this angle and speed.
     pub(crate) fn new(sensor: Sensor<S>, angle_rad: S, speed_rad_s: S) -> Self {
         let unrounded = sensor.unrounded(angle_rad);
         Self {
@@ -131,14 +130,14 @@ impl<S: Scalar> MeanCounts<S> {
         }
     }
 
-    /// From this angle and speed on, at this (real) time.
+    /// Restarts at this angle and speed, at this (real) time.
     pub(crate) fn restart(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) {
         *self = Self::new(self.sensor, angle_rad, speed_rad_s);
         self.memory.begin_at(at_s);
     }
 
-    /// Mean counts when the shaft has come to this angle at this speed and (real) time, which an encoder that counts every edge does
-    /// not ask for.
+    /// Mean counts at this angle, speed and (real) time; the last two are not used by an encoder without loss of
+    /// edges.
     #[inline(always)]
     pub(crate) fn read(
         &mut self,
@@ -156,7 +155,7 @@ impl<S: Scalar> MeanCounts<S> {
         self.keep(unrounded, speed_rad_s())
     }
 
-    /// The same where what is read depends on what was before.
+    /// The same for an encoder with memory.
     #[inline(never)]
     fn recall(&mut self, angle_rad: S, speed_rad_s: S, at_s: S) -> S {
         let unrounded = (self.memory).read(&self.sensor, (angle_rad, speed_rad_s), at_s);
@@ -166,7 +165,7 @@ impl<S: Scalar> MeanCounts<S> {
         self.keep(unrounded, speed_rad_s)
     }
 
-    /// Mean counts where edges are lost.
+    /// Mean counts with loss of edges.
     #[inline(never)]
     fn keep(&mut self, unrounded: S, speed_rad_s: S) -> S {
         let kept = self.sensor.kept_share(self.speed_rad_s, speed_rad_s);

@@ -1,11 +1,11 @@
-//! Torques where nothing has measured the winding's resistance.
+//! Torques without a measured winding resistance.
 //!
-//! Voltage and counts determine the speed per volt, the time constant, friction in volts and L/R. They are the same for every
-//! resistance R, if torques, inertia and currents go with 1/R, and L with R.
+//! Voltage and counts determine the speed per volt, the time constant, friction in volts and L/R. They are invariant
+//! under a change of the resistance R if torques, inertia and currents scale with 1/R, and L with R.
 
 use crate::Motor;
 
-/// How a value in this unit goes with the resistance: as its power 1, -1 or 0.
+/// Exponent of the resistance for a value in this unit: 1, -1 or 0.
 fn power(unit: &str) -> i32 {
     match unit {
         "ohm" | "H" | "1/W" => 1,
@@ -15,7 +15,7 @@ fn power(unit: &str) -> i32 {
 }
 
 impl Motor {
-    /// The same motor with this resistance measured: what voltage and counts show of it stays.
+    /// The motor with this measured resistance and the same response from voltage to counts.
     #[must_use]
     pub fn with_resistance(&self, resistance_ohm: f64) -> Self {
         let mut motor = self.clone();
@@ -36,7 +36,7 @@ impl Motor {
         motor
     }
 
-    /// Assumed parameters of this motor, and the measurement that replaces each: lines for a comment.
+    /// Assumed parameters of this motor, and the measurement that replaces each, as lines of a comment.
     pub fn assumptions(&self) -> Vec<String> {
         if !self.resistance_assumed {
             return Vec::new();

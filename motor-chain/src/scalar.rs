@@ -1,8 +1,8 @@
-//! The number that the chain's equations are written in: plain `f64`, or a dual number that carries
-//! derivatives with respect to `D` parameters along (forward-mode differentiation).
+//! The scalar type of the chain's equations: `f64`, or a dual number with derivatives by `D` parameters (forward-mode
+//! automatic differentiation).
 //!
-//! `(v, d) + (w, e) = (v + w, d + e)`, `(v, d) (w, e) = (v w, v e + w d)`, `f(v, d) = (f(v), f'(v) d)`.
-//! Comparisons look at the value alone: which mode holds is not differentiated, when it changes is.
+//! `(v, d) + (w, e) = (v + w, d + e)`, `(v, d) (w, e) = (v w, v e + w d)`, `f(v, d) = (f(v), f'(v) d)`. Comparisons
+//! use the value only: the mode is not differentiated, its time of change is.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
@@ -44,12 +44,12 @@ pub trait Scalar:
     /// Natural logarithm.
     fn ln(self) -> Self;
 
-    /// Whether it is 0 and stays so whatever the parameters are.
+    /// Whether it is 0 for all parameters.
     #[inline(always)]
     fn is_nought(self) -> bool {
         self == Self::zero()
     }
-    /// Nought.
+    /// Zero.
     #[inline(always)]
     fn zero() -> Self {
         Self::from(0.0)
@@ -59,12 +59,12 @@ pub trait Scalar:
     fn sin(self) -> Self {
         self.sin_cos().0
     }
-    /// Magnitude.
+    /// Absolute value.
     #[inline(always)]
     fn abs(self) -> Self {
         if self.value() < 0.0 { -self } else { self }
     }
-    /// -1, or +1 where the value is not negative.
+    /// -1, or +1 for a non-negative value.
     #[inline(always)]
     fn sign(self) -> f64 {
         if self.value() < 0.0 { -1.0 } else { 1.0 }
@@ -106,7 +106,7 @@ pub struct Dual<const D: usize> {
 }
 
 impl<const D: usize> Dual<D> {
-    /// The parameter number `k` itself: derivative 1 with respect to `k`, 0 to the others.
+    /// Parameter `k` itself: derivative 1 by `k`, 0 by the others.
     pub fn parameter(v: f64, k: usize) -> Self {
         let mut d = [0.0; D];
         d[k] = 1.0;
@@ -164,7 +164,7 @@ impl<const D: usize> Sub for Dual<D> {
     }
 }
 
-// The product rule has a sum in it.
+// The product rule contains a sum.
 #[allow(clippy::suspicious_arithmetic_impl)]
 impl<const D: usize> Mul for Dual<D> {
     type Output = Self;

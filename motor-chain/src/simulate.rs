@@ -1,4 +1,4 @@
-//! A whole run of the chain: command in, encoder counts out.
+//! Simulation of a run of the chain: command in, encoder counts out.
 
 use crate::CommandKind;
 use crate::chain::Chain;
@@ -13,7 +13,7 @@ use crate::{Model, Motor};
 /// samples are taken at `t_s` (zero-order hold).
 #[derive(Debug, Clone, Copy)]
 pub struct Drive<'a> {
-    /// Sample times on the board's clock in s, increasing; the first is the start, at rest.
+    /// Sample times on the board's clock in s, increasing; the run starts at the first, at rest.
     pub t_s: &'a [f64],
     /// Commands in V, A or N m.
     pub command: &'a [f64],
@@ -21,14 +21,14 @@ pub struct Drive<'a> {
     pub kind: CommandKind,
 }
 
-/// How a run is simulated.
+/// Options of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SimulationOptions {
     /// With the inductance of the motor file or without.
     pub model: Model,
-    /// Seed of what is random: lost edges, late samples.
+    /// Seed of random effects: lost edges, late samples.
     pub seed: u64,
-    /// Where inside a count the shaft starts, 0 .. 1: `counts = floor(N theta / 2 pi + fraction)`; 0.5 rounds.
+    /// Initial fraction of a count, 0 .. 1: `counts = floor(N theta / 2 pi + fraction)`; 0.5 rounds.
     pub start_count_fraction: f64,
 }
 
@@ -42,7 +42,7 @@ impl Default for SimulationOptions {
     }
 }
 
-/// A simulated run, sample by sample.
+/// A simulated run at its samples.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectory {
     /// Angle of the shaft that carries the encoder, in rad.
@@ -53,15 +53,15 @@ pub struct Trajectory {
     pub current_a: Vec<f64>,
     /// Encoder reading.
     pub counts: Vec<i64>,
-    /// Encoder reading before quantization, with the effects of sensor and timing, as an angle at the motor
-    /// file's counts per revolution; the mean where an effect is random.
+    /// Encoder reading before quantization, with the effects of sensor and timing, as an angle at the motor file's
+    /// counts per revolution; the mean if an effect is random.
     pub measured_angle_rad: Vec<f64>,
 }
 
-/// Why a run cannot be simulated.
+/// Errors of a simulation.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// Times and commands do not pair up.
+    /// Different numbers of times and commands.
     #[error("{times} sample times but {commands} commands\nhint: give one command per sample")]
     Lengths {
         /// Number of times.
@@ -69,7 +69,7 @@ pub enum SimulationError {
         /// Number of commands.
         commands: usize,
     },
-    /// Time does not advance, or is no number.
+    /// Time does not increase, or is not finite.
     #[error(
         "sample {sample}: t_s = {t_s} does not come after the sample before it\nhint: give sample times that rise from sample to sample"
     )]
@@ -79,7 +79,7 @@ pub enum SimulationError {
         /// Its time.
         t_s: f64,
     },
-    /// A command that is no number.
+    /// A command is not finite.
     #[error(
         "sample {sample}: the command is {command}, expected a finite number\nhint: replace missing commands by the command in force"
     )]
@@ -99,22 +99,22 @@ pub enum SimulationError {
         /// The angle there.
         angle_rad: f64,
     },
-    /// Events follow each other so fast that the run would not end.
+    /// Events follow each other too closely for the run to end.
     #[error(
         "sample {sample}: the motor is too stiff to simulate (over {steps} steps up to there)\n\
          hint: check the motor's parameters, stiffness and gaps first"
     )]
     TooStiff {
-        /// Index of the sample that was reached.
+        /// Index of the sample reached.
         sample: usize,
         /// Steps taken so far.
         steps: u64,
     },
 }
 
-/// Most steps for each longest step of a run that is simulated once: four a tick, where one without events takes one.
+/// Most steps per longest step of a simulation: four per tick, where one without events takes one.
 const MOST_STEPS: u64 = 4000;
-/// Samples between two reports of a simulation.
+/// Samples between two progress reports.
 const REPORTED_SAMPLES: usize = 4096;
 
 /// Simulates a motor from rest.
@@ -126,7 +126,7 @@ pub fn simulate(
     simulate_reporting(motor, drive, options, &|_| ())
 }
 
-/// Simulates a motor from rest; `done` is told how many samples are simulated, once in some thousands.
+/// Simulates a motor from rest; `done` is called with the number of simulated samples, once in some thousands.
 pub fn simulate_reporting(
     motor: &Motor,
     drive: &Drive<'_>,

@@ -1,11 +1,11 @@
-//! Sine and cosine of an angle of many turns: torques that repeat with it ask for both at every stage of a step.
+//! Sine and cosine of large angles, for torques periodic in the angle, which need both at every stage of a step.
 //!
-//! `x = n pi/2 + r`, `|r| <= pi/4`, with `pi/2` in three parts of which `n` times the first two is exact (W. J. Cody, W. Waite:
-//! Software Manual for the Elementary Functions, 1980); of `r` Taylor's series as far as it is seen,
+//! `x = n pi/2 + r`, `|r| <= pi/4`, with `pi/2` in three parts so that `n` times the first two is exact (W. J. Cody,
+//! W. Waite: Software Manual for the Elementary Functions, 1980); Taylor's series of `r` to full precision,
 //!
 //! `sin r = r - r^3/3! + ... - r^15/15!`, `cos r = 1 - r^2/2! + ... + r^16/16!`.
 //!
-//! Both are within a rounding error or two of what they should be, the same on any processor.
+//! Both are within one or two rounding errors, and identical on all processors.
 
 use std::f64::consts::FRAC_2_PI;
 
@@ -15,12 +15,12 @@ const PARTS: [f64; 3] = [
     f64::from_bits(0x3DD0_B461_1A60_0000),
     f64::from_bits(0x3BA3_198A_2E03_7073),
 ];
-/// Larger angles in rad are left to the standard library: `n` must not have more than 20 bits.
+/// Larger angles in rad use the standard library: `n` must fit 20 bits.
 const LARGEST_RAD: f64 = 1e6;
-/// Added to a number and taken away again it rounds it to a whole one, which stands in the last bits meanwhile.
+/// Adding and subtracting it rounds to an integer, which is in the last bits in between.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// Of `1 - z/3! ...`, `z = r^2`, what follows the 1, from `z` on; and the same of the cosine from `z^2` on.
+/// Coefficients after the 1 of `1 - z/3! ...`, `z = r^2`, from `z` on; and those of the cosine from `z^2` on.
 const SINE: [f64; 7] = [
     -1.0 / 6.0,
     1.0 / 120.0,
@@ -58,12 +58,12 @@ pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     } else {
         (cosine, sine)
     };
-    // Bit 1 of the quarter is the sine's sign, of the next quarter the cosine's.
+    // Bit 1 of the quadrant is the sign of the sine, of the next quadrant that of the cosine.
     let turned = |value: f64, quarter: u64| f64::from_bits(value.to_bits() ^ ((quarter & 2) << 62));
     (turned(s, quarter), turned(c, quarter.wrapping_add(1)))
 }
 
-/// `c0 + c1 z + ... + c6 z^6`, in halves that do not wait for each other.
+/// `c0 + c1 z + ... + c6 z^6`, in two independent halves.
 #[inline(always)]
 fn polynomial(c: &[f64; 7], z: f64) -> f64 {
     let z2 = z * z;

@@ -2,8 +2,8 @@
 
 use crate::catalogue::ids;
 
-/// Synonyms of effects and parameters: in the handout's script, in books, at the bench; and its name here. Where a word has
-/// several, the first that is asked among counts.
+/// Synonyms of effects and parameters (in the handout's script, in books, at the bench), with the known name. For an
+/// ambiguous word the first candidate among the known names is used.
 const ALSO_CALLED: &[(&str, &str)] = &[
     ("friction", ids::COULOMB_FRICTION),
     ("friction", "coulomb_friction_nm"),
@@ -72,10 +72,11 @@ const ALSO_CALLED: &[(&str, &str)] = &[
     ("v_supply", "supply_v"),
 ];
 
-/// From this likeness on (Jaro and Winkler's) a name is taken for a slip of another: below it, what is proposed is another thing.
+/// Least Jaro-Winkler similarity of a misspelling: below it, proposals are wrong.
 const ALIKE_FROM: f64 = 0.84;
 
-/// The one of `names` that is meant by `asked`, if any is: what it is also called, the only name that has it as a part, or else the most
+/// The one of `names` meant by `asked`, if any: by synonym, as the only name that contains it, or else as the most
+/// similar. A dissimilar name gives none, as a wrong proposal would mislead.
 /// alike. A name far from all others is no typing error; a wrong proposal would mislead.
 pub fn nearest_name<'a>(asked: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let asked = asked.trim().to_lowercase().replace(['-', ' '], "_");
@@ -108,7 +109,7 @@ fn most_alike<'n, 'a>(asked: &str, names: &'n [&'a str]) -> Option<&'n &'a str> 
         .map(|(_, name)| name)
 }
 
-/// Whether one name is a slip of the other.
+/// Whether one name is a misspelling of the other.
 pub fn is_alike(asked: &str, name: &str) -> bool {
     strsim::jaro_winkler(asked, name) >= ALIKE_FROM
 }

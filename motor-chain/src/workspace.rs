@@ -1,10 +1,10 @@
-//! Memory of the simulator as a fit calls it, and the work that is done in it.
+//! Memory of the simulator in fits, and its work.
 
 use crate::integrator::dynamics::ONE_BODY;
 use crate::integrator::engine::Engine;
 use crate::scalar::{Dual, Scalar};
 
-/// Memory that one thread's simulations use again and again.
+/// Memory that the simulations of one thread reuse.
 #[derive(Debug, Default)]
 pub struct Workspace {
     pub(crate) plain: Engines<f64>,
@@ -13,7 +13,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Work done since it was last asked for: about a nanosecond of one core a unit, the same wherever it is counted.
+    /// Work since the last call: about a nanosecond of one core per unit, independent of the machine.
     pub fn take_work(&mut self) -> u64 {
         let works = [
             &mut self.plain.work,
@@ -24,7 +24,7 @@ impl Workspace {
     }
 }
 
-/// Engines that carry one kind of number, and the work that they did.
+/// Engines with one scalar type, and their work.
 #[derive(Debug)]
 pub(crate) struct Engines<S> {
     pub rigid: Option<Box<Engine<S, 3>>>,
@@ -46,8 +46,8 @@ impl<S> Default for Engines<S> {
     }
 }
 
-/// About how many nanoseconds a simulation takes, from how many samples it reads off and how many steps it takes: least
-/// squares over 41 thousand simulations of four diagnoses, from which one differs by a factor of 1.3 (one sigma).
+/// Estimated nanoseconds of a simulation from the numbers of samples and steps: least squares over 41 thousand
+/// simulations of four diagnoses, with a scatter of a factor of 1.3 (one sigma).
 pub(crate) fn work_of<S: Scalar, const N: usize>(
     samples: usize,
     steps: u64,
@@ -72,10 +72,10 @@ pub(crate) fn work_of<S: Scalar, const N: usize>(
     start + samples as u64 * sample + (steps - curved_steps) * straight + curved_steps * curved
 }
 
-/// About as many for each encoder more that reads the same motion.
+/// The same for each additional encoder of the same motion.
 pub(crate) fn work_of_encoders(samples: usize, encoders: usize) -> u64 {
     ENCODER * samples as u64 * encoders as u64
 }
 
-/// Nanoseconds in which one reads a sample.
+/// Nanoseconds per sample of an encoder.
 const ENCODER: u64 = 8;

@@ -1,6 +1,7 @@
-//! Simulations for fits against those that are made once: uneven samples, resets, what is left out, several encoders.
+//! Simulations for fits compared with single simulations: non-uniform samples, resets, omitted intervals, several
+//! encoders.
 //!
-//! A binary of its own: it alone needs the derivatives of every machine, which take a minute to compile.
+//! A separate binary: it alone needs the derivatives of every machine, which take a minute to compile.
 
 use motor_chain::catalogue::catalogue;
 use motor_chain::fit::{Reset, Simulator, Skipped, Workspace, move_alike};
@@ -8,8 +9,8 @@ use motor_chain::{
     ActiveEffect, CommandKind, Drive, Model, Motor, ParameterId, SimulationOptions, simulate,
 };
 
-/// Fits take steps of four times the sample time and read uneven samples off inside them; what is simulated once takes
-/// shorter ones with a smaller error.
+/// Fits take steps of four sample times and interpolate non-uniform samples; single simulations take shorter steps
+/// with a smaller error.
 #[test]
 fn fits_and_simulation_agree_at_uneven_samples() {
     const LEVELS_V: [f64; 7] = [4.5, -1.0, 0.35, -4.0, 2.0, -0.6, 0.0];
@@ -47,7 +48,7 @@ fn fits_and_simulation_agree_at_uneven_samples() {
         assert!(largest < 0.01, "{}: {largest} counts", kind.id);
         assert!(rms < 0.002, "{}: {rms} counts RMS", kind.id);
     }
-    // The strongest that the catalogue holds plausible of what bends the equations within a step.
+    // The strongest plausible values of the effects that are nonlinear within a step.
     let strong: [(&str, &[(&str, f64)]); 4] = [
         (
             "torque_ripple",
@@ -70,7 +71,7 @@ fn fits_and_simulation_agree_at_uneven_samples() {
     }
 }
 
-/// Where a shaft is whose encoder says what a reset has, by halving intervals, and how fast.
+/// Angle of a shaft at an encoder's reading, by bisection, and its speed.
 fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
     let (said_rad, said_rad_s) = (reset.angle_rad, reset.speed_rad_s);
     match effect {
@@ -92,8 +93,8 @@ fn shaft(effect: Option<(&str, &[f64])>, reset: &Reset) -> (f64, f64) {
     }
 }
 
-/// A segment of a run from what is measured at its first sample is what a run of its own from there is, where nothing is hidden; an
-/// encoder that says something else restarts; times between the ends of steps, too.
+/// A segment from the measured state at its first sample equals a run that starts there, if no state is hidden; also
+/// with an encoder error, and for times between the ends of steps.
 #[test]
 fn a_reset_is_a_start() {
     for late_s in [0.0, 1e-4] {
@@ -154,7 +155,7 @@ fn a_reset_is_a_start() {
                         &mut alone_slopes,
                     )
                     .expect("a motor");
-                // The encoder says what it is put to, wherever its shaft is then.
+                // The encoder reads the reset's angle, whatever the shaft's angle is.
                 assert!((alone[0] - reset.angle_rad).abs() < 1e-9, "{effect:?}");
                 let count = std::f64::consts::TAU / motor.parameters.counts_per_rev;
                 for (a, b) in all[reset.sample..to].iter().zip(&alone) {
@@ -177,7 +178,7 @@ fn a_reset_is_a_start() {
     }
 }
 
-/// Omitted intervals warm the winding as simulated ones do.
+/// Omitted intervals warm the winding as simulated ones.
 #[test]
 fn a_winding_keeps_warming_through_intervals_left_out() {
     let mut motor = Motor::default();
@@ -193,7 +194,7 @@ fn a_winding_keeps_warming_through_intervals_left_out() {
     };
     let whole = simulate(&motor, &drive(0..8000), &SimulationOptions::default());
     let whole = whole.expect("a motor");
-    // The last segment is all that is simulated, after 24 samples before what is left out.
+    // Only the last segment is simulated, after 24 samples before the omitted interval.
     let (until, from) = (24, 7290);
     let shorter: Vec<f64> = (0..until + 8000 - from).map(|k| t_s[k]).collect();
     let their_command = [&command[..until], &command[from..]].concat();
@@ -237,8 +238,8 @@ fn a_winding_keeps_warming_through_intervals_left_out() {
     assert!(cold > 10.0 * warm && warm < 0.5, "{cold} {warm}");
 }
 
-/// One motion read by encoders with and without effects of their own, on either side of a spring and of a gap: to the bit
-/// what each says alone.
+/// One motion read by encoders with and without effects, on either side of a spring and of a gap: bitwise the
+/// readings of single simulations.
 #[test]
 fn several_encoders_read_as_each_alone() {
     let t_s: Vec<f64> = (0..600).map(|k| f64::from(k) * 0.003).collect();
@@ -298,8 +299,8 @@ fn several_encoders_read_as_each_alone() {
     assert!(!move_alike(&jitter, &with(&[])));
 }
 
-/// A filter that takes a step a sample is exponential smoothing of what the encoder says without it (by its recursion), with the
-/// derivative by its time constant, and from a segment's start on one that has settled to the speed there.
+/// A filter with one update per sample is exponential smoothing of the reading without it (by recursion), with the
+/// derivative by its time constant, and settled to the speed at the start of a segment.
 #[test]
 fn a_filter_by_samples_is_exponential_smoothing() {
     const TS: f64 = 0.02;

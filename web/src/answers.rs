@@ -1,4 +1,4 @@
-//! The questions about runs: check, compare, diagnose. The documents are those of the program's `--json`, the pages those of `--html`.
+//! Check, compare and diagnose for the page. Documents are those of the program's `--json`, pages those of `--html`.
 
 use std::path::PathBuf;
 
@@ -17,33 +17,31 @@ use wasm_bindgen::prelude::*;
 
 use crate::failure::{Answer, document, failed};
 
-/// A run file of the page.
 #[derive(Debug, Deserialize)]
 struct RunFile {
     name: String,
     text: String,
 }
 
-/// A question of the page.
 #[derive(Debug, Deserialize)]
 struct Question {
     runs: Vec<RunFile>,
-    /// The motor file; none for the handout's motor.
+    /// The motor file; `None` for the handout's motor.
     #[serde(default)]
     motor: Option<String>,
-    /// The motor is fitted to the runs in place of the motor file's.
+    /// The nominal motor is fitted to the runs.
     #[serde(default)]
     fit: Option<bool>,
     #[serde(default)]
     quick: bool,
     #[serde(default)]
     despite_findings: bool,
-    /// The command line that asks the same, for the sentence about the next step.
+    /// The equivalent command line, for the sentence about the next step.
     #[serde(default)]
     asked: Option<String>,
 }
 
-/// Runs, the motor, and whether one is given.
+/// Runs, the motor, and whether a motor file is given.
 struct Given {
     question: Question,
     runs: Vec<Run>,
@@ -80,14 +78,13 @@ impl Given {
     }
 }
 
-/// For `check`.
 #[derive(Debug, Serialize)]
 struct Checked<'a> {
     shape: &'static str,
     findings: &'a [Finding],
 }
 
-/// Findings about the recordings themselves: the document of `motorlab check --json`.
+/// Findings about the recordings: the document of `motorlab check --json`.
 #[wasm_bindgen]
 pub fn check_runs(question: &str) -> Answer {
     let given = Given::of(question)?;
@@ -97,7 +94,7 @@ pub fn check_runs(question: &str) -> Answer {
     })
 }
 
-/// A document, its page, and the motor file of a diagnosis or of a fit.
+/// A document, its page, and the motor file of a diagnosis or a fit.
 #[derive(Debug, Serialize)]
 struct Told {
     document: String,
@@ -105,7 +102,7 @@ struct Told {
     motor: Option<String>,
 }
 
-/// Recorded against simulated: the document and the page of `motorlab compare`.
+/// Recorded and simulated runs: the document and the page of `motorlab compare`.
 #[wasm_bindgen]
 pub fn compare_runs(question: &str) -> Answer {
     let mut given = Given::of(question)?;
@@ -133,7 +130,7 @@ pub fn compare_runs(question: &str) -> Answer {
     })
 }
 
-/// How far a diagnosis is.
+/// Progress of a diagnosis.
 #[derive(Debug, Serialize)]
 struct Progress<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! Motors and effects for the page's forms.
+//! Motors and effects for the forms of the page.
 
 use motorlab::board::BUILT_IN;
 use motorlab::data_sheet::DataSheet;
@@ -9,7 +9,6 @@ use wasm_bindgen::prelude::*;
 
 use crate::failure::{Answer, document, failed};
 
-/// Content of the forms.
 #[derive(Debug, Serialize)]
 struct Offered {
     version: &'static str,
@@ -18,7 +17,7 @@ struct Offered {
     profiles: Vec<(&'static str, &'static str)>,
 }
 
-/// A motor file, or the handout's motor where there is none.
+/// A motor file, or the handout's motor for an empty text.
 pub(crate) fn motor_of(text: &str) -> Result<Motor, JsError> {
     match text {
         "" => Ok(Motor::default()),
@@ -45,14 +44,14 @@ pub fn motor_file(parameters: &str) -> Answer {
     checked(parameters)
 }
 
-/// The motor file of a data sheet's numbers in SI, as JSON.
+/// The motor file from the values of a data sheet in SI, as JSON.
 #[wasm_bindgen]
 pub fn motor_of_data_sheet(numbers: &str) -> Answer {
     let sheet: DataSheet = serde_json::from_str(numbers).map_err(failed)?;
     checked(sheet.parameters().map_err(failed)?)
 }
 
-/// Reads back what it writes, so that nothing is kept that no motor has.
+/// Reads its own output back, so that every value is checked.
 fn checked(parameters: Parameters) -> Answer {
     let motor = Motor {
         parameters,
@@ -63,7 +62,6 @@ fn checked(parameters: Parameters) -> Answer {
     Ok(text)
 }
 
-/// An effect with its numbers.
 #[derive(Debug, Deserialize)]
 struct Chosen {
     effect: String,
@@ -71,7 +69,7 @@ struct Chosen {
     numbers: Vec<(String, f64)>,
 }
 
-/// The motor file with these effects, a JSON list; numbers that are left out have their default.
+/// The motor file with these effects, a JSON list; omitted values have their default.
 #[wasm_bindgen]
 pub fn motor_with_effects(motor: &str, effects: &str) -> Answer {
     let mut motor = motor_of(motor)?;

@@ -1,4 +1,4 @@
-//! A file that was dropped on the page: a run file, or a log of another program that becomes runs.
+//! A dropped file: a run file, or a log of another program, which is imported.
 
 use std::path::Path;
 
@@ -17,13 +17,12 @@ use wasm_bindgen::prelude::*;
 
 use crate::failure::{Answer, document, failed, failed_in};
 
-/// Size of a preview in pixels.
 const PREVIEW: Size = Size {
     width: 720,
     height: 330,
 };
 
-/// Facts that a log lacks, as the page's form has them: what is empty is not said.
+/// Properties of a log from the page's form; empty fields are not given.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct Form {
@@ -82,7 +81,6 @@ impl Form {
     }
 }
 
-/// Result of a file.
 #[derive(Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Dropped {
@@ -93,14 +91,14 @@ enum Dropped {
         runs: Vec<Seen>,
         understood: Vec<Understood>,
         notes: Vec<String>,
-        /// The mapping file that does the same for the next log of this kind.
+        /// The mapping file for further logs of this kind.
         mapping: String,
         imported: Imported,
-        /// The rows that could not be used, as a file.
+        /// The rejected rows, as a file.
         rejected: Option<String>,
         findings: Vec<Finding>,
     },
-    /// A log that does not say everything.
+    /// A log with missing properties.
     Question {
         understood: Vec<Understood>,
         notes: Vec<String>,
@@ -108,12 +106,12 @@ enum Dropped {
     },
 }
 
-/// A missing fact.
+/// A missing property.
 #[derive(Debug, Serialize)]
 struct Asked {
     /// Key of the form.
     key: String,
-    /// An example of an answer.
+    /// An example.
     example: String,
     why: String,
 }
@@ -130,7 +128,7 @@ impl From<&Missing> for Asked {
     }
 }
 
-/// A run, and how it looks.
+/// A run with its preview.
 #[derive(Debug, Serialize)]
 pub(crate) struct Seen {
     name: String,
@@ -159,7 +157,7 @@ impl Seen {
     }
 }
 
-/// Looks at a dropped file: `form` has the facts that it lacks as JSON, `mapping` a mapping file or nothing.
+/// Reads a dropped file: `form` has missing properties as JSON, `mapping` a mapping file or nothing.
 #[wasm_bindgen]
 pub fn look(name: &str, bytes: &[u8], form: &str, mapping: &str) -> Answer {
     let error = match read_run_from(bytes, name) {

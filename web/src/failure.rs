@@ -1,4 +1,4 @@
-//! An answer, or why there is none.
+//! Results and errors for the page.
 
 use std::fmt::Display;
 
@@ -6,15 +6,15 @@ use motorlab::plain::{plain, plain_json};
 use serde::Serialize;
 use wasm_bindgen::JsError;
 
-/// Result of a question of the page.
+/// Result of a call from the page.
 pub type Answer = Result<String, JsError>;
 
-/// The failure in words; what steers a terminal or cannot be seen is taken out.
+/// The error as text, without control characters.
 pub fn failed(error: impl Display) -> JsError {
     JsError::new(&plain(&error.to_string()))
 }
 
-/// The failure with the file that it is of.
+/// The error with its file.
 pub fn failed_in(name: &str) -> impl Fn(&dyn Display) -> JsError {
     move |error| failed(format!("{name}: {error}"))
 }

@@ -1,4 +1,4 @@
-//! A recording: from the virtual board, or from a board at the browser's serial port, by the program's own recorder.
+//! Recording from the virtual board or from a board at the browser's serial port, with the program's recorder.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -26,23 +26,22 @@ use crate::dropped::Seen;
 use crate::failure::{Answer, document, failed};
 use crate::serial::PageLine;
 
-/// How often a display is told what came: twenty times a second (a film has 24 pictures).
+/// Refresh period of the display: twenty per second (a film has 24).
 const SHOWN_EVERY: Duration = Duration::from_millis(50);
 
-/// How long a board may take to say who it is, as in the program: a slow boot loader takes 3 s.
+/// Time limit for the HELLO of a board, as in the program: a slow boot loader takes 3 s.
 const PATIENCE: Duration = Duration::from_secs(6);
 
 /// Name of a run until the page saves it.
 const RUN: &str = "run.csv";
 
-/// Asks the recording under way to stop.
+/// Stop request for the current recording.
 static STOP: Mutex<Option<Arc<Notify>>> = Mutex::new(None);
 
 fn stop() -> MutexGuard<'static, Option<Arc<Notify>>> {
     STOP.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The recording that is asked for.
 #[derive(Debug, Deserialize)]
 struct Order {
     source: From,
@@ -51,7 +50,7 @@ struct Order {
     sample_time_s: f64,
 }
 
-/// From where.
+/// Source.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum From {
@@ -68,16 +67,16 @@ enum From {
     Text(TextBoard),
 }
 
-/// A board that prints text, as the page's form has it.
+/// Settings of a board that prints text, from the page's form.
 #[derive(Debug, Deserialize)]
 struct TextBoard {
     port: String,
     baud: u32,
-    /// Meaning of each number; empty where the sketch says it.
+    /// Meaning of each number; empty if the sketch states it.
     columns: String,
     counts_per_rev: f64,
     supply_v: f64,
-    /// The lines lack the command: it is the profile's.
+    /// The lines have no command: it is the profile's.
     has_profile: bool,
 }
 
@@ -109,7 +108,7 @@ impl TextBoard {
     }
 }
 
-/// News for a display.
+/// Update of the display.
 #[derive(Debug, Serialize)]
 struct Shown {
     samples: u64,
@@ -118,7 +117,7 @@ struct Shown {
     points: Vec<(f64, f64, f64)>,
 }
 
-/// A recording that has ended.
+/// A finished recording.
 #[derive(Debug, Serialize)]
 struct Recorded {
     run: Seen,
@@ -129,7 +128,7 @@ struct Recorded {
     notes: Vec<String>,
 }
 
-/// Ends the recording under way.
+/// Ends the current recording.
 #[wasm_bindgen]
 pub fn stop_recording() {
     if let Some(stop) = &*stop() {
@@ -137,11 +136,11 @@ pub fn stop_recording() {
     }
 }
 
-/// Records as `order` says, and gives the run with its figures.
+/// Records according to `order`; returns the run with its figures.
 #[wasm_bindgen]
 pub async fn record(order: String) -> Answer {
     let order: Order = serde_json::from_str(&order).map_err(failed)?;
-    // Files that a failed recording has left.
+    // Leftover files of a failed recording.
     let _ = memory::take(Path::new(RUN));
     let live = SharedLive::default();
     let asked = Arc::new(Notify::new());
@@ -172,7 +171,7 @@ pub async fn record(order: String) -> Answer {
     })
 }
 
-/// Tells the page what has come beyond the samples that it was told.
+/// Sends the samples since the last update to the page.
 fn show(live: &SharedLive, told: &AtomicU64) {
     let live = live.lock().unwrap_or_else(PoisonError::into_inner);
     let before = told.swap(live.samples, Ordering::Relaxed);
@@ -189,7 +188,7 @@ fn show(live: &SharedLive, told: &AtomicU64) {
     });
 }
 
-/// The recording itself, and notes about it.
+/// The recording, and notes about it.
 async fn recorded(
     order: &Order,
     live: &SharedLive,
@@ -232,7 +231,7 @@ async fn recorded(
     }
 }
 
-/// Records from a board that is open.
+/// Records from an open board.
 async fn follow(
     order: &Order,
     port: &str,

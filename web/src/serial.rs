@@ -1,4 +1,4 @@
-//! The browser's serial port: the page hands bytes in and takes bytes out.
+//! The browser's serial port: the page passes received bytes in and sends bytes out.
 
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
@@ -7,10 +7,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use motorlab::board::SerialLine;
 use wasm_bindgen::prelude::*;
 
-/// Bytes that wait for the recorder, at most: half a minute at 115200 baud. A page that is slower loses the rest, and frames tell it.
+/// Most bytes that wait for the recorder: half a minute at 115200 baud. A slower page loses the rest, which the
+/// frames show.
 const MOST_WAITING: usize = 1 << 19;
 
-/// Bytes from the port that were not read yet.
+/// Received bytes that were not read yet.
 #[derive(Debug, Default)]
 struct Arrived {
     bytes: VecDeque<u8>,
@@ -40,12 +41,12 @@ pub fn serial_gone() {
     arrived().is_gone = true;
 }
 
-/// The line that the page has opened.
+/// The line opened by the page.
 #[derive(Debug)]
 pub struct PageLine;
 
 impl PageLine {
-    /// Forgets what came before.
+    /// Discards earlier bytes.
     pub fn opened() -> Self {
         *arrived() = Arrived::default();
         Self

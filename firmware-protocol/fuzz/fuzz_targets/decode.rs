@@ -1,4 +1,4 @@
-//! Any bytes through the decoder and both parsers: nothing panics, and what is parsed can be written.
+//! Arbitrary bytes through the decoder and both parsers: no panic, and every parsed message can be encoded.
 #![no_main]
 
 #[path = "../../tests/swallow/mod.rs"]

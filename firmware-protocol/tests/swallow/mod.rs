@@ -1,10 +1,10 @@
-//! Everything that any bytes lead to, for the stream tests and the fuzz target alike.
+//! All processing of arbitrary bytes, for the stream tests and the fuzz target.
 
 use firmware_protocol::{
     BoardFields, BoardMessage, FrameDecoder, HostMessage, MAX_WIRE, SequenceUnwrapper,
 };
 
-/// Decodes, parses and writes again; panics only where the crate breaks its word.
+/// Decodes, parses and encodes again; panics only on a bug of the crate.
 pub fn swallow(bytes: &[u8]) {
     let mut decoder = FrameDecoder::new();
     let mut sequence = SequenceUnwrapper::new();

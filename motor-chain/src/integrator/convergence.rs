@@ -1,5 +1,5 @@
-//! Convergence of modes that are not solved exactly: curved modes with every step held at `H`, `H/2` .. `H/32`, against `H/256`. The order is 4
-//! where the step is below the winding's time constant (0.4 ms), and 2 to 4 above it.
+//! Order of convergence of modes that are not solved exactly: every step fixed at `H`, `H/2` .. `H/32`, compared with
+//! `H/256`. The order is 4 for steps below the winding's time constant (0.4 ms), and 2 to 4 above it.
 
 use crate::CommandKind;
 use crate::catalogue::ids;
@@ -8,7 +8,7 @@ use crate::integrator::dynamics::Machine;
 use crate::integrator::engine::{Engine, TICKS};
 use crate::{ActiveEffect, Model, Motor};
 
-/// Angle 0.3 s after a step of 4.5 V, every step with so many halvings.
+/// Angle 0.3 s after a step of 4.5 V, with every step halved this many times.
 fn angle_rad<const N: usize>(motor: &Motor, halvings: usize) -> f64 {
     let chain = Chain::new(
         &motor.parameters,

@@ -1,8 +1,9 @@
-//! The equations of a mode split in two: `y' = A y + n(y)`.
+//! Splitting of a mode's equations into `y' = A y + n(y)`.
 //!
-//! `A` is the matrix of the chain without what bends its equations: Stribeck friction and presliding, drag, gravity,
-//! cogging, ripple, a winding that warms up, pulses that current runs dry between. `n(y)` is the rest. Where torques and the back EMF alone bend them, `n` is
-//! what the linear chain has at the origin, these torques by the inertia, and that back EMF by the inductance.
+//! `A` is the matrix of the chain without its nonlinear terms: Stribeck friction and presliding, drag, gravity,
+//! cogging, ripple, a winding that warms up, discontinuous current. `n(y)` is the rest. If torques and the back EMF
+//! are the only nonlinear terms, `n` is the constant term of the linear chain plus these torques over the inertia and
+//! that back EMF over the inductance.
 
 use crate::integrator::dynamics::{CUR, HEAT, Machine, ONE_BODY, TH1, W1};
 use crate::integrator::mode::{Flow, Mode};
@@ -10,12 +11,12 @@ use crate::integrator::step_table::{Matrix, apply};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {
-    /// Whether the equations are affine in this mode: at rest the angle that bends them stays where it is.
+    /// Whether the equations are affine in this mode; at rest nonlinear terms of the angle are constant.
     pub(crate) fn straight<const N: usize>(&self, m: &Mode<S>) -> bool {
         self.affine || (N <= ONE_BODY && m.slip[0] == 0.0 && !self.warms())
     }
 
-    /// The same machine without what is not affine within a mode.
+    /// The machine without nonlinear terms.
     fn linearised(&self) -> Self {
         let mut other = *self;
         let mechanical = &mut other.chain.mechanical;
@@ -58,7 +59,7 @@ impl<S: Scalar> Machine<S> {
         matrix
     }
 
-    /// The part of `n(y)` that does not change with the state, where there is one.
+    /// The constant part of `n(y)`, if there is one.
     #[inline(never)]
     pub(crate) fn constant<const N: usize>(&self, m: &Mode<S>) -> [S; N] {
         let origin = [S::zero(); N];
@@ -71,7 +72,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// The part of `n(y)` that changes with the state, of a machine with this matrix.
+    /// The state-dependent part of `n(y)` for a machine with this matrix.
     #[inline(never)]
     pub(crate) fn curved<const N: usize>(
         &self,
@@ -92,7 +93,7 @@ impl<S: Scalar> Machine<S> {
         n
     }
 
-    /// The accelerations by torques that are not affine.
+    /// The accelerations by nonlinear torques.
     #[inline(always)]
     fn bend<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) {
         let mechanical = &self.chain.mechanical;
@@ -141,7 +142,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// The motor's torque by ripple alone; what its back EMF does to the current goes into `n`.
+    /// The motor's torque due to ripple; the effect of its back EMF on the current is part of `n`.
     #[inline(always)]
     fn ripple_torque<const N: usize>(&self, m: &Mode<S>, y: &[S; N], n: &mut [S; N]) -> S {
         let electrical = &self.chain.electrical;
@@ -179,7 +180,7 @@ impl<S: Scalar> Machine<S> {
             (None, None) => None,
         };
         match &mechanical.load_friction {
-            // Dahl's law follows the whole torque.
+            // Dahl's law has the total torque as its limit.
             Some(load) if mechanical.break_in_angle_rad.is_none() => {
                 let share = load.share(s * m.torque_sign);
                 let by_torque = share * rippling * m.torque_sign * self.share[side] * s;

@@ -1,13 +1,14 @@
-//! The state inside a step, between its two ends.
+//! Dense output: the state within a step.
 //!
-//! Angles by the quintic through angle, speed and acceleration at both ends, the rest by the cubic through value and rate
-//! (Hermite): sums of what is known at the ends, by weights that depend on the place alone. Where a parameter moves the
-//! place too, along the rate there. An encoder asks for one angle, seldom for its speed.
+//! Angles by quintic Hermite interpolation of angle, speed and acceleration at both ends, other states by cubic
+//! Hermite interpolation of value and rate: weighted sums with weights that depend on the position only. If
+//! parameters move the position as well, the state is shifted along its rate. An encoder needs one angle, and seldom
+//! its speed.
 
 use crate::integrator::dynamics::{ONE_BODY, TH1};
 use crate::scalar::Scalar;
 
-/// Moves a state along its rate.
+/// Shifts a state along its rate.
 pub(crate) fn shift<S: Scalar, const N: usize>(y: &mut [S; N], rate: &[S; N], by_s: S) {
     for (value, slope) in y.iter_mut().zip(rate) {
         *value += *slope * by_s;
@@ -17,22 +18,22 @@ pub(crate) fn shift<S: Scalar, const N: usize>(y: &mut [S; N], rate: &[S; N], by
 /// A state and its rate.
 pub(crate) type End<'a, S, const N: usize> = (&'a [S; N], &'a [S; N]);
 
-/// A place inside a step.
+/// A position within a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DenseOutput {
-    /// Share of the step.
+    /// As a share of the step.
     x: f64,
     span_s: f64,
 }
 
 impl DenseOutput {
-    /// At a share `x` of a step of `span_s`.
+    /// At share `x` of a step of `span_s`.
     #[inline(always)]
     pub(crate) fn at(x: f64, span_s: f64) -> Self {
         Self { x, span_s }
     }
 
-    /// Number `k` of the state there, an angle, by weights of the rise, both speeds and both accelerations.
+    /// State variable `k`, an angle, from the weights of the increment, both speeds and both accelerations.
     #[inline(always)]
     fn angle<S: Scalar, const N: usize>(
         &self,
@@ -51,7 +52,7 @@ impl DenseOutput {
                     + rate1[k + 1] * (h2 * 0.5 * x3 * rest * rest)))
     }
 
-    /// Another number, by weights of the rise and both rates.
+    /// Another state variable, from the weights of the increment and both rates.
     #[inline(always)]
     fn other<S: Scalar, const N: usize>(
         &self,
@@ -65,7 +66,6 @@ impl DenseOutput {
                 + (rate0[k] * (h * x * rest * rest) + rate1[k] * (-h * x2 * rest)))
     }
 
-    /// The state there.
     #[inline(always)]
     fn state<S: Scalar, const N: usize>(&self, start: End<'_, S, N>, end: End<'_, S, N>) -> [S; N] {
         let mut out = *start.0;
@@ -79,7 +79,7 @@ impl DenseOutput {
         out
     }
 
-    /// The state there where parameters move the place by `by_s`, which is 0 now.
+    /// The state there if parameters move the position by `by_s`, which is 0 in value.
     pub(crate) fn moved<S: Scalar, const N: usize>(
         &self,
         start: End<'_, S, N>,
@@ -107,19 +107,18 @@ impl DenseOutput {
     }
 }
 
-/// State at a sample; each quantity is computed on demand.
+/// State at a sample; each variable is computed on demand.
 #[derive(Debug)]
 pub(crate) enum Sample<'a, S, const N: usize> {
     /// The end of a step.
     At(&'a [S; N]),
-    /// A place between two ends.
+    /// A position between two ends.
     DenseOutput(DenseOutput, End<'a, S, N>, End<'a, S, N>),
-    /// A place that parameters move.
+    /// A position that depends on parameters.
     Moved([S; N]),
 }
 
 impl<S: Scalar, const N: usize> Sample<'_, S, N> {
-    /// The whole state.
     #[inline(always)]
     pub(crate) fn state(&self) -> [S; N] {
         match self {
@@ -129,7 +128,7 @@ impl<S: Scalar, const N: usize> Sample<'_, S, N> {
         }
     }
 
-    /// Number `k` of the state, an angle.
+    /// State variable `k`, an angle.
     #[inline(always)]
     pub(crate) fn angle(&self, k: usize) -> S {
         match self {
@@ -150,7 +149,7 @@ impl<S: Scalar, const N: usize> Sample<'_, S, N> {
     }
 }
 
-/// Whether a number of the state is an angle; its speed is the next.
+/// Whether a state variable is an angle; the next one is its speed.
 #[inline(always)]
 fn is_angle<const N: usize>(k: usize) -> bool {
     k == TH1 || (N > ONE_BODY && k == N - 2)
@@ -161,8 +160,8 @@ mod tests {
     use super::*;
     use crate::scalar::Dual;
 
-    /// An angle that is a polynomial of the fourth degree has a speed of the third: both are met exactly, and so is how they
-    /// change with the place.
+    /// An angle that is a polynomial of fourth degree has a speed of third degree: both are exact, and so is their
+    /// derivative by the position.
     #[test]
     fn polynomials_are_met() {
         let speed = |t: f64| 3.0 + t * (-5.0 + t * (7.0 + 11.0 * t));

@@ -1,7 +1,7 @@
-//! The chain's equations of motion in the mode that is in force.
+//! The chain's equations of motion in the current mode.
 //!
-//! State `[theta1, w1, i]`, then `P` where the winding warms up, then `theta2, w2` of a load of its own. Within a mode - which way
-//! current flows, which side slips which way or sticks, which flanks touch - the equations are smooth:
+//! State `[theta1, w1, i]`, then `P` if the winding warms up, then `theta2, w2` of a separate load. Within a mode -
+//! direction of the current, directions of slip or sticking, touching flanks - the equations are smooth:
 //!
 //! ```text
 //! L i'    = v - drop sgn(i) - (R (1 + k P) + d^2 Rs) i - Kb f(theta1) w1
@@ -10,7 +10,7 @@
 //! J2 w2'  = spring - gravity(theta2) - drag w2 |w2| - b2 w2 - friction2
 //! ```
 //!
-//! A rigid motor and one whose flanks touch have the sum of both. Without inductance `i` follows at once.
+//! A rigid motor and one with touching flanks have the sum of both. Without inductance `i` is algebraic.
 
 use crate::CommandKind;
 use crate::chain::Chain;
@@ -25,55 +25,55 @@ pub(crate) const W1: usize = 1;
 pub(crate) const CUR: usize = 2;
 /// Filtered copper loss in W.
 pub(crate) const HEAT: usize = 3;
-/// A state with more numbers than this ends with angle and speed of the load side.
+/// A state with more variables ends with angle and speed of the load side.
 pub(crate) const ONE_BODY: usize = 4;
 
-/// More numbers than any state has.
+/// Upper bound of the number of state variables.
 const ALL: usize = 8;
 
-/// Numbers of the largest state: two bodies and a winding that warms up.
+/// State variables of the largest state: two bodies and a winding that warms up.
 pub(crate) const LARGEST: usize = 6;
 
 /// Below this, `(1 - exp(-x)) / x` is `1 - x / 2` to nine digits.
 const SMALL: f64 = 1e-5;
 
-/// A chain made ready to be simulated.
+/// A chain prepared for simulation.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Machine<S> {
     pub chain: Chain<S>,
     /// Inertia of motor side, of load side, of both.
     pub inertia: [S; 3],
-    /// One over each.
+    /// Inverse of each.
     pub mobility: [S; 3],
-    /// Viscous coefficient of motor side and load side.
+    /// Viscous coefficients of motor side and load side.
     pub viscous: [S; 2],
-    /// Each side's share of the friction.
+    /// Share of the friction of each side.
     pub share: [S; 2],
-    /// Each side's share of the inertia.
+    /// Share of the inertia of each side.
     pub mass_share: [S; 2],
     /// Spring k in N m/rad and damper c in N m s/rad.
     pub spring: Option<(S, S)>,
-    /// Flanks meet on the bare metal, and sides that touch move as one.
+    /// Flanks are rigid, and touching sides move together.
     pub welds: bool,
-    /// Two bodies rather than one.
+    /// Two bodies instead of one.
     pub two: bool,
-    /// Nothing ever sticks.
+    /// No friction: nothing sticks.
     pub frictionless: bool,
-    /// Within a mode the equations are affine.
+    /// The equations are affine within a mode.
     pub affine: bool,
-    /// Other nonlinearities are torques and the back EMF.
+    /// All other nonlinear terms are torques and the back EMF.
     pub curved_by_torques: bool,
-    /// The back EMF does: it bends the current, a state of its own.
+    /// The back EMF is nonlinear, and the current is a state.
     pub bends_current: bool,
-    /// It depends on so many numbers of the state, the first ones.
+    /// Nonlinear terms depend on this many of the first state variables.
     pub bends_by: usize,
-    /// Current is a state.
+    /// The current is a state.
     pub inductive: bool,
     /// Command after delay and dead zone (V, A or N m).
     pub command: f64,
     /// Voltage at the bridge.
     pub voltage: S,
-    /// Resistance that the supply adds at this command.
+    /// Resistance added by the supply at this command.
     pub added_resistance: S,
 }
 
@@ -101,7 +101,7 @@ impl<S: Scalar> Machine<S> {
         let pulses = chain.driver.freewheel.is_some() && chain.kind == CommandKind::Voltage;
         let friction_torque =
             m.coulomb_nm.value() != 0.0 || m.stribeck.is_some() || m.load_friction.is_some();
-        // Direction-dependent terms need the instant of reversal.
+        // Direction-dependent terms need the time of reversal.
         let turns = m.viscous_asymmetry.is_some() || m.static_nm.is_some();
         Self {
             inertia,
@@ -141,12 +141,12 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Whether the winding's loss is part of the state.
+    /// Whether the winding's loss is a state.
     pub(crate) fn warms(&self) -> bool {
         self.chain.electrical.heating.is_some()
     }
 
-    /// The mode at rest before anything is commanded.
+    /// The mode at rest without a command.
     pub(crate) fn initial_mode(&self) -> Mode<S> {
         Mode {
             flow: match self.chain.kind {
@@ -167,14 +167,14 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Takes over what reaches the driver.
+    /// Sets the command at the driver.
     pub(crate) fn set_command(&mut self, command: f64) {
         self.command = self.chain.command.pass(command);
         self.voltage = self.chain.driver.voltage(self.command);
         self.added_resistance = self.chain.driver.added_resistance(self.command);
     }
 
-    /// Resistance that the current meets.
+    /// Total resistance of the circuit.
     #[inline(always)]
     pub(crate) fn resistance(&self, y: &[S]) -> S {
         let electrical = &self.chain.electrical;
@@ -200,7 +200,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// `v - Kb f(theta) w`: what drives the current, before the driver's drop.
+    /// `v - Kb f(theta) w`: the voltage that drives the current, without the driver's drop.
     #[inline(always)]
     pub(crate) fn excess(&self, y: &[S]) -> S {
         self.drive(self.back_emf(y))
@@ -237,7 +237,6 @@ impl<S: Scalar> Machine<S> {
         excess / self.resistance(y)
     }
 
-    /// Torque that the current makes, in N m.
     #[inline(always)]
     pub(crate) fn motor_torque(&self, m: &Mode<S>, y: &[S]) -> S {
         let electrical = &self.chain.electrical;
@@ -290,7 +289,7 @@ impl<S: Scalar> Machine<S> {
         (motor, load)
     }
 
-    /// Torque of spring and damper on the load side: where there is play, of a spring that touches this flank.
+    /// Torque of spring and damper on the load side; with play, of a spring in contact with this flank.
     #[inline(always)]
     pub(crate) fn spring_torque(&self, contact: Contact, y: &[S]) -> S {
         let Some((k, c)) = self.spring else {
@@ -303,7 +302,7 @@ impl<S: Scalar> Machine<S> {
         k * twist + c * (y[W1] - y[y.len() - 1])
     }
 
-    /// A side's viscous coefficient in the direction of its slip.
+    /// A side's viscous coefficient in its direction of slip.
     #[inline(always)]
     pub(crate) fn damping(&self, m: &Mode<S>, side: usize) -> S {
         match self.chain.mechanical.viscous_asymmetry {
@@ -312,13 +311,13 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Whether both sides move as one.
+    /// Whether both sides move together.
     #[inline(always)]
     pub(crate) fn joined(&self, m: &Mode<S>) -> bool {
         self.welds && m.contact.meets()
     }
 
-    /// Friction torque on a side of the motor (0 or 1; a rigid motor has all of it on side 0) that opposes its slip.
+    /// Friction torque against the slip of a side (0 or 1; a rigid motor has all of it on side 0).
     #[inline]
     pub(crate) fn friction(&self, m: &Mode<S>, side: usize, angle: S, speed: S, y: &[S]) -> S {
         let s = m.slip[side];
@@ -331,7 +330,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Friction of a side that slides steadily.
+    /// Friction of a side in steady sliding.
     #[inline(always)]
     pub(crate) fn sliding(&self, m: &Mode<S>, side: usize, speed: S, y: &[S]) -> S {
         let (mechanical, s) = (&self.chain.mechanical, m.slip[side]);
@@ -346,17 +345,17 @@ impl<S: Scalar> Machine<S> {
         level * self.share[side] * s
     }
 
-    /// Whether friction that builds up over an angle follows one that changes on the way.
+    /// Whether presliding friction follows a sliding friction that is not constant.
     pub(crate) fn follows_sliding(&self) -> bool {
         let mechanical = &self.chain.mechanical;
         let varies = mechanical.stribeck.is_some() || mechanical.load_friction.is_some();
         varies && mechanical.break_in_angle_rad.is_some()
     }
 
-    /// Dahl's friction `dF/dt = sigma (w - |w| F / T)`, of stiffness `sigma = Tf / z`, on its way from its last anchor to
-    /// the friction `T` of steady sliding. Where that is constant, `F = T - (T - F0) exp(-x)` with
-    /// `x = sigma |theta - theta0| / T` is exact; where it has changed since, it is taken to have changed evenly with `x`:
-    /// `F = T - (T0 - F0) exp(-x) - (T - T0) (1 - exp(-x)) / x`.
+    /// Dahl's friction `dF/dt = sigma (w - |w| F / T)` with stiffness `sigma = Tf / z`, from its last anchor towards
+    /// the friction `T` of steady sliding. For constant `T`, `F = T - (T - F0) exp(-x)` with `x = sigma |theta -
+    /// theta0| / T` is exact; a `T` that has changed is assumed to be linear in `x`: `F = T - (T0 - F0) exp(-x) - (T
+    /// - T0) (1 - exp(-x)) / x`.
     #[inline(never)]
     pub(crate) fn dahl(
         &self,
@@ -398,7 +397,7 @@ impl<S: Scalar> Machine<S> {
         [(y[TH1], y[W1]), load]
     }
 
-    /// Takes the friction of now as where Dahl's law continues from.
+    /// Sets the present friction as the anchor of Dahl's law.
     pub(crate) fn anchor(&self, m: &mut Mode<S>, y: &[S]) {
         let Some(break_in) = self.chain.mechanical.break_in_angle_rad else {
             return;
@@ -414,7 +413,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Rate of change of the state.
+    /// Derivative of the state.
     #[inline(always)]
     pub(crate) fn rate<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
         let mut d = [S::zero(); N];
@@ -422,7 +421,7 @@ impl<S: Scalar> Machine<S> {
         d
     }
 
-    /// The same, for the innermost loop.
+    /// The same, inlined for the innermost loop.
     #[inline(always)]
     pub(crate) fn rate_inline<const N: usize>(&self, m: &Mode<S>, y: &[S; N]) -> [S; N] {
         let mut d = [S::zero(); N];
@@ -430,7 +429,7 @@ impl<S: Scalar> Machine<S> {
         d
     }
 
-    /// Writes the rate of change of the state to `d`, which is 0.
+    /// Writes the derivative of the state to `d`, which is 0.
     #[inline(never)]
     pub(crate) fn write_rate(&self, m: &Mode<S>, y: &[S], d: &mut [S]) {
         self.write_rate_inline(m, y, d);

@@ -1,10 +1,10 @@
-//! Moves a [`Machine`] through time.
+//! Time integration of a [`Machine`].
 //!
-//! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and starts where one of that length
-//! may, so that its matrices stand on a table of steps (`step_table.rs`). Where the mode's equations are affine a step is exact; else `l` is
-//! chosen so that its error estimate keeps below [`TOLERANCE`]. A step at whose end a event_function is violated is halved down to
-//! one tick, in which the instant is found by linear interpolation; the new mode starts right there. Steps grow again as
-//! their alignment allows, and then run many in a row (`steady_steps.rs`).
+//! Time is counted in ticks of `H / 2^FINEST`; a step (`propagate.rs`) is `H / 2^l` and is aligned to its length, so
+//! that its matrices are in a step table (`step_table.rs`). If the mode's equations are affine a step is exact; else
+//! `l` keeps the error estimate below [`TOLERANCE`]. A step that violates an event function at its end is halved down
+//! to one tick, in which the event is located by linear interpolation; the new mode starts there. Steps grow again as
+//! their alignment allows, and are then taken in a tight loop (`steady_steps.rs`).
 
 use crate::integrator::dense_output::shift;
 use crate::integrator::dynamics::{HEAT, Machine, ONE_BODY, TH1, W1};
@@ -23,22 +23,21 @@ pub(crate) const TICKS: u64 = 1 << FINEST;
 /// of fifth order, is far smaller.
 const TOLERANCE: f64 = 2e-5;
 
-/// Longest step in s inside which samples are read off where a torque repeats with the angle.
+/// Longest step in s within which samples are interpolated for a torque periodic in the angle.
 const READ_OFF_S: f64 = 0.006;
 
-/// State at the start of a step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Before<S, const N: usize> {
     pub(crate) now: u64,
     pub(crate) y: [S; N],
     allowed: usize,
-    /// The mode, where it has changed since.
+    /// The mode, if it has changed since.
     pub(crate) mode: Option<Mode<S>>,
-    /// The rate of change, where known.
+    /// The derivative, if known.
     pub(crate) rate: Option<[S; N]>,
 }
 
-/// The rate of change at the end of a step in which nothing happened, whole and its part that bends.
+/// The derivative at the end of a step without events, and its nonlinear part.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct EndRate<S, const N: usize> {
     pub(crate) now: u64,
@@ -46,7 +45,7 @@ pub(crate) struct EndRate<S, const N: usize> {
     pub(crate) curved: [S; N],
 }
 
-/// A machine on its way.
+/// Integrator of a machine.
 #[derive(Debug, Clone)]
 pub(crate) struct Engine<S, const N: usize> {
     pub(crate) machine: Machine<S>,
@@ -54,9 +53,9 @@ pub(crate) struct Engine<S, const N: usize> {
     pub(crate) y: [S; N],
     /// Ticks since the start.
     pub(crate) now: u64,
-    /// Where the last step started, and what was there.
+    /// Start of the last step, and the state there.
     pub(crate) before: Before<S, N>,
-    /// The matrices of the modes, those of the mode in force among them.
+    /// The matrices of the modes, including the current one.
     pub(crate) step_tables: StepTables<S, N>,
     /// `n` of `y' = A y + n`, or its constant part.
     pub(crate) constant: [S; N],
@@ -64,30 +63,30 @@ pub(crate) struct Engine<S, const N: usize> {
     pub(crate) forced: [Option<[S; N]>; FINEST + 2],
     /// Whether `n` is constant.
     pub(crate) straight: bool,
-    /// Rate at the end of the last step, where known.
+    /// Derivative at the end of the last step, if known.
     pub(crate) end_rate: Option<EndRate<S, N>>,
     longest_s: f64,
-    /// Halvings of the step that the error estimate allows, and that caution after a change does.
+    /// Halvings of the step that the error estimate allows, including caution after a change.
     pub(crate) allowed: usize,
-    /// Halvings with which steps start after every change, growing from there.
+    /// Halvings of the first step after a change, decreasing from there.
     cautious: usize,
     /// Fewest halvings.
     pub(crate) floor: usize,
     /// Largest error estimate of a step.
     pub(crate) tolerance: f64,
-    /// Steps tried: what a simulation costs.
+    /// Steps attempted: the cost of a simulation.
     pub(crate) steps: u64,
-    /// Steps after which it stands still: whoever runs it ends there.
+    /// Steps after which it stops: the caller ends there.
     pub(crate) most_steps: u64,
-    /// Of these, steps of equations that are not affine.
+    /// Steps of equations that are not affine among them.
     pub(crate) curved_steps: u64,
 }
 
-/// Events looked for within one tick; what is violated beyond is met in the next.
+/// Most events within one tick; later violations are found in the next.
 const MOST_EVENTS_A_TICK: usize = 8;
 
 impl<S: Scalar, const N: usize> Engine<S, N> {
-    /// At rest, angle 0, nothing commanded. `longest_s` is the longest step.
+    /// At rest at angle 0 without a command. `longest_s` is the longest step.
     pub(crate) fn new(machine: Machine<S>, longest_s: f64) -> Self {
         let mut engine = Self {
             mode: machine.initial_mode(),
@@ -121,7 +120,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         engine
     }
 
-    /// Starts anew with another machine, keeping the memory.
+    /// Restarts with another machine, reusing the memory.
     pub(crate) fn restart(&mut self, machine: Machine<S>, longest_s: f64) {
         self.mode = machine.initial_mode();
         self.machine = machine;
@@ -137,7 +136,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.remember();
     }
 
-    /// Starts from this angle at this speed instead of from rest at 0, all sides together, nothing commanded yet.
+    /// Starts at this angle and speed instead of at rest at 0, both sides together, without a command.
     pub(crate) fn start(&mut self, angle_rad: f64, speed_rad_s: f64) {
         (self.y[TH1], self.y[W1]) = (S::from(angle_rad), S::from(speed_rad_s));
         if N > ONE_BODY {
@@ -149,8 +148,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.remember();
     }
 
-    /// How long steps may be so that nothing happens twice within one: a event_function on the current is passed there and back
-    /// within the electrical time constant, one on a spring's end within its period.
+    /// Longest steps without two events in one: an event function of the current is crossed twice within the
+    /// electrical time constant, one of a spring's end within its period.
     fn pace(&mut self) {
         let (machine, longest_s) = (&self.machine, self.longest_s);
         let halvings = |most_s: f64| (longest_s / most_s).log2().ceil().clamp(0.0, 8.0) as usize;
@@ -181,21 +180,21 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.longest_s / TICKS as f64
     }
 
-    /// Takes no step longer than this, and none shorter but for an event.
+    /// Fixes the step to this length, except for events.
     #[cfg(test)]
     pub(crate) fn hold_step(&mut self, halvings: usize) {
         self.tolerance = f64::INFINITY;
         (self.floor, self.cautious, self.allowed) = (halvings, halvings, halvings);
     }
 
-    /// Changes what is commanded, `offset` ticks (0 .. 1) after the tick that has been reached.
+    /// Changes the command `offset` ticks (0 .. 1) after the present tick.
     pub(crate) fn command(&mut self, command: f64, offset: S) {
         self.within_tick(offset, |engine| engine.machine.set_command(command));
     }
 
-    /// Puts the shaft to where the encoder says this angle and speed, `offset` ticks (0 .. 1) after the tick that has been reached.
-    /// The other side of a transmission is moved along, so that what lies between them and the current stay as they are. So does the
-    /// heat, but for what is left out just before. Returns the shaft's own angle and speed.
+    /// Sets the shaft to this angle and speed of the encoder `offset` ticks (0 .. 1) after the present tick. The
+    /// other side of a transmission is moved along, so that the twist and the current are unchanged; so is the heat,
+    /// except for an omitted interval just before. Returns the shaft's angle and speed.
     pub(crate) fn put(
         &mut self,
         angle_rad: f64,
@@ -206,7 +205,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let chain = self.machine.chain;
         let (angle_rad, speed_rad_s) =
             (chain.sensor).shaft(chain.stated_counts_per_rev, angle_rad, speed_rad_s);
-        // The encoder's speed is by the board's clock.
+        // The encoder's speed is measured by the board's clock.
         let speed_rad_s = speed_rad_s / chain.timing.clock_scale;
         self.within_tick(offset, |engine| {
             if let Some(heating) = engine.machine.chain.electrical.heating {
@@ -237,7 +236,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         (angle_rad, speed_rad_s)
     }
 
-    /// Changes something `offset` ticks (0 .. 1) after the tick that has been reached, and picks the mode that follows.
+    /// Applies a change `offset` ticks (0 .. 1) after the present tick, and determines the mode that follows.
     #[inline]
     fn within_tick(&mut self, offset: S, change: impl FnOnce(&mut Self)) {
         let moved = !offset.is_nought();
@@ -248,7 +247,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         change(self);
         self.settle(None);
         if moved {
-            // Not further: the rest of the tick is part of this instant's neighbourhood.
+            // No further: the rest of the tick belongs to this event.
             if offset.value() > 0.0 {
                 self.cross(-offset + 1.0);
             } else {
@@ -269,7 +268,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         };
     }
 
-    /// Goes back to where the last step started.
+    /// Returns to the start of the last step.
     fn rewind(&mut self) {
         (self.now, self.y) = (self.before.now, self.before.y);
         self.allowed = self.before.allowed;
@@ -280,7 +279,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Brings the machine to `tick`, from wherever a look ahead has brought it.
+    /// Moves the machine to `tick`, from a position after it.
     pub(crate) fn go_to(&mut self, tick: u64) {
         if self.now > tick {
             self.rewind();
@@ -296,7 +295,6 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// One step, to `limit` at most.
     #[inline(never)]
     pub(crate) fn step(&mut self, limit: u64) {
         self.remember();
@@ -334,13 +332,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Whether a event_function is violated in a state, and more so than it was.
+    /// Whether an event function is violated in a state, and more than before.
     #[inline(always)]
     fn violated(&self, next: &[S; N]) -> bool {
         !self.machine.holds(&self.mode, next) && self.machine.falls(&self.mode, &self.y, next)
     }
 
-    /// The event_function that falls through 0 first on the straight way to a state, and at which share of it.
+    /// The event function that first crosses 0 on the straight line to a state, and the share of the line.
     #[cold]
     #[inline(never)]
     fn first_crossing(&self, next: &[S; N]) -> Option<(EventFunction, S)> {
@@ -365,7 +363,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         first
     }
 
-    /// Runs through the rest of a tick, `left` of it, and through the events in it.
+    /// Advances through the rest of a tick, `left` of it, and its events.
     #[cold]
     #[inline(never)]
     fn cross(&mut self, mut left: S) {
@@ -387,15 +385,15 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.now += 1;
     }
 
-    /// Moves on by a share of a tick.
+    /// Advances by a share of a tick.
     #[inline(never)]
     fn drift(&mut self, share: S) {
         let (next, _) = self.propagate(FINEST);
         self.slide(next, share);
     }
 
-    /// Moves to a share of the way to where a tick ends: the value by linear interpolation, derivatives of the share
-    /// along the rate.
+    /// Advances to a share of a tick with this end: the value by linear interpolation, derivatives of the share along
+    /// the rate.
     fn slide(&mut self, end: [S; N], share: S) {
         for (y, end) in self.y.iter_mut().zip(end) {
             *y += (end - *y) * share.value();
@@ -407,7 +405,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Picks the mode that follows, and its matrices.
+    /// Determines the mode that follows, and its matrices.
     #[inline(never)]
     fn settle(&mut self, fired: Option<EventFunction>) {
         self.before.mode.get_or_insert(self.mode);
@@ -417,7 +415,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.allowed = self.allowed.min(2).max(self.cautious).max(self.floor);
     }
 
-    /// Takes up the matrices of the mode in force.
+    /// Selects the matrices of the current mode.
     #[inline(never)]
     fn select(&mut self) {
         let m = &self.mode;
@@ -436,7 +434,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             directions,
             added_resistance: self.machine.added_resistance.value(),
         };
-        // All modes under a key are straight, or none is.
+        // All modes of a key are affine, or none is.
         self.straight = self.machine.straight::<N>(m);
         self.step_tables
             .take_up(key, self.straight, || self.machine.matrix(m));
@@ -444,7 +442,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.forced = [None; FINEST + 2];
     }
 
-    /// Rate of change of the state now.
+    /// Derivative of the present state.
     pub(crate) fn rate(&self) -> [S; N] {
         self.machine.rate(&self.mode, &self.y)
     }

@@ -1,4 +1,4 @@
-//! Events that end a mode: event_functions, positive while it holds, and the torques they are made of.
+//! Event functions, positive within a mode, and the torques that they compare.
 
 use crate::CommandKind;
 use crate::integrator::dynamics::{CUR, Machine, ONE_BODY, TH1, W1};
@@ -13,30 +13,30 @@ pub(crate) enum EventFunction {
     Limit,
     Unlimit,
     TorqueZero,
-    /// A side's speed reaches 0 (0: motor side or the whole of a rigid motor, 1: load side).
+    /// A side's speed reaches 0 (0: motor side or a rigid motor, 1: load side).
     Stop(usize),
     /// A side leaves rest.
     Break(usize),
     TouchUpper,
     TouchLower,
-    /// Flanks that move as one would have to pull.
+    /// Flanks in contact would have to pull.
     Part,
-    /// A clutch would have to carry more than it can.
+    /// A clutch would exceed its capacity.
     Give,
-    /// The sides of a clutch that slips have come to one speed.
+    /// The sides of a slipping clutch have reached the same speed.
     Grip,
     StopJoint,
     BreakJoint,
 }
 
-/// The event_functions of a mode with their values, `None` beyond the last.
+/// The event functions of a mode with their values, `None` after the last.
 pub(crate) type EventFunctions<S> = [Option<(EventFunction, S)>; MOST_EVENTS];
 
-/// Most event_functions that a mode has.
+/// Most event functions of a mode.
 const MOST_EVENTS: usize = 8;
 
-/// By how much of its level a load must exceed static friction to break away. A body that creeps into its equilibrium
-/// comes to rest exactly on the level, where rounding alone would make it stick and slip for ever.
+/// Relative excess over static friction at breakaway. A body that creeps into equilibrium comes to rest exactly at
+/// the level, where rounding would alternate sticking and slipping for ever.
 pub(crate) const BREAKAWAY_SLACK: f64 = 1e-9;
 
 fn min<S: Scalar>(a: S, b: S) -> S {
@@ -47,7 +47,7 @@ fn max<S: Scalar>(a: S, b: S) -> S {
     if b.value() > a.value() { b } else { a }
 }
 
-/// Torque limit between two sides at rest: a side's friction, or what a flank or a clutch can carry.
+/// Torque limit between two sides at rest: a side's friction, or the capacity of a flank or a clutch.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Holder {
     Motor,
@@ -56,7 +56,7 @@ pub(crate) enum Holder {
 }
 
 impl<S: Scalar> Machine<S> {
-    /// The event_functions of the mode in force.
+    /// The event functions of the current mode.
     #[inline(never)]
     pub(crate) fn event_functions(&self, m: &Mode<S>, y: &[S]) -> EventFunctions<S> {
         let (mut event_functions, mut len) = ([None; MOST_EVENTS], 0);
@@ -67,7 +67,7 @@ impl<S: Scalar> Machine<S> {
         event_functions
     }
 
-    /// Whether every event_function is positive: the derivatives are not asked for, and not computed.
+    /// Whether every event function is positive; derivatives are not computed.
     #[inline(never)]
     pub(crate) fn holds(&self, m: &Mode<S>, y: &[S]) -> bool {
         let mut holds = true;
@@ -75,7 +75,7 @@ impl<S: Scalar> Machine<S> {
         holds
     }
 
-    /// Whether a event_function is negative in `next`, and more so than in `y`.
+    /// Whether an event function is negative in `next`, and more than in `y`.
     #[cold]
     #[inline(never)]
     pub(crate) fn falls(&self, m: &Mode<S>, y: &[S], next: &[S]) -> bool {
@@ -86,7 +86,7 @@ impl<S: Scalar> Machine<S> {
         })
     }
 
-    /// Shows each event_function of the mode in force to `see`.
+    /// Passes each event function of the current mode to `see`.
     #[inline(always)]
     fn each_event_function(&self, m: &Mode<S>, y: &[S], see: &mut impl FnMut(EventFunction, S)) {
         self.current_event_functions(m, y, see);
@@ -137,7 +137,7 @@ impl<S: Scalar> Machine<S> {
         let apart = y[TH1] - y[y.len() - 2];
         let (mut upper, mut lower) = (gap * 0.5 - apart, gap * 0.5 + apart);
         if !self.welds {
-            // A spring beyond its flank that springs back slower than the sides part touches again when it would push.
+            // A spring that recovers more slowly than the sides separate touches again when it would push.
             upper = max(upper, -self.spring_torque(Contact::Upper, y));
             lower = max(lower, self.spring_torque(Contact::Lower, y));
         }
@@ -210,7 +210,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// By how much current at the limit would be driven further, in V.
+    /// Voltage that would increase a current at its limit, in V.
     #[inline(always)]
     pub(crate) fn pull(&self, m: &Mode<S>, y: &[S]) -> S {
         let limit = self.chain.driver.limit_a.unwrap_or_else(S::zero);
@@ -240,7 +240,7 @@ impl<S: Scalar> Machine<S> {
         (level(1.0), level(-1.0))
     }
 
-    /// Torque by which the motor side pushes the load while both move as one.
+    /// Torque of the motor side on the load while both move together.
     #[inline(always)]
     pub(crate) fn flank_torque(&self, m: &Mode<S>, y: &[S]) -> S {
         let (motor, load) = self.torques(m, y);
@@ -252,7 +252,7 @@ impl<S: Scalar> Machine<S> {
         self.inertia[1] * acceleration + self.damping(m, 1) * speed + friction2 - load
     }
 
-    /// The flank torques that keep both sides at rest while they touch: lowest and highest, and what sets them.
+    /// Lowest and highest flank torque that keeps both sides at rest in contact, and what limits it.
     #[inline(always)]
     pub(crate) fn stuck_flank_range(&self, m: &Mode<S>, y: &[S]) -> ((S, Holder), (S, Holder)) {
         let (motor, load) = self.torques(m, y);

@@ -1,5 +1,5 @@
-//! The equations of motion through time: exact exponential steps within a mode, events between modes, and the
-//! state inside a step where a sample lies.
+//! Time integration of the equations of motion: exact exponential steps within a mode, events between modes, dense
+//! output at samples.
 
 #[cfg(test)]
 mod convergence;

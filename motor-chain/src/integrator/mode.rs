@@ -1,41 +1,41 @@
-//! The discrete state of the hybrid system: which of the smooth equations of motion hold.
+//! The discrete state of the hybrid system, which selects the smooth equations of motion.
 
 use crate::scalar::Scalar;
 
-/// Mode of the driver's current.
+/// Mode of the current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flow {
     /// It follows the voltage.
     Free,
-    /// The voltage drop holds it at 0.
+    /// The voltage drop keeps it at 0.
     Blocked,
-    /// The driver holds it at its limit, or at what is commanded.
+    /// It is at the driver's limit, or at the commanded value.
     Held,
     /// The circuit is open.
     Open,
 }
 
-/// Which flanks touch; in a transmission with a spring, through it. Or what a clutch does.
+/// Contact between the sides: flanks, with a spring in series if there is one, or a clutch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Contact {
-    /// There are none: rigid, or a spring.
+    /// Rigid, or a spring without play.
     NoFlanks,
-    /// Neither.
+    /// No contact.
     Apart,
     /// The motor side pushes the load forward.
     Upper,
     /// The motor side pushes the load back.
     Lower,
-    /// A clutch holds.
+    /// A gripping clutch.
     Gripped,
-    /// It slips, the motor side ahead.
+    /// A clutch slips, motor side ahead.
     SlipsAhead,
-    /// It slips, the motor side back.
+    /// A clutch slips, motor side behind.
     SlipsBack,
 }
 
 impl Contact {
-    /// +1, -1, or 0 where nothing touches.
+    /// +1, -1, or 0 without contact.
     #[inline(always)]
     pub(crate) fn sign(self) -> f64 {
         match self {
@@ -45,13 +45,13 @@ impl Contact {
         }
     }
 
-    /// Whether the sides meet: at a flank, or in a clutch that holds.
+    /// Whether the sides are in contact: at a flank, or in a gripping clutch.
     #[inline(always)]
     pub(crate) fn meets(self) -> bool {
         matches!(self, Self::Upper | Self::Lower | Self::Gripped)
     }
 
-    /// Direction in which a clutch slips, 0 where none does.
+    /// Direction of slip of a clutch, else 0.
     #[inline(always)]
     pub(crate) fn slips(self) -> f64 {
         match self {
@@ -62,34 +62,34 @@ impl Contact {
     }
 }
 
-/// The discrete state: which smooth equations hold.
+/// The discrete state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Mode<S> {
     pub flow: Flow,
-    /// Direction of the current where a drop or the limit depends on it, else 0.
+    /// Sign of the current if a drop or the limit depends on it, else 0.
     pub flow_sign: f64,
-    /// Direction of the motor's torque, for friction that depends on it.
+    /// Sign of the motor's torque, for friction that depends on it.
     pub torque_sign: f64,
-    /// Each side's direction of slip: -1, +1, or 0 where it sticks.
+    /// Each side's direction of slip: -1, +1, or 0 if it sticks.
     pub slip: [f64; 2],
     pub contact: Contact,
-    /// From where each side's friction has been building up.
+    /// Origin of each side's presliding friction.
     pub anchor: [Anchor<S>; 2],
 }
 
-/// A point of Dahl's friction.
+/// A point on Dahl's friction curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Anchor<S> {
     /// Angle in rad.
     pub angle: S,
     /// Friction torque there in N m.
     pub friction: S,
-    /// Value that it approached there: the friction of steady sliding in N m.
+    /// Its limit there: the friction of steady sliding in N m.
     pub sliding: S,
 }
 
 impl<S: Scalar> Anchor<S> {
-    /// No friction yet.
+    /// Without friction.
     pub fn at(angle: S) -> Self {
         Self {
             angle,

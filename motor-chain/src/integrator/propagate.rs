@@ -1,8 +1,10 @@
 //! One step of the equations in a mode.
 //!
-//! Where they are affine, `y(h) = E y + h phi1 n` is exact; else Krogstad's scheme of order 4. Products leave out what is
-//! 0 or 1 by the equations' structure: nothing in the linear part of a rigid motor depends on its angle, the angle's
-//! own row has no `n`, and torques bend the rows of speeds alone, the back EMF that of the current. The contribution of the constant part of `n` is computed once per mode; stages within a step hold only the states that nonlinear terms depend on.
+//! For affine equations `y(h) = E y + h phi1 n` is exact; else Krogstad's scheme of order 4. Products omit the
+//! structural zeros and ones: nothing in the linear part of a rigid motor depends on its angle, the angle's row has
+//! no `n`, and nonlinear torques are in the rows of speeds only, the back EMF in that of the current. The
+//! contribution of the constant part of `n` is computed once per mode; stages within a step have only the states that
+//! nonlinear terms depend on.
 //!
 //! Krogstad, Generalized integrating factor methods for stiff PDEs, J. Comput. Phys. 203 (2005).
 
@@ -38,7 +40,7 @@ pub(crate) fn push<S: Scalar, const N: usize>(p: &Matrix<S, N>, n: &[S; N]) -> [
     out
 }
 
-/// `A y` of a machine that is not held in place by its angle.
+/// `A y` of a machine without a torque that depends on its angle.
 #[inline(always)]
 pub(crate) fn linear<S: Scalar, const N: usize>(a: &Matrix<S, N>, y: &[S; N]) -> [S; N] {
     if N > ONE_BODY {
@@ -48,7 +50,7 @@ pub(crate) fn linear<S: Scalar, const N: usize>(a: &Matrix<S, N>, y: &[S; N]) ->
 }
 
 impl<S: Scalar, const N: usize> Engine<S, N> {
-    /// The rate of change of the state now, `A y + n`, and the part of `n` that changes with the state.
+    /// Derivative of the present state, `A y + n`, and the state-dependent part of `n`.
     #[inline(always)]
     pub(crate) fn rate_in_parts(&self) -> ([S; N], [S; N]) {
         let a = &self.step_tables.in_force().a;
@@ -60,7 +62,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         (add(straight, &curved), curved)
     }
 
-    /// Contribution of the constant part of `n` in a step with `l` halvings, computed once for each mode.
+    /// Contribution of the constant part of `n` to a step with `l` halvings, computed once for each mode.
     #[inline(always)]
     pub(crate) fn forced(&mut self, l: usize) -> &[S; N] {
         let (step_table, constant) = (self.step_tables.in_force(), &self.constant);
@@ -78,7 +80,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         (add(advance(&matrices.e, &self.y), &forced), 0.0)
     }
 
-    /// The same where the mode's equations are not affine, which bends the rows of these numbers of the state.
+    /// The same for nonlinear equations, with nonlinear terms in these rows.
     #[inline(never)]
     fn propagate_curved(&mut self, l: usize) -> ([S; N], f64) {
         let load = N - 1;
@@ -104,7 +106,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
             Some(end) => &end.curved,
             None => &curved(y),
         };
-        // Stages need no more of the state than what bends the equations depends on.
+        // Stages need only the states that nonlinear terms depend on.
         let read = self.machine.bends_by;
         let mut stage = *y;
         for (row, stage) in stage.iter_mut().enumerate().filter(|(row, _)| *row < read) {
@@ -157,7 +159,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
     }
 }
 
-/// A row of `E y`; of a rigid motor's angle only by how much it moves, so that what is small is summed first.
+/// A row of `E y`; for a rigid motor's angle only the increment, so that small terms are summed first.
 #[inline(always)]
 fn moved<S: Scalar, const N: usize>(e: &Matrix<S, N>, y: &[S; N], row: usize) -> S {
     let first = if N > ONE_BODY { TH1 } else { W1 };
@@ -168,7 +170,7 @@ fn moved<S: Scalar, const N: usize>(e: &Matrix<S, N>, y: &[S; N], row: usize) ->
     sum
 }
 
-/// The number in this row that [`moved`] and what is added to it come to.
+/// The value of this row from the result of [`moved`] and what is added to it.
 #[inline(always)]
 fn onto<S: Scalar, const N: usize>(y: &[S; N], row: usize, sum: S) -> S {
     if N <= ONE_BODY && row == TH1 {
@@ -178,7 +180,7 @@ fn onto<S: Scalar, const N: usize>(y: &[S; N], row: usize, sum: S) -> S {
     }
 }
 
-/// A row of `P d` where `d` has these numbers alone.
+/// A row of `P d` for a `d` with these rows only.
 #[inline(always)]
 fn along<S: Scalar, const N: usize>(
     p: &Matrix<S, N>,
@@ -204,7 +206,7 @@ mod tests {
     use crate::scalar::Dual;
     use crate::{ActiveEffect, CommandKind, Model, Motor};
 
-    /// The scheme with whole products and `n(y) = y' - A y`.
+    /// The scheme with full matrix products and `n(y) = y' - A y`.
     fn plain<const N: usize>(engine: &Engine<Dual<4>, N>, l: usize) -> [Dual<4>; N] {
         let step_table = engine.step_tables.in_force();
         let (matrices, half) = (step_table.matrices(l), step_table.matrices(l + 1));
@@ -228,7 +230,7 @@ mod tests {
         sum(next, 4.0, apply(&matrices.p3, &bend))
     }
 
-    /// The largest difference of a step in values and derivatives, and how many curved steps there were.
+    /// The largest difference of a step in values and derivatives, and the number of nonlinear steps.
     fn apart<const N: usize>(machine: Machine<Dual<4>>) -> (f64, usize) {
         let mut engine = Engine::<Dual<4>, N>::new(machine, 0.006);
         let (mut largest, mut curved) = (0.0_f64, 0);

@@ -1,7 +1,7 @@
-//! Samples one by one: the engine steps past a sample's time, and the sample is read off where it lies.
+//! Dense output at samples: the engine steps past a sample's time and interpolates the state there.
 //!
-//! Rates at both ends of a step are worked out once, however many samples lie inside it, and only if there are any; the one
-//! at its end is what the next step begins with.
+//! Derivatives at both ends of a step are computed once for all samples in it, and only if there are any; the one at
+//! its end is reused by the next step.
 
 use crate::integrator::dense_output::{DenseOutput, Sample, shift};
 use crate::integrator::engine::{EndRate, Engine};
@@ -14,8 +14,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.sample(tick, offset).state()
     }
 
-    /// Steps until `tick + offset` ticks can be read off, without change of the command up to there. It may look further
-    /// ahead, and calls go forward: `tick` is not before the start of the last step.
+    /// Steps until `tick + offset` ticks is within the last step, without a change of the command up to there. It may
+    /// step further ahead; `tick` must not be before the start of the last step.
     #[inline]
     pub(crate) fn reach(&mut self, tick: u64, offset: S) {
         let on_tick = offset.value() == 0.0;
@@ -36,7 +36,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// State at a sample at `tick + offset` ticks, once it is reached.
+    /// State at a sample at `tick + offset` ticks, after [`Self::reach`].
     #[inline]
     pub(crate) fn sample(&self, tick: u64, offset: S) -> Sample<'_, S, N> {
         let at_end = self.is_at_end(tick, offset);
@@ -53,8 +53,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
         let start = &self.before;
         if tick < start.now {
-            // Within the tick of a change of the command, which has been gone through; or samples out of order (later
-            // than the next one): as near as the memory reaches back.
+            // Within the tick of a change of the command, which has been passed; or samples out of order (later than
+            // the next one): the nearest known state.
             let mut y = start.y;
             if tick + 1 == start.now {
                 shift(&mut y, start_rate, (offset - 1.0) * self.tick_s());
@@ -73,13 +73,13 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// Whether a sample lies where the last step ended.
+    /// Whether a sample is at the end of the last step.
     #[inline(always)]
     fn is_at_end(&self, tick: u64, offset: S) -> bool {
         self.now == tick && offset.value() == 0.0
     }
 
-    /// The rate at the end of the last step, if known.
+    /// The derivative at the end of the last step, if known.
     #[inline(always)]
     pub(crate) fn end_rate_now(&self) -> Option<&EndRate<S, N>> {
         self.end_rate.as_ref().filter(|end| end.now == self.now)
@@ -96,8 +96,8 @@ mod tests {
     use crate::scalar::Dual;
     use crate::{ActiveEffect, CommandKind, Model, Motor};
 
-    /// The largest difference, in values and derivatives, between samples read off with the rates that the engine has kept
-    /// and with rates worked out anew; one number read off is that of the whole state, to the bit.
+    /// The largest difference, in values and derivatives, between samples interpolated with reused and with
+    /// recomputed derivatives; a single state variable is bitwise that of the whole state.
     fn apart<const N: usize>(machine: Machine<Dual<4>>) -> f64 {
         let mut engine = Engine::<Dual<4>, N>::new(machine, 0.006);
         let mut largest = 0.0_f64;

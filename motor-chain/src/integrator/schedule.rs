@@ -1,50 +1,50 @@
-//! How a run's time is divided: samples, changes of the command, and the engine's steps between them.
+//! Time grid of a run: samples, changes of the command, and the engine's steps.
 
 use crate::integrator::dense_output::Sample;
 use crate::integrator::engine::{Engine, TICKS};
 use crate::scalar::Scalar;
 use crate::simulate::{Drive, SimulationError};
 
-/// Longest step of the engine in s; the step of a run is a whole fraction of its sample time and at most this, give or take the
-/// share by which clocks are off.
+/// Longest step of the engine in s; the step of a run is an integral fraction of its sample time, up to this length
+/// except for clock errors.
 pub(crate) const LONGEST_STEP_S: f64 = 0.003;
 const CLOCK: f64 = 1e-3;
 
-/// How many times as long they may be in a fit, where samples lie closer than that, and where they lie farther apart.
+/// Factor on it in a fit, for samples closer than that and for samples farther apart.
 const COARSER: f64 = 4.0;
 const COARSER_APART: f64 = 2.0;
 
-/// Most steps of a run of any length: so many for each longest one, which is what the quickest spring and ripple that are plausible
-/// take, and beside them so many for one that is rough: some ten seconds.
+/// Most steps of a run per longest step, which the fastest plausible spring and ripple need, and in addition the
+/// number for a nonsmooth run of some ten seconds.
 const MOST_BY_LENGTH: u64 = 16;
 const MOST_FURTHER_STEPS: u64 = 30_000_000;
 
-/// Takes what each sample of a run finds. Closures do, but the compiler may choose to call them.
+/// Receiver of the state at each sample. A trait and not a closure, so that the compiler inlines it.
 pub(crate) trait Reader<S, const N: usize> {
-    /// Of sample `k`.
+    /// Called for sample `k`.
     fn read(&mut self, k: usize, engine: &Engine<S, N>, sample: &Sample<'_, S, N>);
 
-    /// The shaft is put to this angle (rad) and speed (rad/s) just before sample `k` is read.
+    /// Called when the shaft is set to this angle (rad) and speed (rad/s) just before sample `k`.
     fn restart(&mut self, _k: usize, _angle_rad: S, _speed_rad_s: S) {}
 }
 
-/// Where the shaft is put in the middle of a run, at the time of a sample.
+/// A restart of the shaft within a run, at the time of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reset {
     /// Number of the sample.
     pub sample: usize,
-    /// Angle in rad, as the encoder says it at the motor file's counts per revolution.
+    /// Angle in rad of the encoder at the motor file's counts per revolution.
     pub angle_rad: f64,
-    /// Speed in rad/s, as the encoder says it by the board's clock.
+    /// Speed in rad/s of the encoder by the board's clock.
     pub speed_rad_s: f64,
 }
 
-/// An interval of a run that is left out of the drive, just before a [`Reset`]: the winding alone continues through it.
+/// An omitted interval of a run just before a [`Reset`]: only the winding's temperature continues through it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skipped {
-    /// Number of the sample that comes after it: that of a reset.
+    /// Number of the sample after it: that of a reset.
     pub before: usize,
-    /// How long it lasts, in s.
+    /// Duration in s.
     pub span_s: f64,
     /// Means over it: of the squared command, of the command times the speed (rad/s), and of the squared speed.
     pub means: [f64; 3],
@@ -60,7 +60,7 @@ where
     }
 }
 
-/// A drive made ready: which samples change the command, and how time is divided.
+/// A drive prepared for simulation: changes of the command, and the time grid.
 #[derive(Debug, Clone)]
 pub(crate) struct Schedule {
     /// Sample times from the first, on the board's clock.
@@ -69,13 +69,13 @@ pub(crate) struct Schedule {
     changes: Vec<(usize, f64)>,
     /// Longest step in s of the board's clock.
     step_s: f64,
-    /// Steps a sample where all samples are the same time apart, else 0.
+    /// Steps per sample for uniform samples, else 0.
     steps_per_sample: u64,
-    /// Where samples that are not lie by a clock that is right: whole ticks and the rest.
+    /// Positions of non-uniform samples by an exact clock: integral ticks and the rest.
     places: Vec<(u64, f64)>,
-    /// Where the shaft is put in between, by sample.
+    /// Restarts of the shaft, by sample.
     resets: Vec<Reset>,
-    /// Intervals omitted before some of them, in order.
+    /// Omitted intervals before some of them, in order.
     skipped: Vec<Skipped>,
 }
 
@@ -123,13 +123,13 @@ impl Schedule {
         Ok(schedule.placed())
     }
 
-    /// The same with a shaft that is put elsewhere in between.
+    /// Sets the restarts.
     pub(crate) fn with_resets(mut self, resets: Vec<Reset>) -> Self {
         self.resets = resets;
         self
     }
 
-    /// Makes a shaft that is put elsewhere at a sample faster there by so much (rad/s). Returns whether one is.
+    /// Increases the speed of the restart at a sample by this amount (rad/s). Returns whether there is one.
     pub(crate) fn make_faster(&mut self, sample: usize, by_rad_s: f64) -> bool {
         let found = (self.resets).binary_search_by_key(&sample, |reset| reset.sample);
         if let Ok(k) = found {
@@ -138,7 +138,7 @@ impl Schedule {
         found.is_ok()
     }
 
-    /// The same of a run of which this is left out.
+    /// Sets the omitted intervals.
     pub(crate) fn with_skipped(mut self, skipped: Vec<Skipped>) -> Self {
         self.skipped = skipped;
         self
@@ -151,8 +151,8 @@ impl Schedule {
         self
     }
 
-    /// The same with longer steps where samples lie between the ends of steps anyway, for fits: they are read off inside steps,
-    /// which differs by some thousandths of a count where the command has just changed, and by a ten-thousandth RMS.
+    /// Longer steps if samples are between the ends of steps anyway, for fits: samples are interpolated, which
+    /// differs by some thousandths of a count after a change of the command, and by a ten-thousandth RMS.
     pub(crate) fn coarser(mut self) -> Self {
         if self.steps_per_sample == 0 {
             let intervals = self.len().saturating_sub(1).max(1) as f64;
@@ -166,8 +166,8 @@ impl Schedule {
         self.placed()
     }
 
-    /// The same with the steps of the run that it was cut from, whose sample times are its own on average: then the matrices of one
-    /// are those of the other.
+    /// Takes the steps of the run that it was cut from, whose mean sample time is the same, so that both share their
+    /// matrices.
     pub(crate) fn stepping_as(mut self, run: &Self) -> Self {
         if self.steps_per_sample == run.steps_per_sample {
             self.step_s = run.step_s;
@@ -184,13 +184,13 @@ impl Schedule {
         &self.times_s
     }
 
-    /// Longest step in real time, by a clock that is off.
+    /// Longest step in real time, by a clock with an error.
     pub(crate) fn longest_s(&self, clock_scale: f64) -> f64 {
         self.step_s * clock_scale
     }
 
-    /// Where `time of sample k + later_s` lies in ticks: whole ticks and the rest. Time on the board's clock times
-    /// `clock_scale` is real time; `later_s` is real. Times before the start are set to the start.
+    /// Position of `time of sample k + later_s` in integral ticks and the rest. Time on the board's clock times
+    /// `clock_scale` is real time; `later_s` is real. Times before the start are clamped.
     fn tick<S: Scalar>(&self, k: usize, clock_scale: S, later_s: S) -> (u64, S) {
         if self.steps_per_sample > 0 && S::DERIVATIVES == 0 && later_s.value() == 0.0 {
             return (k as u64 * self.steps_per_sample * TICKS, S::zero());
@@ -198,7 +198,7 @@ impl Schedule {
         let tick_s = self.longest_s(clock_scale.value()) / TICKS as f64;
         let (whole, rest_s) = if self.steps_per_sample > 0 {
             let whole = k as u64 * self.steps_per_sample * TICKS;
-            // Derivatives of the clock_scale remain.
+            // Derivatives by clock_scale remain.
             let board_s = k as f64 * self.steps_per_sample as f64 * self.step_s;
             (
                 whole,
@@ -223,11 +223,11 @@ impl Schedule {
         (tick as u64, offset)
     }
 
-    /// Runs an engine through the drive; `late_s` says by how much sample `k` is late in real time, `reader` takes
-    /// what each sample finds.
+    /// Runs an engine through the drive; `late_s` is the lateness of sample `k` in real time, `reader` receives the
+    /// state at each sample.
     ///
     /// # Errors
-    /// [`SimulationError::TooStiff`] from `most_steps` for each longest step of the run on.
+    /// [`SimulationError::TooStiff`] above `most_steps` per longest step of the run.
     pub(crate) fn run<S: Scalar, const N: usize>(
         &self,
         engine: &mut Engine<S, N>,
@@ -247,11 +247,11 @@ impl Schedule {
             .iter()
             .map(|&(k, command)| (self.tick(k, clock_scale, delay_s), command))
             .peekable();
-        // Samples that lie on a step's end, whatever the parameters.
+        // Samples at the end of a step, for any parameters.
         let regular = self.steps_per_sample > 0
             && (clock_scale - clock_scale.value()).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
-        // Samples whose time no parameter moves, wherever it lies.
+        // Samples whose time does not depend on parameters.
         let known = self.steps_per_sample == 0
             && (clock_scale - 1.0).is_nought()
             && engine.machine.chain.timing.jitter_s.is_nought();
@@ -315,14 +315,14 @@ impl Schedule {
         Ok(())
     }
 
-    /// The first sample that is not before a time in ticks and the rest, where all are the same time apart.
+    /// The first sample at or after a time in ticks and the rest, for uniform samples.
     fn first_sample_from<S: Scalar>(&self, (tick, offset): (u64, S)) -> usize {
         let past = tick + u64::from(offset.value() > 0.0);
         let sample = past.div_ceil(self.steps_per_sample * TICKS);
         usize::try_from(sample).map_or(self.len(), |sample| sample.min(self.len()))
     }
 
-    /// Steps that a run takes at least, and ten for its start.
+    /// Least number of steps of a run, plus ten for its start.
     fn base_steps(&self) -> u64 {
         let duration_s = self.times_s.last().copied().unwrap_or(0.0);
         (duration_s / self.step_s).ceil() as u64 + 10
@@ -366,7 +366,7 @@ mod tests {
             }
             assert!(differ, "nothing to take over");
         }
-        // A segment that is even, of a run that is not.
+        // A uniform segment of a non-uniform run.
         let segment = schedule(&even[..100]);
         let step_s = segment.step_s;
         assert_eq!(segment.stepping_as(&schedule(&uneven)).step_s, step_s);

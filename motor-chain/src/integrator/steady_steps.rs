@@ -1,10 +1,10 @@
-//! Whole steps in one mode, many in a row: what a run does nearly all the time.
+//! Consecutive longest steps within one mode: the most frequent case.
 //!
-//! Where the equations are affine and nothing has happened for a while, every step is the longest one and the command's
-//! part of it is the same, `y <- E y + P n`. This loop takes such steps as long as every event_function stays positive and leaves
-//! the one at whose end something has happened to [`Engine::step`]. It computes exactly what that would have, bit by bit,
-//! without asking at every step how long it may be, what to return to and which mode is in force. Samples that a clock took
-//! between the ends of steps are read off inside them (`dense_output.rs`).
+//! For affine equations some time after the last event, every step is the longest one with the same contribution of
+//! the command, `y <- E y + P n`. This loop takes such steps while every event function stays positive, and leaves
+//! the step with an event to [`Engine::step`]. The results are bitwise those of [`Engine::step`], without determining
+//! step length, mode and restart state at each step. Samples between the ends of steps are interpolated
+//! (`dense_output.rs`).
 
 use crate::integrator::dense_output::{DenseOutput, Sample};
 use crate::integrator::dynamics::{Machine, ONE_BODY, W1};
@@ -15,21 +15,21 @@ use crate::integrator::propagate::{advance, linear};
 use crate::integrator::step_table::add;
 use crate::scalar::Scalar;
 
-/// Events that end a mode.
+/// Event functions to check.
 enum Watch {
-    /// Nothing.
+    /// None.
     Nothing,
     /// The speed of a rigid motor falls through 0.
     Speed { direction: f64 },
     /// Breakaway, of a rigid motor at rest.
     Rest,
-    /// Whatever the event_functions say.
+    /// All of them.
     EventFunctions,
 }
 
 impl<S: Scalar, const N: usize> Engine<S, N> {
-    /// Takes up to `most` samples, `longest_steps` of the longest step apart, and gives each state to `emit` with its
-    /// number; returns how many were taken before something happened or steps had to be shorter.
+    /// Takes up to `most` samples, `longest_steps` of the longest step apart, and passes each state to `emit` with
+    /// its number; returns how many were taken before an event or shorter steps.
     #[inline]
     pub(crate) fn steady_steps(
         &mut self,
@@ -58,8 +58,8 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// The same for samples anywhere between the ends of steps: number `n` is `at(n)`, in ticks and the rest, none when there
-    /// are no more or the command is about to change. Their times do not depend on parameters.
+    /// The same for samples between the ends of steps: sample `n` is at `at(n)`, in ticks and the rest, `None` after
+    /// the last or before a change of the command. Their times do not depend on parameters.
     #[inline]
     pub(crate) fn steady_steps_between(
         &mut self,
@@ -72,14 +72,14 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         self.read_off(at, self.watch(), &mut emit)
     }
 
-    /// Whether every step is the longest and exact, and starts where it may. A winding that warms up bends the equations: its
-    /// states of four and six numbers never get further.
+    /// Whether every step is the longest, exact and aligned. A winding that warms up makes the equations nonlinear:
+    /// its states of four and six variables are excluded.
     fn is_steady(&self) -> bool {
         let steady = self.straight && self.allowed == self.floor;
         !matches!(N, 4 | 6) && steady && self.now.is_multiple_of(TICKS)
     }
 
-    /// Which event_functions there are to watch in the mode in force.
+    /// The event functions to check in the current mode.
     fn watch(&self) -> Watch {
         let event_functions = self.machine.event_functions(&self.mode, &self.y);
         match (event_functions[0], event_functions[1]) {
@@ -92,8 +92,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         }
     }
 
-    /// The loop, for one way to see whether the mode still `holds`. A state that is its own successor (`may_rest`)
-    /// stays.
+    /// The loop for one kind of check that the mode `holds`. A fixed point (`may_rest`) is kept.
     #[inline(always)]
     fn repeat_steps(
         &mut self,
@@ -145,7 +144,7 @@ impl<S: Scalar, const N: usize> Engine<S, N> {
         let rate = |y: &[S; N]| add(linear(&a, y), &constant);
         let step = TICKS >> self.allowed;
         let span_s = step as f64 * self.tick_s();
-        // The states at the last two ends, with their rates, and which of them is the last.
+        // The states at the last two ends, with their derivatives, and the index of the last.
         let mut ends = [(self.y, constant), (self.y, rate(&self.y))];
         let mut last = 1;
         let (mut now, mut samples, mut steps) = (self.now, 0, 0);
@@ -200,7 +199,7 @@ mod tests {
 
     const LEVELS_V: [f64; 7] = [4.5, -1.0, 0.1, -4.0, 2.0, 0.0, -0.6];
 
-    /// Every state of a run with a new level every 90 samples, two longest steps apart, with and without cruising.
+    /// Every state of a run with a new level every 90 samples, two longest steps apart, with and without this loop.
     fn states<const N: usize>(machine: Machine<f64>, cruising: bool) -> Vec<[u64; N]> {
         let mut engine = Engine::<f64, N>::new(machine, 0.003);
         let mut states = Vec::new();
@@ -250,7 +249,7 @@ mod tests {
         }
     }
 
-    /// Every angle of a run whose samples a clock took a little early or late, with and without reading many off in a row.
+    /// Every angle of a run with jittered sample times, with and without this loop.
     fn uneven<const N: usize>(machine: Machine<f64>, cruising: bool) -> Vec<f64> {
         let mut engine = Engine::<f64, N>::new(machine, 0.003);
         let mut angles = Vec::new();

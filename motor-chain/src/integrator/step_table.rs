@@ -1,8 +1,8 @@
-//! The linear part of the equations over steps of `H / 2^l`, exactly.
+//! Exact propagators of the linear part over steps of `H / 2^l`.
 //!
-//! `y' = A y + n(t)` has the solution `y(h) = E y + h phi1 n` for a constant `n`, and with
-//! `phi0(z) = e^z, phi_k(z) = int_0^1 e^((1-s) z) s^(k-1) / (k-1)! ds` terms in `phi2`, `phi3` for an `n` that changes.
-//! The series is summed at a step so short that it converges at once; each longer step follows by doubling:
+//! `y' = A y + n(t)` has the solution `y(h) = E y + h phi1 n` for a constant `n`, and with `phi0(z) = e^z, phi_k(z) =
+//! int_0^1 e^((1-s) z) s^(k-1) / (k-1)! ds` terms in `phi2`, `phi3` for a varying `n`. The series is summed for a
+//! step short enough to converge quickly; longer steps follow by scaling and squaring:
 //!
 //! ```text
 //! e^(2z)   = e^z e^z
@@ -13,13 +13,13 @@
 
 use crate::scalar::Scalar;
 
-/// Steps below the longest step: events are located to within `H / 2^FINEST`.
+/// Number of halvings of the longest step: events are located to within `H / 2^FINEST`.
 pub(crate) const FINEST: usize = 10;
 
 /// A square matrix.
 pub(crate) type Matrix<S, const N: usize> = [[S; N]; N];
 
-/// The linear part over one step.
+/// The propagators of one step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StepMatrices<S, const N: usize> {
     /// `e^(A h)`.
@@ -38,7 +38,7 @@ fn multiply<S: Scalar, const N: usize>(a: &Matrix<S, N>, b: &Matrix<S, N>) -> Ma
     let mut c = [[S::zero(); N]; N];
     for i in 0..N {
         for k in 0..N {
-            // Bodies that do not act on each other, and angles that act on nothing, leave many empty places.
+            // Uncoupled bodies, and angles without an effect, give many zeros.
             if a[i][k].is_nought() {
                 continue;
             }
@@ -98,10 +98,10 @@ fn plus_identity<S: Scalar, const N: usize>(mut a: Matrix<S, N>, factor: f64) ->
 }
 
 impl<S: Scalar, const N: usize> StepMatrices<S, N> {
-    /// By the series, for a step with `|A h|` well below 1.
+    /// From the series, for `|A h|` well below 1.
     fn by_series(a: &Matrix<S, N>, step_s: f64) -> Self {
         let z = scaled(*a, step_s);
-        // phi3(z) = sum z^j / (j + 3)!, by Horner's rule
+        // phi3(z) = sum z^j / (j + 3)!, by Horner's rule.
         let mut p3 = [[S::zero(); N]; N];
         for j in (0..9_u32).rev() {
             let factorial: f64 = (1..=j + 3).map(f64::from).product();
@@ -118,10 +118,10 @@ impl<S: Scalar, const N: usize> StepMatrices<S, N> {
         }
     }
 
-    /// Over twice the step; `phi2` and `phi3` where they are `wanted`.
+    /// For twice the step; `phi2` and `phi3` only if `wanted`.
     fn doubled(&self, wanted: bool) -> Self {
         let e = &self.e;
-        // With the step inside, h phi_k doubles as 2 h phi_k(2 z).
+        // With the step as a factor, h phi_k becomes 2 h phi_k(2 z).
         let p1 = plus(multiply(e, &self.p1), &self.p1);
         if !wanted {
             let e = multiply(e, e);
@@ -140,19 +140,19 @@ impl<S: Scalar, const N: usize> StepMatrices<S, N> {
     }
 }
 
-/// The matrices of every step from `H` (number 0) to `H / 2^(FINEST + 1)`.
+/// The propagators of every step from `H` (index 0) to `H / 2^(FINEST + 1)`.
 #[derive(Debug, Clone)]
 pub(crate) struct StepTable<S, const N: usize> {
     /// `A` itself.
     pub a: Matrix<S, N>,
-    /// Whether it is of affine equations.
+    /// Whether it belongs to affine equations.
     pub is_affine: bool,
     /// Shortest step first.
     steps: Vec<StepMatrices<S, N>>,
 }
 
 impl<S: Scalar, const N: usize> StepTable<S, N> {
-    /// For equations that are affine or not: those that are need `e^(A h)` and `h phi1` alone, the others are not made.
+    /// For affine equations only `e^(A h)` and `h phi1` are computed.
     pub(crate) fn new(a: &Matrix<S, N>, longest_s: f64, is_affine: bool) -> Self {
         let norm = a
             .iter()
@@ -176,7 +176,7 @@ impl<S: Scalar, const N: usize> StepTable<S, N> {
         }
     }
 
-    /// The matrices of step `H / 2^l`.
+    /// The propagators of step `H / 2^l`.
     #[inline(always)]
     pub(crate) fn matrices(&self, l: usize) -> &StepMatrices<S, N> {
         &self.steps[FINEST + 1 - l]
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn step_matrices_are_the_exponential_and_its_integrals() {
-        // y' = -1000 y + n: e^-z, (1 - e^-z)/z, ... at h = 0.003 and three halvings down, also when stiff
+        // y' = -1000 y + n: e^-z, (1 - e^-z)/z, ... at h = 0.003 and three halvings, also if stiff
         for rate in [1.0, 1000.0, 3e6] {
             let step_table = StepTable::new(&[[-rate]], 0.003, false);
             for l in [0_usize, 3, FINEST + 1] {

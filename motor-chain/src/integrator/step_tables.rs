@@ -1,45 +1,45 @@
-//! StepTables that were made, kept from mode to mode and from machine to machine.
+//! Cache of step tables over modes and machines.
 //!
-//! A [`StepTable`] hangs on a matrix, on whether the equations are affine, and on the longest step. Within one machine a [`Key`] of the
-//! mode tells which one it is. The next machine's modes have the same matrices where it differs in what a matrix does not hold, as the
-//! segments of a cut recording do, each simulated by itself: then they serve again.
+//! A [`StepTable`] depends on a matrix, on whether the equations are affine, and on the longest step. Within one
+//! machine the mode's [`Key`] identifies it. The modes of the next machine have the same matrices if it differs only
+//! in other terms, as between the segments of a cut recording.
 
 use crate::integrator::mode::Flow;
 use crate::integrator::step_table::{Matrix, StepTable};
 use crate::scalar::Scalar;
 
-/// Most step_tables kept; beyond, the oldest go.
+/// Most step tables kept; the oldest are dropped.
 const MOST: usize = 24;
 
-/// Dependencies of the matrices of one machine.
+/// The parts of a mode on which the matrices of one machine depend.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Key {
     pub flow: Flow,
     pub touching: bool,
     pub sticks: [bool; 2],
-    /// Sign of the torque and both directions of slip, where a matrix depends on them.
+    /// Sign of the torque and both directions of slip, if a matrix depends on them.
     pub directions: [f64; 3],
     pub added_resistance: f64,
 }
 
-/// A step_table, and the key under which the machine in force knows it.
+/// A step table with its key in the current machine.
 #[derive(Debug, Clone)]
 struct Known<S, const N: usize> {
     key: Option<Key>,
     step_table: StepTable<S, N>,
 }
 
-/// StepTables for one longest step, and the one in force.
+/// Step tables for one longest step, and the current one.
 #[derive(Debug, Clone)]
 pub(crate) struct StepTables<S, const N: usize> {
     longest_s: f64,
-    /// Those made or taken over last stand last; without a key those of machines before.
+    /// The most recently used is last; tables of earlier machines have no key.
     known: Vec<Known<S, N>>,
     at: usize,
 }
 
 impl<S: Scalar, const N: usize> StepTables<S, N> {
-    /// None yet, for steps of this length and shorter ones.
+    /// An empty cache for this longest step.
     pub fn new(longest_s: f64) -> Self {
         Self {
             longest_s,
@@ -48,7 +48,7 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
         }
     }
 
-    /// For another machine.
+    /// Keeps the tables for another machine.
     pub fn restart(&mut self, longest_s: f64) {
         if self.longest_s != longest_s {
             self.known.clear();
@@ -59,7 +59,8 @@ impl<S: Scalar, const N: usize> StepTables<S, N> {
         }
     }
 
-    /// Takes up the step_table under this key, of equations that are affine or not; `matrix` is asked for where the machine has not had it.
+    /// Selects the step table of this key, for affine equations or not; `matrix` is called if the machine has not
+    /// used it.
     pub fn take_up(&mut self, key: Key, is_affine: bool, matrix: impl FnOnce() -> Matrix<S, N>) {
         if let Some(at) = self.known.iter().position(|known| known.key == Some(key)) {
             self.at = at;
@@ -121,13 +122,13 @@ mod tests {
         assert!(take_up(&mut step_tables, 0.0, 5.0, true));
         assert!(take_up(&mut step_tables, 1.0, 7.0, true));
         assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
-        // The same numbers under other keys.
+        // The same matrices under other keys.
         step_tables.restart(0.003);
         assert!(!take_up(&mut step_tables, 0.5, 7.0, true));
         assert!(!take_up(&mut step_tables, 0.0, 5.0, true));
         assert!(take_up(&mut step_tables, 2.0, 5.0, false));
         assert_eq!(step_tables.known.len(), 3);
-        // The same key with different values, and different steps.
+        // The same key with different matrices and steps.
         step_tables.restart(0.003);
         assert!(take_up(&mut step_tables, 0.0, 6.0, true));
         step_tables.restart(0.03);

@@ -1,10 +1,10 @@
-//! When a mode ends, and which one follows.
+//! Transitions between modes.
 //!
-//! A event_function is positive while its mode holds. The laws: a side sticks when its speed is 0 and the net torque without
-//! friction is within the breakaway level, and leaves when it is not; current that reaches 0 stays there while the
-//! voltage drop exceeds what drives it; current at its limit stays there while it would be driven further; flanks meet
-//! plastically, part when they would have to pull, and at rest stay while some pushing torque holds either side; a clutch gives when it
-//! would have to carry more than it can, and grips again when its sides have come to one speed.
+//! An event function is positive within its mode. The laws: a side sticks at speed 0 if the net torque without
+//! friction is within the breakaway level; current that reaches 0 stays there while the voltage drop exceeds the
+//! driving voltage; current at its limit stays there while it would be increased further; flanks meet plastically,
+//! separate when they would have to pull, and at rest stay in contact while a pushing torque holds either side; a
+//! clutch slips beyond its capacity, and grips again when its sides have reached the same speed.
 
 use crate::CommandKind;
 use crate::integrator::dynamics::{CUR, LARGEST, Machine, ONE_BODY, TH1, W1};
@@ -13,7 +13,7 @@ use crate::integrator::mode::{Contact, Flow, Mode};
 use crate::scalar::Scalar;
 
 impl<S: Scalar> Machine<S> {
-    /// Changes mode and state after a event_function fell through 0, or after a change of the command.
+    /// Changes mode and state after an event function crossed 0, or after a change of the command.
     pub(crate) fn settle(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         if self.follows_sliding() {
             self.anchor(m, y);
@@ -64,7 +64,7 @@ impl<S: Scalar> Machine<S> {
         m.slip[0] = self.slip_after(m, 0, y[TH1], y[W1], net, fired, y);
     }
 
-    /// The direction in which a side slips from here on; 0 where it sticks.
+    /// The direction in which a side begins to slip; 0 if it sticks.
     #[allow(clippy::too_many_arguments)]
     fn slip_after(
         &self,
@@ -80,7 +80,7 @@ impl<S: Scalar> Machine<S> {
             return speed.sign();
         }
         if let Some(break_in) = self.chain.mechanical.break_in_angle_rad {
-            // Friction builds up from here: the side never sticks.
+            // Presliding: friction builds up from here, and the side never sticks.
             if fired == Some(EventFunction::Stop(side)) {
                 return -m.slip[side];
             }
@@ -100,7 +100,7 @@ impl<S: Scalar> Machine<S> {
             return net.sign();
         }
         let (up, down) = self.levels(m, side, y);
-        // A side that broke away at this very instant still has speed 0 and sits on its level to rounding.
+        // A side that has just broken away has speed 0 and is at its level up to rounding.
         let edge = if m.slip[side] > 0.0 {
             net - up
         } else {
@@ -188,8 +188,8 @@ impl<S: Scalar> Machine<S> {
         if fired != Some(EventFunction::BreakJoint) && low.value() <= high.value() {
             return;
         }
-        // The two binding limits say what gives way. A flank cannot pull, nor a clutch carry more than it can: a side bound against
-        // either leaves alone.
+        // The two active limits determine the transition. A flank cannot pull, nor a clutch exceed its capacity: a
+        // side held by either moves alone.
         if low_by == Holder::Flank || high_by == Holder::Flank {
             m.contact = match self.chain.transmission.clutch_nm {
                 Some(_) => slipping(if high_by == Holder::Flank { 1.0 } else { -1.0 }),
@@ -206,7 +206,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Lets a clutch slip that would have to carry more than it can, both sides moving.
+    /// Lets a clutch beyond its capacity slip, with both sides in motion.
     fn give(&self, m: &mut Mode<S>, y: &[S]) {
         if let Some(most) = self.chain.transmission.clutch_nm {
             let carried = self.flank_torque(m, y);
@@ -216,7 +216,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Whether sides that touch and slip as one would have to pull; at no torque, its rate of change decides.
+    /// Whether sides in contact that slip together would have to pull; at zero torque its derivative decides.
     fn parts(&self, m: &Mode<S>, y: &[S]) -> bool {
         let mut push = self.flank_torque(m, y).value() * m.contact.sign();
         if push.abs() < 1e-12 {
@@ -283,7 +283,7 @@ impl<S: Scalar> Machine<S> {
             && m.flow_sign != 0.0
             && !matches!(fired, None | Some(EventFunction::CurrentZero))
         {
-            // Current has just begun to flow: still 0 at this instant.
+            // The current has just begun to flow: still 0.
         } else if excess.value().abs() > driver.drop(excess.sign()).value() {
             (m.flow, m.flow_sign) = (Flow::Free, excess.sign());
         } else {
@@ -291,7 +291,7 @@ impl<S: Scalar> Machine<S> {
         }
     }
 
-    /// Without inductance the current follows at once: which branch holds is read off the voltages.
+    /// Without inductance the current is algebraic: its branch follows from the voltages.
     fn settle_algebraic_current(&self, m: &mut Mode<S>, y: &mut [S], fired: Option<EventFunction>) {
         let driver = &self.chain.driver;
         let excess = self.excess(y);

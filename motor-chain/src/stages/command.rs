@@ -1,4 +1,4 @@
-//! Stage 1, the command: what is asked for, and when it arrives.
+//! Stage 1, the command: dead zone and arrival time.
 //!
 //! `u(t) = dead_zone(command(t - delay + offset))`.
 
@@ -7,16 +7,16 @@ use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prio
 use crate::chain::Chain;
 use crate::scalar::Scalar;
 
-/// Changes of the command on its way to the driver.
+/// Changes of the command between board and driver.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Command<S> {
-    /// Time from the board's clock tick to the driver, in s.
+    /// Delay from the board's clock tick to the driver, in s.
     pub delay_s: S,
-    /// By how much the column of the commands is late: the driver had them so much before, in s.
+    /// Delay of the logged commands relative to the driver, in s.
     pub ahead_s: S,
-    /// Commands of at most this magnitude do nothing.
+    /// Largest command without an effect.
     pub dead_zone: Option<S>,
-    /// Commands up to the first of these forward, to the second back, do nothing.
+    /// Largest commands without an effect, forward and back.
     pub zones: Option<[S; 2]>,
 }
 
@@ -30,7 +30,6 @@ impl<S: Scalar> Command<S> {
         }
     }
 
-    /// Command at the driver for `command`.
     pub(crate) fn pass(&self, command: f64) -> f64 {
         let within = |threshold: &S| command.abs() <= threshold.value();
         let zone = |zones: &[S; 2]| within(&zones[usize::from(command < 0.0)]);
@@ -42,7 +41,8 @@ impl<S: Scalar> Command<S> {
     }
 }
 
-/// Longest plausible delay in s: of radio links and web servers in the loop; servos on a busy bus have 0.07 to 0.2 s.
+/// Longest plausible delay in s: for radio links and web servers in the loop; servos on a busy bus have 0.07 to 0.2
+/// s.
 const LONGEST_DELAY_S: f64 = 0.3;
 
 /// The command reaches the driver late.
@@ -74,7 +74,7 @@ impl Effect for TransportDelay {
     }
 }
 
-/// The column of the commands is late.
+/// The logged commands are late.
 pub(crate) struct CommandOffset;
 
 impl Effect for CommandOffset {
@@ -102,7 +102,7 @@ impl Effect for CommandOffset {
     }
 }
 
-/// Small commands do nothing.
+/// Small commands have no effect.
 pub(crate) struct DeadZone;
 
 impl Effect for DeadZone {

@@ -1,8 +1,8 @@
 //! Stage 2, the driver: the bridge and its supply.
 //!
-//! With `e = gain u - Kb w` the winding sees `e - drop sgn(i)`, through `R + d^2 Rs` with `d = |u| / supply`,
-//! and carries at most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit. A bridge that freewheels between
-//! its pulses drives what the mean current of a period says.
+//! With `e = gain u - Kb w` the winding has `e - drop sgn(i)`, through `R + d^2 Rs` with `d = |u| / supply`, and at
+//! most `limit`. `u = 0` short-circuits the motor, unless the bridge opens the circuit. A freewheeling bridge drives
+//! the mean current over its pulses.
 
 use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
@@ -12,13 +12,13 @@ use crate::scalar::Scalar;
 /// The bridge and its supply.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Driver<S> {
-    /// Reference voltage of the duty, in V.
+    /// Reference voltage of the duty cycle, in V.
     pub supply_v: S,
-    /// Volts at the bridge for a volt asked for.
+    /// Voltage at the bridge per commanded volt.
     pub gain: S,
-    /// Relative difference of the gain forward; its opposite is that back.
+    /// Relative difference of the gain forward; the opposite applies back.
     pub gain_asymmetry: Option<S>,
-    /// Lost in bridge and brushes against the current, forward and back, in V.
+    /// Voltage drops of bridge and brushes forward and back, in V.
     pub drops_v: Option<[S; 2]>,
     /// The supply's resistance, in ohm.
     pub source_resistance_ohm: Option<S>,
@@ -26,7 +26,7 @@ pub(crate) struct Driver<S> {
     pub limit_a: Option<S>,
     /// Whether a command of 0 opens the circuit.
     pub coast: bool,
-    /// How current decays between pulses, where it is not through a short circuit.
+    /// Freewheeling between pulses, unless through a short circuit.
     pub freewheel: Option<Freewheel<S>>,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Driver<S> {
 pub(crate) struct Freewheel<S> {
     /// Period of the pulses over the electrical time constant L/R.
     pub period_ratio: S,
-    /// Whether the diodes lead back into the supply; else they short-circuit the motor one way.
+    /// Whether the diodes lead back into the supply; else they short-circuit the motor in one direction.
     pub into_supply: bool,
 }
 
@@ -53,13 +53,14 @@ impl<S: Scalar> Driver<S> {
         }
     }
 
-    /// Voltage that drives the mean current of a bridge that freewheels, against this back EMF, in V: the resistance times that current.
+    /// Voltage equivalent of the mean current of a freewheeling bridge at this back EMF, in V: the resistance times
+    /// that current.
     ///
-    /// In the pulse, `d` of a period `p` (in units of L/R), current heads for `a = v - e`, between pulses for `b = -e` or `b = -v - e`
-    /// (all times 1/R), with `v` and `e` counted in the command's direction. Where it lasts, the mean is `d a + (1 - d) b`. Where it
-    /// dies after `t0` it has risen from 0 to `a (1 - exp(-d p))`, so that `t0 = ln(1 - a (1 - exp(-d p)) / b)` and the mean is
-    /// `d a + b t0 / p`: until the next pulse the terminals show the back EMF. Diodes let a motor that is turned faster than `v` drive the
-    /// supply all the time.
+    /// In the pulse, `d` of a period `p` (in units of L/R), the current approaches `a = v - e`, between pulses `b =
+    /// -e` or `b = -v - e` (all times 1/R), with `v` and `e` in the command's direction. For continuous current the
+    /// mean is `d a + (1 - d) b`. A current that reaches 0 after `t0` has risen from 0 to `a (1 - exp(-d p))`, so
+    /// that `t0 = ln(1 - a (1 - exp(-d p)) / b)` and the mean is `d a + b t0 / p`: until the next pulse the terminals
+    /// have the back EMF. A motor that is driven faster than `v` supplies current through the diodes all the time.
     #[inline(never)]
     pub(crate) fn pulsed(&self, freewheel: &Freewheel<S>, command: f64, emf: S) -> S {
         let volts = self.voltage(command);
@@ -93,7 +94,7 @@ impl<S: Scalar> Driver<S> {
         (duty * rises + off * falls) * s
     }
 
-    /// Resistance that the supply adds at this command, in ohm.
+    /// Resistance added by the supply at this command, in ohm.
     pub(crate) fn added_resistance(&self, command: f64) -> S {
         match self.source_resistance_ohm {
             Some(source) => {
@@ -122,14 +123,14 @@ impl<S: Scalar> Driver<S> {
         }
     }
 
-    /// Takes further volts from a current forward and back.
+    /// Adds voltage drops forward and back.
     fn lose(&mut self, forward: S, back: S) {
         let [a, b] = self.drops_v.unwrap_or_else(|| [S::zero(); 2]);
         self.drops_v = Some([a + forward, b + back]);
     }
 }
 
-/// Bridge and brushes take a voltage that does not depend on the current.
+/// A voltage drop of bridge and brushes that is independent of the current.
 pub(crate) struct VoltageDrop;
 
 impl Effect for VoltageDrop {
@@ -221,7 +222,7 @@ impl Effect for SupplySag {
     }
 }
 
-/// The supply voltage differs from the one that the duty is computed with.
+/// The supply voltage differs from the reference of the duty cycle.
 pub(crate) struct SupplyError;
 
 impl Effect for SupplyError {
@@ -251,7 +252,7 @@ impl Effect for SupplyError {
     }
 }
 
-/// The driver gives more volts in one direction than in the other.
+/// The driver has a larger gain in one direction.
 pub(crate) struct AsymmetricGain;
 
 impl Effect for AsymmetricGain {

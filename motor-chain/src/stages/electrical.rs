@@ -1,7 +1,7 @@
 //! Stage 3, the winding: current from voltage, torque from current.
 //!
-//! `L di/dt = v - R (1 + k P) i - Kb f(theta) w`, `tau_m = Kt f(theta) i`, with the ripple
-//! `f = 1 + A sin(n theta + phi)` (a second wave beside the first where there are two) in both so that power is kept, and the filtered copper loss `P` of winding heating.
+//! `L di/dt = v - R (1 + k P) i - Kb f(theta) w`, `tau_m = Kt f(theta) i`, with the ripple `f = 1 + A sin(n theta +
+//! phi)` (or two waves) in both so that power is conserved, and the filtered copper loss `P` of winding heating.
 
 use crate::CommandKind;
 use crate::catalogue::ids;
@@ -14,7 +14,7 @@ use crate::scalar::Scalar;
 pub(crate) struct Electrical<S> {
     /// Cold resistance R in ohm.
     pub resistance_ohm: S,
-    /// Inductance L in H; 0 where the current follows the voltage at once.
+    /// Inductance L in H; 0 if the current is algebraic.
     pub inductance_h: S,
     /// Torque constant Kt in N m/A.
     pub torque_constant_nm_per_a: S,
@@ -47,7 +47,7 @@ impl<S: Scalar> Wave<S> {
     }
 }
 
-/// Effects that repeat with the angle: a wave, or two of other orders.
+/// Effects periodic in the angle: one wave, or two of different orders.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Waves<S> {
     first: Wave<S>,
@@ -55,7 +55,7 @@ pub(crate) struct Waves<S> {
 }
 
 impl<S: Scalar> Waves<S> {
-    /// A wave more.
+    /// Adds a wave.
     pub(crate) fn with(waves: Option<Self>, wave: Wave<S>) -> Self {
         match waves {
             None => Self {
@@ -90,7 +90,7 @@ pub(crate) struct Heating<S> {
 }
 
 impl<S: Scalar> Electrical<S> {
-    /// `f(theta)`: what ripple makes of both motor constants.
+    /// `f(theta)`: the ripple of both motor constants.
     #[inline(always)]
     pub(crate) fn factor(&self, angle_rad: S) -> S {
         match &self.ripple {
@@ -105,8 +105,8 @@ impl<S: Scalar> Electrical<S> {
         -(per_w * loss_w) + 1.0
     }
 
-    /// Mean copper loss in W, as heat counts it, over an interval with these means of the squared command, of the command times the speed
-    /// and of the squared speed, at a filtered loss before it.
+    /// Mean filtered copper loss in W over an interval with these means of the squared command, of the command times
+    /// the speed and of the squared speed, with a filtered loss before it.
     pub(crate) fn mean_loss(&self, kind: CommandKind, means: [f64; 3], before_w: S) -> S {
         let [command, both, speed] = means;
         let weak = match self.weakening_per_w {
@@ -154,7 +154,7 @@ impl Effect for Inductance {
         parameters: &[EffectParameter::new(
             "inductance_h",
             "H",
-            // Of the handout's motor L/R is 1 to 30 ms.
+            // L/R of the handout's motor is then 1 to 30 ms.
             (0.03, 0.9),
             Scale::ResistanceTimesTimeConstant,
             Prior::LogUniform,
@@ -183,7 +183,7 @@ impl Effect for WindingHeating {
             EffectParameter::new(
                 "resistance_rise_per_w",
                 "1/W",
-                // A motor that turns freely takes some 5 % of its stall power: 8 there is +40 %.
+                // A freely turning motor has some 5 % of its stall power: 8 there is +40 %.
                 (0.05, 8.0),
                 Scale::PerStallPower,
                 Prior::LogUniform,
@@ -221,7 +221,8 @@ impl Effect for MagnetWeakening {
         excited_by: "long hot runs: the speed rises",
         confounded_with: &[ids::WINDING_HEATING],
         parameters: &[
-            // Ps lasts at a stall alone; a motor that turns freely takes some 5 % of it, one that reverses often a third.
+            // Ps is reached at stall only; a freely turning motor has some 5 % of it, one that reverses often a
+            // third.
             EffectParameter::new("drop", "", (0.02, 0.6), Scale::Absolute, Prior::LogUniform)
                 .possible(0.0, 0.9),
             EffectParameter::new(

@@ -1,4 +1,4 @@
-//! The stages of the chain, one file each: what happens to the signal there, and which effects it knows.
+//! The stages of the chain, one file each, with their effects.
 
 pub(crate) mod command;
 pub(crate) mod driver;

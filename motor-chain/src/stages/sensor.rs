@@ -2,8 +2,8 @@
 //!
 //! `counts = floor(N (theta + e sin(theta + phi)) / 2 pi + start)`, each edge possibly lost.
 //!
-//! Where a share of the edges is lost by their rate, `x = N (..) / 2 pi` counts as the integral of `kept(|x'|) x'`; where the log holds
-//! a filtered speed, its integral is rounded. Sensors with memory are in `memory.rs`.
+//! If a share of the edges is lost by their rate, `x = N (..) / 2 pi` is replaced by the integral of `kept(|x'|) x'`;
+//! for the log of a filtered speed, its integral is quantized. Sensors with memory are in `memory.rs`.
 
 use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
@@ -15,17 +15,17 @@ use crate::scalar::Scalar;
 pub(crate) struct Sensor<S> {
     /// Counts per revolution.
     pub counts_per_rev: S,
-    /// Amplitude in rad and phase of an encoder off its axis.
+    /// Amplitude in rad and phase of an eccentric encoder.
     pub eccentricity: Option<(S, S)>,
     /// Probability that an edge is lost.
     pub loss: S,
-    /// Edges faster than this are lost, in 1/s.
+    /// Edge rate above which edges are lost, in 1/s.
     pub max_rate_hz: Option<S>,
-    /// Share of the edges that is lost by their rate.
+    /// Rate-dependent loss of edges.
     pub rate_loss: Option<RateLoss<S>>,
-    /// Time constant in s of the filter that the logged speed has passed.
+    /// Time constant in s of the filter of the logged speed.
     pub filter_s: Option<S>,
-    /// Whether the filter takes a step a sample, not all the time.
+    /// Whether the filter is updated once per sample, not continuously.
     pub filters_samples: bool,
 }
 
@@ -38,7 +38,7 @@ pub(crate) struct RateLoss<S> {
     pub exponent: S,
 }
 
-/// Beyond this many e-foldings the other of 1 and `(f / f0)^n` is nothing to sixteen digits.
+/// Beyond this many e-foldings the smaller of 1 and `(f / f0)^n` is negligible to sixteen digits.
 const FOLDINGS: f64 = 40.0;
 
 impl<S: Scalar> RateLoss<S> {
@@ -59,8 +59,8 @@ impl<S: Scalar> RateLoss<S> {
     }
 }
 
-/// Most steps of Newton's method for the angle of a shaft, halved intervals where it leaves them: forty halve two turns to less than
-/// an angle's rounding matters. And how near is near enough, in rad.
+/// Most steps of Newton's method for the angle of a shaft, with bisection outside the bracket: forty halve two turns
+/// to the rounding error. And its tolerance in rad.
 const NEWTON_STEPS: usize = 40;
 const NEAR_RAD: f64 = 1e-13;
 
@@ -77,7 +77,7 @@ impl<S: Scalar> Sensor<S> {
         }
     }
 
-    /// How fast [`Self::unrounded`] goes at this angle and speed, in counts/s.
+    /// Rate of [`Self::unrounded`] at this angle and speed, in counts/s.
     pub(crate) fn rate(&self, angle_rad: S, speed_rad_s: S) -> S {
         let seen = match &self.eccentricity {
             Some((amplitude, phase)) => {
@@ -89,13 +89,13 @@ impl<S: Scalar> Sensor<S> {
         self.counts_per_rev * seen / std::f64::consts::TAU
     }
 
-    /// Whether what is read depends on what was before.
+    /// Whether the reading depends on earlier ones.
     #[inline(always)]
     pub(crate) fn remembers(&self) -> bool {
         self.rate_loss.is_some() || self.filter_s.is_some()
     }
 
-    /// Encoder reading before quantization, in counts, at this angle if no edge is lost.
+    /// Encoder reading before quantization and without loss of edges, in counts.
     #[inline(always)]
     pub(crate) fn unrounded(&self, angle_rad: S) -> S {
         let seen = match &self.eccentricity {
@@ -105,9 +105,9 @@ impl<S: Scalar> Sensor<S> {
         self.counts_per_rev * seen / std::f64::consts::TAU
     }
 
-    /// Angle in rad and speed in rad/s of the shaft where the encoder says this angle (rad at `stated` counts per revolution) and this
-    /// speed: what [`Self::unrounded`] and [`Self::rate`] make of them, backward. An encoder so far off its axis that one reading is that
-    /// of several angles, and edges that are lost at a rate, are left out of it.
+    /// Angle in rad and speed in rad/s of the shaft at this encoder angle (rad at `stated` counts per revolution) and
+    /// speed: the inverse of [`Self::unrounded`] and [`Self::rate`]. Encoders with an eccentricity that is not
+    /// invertible, and rate-dependent loss of edges, are excluded.
     pub(crate) fn shaft(&self, stated: S, angle_rad: f64, speed_rad_s: f64) -> (S, S) {
         let scale = stated / self.counts_per_rev;
         let (seen_rad, seen_rad_s) = (scale * angle_rad, scale * speed_rad_s);
@@ -122,7 +122,7 @@ impl<S: Scalar> Sensor<S> {
                     if off.abs() < NEAR_RAD {
                         break;
                     }
-                    // The reading grows with the angle.
+                    // The reading increases with the angle.
                     *(if off > 0.0 { &mut high } else { &mut low }) = angle;
                     let next = angle - off / slope(S::from(angle)).value();
                     angle = if low < next && next < high {
@@ -131,7 +131,7 @@ impl<S: Scalar> Sensor<S> {
                         0.5 * (low + high)
                     };
                 }
-                // One step more carries the derivatives (implicit function).
+                // One more Newton step carries the derivatives (implicit function theorem).
                 let at = S::from(angle);
                 let angle = at - beyond(at) / slope(at).value();
                 (angle, slope(angle))
@@ -141,13 +141,13 @@ impl<S: Scalar> Sensor<S> {
         (angle, seen_rad_s / slope / (-self.loss + 1.0))
     }
 
-    /// Whether edges at this speed come too fast.
+    /// Whether the edge rate at this speed exceeds the limit.
     pub(crate) fn too_fast(&self, speed_rad_s: f64) -> bool {
         let rate_hz = speed_rad_s.abs() * self.counts_per_rev.value() / std::f64::consts::TAU;
         self.max_rate_hz.is_some_and(|most| rate_hz > most.value())
     }
 
-    /// Mean share of the edges that is kept while the speed goes evenly from one value to another.
+    /// Mean share of the kept edges while the speed changes linearly from one value to another.
     pub(crate) fn kept_share(&self, from_rad_s: S, to_rad_s: S) -> S {
         let kept = -self.loss + 1.0;
         let Some(most) = self.max_rate_hz else {
@@ -165,7 +165,7 @@ impl<S: Scalar> Sensor<S> {
         } else if low.value() >= limit.value() {
             S::zero()
         } else {
-            // Angle covered below the limit, of all that is covered: both are trapezia of the speed.
+            // Angle covered below the limit over the total: both are trapezoids of the speed.
             kept * (limit * limit - low * low) / (high * high - low * low)
         }
     }
@@ -177,7 +177,7 @@ impl<S: Scalar> Sensor<S> {
     }
 }
 
-/// Counts per revolution (x4) of encoders on the market.
+/// Common counts per revolution (x4) of encoders.
 const COMMON_RESOLUTIONS: &[f64] = &[
     100.0, 200.0, 256.0, 360.0, 400.0, 500.0, 512.0, 600.0, 720.0, 800.0, 1000.0, 1024.0, 1200.0,
     1440.0, 2000.0, 2048.0, 2400.0, 4000.0, 4096.0,
@@ -251,7 +251,7 @@ impl Effect for MissedCounts {
     }
 }
 
-/// A share of the edges is lost that grows with their rate.
+/// A share of the edges is lost that increases with their rate.
 pub(crate) struct EdgeRateLoss;
 
 impl Effect for EdgeRateLoss {
@@ -292,7 +292,7 @@ impl Effect for EdgeRateLoss {
     }
 }
 
-/// The log holds a filtered speed.
+/// The log has a filtered speed.
 pub(crate) struct SpeedFilter;
 
 impl Effect for SpeedFilter {
@@ -320,7 +320,7 @@ impl Effect for SpeedFilter {
     }
 }
 
-/// The encoder's disc is off its axis.
+/// The encoder's disc is eccentric.
 pub(crate) struct EncoderEccentricity;
 
 impl Effect for EncoderEccentricity {
@@ -354,7 +354,7 @@ impl Effect for EncoderEccentricity {
 mod tests {
     use super::*;
 
-    /// There and back, of encoders off their axis with other counts than stated.
+    /// Inverse and forward, for eccentric encoders with other counts than stated.
     #[test]
     fn the_shaft_is_where_the_encoder_says() {
         let stated = 720.0;
@@ -378,7 +378,7 @@ mod tests {
                 );
             }
         }
-        // So far off its axis one reading is that of several angles: the shaft is put where a right encoder has it.
+        // If the reading is not invertible, the shaft is set to the angle of an ideal encoder.
         assert_eq!(sensor(1.5).shaft(stated, 2.0, 4.9).0, 1.0);
     }
 }

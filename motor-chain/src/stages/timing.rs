@@ -1,17 +1,17 @@
-//! Stage 7, timing: when the encoder is really read.
+//! Stage 7, timing: the true times of the encoder readings.
 //!
-//! The row that says `t_s` was read at `t_s (1 + relative) + delta`, `delta` uniform in 0 .. spread. A wrong clock also
-//! times the commands.
+//! The row of time `t_s` was read at `t_s (1 + relative) + delta`, `delta` uniform in 0 .. spread. A clock error also
+//! affects the times of commands.
 
 use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
 use crate::chain::Chain;
 use crate::scalar::Scalar;
 
-/// When the encoder is read.
+/// Times of the encoder readings.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Timing<S> {
-    /// Real seconds for a second of the board's clock.
+    /// Real seconds per second of the board's clock.
     pub clock_scale: S,
     /// Largest lateness of a sample, in s.
     pub jitter_s: S,
@@ -26,7 +26,7 @@ impl<S: Scalar> Timing<S> {
     }
 }
 
-/// Samples are taken late by a random time.
+/// Samples are late by a random time.
 pub(crate) struct SampleJitter;
 
 impl Effect for SampleJitter {
@@ -53,7 +53,7 @@ impl Effect for SampleJitter {
     }
 }
 
-/// The board's clock is off.
+/// The board's clock has a rate error.
 pub(crate) struct ClockError;
 
 impl Effect for ClockError {

@@ -1,14 +1,14 @@
-//! Stage 5, the transmission: what lies between the motor and the load.
+//! Stage 5, the transmission between motor and load.
 //!
-//! Rigid: one inertia. With backlash or compliance two, `(1 - f) J` at the motor and `f J` at the load. Of viscous and Coulomb
-//! friction the load has the share `q f / (1 - f + q f)`: its friction per inertia is `q` times the motor's, 1 where friction splits as
-//! inertia does. Between them a spring and a damper
-//! `k (theta1 - theta2) + c (w1 - w2)`, or a gap within which neither feels the other.
+//! Rigid: one inertia. With backlash or compliance two, `(1 - f) J` at the motor and `f J` at the load. The load's
+//! share of viscous and Coulomb friction is `q f / (1 - f + q f)`: its friction per inertia is `q` times the motor's,
+//! 1 if friction is divided as inertia. Between them a spring and a damper `k (theta1 - theta2) + c (w1 - w2)`, or a
+//! gap without torque.
 //!
-//! With both the spring is in series with the gap: it pushes `k (theta1 - theta2 -+ gap / 2) + c (w1 - w2)` once a flank is
-//! reached, and releases when it would have to pull (the dead-zone model of Nordin and Gutman). A clutch holds both as one while it
-//! carries no more than its torque, and slips with that torque beyond; beside play or a spring it carries everything. Load fraction, split of the friction and
-//! side of the encoder are then those of the compliance.
+//! With both, the spring is in series with the gap: it pushes `k (theta1 - theta2 -+ gap / 2) + c (w1 - w2)` in
+//! contact, and releases when it would have to pull (the dead-zone model of Nordin and Gutman). A clutch couples both
+//! rigidly up to its capacity, and slips with that torque beyond; beside play or a spring it transmits all torque.
+//! Load fraction, division of the friction and side of the encoder are then those of the compliance.
 
 use crate::catalogue::ids;
 use crate::catalogue::{Effect, EffectKind, EffectParameter, MAX_PARAMETERS, Prior, Scale, Stage};
@@ -22,13 +22,13 @@ pub(crate) struct Transmission<S> {
     pub gap_rad: Option<S>,
     /// Natural frequency in Hz and damping ratio of two inertias on a spring.
     pub spring: Option<(S, S)>,
-    /// Most that a clutch carries, in N m.
+    /// Capacity of a clutch in N m.
     pub clutch_nm: Option<S>,
-    /// Share f of the inertia that is the load's.
+    /// Share f of the inertia on the load side.
     pub load_fraction: S,
-    /// Friction per inertia at the load over that at the motor.
+    /// Friction per inertia of the load over that of the motor.
     pub load_friction_weight: S,
-    /// Whether the encoder sits on the load.
+    /// Whether the encoder is on the load side.
     pub encoder_on_load: bool,
 }
 
@@ -44,19 +44,18 @@ impl<S: Scalar> Transmission<S> {
         }
     }
 
-    /// Share of the friction that is the load's; to the bit that of the inertia where friction splits as inertia does.
+    /// Share of the friction on the load side; bitwise that of the inertia if friction is divided as inertia.
     pub(crate) fn load_friction_share(&self) -> S {
         let (f, more) = (self.load_fraction, self.load_friction_weight - 1.0);
         f + more * f * (-f + 1.0) / (more * f + 1.0)
     }
 
-    /// Whether motor and load are two bodies.
     pub(crate) fn two_bodies(&self) -> bool {
         self.gap_rad.is_some() || self.spring.is_some() || self.clutch_nm.is_some()
     }
 }
 
-/// Share of the load, and which side the encoder sits on: the same keys for backlash and compliance.
+/// Share of the load, and side of the encoder: the same keys for backlash and compliance.
 const LOAD_FRACTION: EffectParameter = EffectParameter::new(
     "load_fraction",
     "",
@@ -76,7 +75,7 @@ pub(crate) const ENCODER_SIDE: EffectParameter = EffectParameter::new(
 .defaulting_to(0.0)
 .not_smooth();
 
-/// How friction and damping split: nobody knows of a gear train, so that it is free wherever there are two bodies.
+/// Division of friction and damping: unknown for gear trains, so that it is free if there are two bodies.
 const LOAD_FRICTION_WEIGHT: EffectParameter = EffectParameter::new(
     "load_friction_weight",
     "",

@@ -1,6 +1,6 @@
-//! Makes one page of the WebAssembly, the scripts and the styles: `bundle WASM PAGE_FOLDER REPORT_FOLDER OUTPUT_FOLDER`.
+//! Bundles WebAssembly, scripts and styles into one page: `bundle WASM PAGE_FOLDER REPORT_FOLDER OUTPUT_FOLDER`.
 //!
-//! One file, so that it works from a disk as from a server: a page at `file://` may fetch nothing.
+//! One file, so that it works from a disk and from a server: a page at `file://` cannot fetch others.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -13,7 +13,7 @@ use flate2::write::GzEncoder;
 use sha2::{Digest, Sha256};
 use wasm_bindgen_cli_support::Bindgen;
 
-/// The page's script, in the order in which its parts use each other.
+/// The page's scripts in the order of their dependencies.
 const SCRIPTS: [&str; 6] = [
     "ask.js",
     "recordings.js",
@@ -23,7 +23,7 @@ const SCRIPTS: [&str; 6] = [
     "try.js",
 ];
 
-/// Most bytes of the page, compressed as a server sends it.
+/// Largest compressed size of the page in bytes.
 const MOST_COMPRESSED: usize = 6_000_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         "/*\n{licence}\n*/\n{uplot}\n(() => {{'use strict';\n{}}})();",
         parts.concat()
     );
-    // The report's own script, as src/report/html.rs writes it: a frame inherits the rules of the page.
+    // The report's script, as src/report/html.rs writes it: frames inherit the page's Content-Security-Policy.
     let report_script = format!(
         "/*\n{licence}\n*/\n{uplot}\n{}",
         read(report, "explore.js")?
@@ -93,7 +93,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A script's hash as a Content-Security-Policy names it.
+/// A script's hash in the format of a Content-Security-Policy.
 fn hash(script: &str) -> String {
     format!("sha256-{}", base64(&Sha256::digest(script.as_bytes())))
 }

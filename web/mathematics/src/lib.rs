@@ -1,5 +1,5 @@
-//! Mathematical functions as a program for WebAssembly has them, for a native program: preloaded (`LD_PRELOAD`), they take the place of
-//! those of the C library. The standard library of `wasm32-unknown-unknown` takes them from the crate `libm`.
+//! Mathematical functions of a WebAssembly program for a native one: preloaded (`LD_PRELOAD`), they replace those of
+//! the C library. The standard library of `wasm32-unknown-unknown` takes them from the crate `libm`.
 
 macro_rules! functions {
     ($($name:ident($($x:ident),+)),+ $(,)?) => { $(
@@ -16,13 +16,13 @@ functions! {
     log2(x), pow(x, y), sin(x), sinh(x), tan(x), tanh(x),
 }
 
-/// Both at once, as an optimizer asks for them.
+/// Both at once, as optimizers combine the calls.
 ///
 /// # Safety
-/// Both places can be written.
+/// Both pointers are valid for writes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn sincos(x: f64, sin: *mut f64, cos: *mut f64) {
-    // SAFETY: the caller has said so.
+    // SAFETY: guaranteed by the caller.
     unsafe {
         *sin = libm::sin(x);
         *cos = libm::cos(x);

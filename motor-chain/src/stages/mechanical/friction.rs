@@ -162,7 +162,7 @@ impl Effect for AsymmetricFriction {
     }
 }
 
-/// Friction holds more than it brakes.
+/// Static friction exceeds Coulomb friction.
 pub(crate) struct StaticFriction;
 
 impl Effect for StaticFriction {

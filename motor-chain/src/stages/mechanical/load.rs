@@ -82,7 +82,7 @@ impl Effect for GravityLoad {
                 Scale::CoulombTorque,
                 Prior::LogUniform,
             )
-            // An arm may weigh nearly as much as the motor lifts, however little rubs.
+            // An arm may need nearly the whole motor torque, even with little friction.
             .or_up_to(0.7, Scale::StallTorque),
             EffectParameter::phase("phase_rad"),
         ],
@@ -98,7 +98,7 @@ impl Effect for GravityLoad {
     }
 }
 
-/// A torque that depends on nothing.
+/// A constant torque.
 pub(crate) struct ConstantLoad;
 
 impl Effect for ConstantLoad {

@@ -1,8 +1,8 @@
 //! Stage 4, the mechanics: inertia, friction, load.
 //!
-//! `J dw/dt = tau_m + cogging - gravity - load - drag - b (1 + r_b sgn w) w - friction`. Friction in direction `s` has the level
-//! `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it takes whatever holds the shaft, up to that level,
-//! or up to the larger one that it breaks away at. With presliding it approaches that as Dahl's `F(theta)` does.
+//! `J dw/dt = tau_m + cogging - gravity - load - drag - b (1 + r_b sgn w) w - friction`. Friction in direction `s`
+//! has the level `T(s) = Tf (1 + r s) + dT exp(-(w/ws)^2) + c |tau_m|`; at rest it balances the net torque up to that
+//! level, or up to the larger breakaway level. With presliding it approaches the level as Dahl's `F(theta)`.
 
 pub(crate) mod friction;
 pub(crate) mod load;
@@ -21,11 +21,11 @@ pub(crate) struct Mechanical<S> {
     pub viscous_asymmetry: Option<S>,
     /// Coulomb torque Tf in N m.
     pub coulomb_nm: S,
-    /// Torque that breaks friction away, where it is more than Coulomb's, in N m.
+    /// Static friction torque in N m, if it exceeds Coulomb's.
     pub static_nm: Option<S>,
     /// Extra friction at low speed.
     pub stribeck: Option<StribeckCurve<S>>,
-    /// Relative difference r of the Coulomb torque by direction.
+    /// Relative asymmetry r of the Coulomb torque.
     pub asymmetry: S,
     /// Angle over which friction builds up, in rad.
     pub break_in_angle_rad: Option<S>,
@@ -37,7 +37,7 @@ pub(crate) struct Mechanical<S> {
     pub gravity: Option<Wave<S>>,
     /// Cogging torque.
     pub cogging: Option<Waves<S>>,
-    /// A torque against positive rotation that depends on nothing, in N m.
+    /// A constant torque against positive rotation, in N m.
     pub load_nm: Option<S>,
 }
 
@@ -59,17 +59,17 @@ impl<S: Scalar> StribeckCurve<S> {
     }
 }
 
-/// Shares of the motor torque that turn into friction.
+/// Ratios of friction to motor torque.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LoadFractions<S> {
-    /// Where the motor drives the load.
+    /// For a driving motor.
     pub driving: S,
-    /// Where the load drives the motor.
+    /// For a driven motor.
     pub driven: S,
 }
 
 impl<S: Scalar> LoadFractions<S> {
-    /// The share in force where the torque has this sign in the direction of motion.
+    /// The ratio for a torque of this sign in the direction of motion.
     #[inline(always)]
     pub(crate) fn share(&self, along: f64) -> S {
         if along >= 0.0 {
@@ -79,8 +79,8 @@ impl<S: Scalar> LoadFractions<S> {
         }
     }
 
-    /// The share in force at rest against leaving in a direction in which the torque has this sign. Where being driven rubs more than
-    /// driving, what drove it at rest would stop it as soon as it moved: it stays (Filippov 1988).
+    /// The ratio at rest against breakaway in a direction with this sign of the torque. If friction is larger when
+    /// driven than when driving, a torque that broke it away would stop it at once: it stays at rest (Filippov 1988).
     #[inline(always)]
     pub(crate) fn holding_share(&self, along: f64) -> S {
         let moving = self.share(along);
@@ -93,13 +93,13 @@ impl<S: Scalar> LoadFractions<S> {
 }
 
 impl<S: Scalar> Mechanical<S> {
-    /// Coulomb level in N m in direction `s` (+1 or -1), without the part that depends on the speed or the torque.
+    /// Coulomb level in N m in direction `s` (+1 or -1), without terms of speed or torque.
     #[inline(always)]
     pub(crate) fn coulomb(&self, s: f64) -> S {
         self.coulomb_nm * (self.asymmetry * s + 1.0)
     }
 
-    /// Breakaway level in N m in direction `s` at rest while the motor gives `torque_nm`.
+    /// Breakaway level in N m in direction `s` at the motor torque `torque_nm`.
     #[inline(always)]
     pub(crate) fn breakaway(&self, s: f64, torque_nm: S) -> S {
         let mut level = match self.static_nm {
